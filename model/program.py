@@ -1,0 +1,207 @@
+"""The fixed-point program: what the interpreter, the C and the core execute.
+
+A program is a list of *values* (words with a binary point and a name) and a list of *operations*
+in executable order. Every operation is one multiply-accumulate group (`model.fixed`); functions
+are already expanded into such groups on tables. One update reads the inputs, runs every operation
+once, emits the outputs and replaces the states.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Any
+
+from model.fixed import Arithmetic, Format
+
+__all__ = ["Kind", "Negate", "Op", "Overflow", "Program", "Scale", "Term", "Value", "When"]
+
+
+class Kind(str, Enum):
+    """Where a value comes from."""
+
+    INPUT = "input"  #: one word of the input stream, new at every update
+    PARAM = "param"  #: a register that the host may write between updates
+    STATE = "state"  #: carried from update to update
+    CONST = "const"  #: fixed when the program is compiled
+    OP = "op"  #: result of an operation
+
+
+class Overflow(str, Enum):
+    """What happens to a result beyond the word (names of ap_fixed)."""
+
+    SAT = "SAT"  #: clamp, and raise the sticky saturation flag
+    CLIP = "CLIP"  #: clamp on purpose: no flag
+    WRAP = "WRAP"  #: modulo 2^W: binary angles
+
+
+class Negate(str, Enum):
+    """Sign of a term. The flag is the sign bit of `Op.flag`."""
+
+    NO = "no"
+    YES = "yes"
+    IF = "if"  #: minus when the flag is set
+    UNLESS = "unless"  #: minus when the flag is clear
+
+
+class When(str, Enum):
+    """Whether a term takes part."""
+
+    ALWAYS = "always"
+    IF = "if"  #: only when the flag is set
+    UNLESS = "unless"  #: only when the flag is clear
+
+
+class Scale(str, Enum):
+    """By how much the normalisation count n of `Op.norm` lessens a term's shift."""
+
+    NONE = "none"
+    FULL = "full"  #: n
+    EVEN = "even"  #: n with its lowest bit cleared
+    HALF = "half"  #: floor(n / 2)
+
+
+@dataclass(frozen=True)
+class Value:
+    """A named word.
+
+    ``low`` and ``high`` bound it in real units, ``range_source`` says how that is known.
+    ``initial`` is the word of a constant, the reset word of a state, the default of a parameter.
+    """
+
+    name: str
+    kind: Kind
+    frac: int
+    low: float
+    high: float
+    range_source: str
+    unit: str = ""
+    initial: int = 0
+
+
+@dataclass(frozen=True)
+class Term:
+    """One product of an operation: ``sign * floor(a * b / 2^shift)``.
+
+    ``a`` is a value. ``b`` is a value, or None when ``coefficient`` (0..3) names a word of the
+    operation's table segment. ``fraction_a``/``fraction_b`` replace the word by its bits below the
+    segment index (`model.fixed.fraction`).
+    """
+
+    a: int
+    b: int | None
+    shift: int
+    coefficient: int | None = None
+    negate: Negate = Negate.NO
+    when: When = When.ALWAYS
+    fraction_a: bool = False
+    fraction_b: bool = False
+    scale: Scale = Scale.NONE
+
+
+@dataclass(frozen=True)
+class Op:
+    """One multiply-accumulate group.
+
+    ``flag``  value whose sign bit decides conditional terms; with ``flag_quarter`` the sign bit of
+              that word plus a quarter of the word's range.
+    ``norm``  value whose leading-sign count scales terms.
+    ``index`` value whose segment index addresses ``table`` (with ``index_quarter`` likewise).
+    ``table`` block of the table memory: word address = 512 * table + 4 * index + coefficient.
+    """
+
+    dest: int
+    terms: tuple[Term, ...]
+    overflow: Overflow = Overflow.SAT
+    flag: int | None = None
+    flag_quarter: bool = False
+    norm: int | None = None
+    index: int | None = None
+    index_quarter: bool = False
+    table: int | None = None
+
+    def operands(self) -> Iterator[int]:
+        """Every value the operation reads (with repeats)."""
+        for term in self.terms:
+            yield term.a
+            if term.b is not None:
+                yield term.b
+        for v in (self.flag, self.norm, self.index):
+            if v is not None:
+                yield v
+
+
+@dataclass(frozen=True)
+class Program:
+    """A compiled estimator.
+
+    ``inputs`` and ``outputs`` list values in stream order; ``states`` maps each state value to the
+    value that replaces it at the end of an update (possibly itself). ``table_memory`` is the flat
+    function table (W-bit words, a multiple of 512).
+    """
+
+    name: str
+    arithmetic: Arithmetic
+    values: tuple[Value, ...]
+    ops: tuple[Op, ...]
+    inputs: tuple[int, ...]
+    outputs: tuple[int, ...]
+    output_names: tuple[str, ...]
+    states: tuple[tuple[int, int], ...]
+    table_memory: tuple[int, ...]
+    meta: dict[str, Any] = field(default_factory=dict, compare=False)
+
+    def format(self, value: int) -> Format:
+        """Format of a value."""
+        return Format(self.arithmetic.word, self.values[value].frac)
+
+    def find(self, name: str) -> int:
+        """Number of the value called ``name``; KeyError if there is none."""
+        for number, value in enumerate(self.values):
+            if value.name == name:
+                return number
+        raise KeyError(name)
+
+    def of_kind(self, kind: Kind) -> list[int]:
+        """Numbers of all values of one kind, in order."""
+        return [n for n, v in enumerate(self.values) if v.kind is kind]
+
+    def to_json(self) -> str:
+        """The program as JSON, the same text for the same program (`digest` hashes it)."""
+        def plain(x: Any) -> Any:
+            if isinstance(x, Enum):
+                return x.value
+            if isinstance(x, tuple):
+                return [plain(y) for y in x]
+            if hasattr(x, "__dataclass_fields__"):
+                return {k: plain(getattr(x, k)) for k in x.__dataclass_fields__ if k != "meta"}
+            return x
+        return json.dumps(plain(self), indent=1, sort_keys=True)
+
+    @classmethod
+    def from_json(cls, text: str) -> Program:
+        """Inverse of `to_json`."""
+        d = json.loads(text)
+        terms = lambda ts: tuple(  # noqa: E731
+            Term(**{**t, "negate": Negate(t["negate"]), "when": When(t["when"]),
+                    "scale": Scale(t["scale"])}) for t in ts)
+        return cls(
+            name=d["name"],
+            arithmetic=Arithmetic(**d["arithmetic"]),
+            values=tuple(Value(**{**v, "kind": Kind(v["kind"])}) for v in d["values"]),
+            ops=tuple(Op(**{**o, "terms": terms(o["terms"]), "overflow": Overflow(o["overflow"])})
+                      for o in d["ops"]),
+            inputs=tuple(d["inputs"]),
+            outputs=tuple(d["outputs"]),
+            output_names=tuple(d["output_names"]),
+            states=tuple((a, b) for a, b in d["states"]),
+            table_memory=tuple(d["table_memory"]),
+        )
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of `to_json`, the identity that reports and the core's build register carry."""
+        return hashlib.sha256(self.to_json().encode()).hexdigest()
