@@ -1,0 +1,131 @@
+"""Machine description: what scheduler, checker, assembler, engine and reports all read."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from model.fixed import Arithmetic
+
+__all__ = ["CONFIGS", "Field", "Machine"]
+
+
+@dataclass(frozen=True)
+class Field:
+    """One field of the microword.
+
+    ``stage`` is the pipeline stage (cycles after the address stage) at which it works.
+    """
+
+    name: str
+    width: int
+    stage: int
+    meaning: str
+
+
+@dataclass(frozen=True)
+class Machine:
+    """One configuration of the engine (`docs/engine.md`).
+
+    Parameters
+    ----------
+    name : str
+        Name of the configuration.
+    lanes : int, 1 or 2
+        Multiply-accumulate lanes.
+    arithmetic : Arithmetic
+        Word, guard and accumulator widths.
+    rom_words : int, power of two
+        Depth of the microcode ROM: the longest program.
+    """
+
+    name: str
+    lanes: int
+    arithmetic: Arithmetic = Arithmetic()
+    rom_words: int = 512
+
+    #: Stages of the pipeline (see docs/engine.md).
+    STAGE_READ = 1
+    STAGE_MULTIPLY = 2
+    STAGE_AMOUNT = 3
+    STAGE_SHIFT = 4
+    STAGE_ACCUMULATE = 5
+    STAGE_WRITE = 6
+    #: Words of one block of the table memory and number of blocks.
+    TABLE_BLOCK = 512
+    TABLE_BLOCKS = 3
+
+    def __post_init__(self) -> None:
+        if self.lanes not in (1, 2):
+            raise ValueError(f"lanes must be 1 or 2, not {self.lanes!r}")
+        if self.rom_words & (self.rom_words - 1) or self.rom_words < 16:
+            raise ValueError(f"rom_words must be a power of two >= 16, not {self.rom_words!r}")
+
+    @property
+    def latency(self) -> int:
+        """Cycles from the last slot of a group to the first slot that may read its result."""
+        return self.STAGE_WRITE + 1
+
+    @property
+    def bank_depth(self) -> int:
+        """Words of one register-file bank."""
+        return 512 // self.lanes
+
+    @property
+    def state_slots(self) -> int:
+        """State registers of one bank (each exists twice)."""
+        return self.bank_depth // 4
+
+    @property
+    def register_bits(self) -> int:
+        """Bits of a register address (bank and offset): 9 for both configurations."""
+        return 9
+
+    def fields(self) -> tuple[Field, ...]:
+        """Fields of the microword, least significant first; per-lane names end in the lane."""
+        out: list[Field] = []
+        for k in range(self.lanes):
+            out += [
+                Field(f"a_addr{k}", 9, 0, "register address of operand a"),
+                Field(f"b_addr{k}", 9, 0, "register address of operand b, or with table: "
+                      "bits 1:0 coefficient, bits 3:2 block"),
+                Field(f"table{k}", 1, 0, "operand b comes from the table memory"),
+                Field(f"frac_a{k}", 1, 1, "replace a by its bits below the segment index"),
+                Field(f"frac_b{k}", 1, 1, "replace b by its bits below the segment index"),
+                Field(f"cap_index{k}", 1, 1, "capture the segment index of a"),
+                Field(f"cap_flag{k}", 1, 1, "capture the sign of a"),
+                Field(f"cap_norm{k}", 1, 1, "capture the leading-sign count of a"),
+                Field(f"quarter{k}", 1, 1, "captures see a plus a quarter of the word's range"),
+                Field(f"neg{k}", 1, 2, "negate the term"),
+                Field(f"neg_flag{k}", 1, 2, "exclusive-or the negation with the flag"),
+                Field(f"when{k}", 1, 2, "the term takes part (with when_flag: when the flag is 0)"),
+                Field(f"when_flag{k}", 1, 2, "exclusive-or when with the flag"),
+                Field(f"shift{k}", 5, 3, "right shift of the product"),
+                Field(f"scale{k}", 2, 3, "0: shift, 1: shift - n, 2: shift - (n & ~1), "
+                      "3: shift - (n >> 1)"),
+                Field(f"first{k}", 1, 5, "first slot of a group: start from the rounding half"),
+                Field(f"we{k}", 1, 6, "write the result"),
+                Field(f"wrap{k}", 1, 6, "result is modulo 2^W"),
+                Field(f"sticky{k}", 1, 6, "saturation raises the flag"),
+                Field(f"dest{k}", 9 - (self.lanes - 1), 6, "offset in the lane's bank"),
+            ]
+        out += [
+            Field("get", 1, 6, "lane 0 writes the next input word instead of a result"),
+            Field("get_last", 1, 6, "this get is the last of the record"),
+            Field("emit", 1, 1, "raw a of lane 0 goes to the output stream"),
+            Field("emit_last", 1, 1, "this emit is the last of the record"),
+            Field("commit", 1, 6, "flip the state parity"),
+            Field("home", 1, 0, "last word: the program counter returns to 0"),
+        ]
+        return tuple(out)
+
+    @property
+    def word_bits(self) -> int:
+        """Width of the microword."""
+        return sum(f.width for f in self.fields())
+
+
+#: The configurations that ship.
+CONFIGS = {
+    "small": Machine(name="small", lanes=1),
+    "fast": Machine(name="fast", lanes=2),
+}
