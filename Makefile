@@ -1,0 +1,59 @@
+# Boresight. `make` sets up and runs the main job; `make test` sets up and runs the tests.
+# `make help` lists the rest.
+
+PYTHON ?= python3
+VENV   := .venv
+BIN    := $(VENV)/bin
+OUT    ?= build
+
+.DEFAULT_GOAL := main
+.PHONY: main test lint types setup tools bench synth doctor clean help
+
+main: setup            ## Set up, then Verilog, proof on recorded data, area, clock, report
+	$(BIN)/boresight doctor --quiet
+	$(BIN)/boresight demo -o $(OUT)
+
+test: setup            ## Set up, then lint, types and all tests
+	$(BIN)/boresight doctor --quiet
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/pytest -n 2 --dist worksteal
+
+lint: setup            ## ruff
+	$(BIN)/ruff check .
+
+types: setup           ## mypy
+	$(BIN)/mypy
+
+bench: setup           ## Rates of the models, as ratios in one run
+	$(BIN)/boresight bench
+
+doctor: setup          ## Which tools are here, and what is missing
+	$(BIN)/boresight doctor
+
+setup: $(VENV)/.done tools
+
+# One environment in the checkout; made again when the dependencies change.
+$(VENV)/.done: pyproject.toml
+	@command -v $(PYTHON) >/dev/null || { echo "error: $(PYTHON) not found: install Python 3.11 or newer" >&2; exit 2; }
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "error: $(PYTHON) is older than 3.11: install Python 3.11 or newer, or say make PYTHON=..." >&2; exit 2; }
+	@$(PYTHON) -m venv $(VENV) || { echo "error: python3 -m venv failed: install python3-venv" >&2; exit 2; }
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --upgrade pip
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[test]'
+	@touch $@
+
+# Icarus is a second simulator: installed where we may, asked for where not.
+tools: $(VENV)/.done
+	@for t in gcc g++ make perl; do command -v $$t >/dev/null || { echo "error: $$t not found: install it (Debian: apt-get install build-essential perl)" >&2; exit 2; }; done
+	@command -v iverilog >/dev/null || { \
+	  if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then \
+	    echo "installing Icarus Verilog"; \
+	    { apt-get install -y -qq iverilog || { apt-get update -qq && apt-get install -y -qq iverilog; }; } >/dev/null 2>&1 || \
+	      echo "note: Icarus Verilog could not be installed; Verilator alone is used (apt-get install iverilog adds the second simulator)"; \
+	  else echo "note: for the second simulator: sudo apt-get install iverilog"; fi; }
+
+clean:                 ## Remove what make made
+	rm -rf $(OUT) $(VENV) .pytest_cache .mypy_cache .ruff_cache *.egg-info
+
+help:                  ## This list
+	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 12

@@ -1,0 +1,288 @@
+"""The timing graph of a netlist: nodes, hops between them, and where paths start and end.
+
+Built once; delays come later as a table, so one graph serves every grade and net model.
+"""
+
+from collections import deque
+from dataclasses import dataclass, field
+
+from gateware.synthesis.arcs import CellTiming, Keys
+from gateware.synthesis.celltypes import BLOCK_RAMS, LUTS, SPECIALS, UnknownCell
+from gateware.synthesis.dsp_arcs import dsp_timing
+from gateware.synthesis.memory_arcs import block_ram_timing, special_timing
+from gateware.synthesis.netlist import Cell, Netlist, NetlistError, Pin
+from gateware.synthesis.routing import Hop, route
+from gateware.synthesis.slice_arcs import slice_timing
+
+__all__ = ["Edge", "Endpoint", "Graph", "Start", "build_graph", "cell_timing"]
+
+
+@dataclass(frozen=True)
+class Start:
+    """A register drives node ``node`` after ``keys``."""
+
+    node: int
+    cell: str
+    register: str
+    keys: Keys
+
+
+@dataclass(frozen=True)
+class Edge:
+    """From ``driver`` over a net to ``load``, then through the cell to node ``target``."""
+
+    source: int
+    target: int
+    bit: int
+    driver: Pin
+    load: Pin
+    hop: Hop
+    keys: Keys
+    fanout: int
+
+
+@dataclass(frozen=True)
+class Endpoint:
+    """A path ends at a register.
+
+    With ``load`` None the whole path lies inside ``cell``, from ``start`` to ``register``, and
+    ``is_period`` says that it is a minimum clock period.
+    """
+
+    cell: str
+    register: str
+    keys: Keys
+    source: int = -1
+    bit: int = -1
+    driver: Pin | None = None
+    load: Pin | None = None
+    hop: Hop | None = None
+    fanout: int = 0
+    start: str = ""
+    is_period: bool = False
+
+
+@dataclass
+class Graph:
+    """All that timing needs of a netlist.
+
+    Attributes:
+        order: nodes, each after every node that feeds it
+        incoming: node -> edges into it
+        starts: node -> registers that drive it
+        clocks: nets that clock something, by name
+    """
+
+    netlist: Netlist
+    order: list[int] = field(default_factory=list)
+    incoming: list[list[Edge]] = field(default_factory=list)
+    starts: list[list[Start]] = field(default_factory=list)
+    endpoints: list[Endpoint] = field(default_factory=list)
+    clocks: tuple[str, ...] = ()
+
+
+def cell_timing(cell: Cell) -> CellTiming:
+    """Return the timing of any primitive.
+
+    Raises:
+        UnknownCell: there is no data for its type.
+    """
+    timing = slice_timing(cell)
+    if timing is not None:
+        return timing
+    if cell.type == "DSP48A1":
+        return dsp_timing(cell)
+    if cell.type in BLOCK_RAMS:
+        return block_ram_timing(cell)
+    if cell.type in SPECIALS:
+        return special_timing(cell)
+    raise UnknownCell(cell=cell.name, type=cell.type, use="timing")
+
+
+def build_graph(netlist: Netlist) -> Graph:
+    """Build the timing graph of ``netlist``.
+
+    Raises:
+        UnknownCell: a cell type without data.
+        NetlistError: a combinational loop, a latch, a falling clock edge.
+    """
+    return _Builder(netlist).graph
+
+
+class _Builder:
+    def __init__(self, netlist: Netlist) -> None:
+        self.netlist = netlist
+        self.graph = Graph(netlist)
+        self.timings = {name: cell_timing(cell) for name, cell in netlist.cells.items()}
+        self.node_ids: dict[tuple[str, str], int] = {}
+        self.node_cells: list[str] = []
+        self._number_nodes()
+        for name, timing in self.timings.items():
+            self._add_cell(name, timing)
+        self.graph.order = self._sort()
+        self.graph.clocks = self._clocks()
+
+    def _number_nodes(self) -> None:
+        for name, timing in self.timings.items():
+            for node in dict.fromkeys(timing.node_of.values()):
+                self.node_ids[name, node] = len(self.node_cells)
+                self.node_cells.append(name)
+        count = len(self.node_cells)
+        self.graph.incoming = [[] for _ in range(count)]
+        self.graph.starts = [[] for _ in range(count)]
+
+    def _add_cell(self, name: str, timing: CellTiming) -> None:
+        graph, cell = self.graph, self.netlist.cells[name]
+        for launch in timing.launches:
+            if (name, launch.node) in self.node_ids:
+                node = self.node_ids[name, launch.node]
+                graph.starts[node].append(Start(node, name, launch.start, launch.keys))
+        for arc in timing.arcs:
+            if (name, arc.node) in self.node_ids:
+                target = self.node_ids[name, arc.node]
+                for load in _pins(cell, arc.port, arc.index):
+                    self._add_edge(load, target, arc.keys)
+        for setup in timing.setups:
+            for load in _pins(cell, setup.port, setup.index):
+                self._add_endpoint(load, setup.end, setup.keys)
+        for inside in timing.insides:
+            graph.endpoints.append(
+                Endpoint(name, inside.end, inside.keys, start=inside.start,
+                         is_period=inside.is_period)
+            )
+
+    def _add_edge(self, load: Pin, target: int, keys: Keys) -> None:
+        found = self._connect(load)
+        if found:
+            source, bit, driver, hop, fanout = found
+            self.graph.incoming[target].append(
+                Edge(source, target, bit, driver, load, hop, keys, fanout)
+            )
+
+    def _add_endpoint(self, load: Pin, register: str, keys: Keys) -> None:
+        found = self._connect(load)
+        if found:
+            source, bit, driver, hop, fanout = found
+            if hop.in_slice and keys == ("ff_d",):
+                keys = ("ff_d_lut",)
+            self.graph.endpoints.append(
+                Endpoint(load.cell, register, keys, source, bit, driver, load, hop, fanout)
+            )
+
+    def _connect(self, load: Pin) -> tuple[int, int, Pin, Hop, int] | None:
+        """Follow the net into ``load`` back to a timed node; None for constants and ports."""
+        bit = self._bit(load)
+        if isinstance(bit, int) and self.netlist.cells[load.cell].type in LUTS:
+            bit = self._behind_inverters(bit)
+        if not isinstance(bit, int) or bit not in self.netlist.drivers:
+            return None
+        driver = self.netlist.drivers[bit]
+        node = self.timings[driver.cell].node_of.get((driver.port, driver.index))
+        if node is None:
+            return None
+        fanout = self._fanout(bit)
+        hop = route(self.netlist, bit, driver, load, fanout=fanout)
+        return self.node_ids[driver.cell, node], bit, driver, hop, fanout
+
+    def _bit(self, pin: Pin) -> int | str:
+        return self.netlist.cells[pin.cell].inputs[pin.port][pin.index]
+
+    def _behind_inverters(self, bit: int) -> int | str:
+        """Return the net in front of any inverters: a LUT takes the inversion into its table."""
+        seen = {bit}
+        while bit in self.netlist.drivers:
+            cell = self.netlist.cells[self.netlist.drivers[bit].cell]
+            if cell.type != "INV":
+                return bit
+            before = cell.inputs["I"][0]
+            if not isinstance(before, int):
+                return before
+            if before in seen:
+                raise NetlistError(f"netlist must have no combinational loop, not one at {cell.name}")
+            seen.add(before)
+            bit = before
+        return bit
+
+    def _fanout(self, bit: int) -> int:
+        """Count the pins on a net, the LUTs behind its inverters among them."""
+        netlist = self.netlist
+        total, pending, seen = 0, [bit], {bit}
+        while pending:
+            here = pending.pop()
+            behind_inverter = here != bit
+            for pin in netlist.loads.get(here, ()):
+                kind = netlist.cells[pin.cell].type
+                if kind == "INV":
+                    after = netlist.cells[pin.cell].outputs["O"][0]
+                    total += self._is_real(after)
+                    if isinstance(after, int) and after not in seen:
+                        seen.add(after)
+                        pending.append(after)
+                elif not behind_inverter or kind in LUTS:
+                    total += 1
+        return max(1, total + (bit in netlist.output_bits_set))
+
+    def _is_real(self, after: int | str) -> bool:
+        """True if an inverter's output reaches anything but LUTs, so that it stays a cell."""
+        if not isinstance(after, int):
+            return False
+        loads = self.netlist.loads.get(after, ())
+        return after in self.netlist.output_bits_set or any(
+            self.netlist.cells[p.cell].type not in LUTS | {"INV"} for p in loads
+        )
+
+    def _sort(self) -> list[int]:
+        """Order the nodes by Kahn's method."""
+        incoming = self.graph.incoming
+        waiting = [len(edges) for edges in incoming]
+        outgoing: list[list[int]] = [[] for _ in incoming]
+        for target, edges in enumerate(incoming):
+            for edge in edges:
+                outgoing[edge.source].append(target)
+        ready = deque(node for node, n in enumerate(waiting) if n == 0)
+        order = []
+        while ready:
+            node = ready.popleft()
+            order.append(node)
+            for target in outgoing[node]:
+                waiting[target] -= 1
+                if waiting[target] == 0:
+                    ready.append(target)
+        if len(order) < len(incoming):
+            raise NetlistError(
+                "netlist must have no combinational loop, not one through "
+                + " -> ".join(self._find_loop(waiting))
+            )
+        return order
+
+    def _find_loop(self, waiting: list[int]) -> list[str]:
+        """Walk backwards through nodes left unordered until one repeats."""
+        node = next(i for i, n in enumerate(waiting) if n)
+        seen: dict[int, int] = {}
+        walk: list[int] = []
+        while node not in seen:
+            seen[node] = len(walk)
+            walk.append(node)
+            node = next(e.source for e in self.graph.incoming[node] if waiting[e.source])
+        loop = [self.node_cells[n] for n in reversed(walk[seen[node]:])]
+        return [*loop, loop[0]]
+
+    def _clocks(self) -> tuple[str, ...]:
+        ports = {"C", "CLK", "WCLK", "CLKA", "CLKB", "CLKAWRCLK", "CLKBRDCLK"}
+        bits = {
+            bit
+            for cell in self.netlist.cells.values()
+            if cell.type not in SPECIALS
+            for port, port_bits in cell.inputs.items()
+            if port in ports and not (cell.type == "DSP48A1" and port == "C")
+            for bit in port_bits
+            if isinstance(bit, int)
+        }
+        return tuple(sorted(self.netlist.name_of(bit) for bit in bits))
+
+
+def _pins(cell: Cell, port: str, index: int | None) -> list[Pin]:
+    """Return the pins of ``port`` that carry a net."""
+    bits = cell.inputs.get(port, ())
+    wanted = range(len(bits)) if index is None else [i for i in (index,) if i < len(bits)]
+    return [Pin(cell.name, port, i) for i in wanted if isinstance(bits[i], int)]

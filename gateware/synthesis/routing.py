@@ -1,0 +1,78 @@
+"""What lies between an output pin and an input pin: a routed net, or a wire inside the slice.
+
+Slice geometry decides: a carry chain's S input and an F7 multiplexer's data inputs are fed by the
+LUT of the same place and by nothing else, so a LUT there costs no routing, and anything that is
+not a LUT has to pass through one.
+"""
+
+from dataclasses import dataclass
+
+from gateware.synthesis.arcs import Keys
+from gateware.synthesis.celltypes import FLIP_FLOPS, LUTS
+from gateware.synthesis.delays import fanout_key
+from gateware.synthesis.netlist import Netlist, Pin
+
+__all__ = ["Hop", "route"]
+
+_MUXES = frozenset({"MUXF7", "MUXF8"})
+#: Dedicated wires of the DSP column: output port -> input port of the next slice.
+_DSP_CASCADES = {"PCOUT": "PCIN", "BCOUT": "B", "CARRYOUT": "CARRYIN"}
+
+
+@dataclass(frozen=True)
+class Hop:
+    """One net from driver to load.
+
+    Attributes:
+        net: name of the net delay, empty for a wire inside a slice
+        entry: delays of logic that the load needs in front of it
+        in_slice: the driver's LUT sits in the load's slice
+    """
+
+    net: str
+    entry: Keys = ()
+    in_slice: bool = False
+
+
+def route(netlist: Netlist, bit: int, driver: Pin, load: Pin, *, fanout: int) -> Hop:
+    """Return how the net ``bit`` gets from ``driver`` to ``load``.
+
+    Parameters:
+        fanout: pins on the net, absorbed inverters looked through
+    """
+    source = netlist.cells[driver.cell].type
+    target = netlist.cells[load.cell].type
+    routed = fanout_key(fanout)
+    is_lut = source in LUTS or source == "INV"
+    if source == "CARRY4" and driver.port == "CO":
+        if target == "CARRY4" and load.port == "CI" and driver.index == 3:
+            return Hop("net_carry")
+        return Hop(routed, ("carry_exit",) if driver.index == 3 else ())
+    if target == "CARRY4" and load.port == "S":
+        return Hop("") if is_lut and _only_such(netlist, bit, load) else Hop(routed, ("lut",))
+    if target == "MUXF7" and load.port != "S":
+        return Hop("") if is_lut and _only_such(netlist, bit, load) else Hop(routed, ("lut",))
+    if target == "MUXF8" and load.port != "S" and source == "MUXF7":
+        return Hop("")
+    if source == "DSP48A1" and target == "DSP48A1":
+        if _DSP_CASCADES.get(driver.port) == load.port:
+            return Hop("net_dsp")
+    if target in FLIP_FLOPS and load.port == "D" and fanout == 1:
+        if is_lut or source in _MUXES:
+            return Hop("", in_slice=True)
+        if source == "CARRY4" and driver.port == "O":
+            return Hop("")
+    return Hop(routed)
+
+
+def _only_such(netlist: Netlist, bit: int, load: Pin) -> bool:
+    """True if no other input of the same kind wants the same LUT beside it."""
+    kind = netlist.cells[load.cell].type
+    rivals = [
+        pin
+        for pin in netlist.loads[bit]
+        if netlist.cells[pin.cell].type == kind
+        and (pin.port == "S") == (load.port == "S")
+        and not (kind == "CARRY4" and pin.port != "S")
+    ]
+    return len(rivals) == 1

@@ -1,0 +1,299 @@
+"""Static timing of a netlist: the longest register-to-register path, and the clock that allows.
+
+This is an **estimate, not ISE; sign-off needs trce**. Nets are not placed: each costs the median
+or upper quartile of nets of its fanout. Paths from and to the module's own ports are not counted,
+all registers are taken to share one clock, and no path is recognised as false or multi-cycle.
+"""
+
+from collections import Counter
+from dataclasses import dataclass
+
+from gateware.synthesis.delays import Delay, DelayTable, delay_table
+from gateware.synthesis.graph import Edge, Endpoint, Graph, Start, build_graph
+from gateware.synthesis.netlist import Netlist
+
+__all__ = ["NOTE", "Group", "PathPoint", "Timing", "TimingPath", "analyse"]
+
+#: What every report of these figures has to say.
+NOTE = "estimate, not ISE; sign-off needs trce"
+
+
+@dataclass(frozen=True, kw_only=True)
+class PathPoint:
+    """One step of a path.
+
+    Attributes:
+        cell, type: instance and primitive; an empty cell for clock uncertainty
+        entry, exit: pins through which the path comes and leaves, with bit index
+        net: name of the net that leads here, empty at a start
+        fanout: pins on that net
+        net_ns, cell_ns: delay of the net, then of the cell
+        total_ns: sum from the start up to here
+        src: source location of the cell, where yosys kept it
+        keys: names of the delays in this step
+    """
+
+    cell: str
+    type: str
+    entry: str
+    exit: str
+    net: str = ""
+    fanout: int = 0
+    net_ns: float = 0.0
+    cell_ns: float = 0.0
+    total_ns: float = 0.0
+    src: str = ""
+    keys: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class TimingPath:
+    """A path from register to register.
+
+    Attributes:
+        start, end: ``cell.register`` of both ends
+        group: kind of end, e.g. ``FDRE.D``
+        delay_ns: clock-to-output, logic, nets, setup and clock uncertainty
+        slack_ns: period asked for minus ``delay_ns``
+        points: the steps; empty for paths that were not traced
+    """
+
+    start: str
+    end: str
+    group: str
+    delay_ns: float
+    slack_ns: float
+    points: tuple[PathPoint, ...] = ()
+
+    @property
+    def logic_ns(self) -> float:
+        """Time spent in cells, clock uncertainty included."""
+        return round(sum(p.cell_ns for p in self.points), 3)
+
+    @property
+    def net_ns(self) -> float:
+        """Time spent in nets."""
+        return round(sum(p.net_ns for p in self.points), 3)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Group:
+    """The paths that end at one kind of pin: how many, the longest, and a histogram by 1 ns."""
+
+    name: str
+    count: int
+    worst_ns: float
+    histogram: dict[int, int]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Timing:
+    """Timing of a netlist at one corner. An estimate: see :data:`NOTE`.
+
+    Attributes:
+        grade, nets: speed grade and net model
+        period_ns: clock period that slacks refer to
+        worst: the longest path, traced; None if no register feeds a register
+        ends: the longest path to each of the worst endpoints, longest first, not traced
+        groups: by kind of endpoint, worst first
+        guessed: delays on the longest path that are guesses, by name
+        clocks: names of the clock nets
+    """
+
+    grade: int
+    nets: str
+    period_ns: float
+    worst: TimingPath | None
+    ends: tuple[TimingPath, ...]
+    groups: tuple[Group, ...]
+    guessed: dict[str, Delay]
+    clocks: tuple[str, ...]
+
+    @property
+    def fmax_mhz(self) -> float | None:
+        """Highest clock in MHz, rounded down to 0.1; None if nothing limits it."""
+        if self.worst is None:
+            return None
+        return int(10_000.0 / self.worst.delay_ns) / 10
+
+    @property
+    def source(self) -> str:
+        """Say in one line what the figures are."""
+        guesses = f", {len(self.guessed)} guessed constants on the worst path"
+        return f"static timing, grade -{self.grade}, {self.nets} nets: {NOTE}{guesses}"
+
+
+def analyse(
+    netlist: Netlist | Graph,
+    *,
+    grade: int = 2,
+    nets: str = "median",
+    clock_mhz: float | None = None,
+    top: int = 10,
+    table: DelayTable | None = None,
+) -> Timing:
+    """Estimate the timing of ``netlist``.
+
+    Parameters:
+        netlist: a netlist, or its graph if several corners are wanted
+        grade: speed grade, 2 or 3
+        nets: net model, ``median`` or ``p75``
+        clock_mhz: clock that slacks refer to, > 0; None: the clock that just works
+        top: how many endpoints to list, >= 1
+        table: delays to use in place of those of ``grade`` and ``nets``
+    """
+    if clock_mhz is not None and not clock_mhz > 0:
+        raise ValueError(f"clock_mhz must be above 0, not {clock_mhz!r}")
+    if top < 1:
+        raise ValueError(f"top must be at least 1, not {top!r}")
+    graph = netlist if isinstance(netlist, Graph) else build_graph(netlist)
+    delays = table if table is not None else delay_table(grade=grade, nets=nets)
+    return _Analysis(graph, delays).timing(clock_mhz=clock_mhz, top=top)
+
+
+class _Analysis:
+    """Arrival times of one graph under one table of delays."""
+
+    def __init__(self, graph: Graph, delays: DelayTable) -> None:
+        self.graph = graph
+        self.delays = delays
+        self.arrival: list[float | None] = [None] * len(graph.incoming)
+        self.reason: list[Edge | Start | None] = [None] * len(graph.incoming)
+        for node in graph.order:
+            self._propagate(node)
+
+    def _ns(self, keys: tuple[str, ...]) -> float:
+        return self.delays.total(keys)
+
+    def _net_ns(self, net: str) -> float:
+        return self.delays[net].ns if net else 0.0
+
+    def _propagate(self, node: int) -> None:
+        best: float | None = None
+        for start in self.graph.starts[node]:
+            time = self._ns(start.keys)
+            if best is None or time > best:
+                best, self.reason[node] = time, start
+        for edge in self.graph.incoming[node]:
+            before = self.arrival[edge.source]
+            if before is None:
+                continue
+            time = before + self._net_ns(edge.hop.net) + self._ns(edge.hop.entry + edge.keys)
+            if best is None or time > best:
+                best, self.reason[node] = time, edge
+        self.arrival[node] = best
+
+    def _delay(self, end: Endpoint) -> float | None:
+        """Return the longest delay to ``end``, or None if no register leads there."""
+        if end.hop is None:
+            slack = 0.0 if end.is_period else self.delays["clock_uncertainty"].ns
+            return self._ns(end.keys) + slack
+        before = self.arrival[end.source]
+        if before is None:
+            return None
+        time = before + self._net_ns(end.hop.net) + self._ns(end.hop.entry + end.keys)
+        return time + self.delays["clock_uncertainty"].ns
+
+    def timing(self, *, clock_mhz: float | None, top: int) -> Timing:
+        found = [(d, e) for e in self.graph.endpoints if (d := self._delay(e)) is not None]
+        found.sort(key=lambda item: (-item[0], item[1].cell, item[1].register))
+        longest = found[0][0] if found else 0.0
+        period = longest if clock_mhz is None else 1000.0 / clock_mhz
+        worst = self._path(*found[0], period, traced=True) if found else None
+        keys = [k for p in worst.points for k in p.keys] if worst else []
+        return Timing(
+            grade=self.delays.grade,
+            nets=self.delays.nets,
+            period_ns=round(period, 3),
+            worst=worst,
+            ends=tuple(self._path(d, e, period, traced=False) for d, e in found[:top]),
+            groups=self._groups(found),
+            guessed={k: self.delays[k] for k in dict.fromkeys(keys) if self.delays[k].guessed},
+            clocks=self.graph.clocks,
+        )
+
+    def _group_of(self, end: Endpoint) -> str:
+        kind = self.graph.netlist.cells[end.cell].type
+        if end.load is not None:
+            return f"{kind}.{end.load.port}"
+        return f"{kind} period" if end.is_period else f"{kind} inside"
+
+    def _groups(self, found: list[tuple[float, Endpoint]]) -> tuple[Group, ...]:
+        members: dict[str, list[float]] = {}
+        for delay, end in found:
+            members.setdefault(self._group_of(end), []).append(delay)
+        return tuple(
+            Group(
+                name=name,
+                count=len(times),
+                worst_ns=round(max(times), 3),
+                histogram=dict(sorted(Counter(int(t) for t in times).items())),
+            )
+            for name, times in members.items()
+        )
+
+    def _path(self, delay: float, end: Endpoint, period: float, *, traced: bool) -> TimingPath:
+        start, edges = self._trace(end)
+        first = f"{end.cell}.{end.start}" if start is None else f"{start.cell}.{start.register}"
+        return TimingPath(
+            start=first,
+            end=f"{end.cell}.{end.register}",
+            group=self._group_of(end),
+            delay_ns=round(delay, 3),
+            slack_ns=round(period - delay, 3),
+            points=self._points(start, edges, end) if traced else (),
+        )
+
+    def _trace(self, end: Endpoint) -> tuple[Start | None, list[Edge]]:
+        """Walk back from ``end`` to the register that starts its longest path."""
+        edges: list[Edge] = []
+        if end.hop is None:
+            return None, edges
+        reason = self.reason[end.source]
+        while isinstance(reason, Edge):
+            edges.append(reason)
+            reason = self.reason[reason.source]
+        return reason, edges[::-1]
+
+    def _points(
+        self, start: Start | None, edges: list[Edge], end: Endpoint
+    ) -> tuple[PathPoint, ...]:
+        points: list[PathPoint] = []
+        total = 0.0
+
+        def add(cell: str, *, keys: tuple[str, ...], net_key: str = "", bit: int = -1,
+                entry: str = "", leave: str = "", fanout: int = 0) -> None:
+            nonlocal total
+            known = self.graph.netlist.cells.get(cell)
+            net_ns, cell_ns = self._net_ns(net_key), self._ns(keys)
+            total += net_ns + cell_ns
+            points.append(
+                PathPoint(
+                    cell=cell, type=known.type if known else "clock", entry=entry, exit=leave,
+                    net=self.graph.netlist.name_of(bit) if bit >= 0 else "", fanout=fanout,
+                    net_ns=round(net_ns, 3), cell_ns=round(cell_ns, 3), total_ns=round(total, 3),
+                    src=known.src if known else "",
+                    keys=(net_key, *keys) if net_key else keys,
+                )
+            )
+
+        leaving = [_text(e.driver) for e in edges] + ([_text(end.driver)] if end.driver else [])
+        if start is not None:
+            add(start.cell, keys=start.keys, entry=start.register, leave=leaving[0])
+        for edge, leave in zip(edges, leaving[1:], strict=True):
+            add(edge.load.cell, keys=edge.hop.entry + edge.keys, net_key=edge.hop.net,
+                bit=edge.bit, entry=_text(edge.load), leave=leave, fanout=edge.fanout)
+        if end.hop is not None and end.load is not None:
+            add(end.cell, keys=end.hop.entry + end.keys, net_key=end.hop.net, bit=end.bit,
+                entry=_text(end.load), leave=end.register, fanout=end.fanout)
+        else:
+            add(end.cell, keys=end.keys, entry=end.start, leave=end.register)
+        if not end.is_period:
+            add("", keys=("clock_uncertainty",))
+        return tuple(points)
+
+
+def _text(pin: object) -> str:
+    """Write a pin as ``port[index]``."""
+    port, index = pin.port, pin.index  # type: ignore[attr-defined]
+    return f"{port}[{index}]"

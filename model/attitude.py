@@ -1,0 +1,386 @@
+"""Attitude maths in float64: quaternions, rotation matrices, Euler angles, rotation vectors.
+
+Conventions of every function here:
+
+- A quaternion is Hamilton, scalar first ``(w, x, y, z)``, and turns body axes (b) into navigation
+  axes (n = East, North, Up): ``v_n = q v_b q*``. Its matrix is written ``c_nb``: ``v_n = c_nb v_b``.
+- Euler angles are ``(theta, gamma, psi)`` = (pitch about x, roll about y, heading about z), in
+  radians, of the intrinsic sequence z-x'-y'': ``c_nb = Rz(psi) Rx(theta) Ry(gamma)``. The heading
+  is positive counter-clockwise seen from above.
+- The last axis (two last axes for a matrix) holds the components, all axes before it are free and
+  broadcast: ``(..., 4)``, ``(..., 3, 3)``, ``(..., 3)``.
+- NaN goes in, NaN comes out. A quaternion of norm zero is an `InputError`, for it has no attitude.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from model.errors import InputError
+
+__all__ = [
+    "euler_to_matrix",
+    "euler_to_quaternion",
+    "matrix_to_euler",
+    "matrix_to_quaternion",
+    "quaternion_conjugate",
+    "quaternion_multiply",
+    "quaternion_normalise",
+    "quaternion_to_euler",
+    "quaternion_to_matrix",
+    "quaternion_to_rotation_vector",
+    "rotate",
+    "rotation_vector_to_quaternion",
+    "wrap_rad",
+]
+
+FloatArray = npt.NDArray[np.float64]
+
+#: Half angle [rad] below which sin(x)/x is written as its series: the first term left out,
+#: x^4/120, is then below 2^-53.
+_SERIES_BELOW = 3e-4
+
+
+def _components(value: npt.ArrayLike, shape: tuple[int, ...], what: str) -> FloatArray:
+    array = np.asarray(value, dtype=np.float64)
+    if array.shape[-len(shape) :] != shape:
+        wanted = ", ".join(["...", *map(str, shape)])
+        raise InputError(f"{what} must have the shape ({wanted}), not {array.shape!r}")
+    return array
+
+
+def _stack(*parts: npt.NDArray[Any]) -> FloatArray:
+    return np.stack(np.broadcast_arrays(*parts), axis=-1).astype(np.float64, copy=False)
+
+
+def quaternion_multiply(p: npt.ArrayLike, q: npt.ArrayLike) -> FloatArray:
+    """Hamilton product ``p q``: the attitude that turns by q first, then by p.
+
+    Parameters
+    ----------
+    p, q : array_like, (..., 4)
+
+    Returns
+    -------
+    (..., 4) array
+    """
+    pw, px, py, pz = np.moveaxis(_components(p, (4,), "p"), -1, 0)
+    qw, qx, qy, qz = np.moveaxis(_components(q, (4,), "q"), -1, 0)
+    return _stack(
+        pw * qw - px * qx - py * qy - pz * qz,
+        pw * qx + px * qw + py * qz - pz * qy,
+        pw * qy - px * qz + py * qw + pz * qx,
+        pw * qz + px * qy - py * qx + pz * qw,
+    )
+
+
+def quaternion_conjugate(q: npt.ArrayLike) -> FloatArray:
+    """Conjugate ``q*``; the inverse attitude if q has norm one.
+
+    Parameters
+    ----------
+    q : array_like, (..., 4)
+
+    Returns
+    -------
+    (..., 4) array
+    """
+    w, x, y, z = np.moveaxis(_components(q, (4,), "q"), -1, 0)
+    return _stack(w, -x, -y, -z)
+
+
+def quaternion_normalise(q: npt.ArrayLike) -> FloatArray:
+    """Scale to norm one; the sign stays.
+
+    Parameters
+    ----------
+    q : array_like, (..., 4)
+
+    Returns
+    -------
+    (..., 4) array
+
+    Raises
+    ------
+    InputError
+        If a quaternion has norm zero.
+    """
+    q = _components(q, (4,), "q")
+    norm = np.linalg.norm(q, axis=-1, keepdims=True)
+    if np.any(norm == 0.0):
+        raise InputError("q must have a norm above zero, not 0.0: it holds no attitude")
+    return np.asarray(q / norm, dtype=np.float64)
+
+
+def quaternion_to_matrix(q: npt.ArrayLike) -> FloatArray:
+    """Rotation matrix ``c_nb`` of a quaternion of any norm above zero.
+
+    Parameters
+    ----------
+    q : array_like, (..., 4)
+
+    Returns
+    -------
+    (..., 3, 3) array
+
+    Raises
+    ------
+    InputError
+        If a quaternion has norm zero.
+    """
+    w, x, y, z = np.moveaxis(quaternion_normalise(q), -1, 0)
+    return np.stack(
+        [
+            _stack(1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
+            _stack(2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
+            _stack(2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
+        ],
+        axis=-2,
+    )
+
+
+def matrix_to_quaternion(c_nb: npt.ArrayLike) -> FloatArray:
+    """Quaternion of a rotation matrix, with ``w >= 0``.
+
+    Four times the product of each component with every other one is a sum of matrix elements.
+    Of the four rows of products the one with the largest diagonal is taken, so that no
+    digits are lost at any attitude (Shepperd 1978).
+
+    Parameters
+    ----------
+    c_nb : array_like, (..., 3, 3)
+        Orthonormal with determinant +1; this is not checked.
+
+    Returns
+    -------
+    (..., 4) array
+        Norm one.
+    """
+    c = _components(c_nb, (3, 3), "c_nb")
+    xx, yy, zz = c[..., 0, 0], c[..., 1, 1], c[..., 2, 2]
+    wx, wy, wz = (
+        c[..., 2, 1] - c[..., 1, 2],
+        c[..., 0, 2] - c[..., 2, 0],
+        c[..., 1, 0] - c[..., 0, 1],
+    )
+    xy, xz, yz = (
+        c[..., 0, 1] + c[..., 1, 0],
+        c[..., 0, 2] + c[..., 2, 0],
+        c[..., 1, 2] + c[..., 2, 1],
+    )
+    products = np.stack(
+        [
+            _stack(1 + xx + yy + zz, wx, wy, wz),
+            _stack(wx, 1 + xx - yy - zz, xy, xz),
+            _stack(wy, xy, 1 - xx + yy - zz, yz),
+            _stack(wz, xz, yz, 1 - xx - yy + zz),
+        ],
+        axis=-2,
+    )
+    best = np.argmax(np.diagonal(products, axis1=-2, axis2=-1), axis=-1)
+    q = quaternion_normalise(np.take_along_axis(products, best[..., None, None], axis=-2)[..., 0, :])
+    return np.where(q[..., :1] < 0.0, -q, q)
+
+
+def rotate(q: npt.ArrayLike, v_b: npt.ArrayLike) -> FloatArray:
+    """Turn a vector: ``v_n = q v_b q*``. With the conjugate of q it goes from n to b.
+
+    Parameters
+    ----------
+    q : array_like, (..., 4)
+        Of any norm above zero.
+    v_b : array_like, (..., 3)
+
+    Returns
+    -------
+    (..., 3) array
+
+    Raises
+    ------
+    InputError
+        If a quaternion has norm zero.
+    """
+    q = quaternion_normalise(q)
+    v_b = _components(v_b, (3,), "v_b")
+    # t = 2 r x v,  v' = v + w t + r x t   with q = (w, r) of norm one
+    t = 2.0 * np.cross(q[..., 1:], v_b)
+    return np.asarray(v_b + q[..., :1] * t + np.cross(q[..., 1:], t), dtype=np.float64)
+
+
+def euler_to_matrix(euler: npt.ArrayLike) -> FloatArray:
+    """Rotation matrix ``c_nb = Rz(psi) Rx(theta) Ry(gamma)``.
+
+    Parameters
+    ----------
+    euler : array_like, (..., 3)
+        theta, gamma, psi [rad], any values.
+
+    Returns
+    -------
+    (..., 3, 3) array
+    """
+    angles = np.moveaxis(_components(euler, (3,), "euler"), -1, 0)
+    st, sg, sp = np.sin(angles)
+    ct, cg, cp = np.cos(angles)
+    return np.stack(
+        [
+            _stack(cp * cg - sp * st * sg, -sp * ct, cp * sg + sp * st * cg),
+            _stack(sp * cg + cp * st * sg, cp * ct, sp * sg - cp * st * cg),
+            _stack(-ct * sg, st, ct * cg),
+        ],
+        axis=-2,
+    )
+
+
+def matrix_to_euler(c_nb: npt.ArrayLike) -> FloatArray:
+    """Euler angles of a rotation matrix.
+
+    The roll is read off the bottom row; the heading is then what is left after that roll is
+    undone. So the three angles together always give the matrix back to rounding, even where pitch
+    is +-90 degrees and only ``psi +- gamma`` has a meaning.
+
+    Parameters
+    ----------
+    c_nb : array_like, (..., 3, 3)
+        Orthonormal with determinant +1; this is not checked.
+
+    Returns
+    -------
+    (..., 3) array
+        theta in [-pi/2, pi/2], gamma and psi in [-pi, pi].
+    """
+    c = _components(c_nb, (3, 3), "c_nb")
+    # bottom row: (-cos(theta) sin(gamma), sin(theta), cos(theta) cos(gamma))
+    theta = np.arctan2(c[..., 2, 1], np.hypot(c[..., 2, 0], c[..., 2, 2]))
+    gamma = np.arctan2(-c[..., 2, 0], c[..., 2, 2])
+    # first column of c_nb Ry(gamma)^T = Rz(psi) Rx(theta): (cos(psi), sin(psi), 0)
+    sg, cg = np.sin(gamma), np.cos(gamma)
+    psi = np.arctan2(
+        c[..., 1, 0] * cg + c[..., 1, 2] * sg,
+        c[..., 0, 0] * cg + c[..., 0, 2] * sg,
+    )
+    return _stack(theta, gamma, psi)
+
+
+def euler_to_quaternion(euler: npt.ArrayLike) -> FloatArray:
+    """Quaternion of Euler angles: ``qz(psi) qx(theta) qy(gamma)``.
+
+    It is a smooth function of the angles: the sign is not forced, and a heading that grows by a
+    full turn ends at ``-q``.
+
+    Parameters
+    ----------
+    euler : array_like, (..., 3)
+        theta, gamma, psi [rad], any values.
+
+    Returns
+    -------
+    (..., 4) array
+        Norm one.
+    """
+    half = 0.5 * np.moveaxis(_components(euler, (3,), "euler"), -1, 0)
+    st, sg, sp = np.sin(half)
+    ct, cg, cp = np.cos(half)
+    return _stack(
+        cp * ct * cg - sp * st * sg,
+        cp * st * cg - sp * ct * sg,
+        cp * ct * sg + sp * st * cg,
+        cp * st * sg + sp * ct * cg,
+    )
+
+
+def quaternion_to_euler(q: npt.ArrayLike) -> FloatArray:
+    """Euler angles of a quaternion of any norm above zero; see `matrix_to_euler`.
+
+    Parameters
+    ----------
+    q : array_like, (..., 4)
+
+    Returns
+    -------
+    (..., 3) array
+        theta in [-pi/2, pi/2], gamma and psi in [-pi, pi], [rad].
+
+    Raises
+    ------
+    InputError
+        If a quaternion has norm zero.
+    """
+    return matrix_to_euler(quaternion_to_matrix(q))
+
+
+def rotation_vector_to_quaternion(phi: npt.ArrayLike) -> FloatArray:
+    """Quaternion of the turn by ``|phi|`` about ``phi``.
+
+    A constant body rate w over a time dt takes q to ``q rotation_vector_to_quaternion(w dt)``.
+
+    Parameters
+    ----------
+    phi : array_like, (..., 3)
+        [rad]
+
+    Returns
+    -------
+    (..., 4) array
+        Norm one.
+    """
+    phi = _components(phi, (3,), "phi")
+    half = 0.5 * np.linalg.norm(phi, axis=-1, keepdims=True)
+    small = half < _SERIES_BELOW
+    safe = np.where(small, 1.0, half)
+    # sin(h)/h = 1 - h^2/6 + h^4/120 - ...
+    sinc = np.where(small, 1.0 - half * half / 6.0, np.sin(safe) / safe)
+    return np.concatenate([np.cos(half), 0.5 * sinc * phi], axis=-1)
+
+
+def quaternion_to_rotation_vector(q: npt.ArrayLike) -> FloatArray:
+    """Rotation vector of the shortest turn that q stands for: q and -q give the same.
+
+    Parameters
+    ----------
+    q : array_like, (..., 4)
+        Of any norm above zero.
+
+    Returns
+    -------
+    (..., 3) array
+        [rad], length at most pi.
+
+    Raises
+    ------
+    InputError
+        If a quaternion has norm zero.
+    """
+    q = quaternion_normalise(q)
+    q = np.where(q[..., :1] < 0.0, -q, q)
+    sine = np.linalg.norm(q[..., 1:], axis=-1, keepdims=True)
+    half = np.arctan2(sine, q[..., :1])
+    small = half < _SERIES_BELOW
+    safe = np.where(small, 1.0, sine)
+    # h/sin(h) = 1 + h^2/6 + 7 h^4/360 + ...
+    factor = np.where(small, 1.0 + half * half / 6.0, half / safe)
+    return np.asarray(2.0 * factor * q[..., 1:], dtype=np.float64)
+
+
+def wrap_rad(angle: npt.ArrayLike) -> FloatArray:
+    """Wrap an angle into (-pi, pi]; what is inside already comes back bit for bit.
+
+    Parameters
+    ----------
+    angle : array_like
+        [rad], any shape.
+
+    Returns
+    -------
+    array of the same shape
+    """
+    angle = np.asarray(angle, dtype=np.float64)
+    turns = np.round(angle / (2.0 * np.pi))
+    wrapped = angle - turns * (2.0 * np.pi)
+    # The product is rounded, so next to an odd number of half turns the difference can lie on
+    # the wrong side of the limit by an error of that size.
+    wrapped = np.where(wrapped <= -np.pi, wrapped + 2.0 * np.pi, wrapped)
+    return np.asarray(np.minimum(wrapped, np.pi), dtype=np.float64)

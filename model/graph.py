@@ -1,0 +1,254 @@
+"""The traced graph: what an estimator's ``step`` becomes when it runs on tracing scalars.
+
+Nodes are created once per distinct expression (common sub-expressions merge), constants fold,
+zeros and ones disappear. Every node carries an interval; a node whose interval cannot be known must
+be bounded by its author (`model.ops.bounded`).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+from model.errors import InputError
+
+__all__ = ["Condition", "Graph", "Node"]
+
+#: Node kinds: leaves, then arithmetic, then functions.
+LEAVES = ("input", "param", "state", "const")
+
+
+@dataclass(eq=False)
+class Node:
+    """One expression.
+
+    ``signs`` belongs to kind "sum"; ``value`` to "const"; ``quarter`` to "sin" (cosine).
+    """
+
+    graph: Graph
+    number: int
+    kind: str
+    args: tuple[Node, ...] = ()
+    signs: tuple[int, ...] = ()
+    value: float = 0.0
+    quarter: bool = False
+    low: float = -math.inf
+    high: float = math.inf
+    source: str = "interval"
+    unit: str = ""
+    name: str | None = None
+    uses: int = field(default=0, repr=False)
+
+    # The numbers' protocol: everything goes through the graph.
+    def __add__(self, other: Any) -> Node:
+        return self.graph.add(self, 1, self.graph.lift(other), 1)
+
+    def __sub__(self, other: Any) -> Node:
+        return self.graph.add(self, 1, self.graph.lift(other), -1)
+
+    def __mul__(self, other: Any) -> Node:
+        return self.graph.mul(self, self.graph.lift(other))
+
+    def __radd__(self, other: Any) -> Node:
+        return self.graph.add(self.graph.lift(other), 1, self, 1)
+
+    def __rsub__(self, other: Any) -> Node:
+        return self.graph.add(self.graph.lift(other), 1, self, -1)
+
+    __rmul__ = __mul__
+
+    def __neg__(self) -> Node:
+        return self.graph.neg(self)
+
+    def __truediv__(self, other: Any) -> Node:
+        if isinstance(other, (int, float)):
+            return self * (1.0 / other)
+        return self * self.graph.function("reciprocal", self.graph.lift(other))
+
+    def __rtruediv__(self, other: Any) -> Node:
+        return self.graph.lift(other) / self
+
+    def __lt__(self, other: Any) -> Condition:
+        return Condition(self - other)
+
+    def __gt__(self, other: Any) -> Condition:
+        return Condition(self.graph.lift(other) - self)
+
+    def __ge__(self, other: Any) -> Condition:
+        return ~(self < other)
+
+    def __le__(self, other: Any) -> Condition:
+        return ~(self > other)
+
+    def __bool__(self) -> bool:
+        raise TypeError("a traced value has no truth value: use model.ops.where instead of if")
+
+    def __repr__(self) -> str:
+        return f"<{self.label} {self.kind} [{self.low:.6g}, {self.high:.6g}]>"
+
+    @property
+    def label(self) -> str:
+        """The name, or the kind with the number."""
+        return self.name or f"{self.kind}_{self.number}"
+
+
+@dataclass(frozen=True)
+class Condition:
+    """True where ``node`` is negative (or, inverted, where it is not)."""
+
+    node: Node
+    inverted: bool = False
+
+    def __invert__(self) -> Condition:
+        return Condition(self.node, not self.inverted)
+
+    def __and__(self, other: Condition) -> Condition:
+        g = self.node.graph
+        yes = g.select(other, g.const(-1.0), g.const(0.0))
+        return Condition(g.select(self, yes, g.const(0.0)))
+
+    def __or__(self, other: Condition) -> Condition:
+        return ~(~self & ~other)
+
+    def __bool__(self) -> bool:
+        raise TypeError("a traced condition has no truth value: use model.ops.where")
+
+
+class Graph:
+    """Builds nodes; one graph per trace."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.nodes: list[Node] = []
+        self._unique: dict[Any, Node] = {}
+
+    def _new(self, kind: str, args: tuple[Node, ...] = (), *, key: Any = None,
+             **attributes: Any) -> Node:
+        key = (kind, tuple(a.number for a in args), key)
+        if key in self._unique:
+            return self._unique[key]
+        node = Node(self, len(self.nodes), kind, args, **attributes)
+        self.nodes.append(node)
+        self._unique[key] = node
+        return node
+
+    def leaf(self, kind: str, name: str, low: float, high: float, unit: str = "") -> Node:
+        """An input, parameter or state with its declared range."""
+        return self._new(kind, key=name, name=name, low=low, high=high, source="declared",
+                         unit=unit)
+
+    def const(self, value: float) -> Node:
+        """A constant."""
+        value = float(value) + 0.0
+        if not math.isfinite(value):
+            raise InputError(f"{self.name}: constants must be finite, not {value!r}")
+        return self._new("const", key=value, value=value, low=value, high=value,
+                         source="constant")
+
+    def lift(self, x: Any) -> Node:
+        """A node as it is, a number as a constant."""
+        return x if isinstance(x, Node) else self.const(x)
+
+    def neg(self, a: Node) -> Node:
+        """-a."""
+        return self.add(self.const(0.0), 1, a, -1)
+
+    def add(self, a: Node, sign_a: int, b: Node, sign_b: int) -> Node:
+        """sign_a * a + sign_b * b."""
+        if a.kind == b.kind == "const":
+            return self.const(sign_a * a.value + sign_b * b.value)
+        if a is b:
+            return self.mul(a, self.const(sign_a + sign_b))
+        terms = [(n, s) for n, s in ((a, sign_a), (b, sign_b))
+                 if not (n.kind == "const" and n.value == 0.0)]
+        if len(terms) == 1 and terms[0][1] == 1:
+            return terms[0][0]
+        nodes = tuple(n for n, _ in terms)
+        signs = tuple(s for _, s in terms)
+        low = sum(n.low if s > 0 else -n.high for n, s in terms)
+        high = sum(n.high if s > 0 else -n.low for n, s in terms)
+        return self._new("sum", nodes, key=signs, signs=signs, low=low, high=high)
+
+    def mul(self, a: Node, b: Node) -> Node:
+        """a * b; constants come second."""
+        if a.kind == "const":
+            a, b = b, a
+        if a.kind == "const":
+            return self.const(a.value * b.value)
+        if b.kind == "const":
+            if b.value == 0.0:
+                return b
+            if b.value == 1.0:
+                return a
+            if b.value == -1.0:
+                return self.neg(a)
+            if a.kind == "mul" and a.args[1].kind == "const" and a.name is None:
+                return self.mul(a.args[0], self.const(a.args[1].value * b.value))
+        elif a.number > b.number:
+            a, b = b, a
+        if a is b:
+            edges = sorted((a.low * a.low, a.high * a.high))
+            low = 0.0 if a.low <= 0.0 <= a.high else edges[0]
+            return self._new("mul", (a, b), low=low, high=edges[1])
+        corners = [x * y for x in (a.low, a.high) for y in (b.low, b.high)]
+        return self._new("mul", (a, b), low=min(corners), high=max(corners))
+
+    def select(self, condition: Condition, yes: Node, no: Node) -> Node:
+        """``yes`` where the condition holds, else ``no``."""
+        if condition.inverted:
+            yes, no = no, yes
+        c = condition.node
+        if c.high < 0.0 or yes is no:
+            return yes
+        if c.low >= 0.0:
+            return no
+        return self._new("select", (c, yes, no), low=min(yes.low, no.low),
+                         high=max(yes.high, no.high))
+
+    def flip(self, condition: Condition, a: Node) -> Node:
+        """-a where the condition holds, else a."""
+        c = condition.node
+        certain = True if c.high < 0.0 else False if c.low >= 0.0 else None
+        if certain is not None:
+            return self.neg(a) if certain != condition.inverted else a
+        if condition.inverted:
+            return self.neg(self.flip(~condition, a))
+        bound = max(abs(a.low), abs(a.high))
+        return self._new("flip", (c, a), low=-bound, high=bound)
+
+    def absolute(self, a: Node) -> Node:
+        """|a|."""
+        if a.low >= 0.0:
+            return a
+        if a.high <= 0.0:
+            return self.neg(a)
+        return self._new("abs", (a,), low=0.0, high=max(-a.low, a.high))
+
+    def wrap(self, a: Node) -> Node:
+        """``a`` half turns wrapped to [-1, 1): the word's own overflow."""
+        if a.kind == "const":
+            return self.const((a.value + 1.0) % 2.0 - 1.0)
+        return self._new("wrap", (a,), low=-1.0, high=1.0, unit="ht")
+
+    def bounded(self, a: Node, low: float, high: float, reason: str) -> Node:
+        """``a``, known (or made, by saturation) to lie in [low, high]."""
+        return self._new("bounded", (a,), key=(low, high), low=low, high=high,
+                         source=f"declared: {reason}", unit=a.unit)
+
+    def function(self, kind: str, a: Node, *, quarter: bool = False) -> Node:
+        """sin (cosine with ``quarter``), asin, rsqrt, reciprocal."""
+        if kind == "sin":
+            return self._new("sin", (a,), key=quarter, quarter=quarter, low=-1.0, high=1.0)
+        if kind == "asin":
+            return self._new("asin", (a,), low=0.0, high=0.26, unit="ht")
+        if kind == "rsqrt":
+            low = 0.0 if a.high <= 0 else 1.0 / math.sqrt(a.high)
+            high = math.inf if a.low <= 0 else 1.0 / math.sqrt(a.low)
+            return self._new("rsqrt", (a,), low=low, high=high)
+        if kind == "reciprocal":
+            if a.low <= 0.0 <= a.high:
+                raise InputError(f"{self.name}: reciprocal of {a.label}: its range "
+                                 f"[{a.low:g}, {a.high:g}] must exclude 0; clip it first")
+            return self._new("reciprocal", (a,), low=1.0 / a.high, high=1.0 / a.low)
+        raise ValueError(f"unknown function {kind!r}")

@@ -1,0 +1,128 @@
+"""The operations estimators are written in: the same code on float64 arrays and on the tracer.
+
+On numbers and numpy arrays each function computes in float64, element by element; on traced values
+(`model.graph.Node`) it adds to the graph. Besides these functions use ``+ - * /``, unary minus and
+the comparisons ``< > <= >=`` whose results combine with ``& | ~``.
+
+Angles in half turns (suffix ``_ht``): 1 = pi rad, wrapped to [-1, 1).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from model.graph import Condition, Node
+
+__all__ = ["absolute", "atan2_ht", "bounded", "clip", "maximum", "minimum", "named", "rsqrt",
+           "sincos_ht", "sqrt", "where", "wrap_ht"]
+
+
+def named(name: str, x: Any) -> Any:
+    """``x``; in the program its value carries this name."""
+    if isinstance(x, Node) and x.kind not in ("input", "param", "state", "const"):
+        if x.name is None:
+            x.name = name
+    return x
+
+
+def bounded(x: Any, low: float, high: float, reason: str) -> Any:
+    """``x``, which its author knows to lie in [low, high] because of ``reason``.
+
+    The fixed-point value takes its format from this range and saturates (with the sticky flag)
+    should it ever be wrong. On floats nothing happens.
+    """
+    return x.graph.bounded(x, low, high, reason) if isinstance(x, Node) else x
+
+
+def where(condition: Any, yes: Any, no: Any) -> Any:
+    """``yes`` where the condition holds, else ``no``."""
+    if isinstance(condition, Condition):
+        g = condition.node.graph
+        return g.select(condition, g.lift(yes), g.lift(no))
+    return np.where(condition, yes, no)
+
+
+def absolute(x: Any) -> Any:
+    """|x|."""
+    return x.graph.absolute(x) if isinstance(x, Node) else np.abs(x)
+
+
+def minimum(a: Any, b: Any) -> Any:
+    """The smaller of two."""
+    return where(a < b, a, b)
+
+
+def maximum(a: Any, b: Any) -> Any:
+    """The larger of two."""
+    return where(a < b, b, a)
+
+
+def clip(x: Any, low: float, high: float) -> Any:
+    """``x`` limited to [low, high] (exactly, by comparison)."""
+    if not isinstance(x, Node):
+        return np.clip(x, low, high)
+    g = x.graph
+    if x.low < low:
+        x = g.bounded(where(x < low, low, x), low, max(x.high, low), "clip")
+    if x.high > high:
+        x = g.bounded(where(x > high, high, x), min(x.low, high), high, "clip")
+    return x
+
+
+def wrap_ht(x: Any) -> Any:
+    """``x`` half turns wrapped to [-1, 1). Exact in fixed point."""
+    return x.graph.wrap(x) if isinstance(x, Node) else (x + 1.0) % 2.0 - 1.0
+
+
+def sincos_ht(x: Any) -> tuple[Any, Any]:
+    """sin(pi x), cos(pi x) of ``x`` half turns in [-1, 1)."""
+    if isinstance(x, Node):
+        g = x.graph
+        return g.function("sin", x), g.function("sin", x, quarter=True)
+    return np.sin(np.pi * x), np.cos(np.pi * x)
+
+
+def rsqrt(x: Any) -> Any:
+    """1 / sqrt(x) of x >= 0.
+
+    In fixed point arguments below 2^-22 of the full scale (W = 32) count as that; multiply the
+    result by something before you store it, so that its exponent stays free.
+    """
+    if isinstance(x, Node):
+        return x.graph.function("rsqrt", x)
+    return 1.0 / np.sqrt(np.maximum(x, 1e-300))
+
+
+def sqrt(x: Any) -> Any:
+    """Square root of x >= 0, as x * rsqrt(x)."""
+    if isinstance(x, Node):
+        root = x * x.graph.function("rsqrt", x)
+        root.low, root.high = max(x.low, 0.0) ** 0.5, max(x.high, 0.0) ** 0.5
+        return root
+    return np.sqrt(x)
+
+
+def atan2_ht(y: Any, x: Any) -> Any:
+    """Angle of the vector (x, y) in half turns, [-1, 1); of the zero vector 0.
+
+    Fixed point: scale the smaller component to a sine, s = min(|x|,|y|) / sqrt(x^2 + y^2) <= 0.71,
+    take asin(s) from its table and unfold the octants::
+
+        swap = x^2 < y^2                             the angle is measured from the y axis
+        angle = base +- asin(s),  minus if swap xor (x < 0) xor (y < 0)
+        base  = swap ? (y < 0 ? -1/2 : 1/2) : (x < 0 ? 1 : 0)
+    """
+    if not isinstance(x, Node) and not isinstance(y, Node):
+        angle = np.arctan2(y, x) / np.pi
+        return (angle + 1.0) % 2.0 - 1.0
+    g = (x if isinstance(x, Node) else y).graph
+    x, y = g.lift(x), g.lift(y)
+    xx, yy = x * x, y * y
+    swap = xx < yy
+    sine = g.absolute(where(swap, x, y)) * g.function("rsqrt", xx + yy)
+    sine = g.bounded(sine, 0.0, 0.7188, "smaller component of a unit vector")
+    sign = g.flip(swap, g.flip(x < 0.0, y))
+    base = where(swap, g.flip(y < 0.0, g.const(0.5)), where(x < 0.0, -1.0, 0.0))
+    return g.wrap(base + g.flip(sign < 0.0, g.function("asin", sine)))

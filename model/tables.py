@@ -1,0 +1,110 @@
+"""Function tables: cubic segments, evaluated by multiply-accumulate groups.
+
+A function is tabulated over a normalised argument whose word's `Arithmetic.INDEX_BITS` bits below
+the sign bit choose the segment and whose remaining bits are the position p in [0, 1) inside it::
+
+    y = c0 + c1 p + c2 p^2 + c3 p^3 = (c0 + c1 p) + (c2 + c3 p) (p p)
+
+Each segment interpolates the function at the four Chebyshev nodes of the segment, which is within
+a few per cent of the best cubic. Coefficients are words with one binary point per coefficient.
+
+| table | block | segments | argument | result |
+|---|---|---|---|---|
+| SIN | 0 | 0..127 | x in [0, 1) half turns, word 2^(W-1) | sin(pi x) |
+| RSQRT | 1 | 32..127 | m in [1/4, 1), word 2^(W-1) | m^(-1/2) |
+| ASIN | 2 | 0..45 | v in [0, 0.72), word 2^(W-2) | asin(v)/pi, half turns |
+| RECIPROCAL | 2 | 64..127 | m in [1/2, 1), word 2^(W-1) | 1/m |
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+import numpy.typing as npt
+
+from model.fixed import Arithmetic, Format
+
+__all__ = ["ASIN", "BLOCK_WORDS", "RECIPROCAL", "RSQRT", "SIN", "TABLES", "Table",
+           "coefficient_formats", "table_memory"]
+
+Array = npt.NDArray[np.float64]
+
+#: Words of one block: 128 segments of four coefficients.
+BLOCK_WORDS = 512
+_BLOCKS = 3
+
+
+@dataclass(frozen=True)
+class Table:
+    """One tabulated function.
+
+    ``function`` maps the argument (segment / ``segments_per_unit``) to the result. Segments
+    ``first`` to ``last`` are in use; ``result_frac_below_word`` is W minus the result's fraction
+    bits; ``low``/``high`` bound the result.
+    """
+
+    name: str
+    block: int
+    first: int
+    last: int
+    segments_per_unit: int
+    function: Callable[[Array], Array]
+    result_frac_below_word: int
+    low: float
+    high: float
+
+    def result_format(self, arith: Arithmetic) -> Format:
+        """Format of the function's result."""
+        return Format(arith.word, arith.word - self.result_frac_below_word)
+
+    def coefficients(self) -> Array:
+        """Coefficients (segments in use, 4) of 1, p, p^2, p^3, p in [0, 1)."""
+        nodes = 0.5 - 0.5 * np.cos(np.pi * (np.arange(4) + 0.5) / 4.0)
+        segment = np.arange(self.first, self.last + 1, dtype=np.float64)
+        y = self.function((segment[:, None] + nodes) / self.segments_per_unit)
+        return np.linalg.solve(np.vander(nodes, 4, increasing=True), y.T).T
+
+
+SIN = Table("sin", 0, 0, 127, 128, lambda x: np.sin(np.pi * x), 2, 0.0, 1.0)
+RSQRT = Table("rsqrt", 1, 32, 127, 128, lambda m: 1.0 / np.sqrt(m), 2, 1.0, 2.0)
+ASIN = Table("asin", 2, 0, 45, 64, lambda v: np.arcsin(v) / np.pi, 1, 0.0, 0.26)
+RECIPROCAL = Table("reciprocal", 2, 64, 127, 128, lambda m: 1.0 / m, 2, 1.0, 2.0)
+TABLES = (SIN, RSQRT, ASIN, RECIPROCAL)
+
+
+@lru_cache
+def coefficient_formats(table: Table, arith: Arithmetic) -> tuple[Format, ...]:
+    """Format of each of the four coefficients: the finest that holds all segments.
+
+    c0 and c1 are no finer than the accumulator can use, which keeps shifts legal.
+    """
+    result = table.result_format(arith)
+    formats = []
+    for column in table.coefficients().T:
+        fmt = Format.for_range(arith.word, float(column.min()), float(column.max()))
+        formats.append(Format(arith.word, min(fmt.frac, result.frac + arith.guard)))
+    return tuple(formats)
+
+
+@lru_cache
+def table_memory(arith: Arithmetic) -> tuple[int, ...]:
+    """The flat table memory: word address = 512 * block + 4 * segment + coefficient.
+
+    Unused segments repeat the value at the nearest edge of the segments in use (c0 only), so that
+    an argument outside the domain gives a bounded, monotone result.
+    """
+    memory = np.zeros((_BLOCKS, BLOCK_WORDS // 4, 4), dtype=np.int64)
+    for table in TABLES:
+        formats = coefficient_formats(table, arith)
+        c = table.coefficients()
+        words = np.stack([f.quantise(c[:, k]) for k, f in enumerate(formats)], axis=1)
+        memory[table.block, table.first:table.last + 1] = words
+    edge = RSQRT.function(np.array([RSQRT.first / RSQRT.segments_per_unit]))
+    memory[RSQRT.block, :RSQRT.first, 0] = coefficient_formats(RSQRT, arith)[0].quantise(edge)
+    edge = ASIN.function(np.array([(ASIN.last + 1) / ASIN.segments_per_unit]))
+    memory[ASIN.block, ASIN.last + 1:RECIPROCAL.first, 0] = \
+        coefficient_formats(ASIN, arith)[0].quantise(edge)
+    return tuple(int(w) for w in memory.ravel())

@@ -1,0 +1,43 @@
+"""The logs that come with the package, found by name."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+from pathlib import Path
+
+from model.errors import InputError
+
+__all__ = ["bundled", "bundled_names"]
+
+
+def _folder() -> Path:
+    return Path(str(files("sim").joinpath("data")))
+
+
+def bundled_names() -> tuple[str, ...]:
+    """List the bundled logs: file names without suffix, sorted."""
+    return tuple(sorted(path.stem for path in _folder().glob("*.csv")))
+
+
+def bundled(name: str) -> Path:
+    """Path of a bundled log.
+
+    Parameters
+    ----------
+    name : str
+        One of `bundled_names`.
+
+    Returns
+    -------
+    Path
+        Of a CSV log that `sim.log.read_log` reads.
+
+    Raises
+    ------
+    InputError
+        If there is no such log.
+    """
+    if name not in bundled_names():
+        known = ", ".join(bundled_names())
+        raise InputError(f"name must be one of the bundled logs ({known}), not {name!r}")
+    return _folder() / f"{name}.csv"

@@ -1,0 +1,20 @@
+"""`model.errors`: one line, whatever went in."""
+
+import pytest
+
+from model.errors import InputError
+
+
+def test_is_a_value_error() -> None:
+    with pytest.raises(ValueError, match=r"^no good$"):
+        raise InputError("no good")
+
+
+def test_message_is_one_line() -> None:
+    assert str(InputError("two\n  lines\tand a tab ")) == "two lines and a tab"
+
+
+def test_at_names_place_wish_finding_and_remedy() -> None:
+    error = InputError.at("a.csv, line 3", wanted="a number", found="'x'", fix="correct it")
+    assert isinstance(error, InputError)
+    assert str(error) == "a.csv, line 3: wanted a number, found 'x'; correct it"
