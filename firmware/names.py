@@ -19,9 +19,9 @@ RESERVED = frozenset("""
     using virtual wchar_t xor xor_eq unix linux
 """.split())
 
-#: Macros of <stdint.h>.
+#: Macros and types of the standard headers.
 RESERVED_PATTERN = re.compile(
-    r"U?INT\w*_(MAX|MIN|C)|(PTRDIFF|SIZE|SIG_ATOMIC|WCHAR|WINT)_(MAX|MIN|WIDTH)")
+    r"u?int\w*_t|(size|ptrdiff|wchar)_t|U?INT\w*_(MAX|MIN|C)|(PTRDIFF|SIZE|SIG_ATOMIC|WCHAR|WINT)_(MAX|MIN|WIDTH)")
 
 
 def identifier(name: str) -> str:

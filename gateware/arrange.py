@@ -12,10 +12,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
-from gateware.slots import INDEX_GAP, Slot
+from gateware.slots import Slot
 from model.program import Negate, Op, Scale, When
 
-__all__ = ["Arrangement", "Need", "arrangements", "needs", "uses_flag"]
+__all__ = ["Arrangement", "Need", "arrangements", "needs", "reads", "uses_flag"]
 
 #: Captures that an op has to make itself: index, flag, norm.
 Need = tuple[bool, bool, bool]
@@ -27,12 +27,12 @@ _MOST = 12  # arrangements kept per op and need
 class Arrangement:
     """Slots of one op, not yet in order (cycle and lane of `slots` mean nothing).
 
-    ``before`` lists (earlier, later, gap) pairs in an order in which release times propagate;
+    ``before`` lists (earlier, later) pairs in an order in which release times propagate;
     ``index`` tells whether the op captures its index.
     """
 
     slots: tuple[Slot, ...]
-    before: tuple[tuple[int, int, int], ...]
+    before: tuple[tuple[int, int], ...]
     index: bool
 
     def reads(self, k: int) -> tuple[int, ...]:
@@ -47,9 +47,9 @@ class Arrangement:
         """
         release = [max(ready[s.a], ready[s.b]) if s.b is not None else ready[s.a]
                    for s in self.slots]
-        for earlier, later, gap in self.before:
-            if release[later] < release[earlier] + gap:
-                release[later] = release[earlier] + gap
+        for earlier, later in self.before:
+            if release[later] <= release[earlier]:
+                release[later] = release[earlier] + 1
         order = sorted(range(len(release)), key=release.__getitem__)
         return max(release[k] - i for i, k in enumerate(order)), order
 
@@ -65,6 +65,15 @@ def needs(op: Op) -> Need:
     return (any(t.coefficient is not None for t in op.terms),
             any(uses_flag(op, k) for k in range(len(op.terms))),
             any(t.scale is not Scale.NONE for t in op.terms))
+
+
+def reads(op: Op) -> set[int]:
+    """Values that the op cannot do without: operands, and captures that its terms use."""
+    out = {v for t in op.terms for v in (t.a, t.b) if v is not None}
+    for value, due in zip((op.index, op.flag, op.norm), needs(op), strict=True):
+        if due and value is not None:
+            out.add(value)
+    return out
 
 
 def _carriers(op: Op, value: int, *, index: bool) -> list[tuple[int, bool] | None]:
@@ -110,19 +119,19 @@ def _build(op: Op, number: int, wanted: dict[str, tuple[int, bool]],
     edges = []
     for k, t in enumerate(op.terms):
         if "flag" in places and uses_flag(op, k) and k != places["flag"]:
-            edges.append((places["flag"], k, 1))
+            edges.append((places["flag"], k))
         if "norm" in places and t.scale is not Scale.NONE and k != places["norm"]:
-            edges.append((places["norm"], k, 1))
+            edges.append((places["norm"], k))
         if "index" in places and t.coefficient is not None:
-            edges.append((places["index"], k, INDEX_GAP))
+            edges.append((places["index"], k))
     ordered = _topological(len(slots), edges)
     return None if ordered is None else Arrangement(tuple(slots), ordered, "index" in places)
 
 
-def _topological(count: int, edges: list[tuple[int, int, int]]
-                 ) -> tuple[tuple[int, int, int], ...] | None:
+def _topological(count: int, edges: list[tuple[int, int]]
+                 ) -> tuple[tuple[int, int], ...] | None:
     """Edges sorted so that each comes after those into its tail; None if there is a cycle."""
-    out: list[tuple[int, int, int]] = []
+    out: list[tuple[int, int]] = []
     left = set(range(count))
     while left:
         free = [k for k in left if not any(e[1] == k and e[0] in left for e in edges)]

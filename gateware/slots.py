@@ -9,10 +9,7 @@ from functools import cached_property
 from gateware.machine import Machine
 from model.program import Program
 
-__all__ = ["INDEX_GAP", "Schedule", "ScheduleError", "Slot"]
-
-#: A captured segment index serves table operands of slots this many cycles later, or more.
-INDEX_GAP = 1
+__all__ = ["Schedule", "ScheduleError", "Slot"]
 
 
 class ScheduleError(ValueError):
@@ -49,7 +46,7 @@ class Slot:
 class Schedule:
     """A program laid out in time.
 
-    ``program`` is the lowered program (`gateware.lower`): the source program, ``source`` its
+    ``program`` is the lowered program (`gateware.copies`): the source program, ``source`` its
     digest, with copies for states that need them. ``slots`` are in order of (cycle, lane),
     ``gets`` are the cycles at which the inputs are written, ``length`` counts the ROM words.
     ``urgent`` is the number of leading outputs whose latency was minimised first.

@@ -1,8 +1,8 @@
-"""The error that a user of Boresight can cause and can mend."""
+"""The errors that a user of Boresight can cause and can mend."""
 
 from __future__ import annotations
 
-__all__ = ["InputError"]
+__all__ = ["InputError", "ToolMissing"]
 
 
 class InputError(ValueError):
@@ -35,3 +35,7 @@ class InputError(ValueError):
             What the user can do about it.
         """
         return cls(f"{where}: wanted {wanted}, found {found}; {fix}")
+
+
+class ToolMissing(RuntimeError):
+    """An external program is needed and not installed; the message says which and how to get it."""

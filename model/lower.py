@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 from model import tables
 from model.errors import InputError
 from model.fixed import Arithmetic, Format
-from model.graph import Node
+from model.graph import LEAVES, Node
 from model.program import Kind, Negate, Op, Overflow, Program, Scale, Term, Value, When
 
 __all__ = ["lower"]
@@ -300,7 +300,7 @@ class _Lowering:
         return getattr(self, f"_form_{node.kind}")(node, wrapped or node.kind == "wrap")
 
     def _fuses(self, node: Node, wrapped: bool) -> bool:
-        if node.name is not None or node.kind in ("input", "param", "state", "bounded"):
+        if node.name is not None or node.kind in LEAVES or node.kind == "bounded":
             return False
         if node.kind == "wrap":
             return wrapped and node.uses == 1
@@ -335,12 +335,19 @@ class _Lowering:
     def _form_mul(self, node: Node, wrapped: bool) -> _Form:
         form = _Form()
         factors: list[int] = []
-        exponent, scale, negate = 0, Scale.NONE, Negate.NO
-        for arg in node.args:
-            if arg.kind == "const" and _power_of_two(arg.value):
-                exponent += int(math.log2(abs(arg.value)))
-                negate = _FLIP[negate] if arg.value < 0 else negate
-            elif arg.kind in ("rsqrt", "reciprocal") and form.norm is None \
+        scale = Scale.NONE
+        args, power = self._peel(node)
+        if len(args) == 1 and self._fuses(args[0], False):
+            form = self.form(args[0])
+            form.constant *= power
+            form.terms = [replace(p, exponent=p.exponent + int(math.log2(abs(power))),
+                                  negate=_FLIP[p.negate] if power < 0 else p.negate)
+                          for p in form.terms]
+            return form
+        exponent = int(math.log2(abs(power)))
+        negate = Negate.YES if power < 0 else Negate.NO
+        for arg in args:
+            if arg.kind in ("rsqrt", "reciprocal") and form.norm is None \
                     and arg.number not in self._of_node and (
                         form.flag is None or arg.kind == "rsqrt"):
                 number, more, form.norm = self._mantissa(arg)
@@ -359,6 +366,24 @@ class _Lowering:
         form.terms.append(_Proto(factors[0], factors[1] if len(factors) > 1 else None, exponent,
                                  negate=negate, scale=scale))
         return form
+
+    def _peel(self, node: Node) -> tuple[list[Node], float]:
+        """Factors of a product, powers of two taken out of them (and of nested products)."""
+        args: list[Node] = []
+        power = 1.0
+        for arg in node.args:
+            while True:
+                if arg.kind == "const" and _power_of_two(arg.value):
+                    power *= arg.value
+                    break
+                if (arg.kind == "mul" and arg.name is None and arg.number not in self._of_node
+                        and arg.args[1].kind == "const" and _power_of_two(arg.args[1].value)):
+                    power *= arg.args[1].value
+                    arg = arg.args[0]
+                    continue
+                args.append(arg)
+                break
+        return args, power
 
     def _form_select(self, node: Node, wrapped: bool) -> _Form:
         condition, yes, no = node.args
@@ -403,7 +428,9 @@ class _Lowering:
         return self.form(node.args[0], wrapped=True)
 
     def _form_bounded(self, node: Node, wrapped: bool) -> _Form:
-        return self.form(node.args[0])
+        arg = node.args[0]
+        return self.form(arg, top=arg.uses == 1 and arg.name is None
+                         and arg.kind not in ("wrap", *LEAVES))
 
     # -- functions ------------------------------------------------------------------------------
 

@@ -70,7 +70,8 @@ class SensorError:
 
     def apply(self, true: FloatArray, rng: np.random.Generator) -> FloatArray:
         """Return the reading for true values (n, 3)."""
-        return true + np.asarray(self.bias) + self.noise * rng.standard_normal(true.shape)
+        noise = self.noise * rng.standard_normal(true.shape)
+        return np.asarray(true + np.asarray(self.bias) + noise, dtype=np.float64)
 
 
 def synthetic_log(

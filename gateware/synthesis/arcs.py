@@ -46,7 +46,7 @@ class Setup:
 class Inside:
     """From register ``start`` to register ``end`` of the same cell.
 
-    A minimum clock period of the cell has ``is_period`` set; no clock uncertainty is added to it.
+    A minimum clock period of the cell has ``is_period`` set.
     """
 
     start: str

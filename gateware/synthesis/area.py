@@ -66,9 +66,8 @@ class Area:
     @property
     def ramb16(self) -> float:
         """Block RAM in 18 Kbit sites; a RAMB8 takes half of one."""
-        return (
-            self.ramb16_cells * BLOCK_RAMS["RAMB16BWER"] + self.ramb8_cells * BLOCK_RAMS["RAMB8BWER"]
-        )
+        whole, half = BLOCK_RAMS["RAMB16BWER"], BLOCK_RAMS["RAMB8BWER"]
+        return whole * self.ramb16_cells + half * self.ramb8_cells
 
     def used(self) -> dict[str, float]:
         """Return the amounts by the resource keys of :class:`Device`."""

@@ -60,9 +60,12 @@ BLOCK_RAMS: Final[Mapping[str, float]] = MappingProxyType({"RAMB16BWER": 1.0, "R
 #: Clock, I/O, configuration and constant cells: no slice logic, and paths start or end there
 #: untimed.
 SPECIALS: Final = frozenset(
-    """
-    GND VCC BUFG BUFGCE BUFGMUX BUFH BUFIO2 IBUF IBUFG IBUFDS IBUFGDS OBUF OBUFT OBUFDS IOBUF
-    PULLUP PULLDOWN KEEPER IDDR2 ODDR2 IODELAY2 ISERDES2 OSERDES2 DCM_SP DCM_CLKGEN PLL_BASE
-    PLL_ADV STARTUP_SPARTAN6 ICAP_SPARTAN6 BSCAN_SPARTAN6 DNA_PORT
-    """.split()
+    {
+        *("GND", "VCC", "PULLUP", "PULLDOWN", "KEEPER"),
+        *("BUFG", "BUFGCE", "BUFGMUX", "BUFH", "BUFIO2"),
+        *("DCM_SP", "DCM_CLKGEN", "PLL_BASE", "PLL_ADV"),
+        *("IBUF", "IBUFG", "IBUFDS", "IBUFGDS", "OBUF", "OBUFT", "OBUFDS", "IOBUF"),
+        *("IDDR2", "ODDR2", "IODELAY2", "ISERDES2", "OSERDES2"),
+        *("STARTUP_SPARTAN6", "ICAP_SPARTAN6", "BSCAN_SPARTAN6", "DNA_PORT"),
+    }
 )

@@ -82,9 +82,9 @@ _REPORTS = {
 _SCALED = "borrowed from the -3 value, times about 1.15"
 
 
-def _pair(what: str, ns2: float, ns3: float, guess2: str = "", guess3: str = "") -> tuple[
-    Delay, Delay
-]:
+def _pair(
+    what: str, ns2: float, ns3: float, guess2: str = "", guess3: str = ""
+) -> tuple[Delay, Delay]:
     """Make the -2 and -3 records of one constant; a non-empty guess text marks a guess."""
 
     def one(grade: int, ns: float, guess: str) -> Delay:
@@ -120,7 +120,7 @@ def _slice_delays() -> dict[str, tuple[Delay, Delay]]:
         "mux_select": _guess("F7/F8 select to output", 0.22, 0.22, "near one LUT delay"),
         "srl_clk_q": _guess("shift-register LUT clock to output", 1.47, 1.30, ram),
         "srl_address": _guess("shift-register address to output", 0.259, 0.261, "as one LUT"),
-        "srl_setup": _guess("shift-register data and enable setup", 0.40, 0.40, "above Tceck/Tdick"),
+        "srl_setup": _guess("shift-register data and enable setup", 0.40, 0.40, "near Tceck"),
         "lutram_clk_q": _guess("LUT RAM write clock to output", 1.20, 1.05, ram),
         "lutram_address": _guess("LUT RAM read address to output", 0.259, 0.261, "as one LUT"),
         "lutram_setup": _guess("LUT RAM data, address, enable setup", 0.40, 0.40, "as the SRL"),
@@ -204,7 +204,8 @@ def _dsp_delays() -> dict[str, tuple[Delay, Delay]]:
         "dsp_preadd": _guess("B, D or OPMODE through the pre-adder", 2.30, 2.00, near),
         "dsp_ab_m": _guess("A or B through the multiplier, to MREG or pin M", 2.90, 2.50, near),
         "dsp_ab_p": seen3("A or B through multiplier and post-adder (B to PCOUT)", 3.60, 3.125),
-        "dsp_ab_preg": _guess("A or B to PREG, no MREG", 3.40, 2.925, "to P, less an output buffer"),
+        "dsp_ab_preg": _guess("A or B to PREG, no MREG", 3.40, 2.925,
+                              "to P, less an output buffer"),
         "dsp_c_p": _guess("C, D:A:B, OPMODE or CARRYIN to P", 2.60, 2.264, "as PCIN to P"),
         "dsp_c_preg": _guess("C, D:A:B, OPMODE or CARRYIN to PREG", 2.40, 2.064,
                              "to P, less an output buffer"),

@@ -172,12 +172,12 @@ class _Builder:
     def _connect(self, load: Pin) -> tuple[int, int, Pin, Hop, int] | None:
         """Follow the net into ``load`` back to a timed node; None for constants and ports."""
         bit = self._bit(load)
-        if isinstance(bit, int) and self.netlist.cells[load.cell].type in LUTS:
+        if isinstance(bit, int) and self._type_of(load) in LUTS:
             bit = self._behind_inverters(bit)
         if not isinstance(bit, int) or bit not in self.netlist.drivers:
             return None
         driver = self.netlist.drivers[bit]
-        node = self.timings[driver.cell].node_of.get((driver.port, driver.index))
+        node = self.timings[driver.cell].node_of.get((driver.port, driver.offset))
         if node is None:
             return None
         fanout = self._fanout(bit)
@@ -185,7 +185,7 @@ class _Builder:
         return self.node_ids[driver.cell, node], bit, driver, hop, fanout
 
     def _bit(self, pin: Pin) -> int | str:
-        return self.netlist.cells[pin.cell].inputs[pin.port][pin.index]
+        return self.netlist.cells[pin.cell].inputs[pin.port][pin.offset]
 
     def _behind_inverters(self, bit: int) -> int | str:
         """Return the net in front of any inverters: a LUT takes the inversion into its table."""
@@ -198,7 +198,9 @@ class _Builder:
             if not isinstance(before, int):
                 return before
             if before in seen:
-                raise NetlistError(f"netlist must have no combinational loop, not one at {cell.name}")
+                raise NetlistError(
+                    f"netlist must have no combinational loop, not one at {cell.name}"
+                )
             seen.add(before)
             bit = before
         return bit
@@ -206,20 +208,22 @@ class _Builder:
     def _fanout(self, bit: int) -> int:
         """Count the pins on a net, the LUTs behind its inverters among them."""
         netlist = self.netlist
+        inverted = bit in netlist.drivers and self._type_of(netlist.drivers[bit]) == "INV"
         total, pending, seen = 0, [bit], {bit}
         while pending:
             here = pending.pop()
-            behind_inverter = here != bit
             for pin in netlist.loads.get(here, ()):
-                kind = netlist.cells[pin.cell].type
+                kind = self._type_of(pin)
                 if kind == "INV":
                     after = netlist.cells[pin.cell].outputs["O"][0]
                     total += self._is_real(after)
                     if isinstance(after, int) and after not in seen:
                         seen.add(after)
                         pending.append(after)
-                elif not behind_inverter or kind in LUTS:
-                    total += 1
+                elif kind in LUTS:
+                    total += not inverted  # behind an inverter: counted at the net before it
+                else:
+                    total += here == bit
         return max(1, total + (bit in netlist.output_bits_set))
 
     def _is_real(self, after: int | str) -> bool:
@@ -228,8 +232,11 @@ class _Builder:
             return False
         loads = self.netlist.loads.get(after, ())
         return after in self.netlist.output_bits_set or any(
-            self.netlist.cells[p.cell].type not in LUTS | {"INV"} for p in loads
+            self._type_of(pin) not in LUTS | {"INV"} for pin in loads
         )
+
+    def _type_of(self, pin: Pin) -> str:
+        return self.netlist.cells[pin.cell].type
 
     def _sort(self) -> list[int]:
         """Order the nodes by Kahn's method."""

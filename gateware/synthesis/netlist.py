@@ -19,11 +19,11 @@ class NetlistError(ValueError):
 
 
 class Pin(NamedTuple):
-    """Bit ``index`` of port ``port`` of cell ``cell``."""
+    """Bit ``offset`` of port ``port`` of cell ``cell``."""
 
     cell: str
     port: str
-    index: int
+    offset: int
 
 
 @dataclass(frozen=True, kw_only=True)

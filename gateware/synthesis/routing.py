@@ -45,18 +45,17 @@ def route(netlist: Netlist, bit: int, driver: Pin, load: Pin, *, fanout: int) ->
     routed = fanout_key(fanout)
     is_lut = source in LUTS or source == "INV"
     if source == "CARRY4" and driver.port == "CO":
-        if target == "CARRY4" and load.port == "CI" and driver.index == 3:
+        if target == "CARRY4" and load.port == "CI" and driver.offset == 3:
             return Hop("net_carry")
-        return Hop(routed, ("carry_exit",) if driver.index == 3 else ())
+        return Hop(routed, ("carry_exit",) if driver.offset == 3 else ())
     if target == "CARRY4" and load.port == "S":
         return Hop("") if is_lut and _only_such(netlist, bit, load) else Hop(routed, ("lut",))
     if target == "MUXF7" and load.port != "S":
         return Hop("") if is_lut and _only_such(netlist, bit, load) else Hop(routed, ("lut",))
     if target == "MUXF8" and load.port != "S" and source == "MUXF7":
         return Hop("")
-    if source == "DSP48A1" and target == "DSP48A1":
-        if _DSP_CASCADES.get(driver.port) == load.port:
-            return Hop("net_dsp")
+    if source == target == "DSP48A1" and _DSP_CASCADES.get(driver.port) == load.port:
+        return Hop("net_dsp")
     if target in FLIP_FLOPS and load.port == "D" and fanout == 1:
         if is_lut or source in _MUXES:
             return Hop("", in_slice=True)
@@ -73,6 +72,5 @@ def _only_such(netlist: Netlist, bit: int, load: Pin) -> bool:
         for pin in netlist.loads[bit]
         if netlist.cells[pin.cell].type == kind
         and (pin.port == "S") == (load.port == "S")
-        and not (kind == "CARRY4" and pin.port != "S")
     ]
     return len(rivals) == 1

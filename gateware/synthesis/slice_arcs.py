@@ -1,5 +1,7 @@
 """Timing of what a slice holds: flip-flops, LUTs, carry, wide multiplexers, SRL and LUT RAM."""
 
+import re
+
 from gateware.synthesis.arcs import Arc, CellTiming, Launch, Setup
 from gateware.synthesis.celltypes import FLIP_FLOPS, LATCHES, LUTRAMS, LUTS, SHIFT_REGISTERS
 from gateware.synthesis.netlist import Cell, NetlistError
@@ -126,6 +128,4 @@ def _lutram(cell: Cell) -> CellTiming:
 
 def _starting(cell: Cell, prefix: str) -> list[str]:
     """Return the input ports named ``prefix`` or ``prefix`` and a number (A, A0, DPRA3)."""
-    return [
-        p for p in cell.inputs if p == prefix or (p.startswith(prefix) and p[len(prefix):].isdigit())
-    ]
+    return [p for p in cell.inputs if re.fullmatch(prefix + r"\d*", p)]

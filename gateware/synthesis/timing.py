@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from gateware.synthesis.delays import Delay, DelayTable, delay_table
 from gateware.synthesis.graph import Edge, Endpoint, Graph, Start, build_graph
-from gateware.synthesis.netlist import Netlist
+from gateware.synthesis.netlist import Netlist, Pin
 
 __all__ = ["NOTE", "Group", "PathPoint", "Timing", "TimingPath", "analyse"]
 
@@ -51,9 +51,10 @@ class TimingPath:
     """A path from register to register.
 
     Attributes:
-        start, end: ``cell.register`` of both ends
+        start, end: ``name.register`` of both ends, the name a net's where the cell has none
         group: kind of end, e.g. ``FDRE.D``
-        delay_ns: clock-to-output, logic, nets, setup and clock uncertainty
+        delay_ns: clock-to-output, logic, nets, setup and clock uncertainty; inside one cell, as
+            the cell's own limit states it, without uncertainty
         slack_ns: period asked for minus ``delay_ns``
         points: the steps; empty for paths that were not traced
     """
@@ -186,8 +187,7 @@ class _Analysis:
     def _delay(self, end: Endpoint) -> float | None:
         """Return the longest delay to ``end``, or None if no register leads there."""
         if end.hop is None:
-            slack = 0.0 if end.is_period else self.delays["clock_uncertainty"].ns
-            return self._ns(end.keys) + slack
+            return self._ns(end.keys)  # one clock pin at both ends: no skew
         before = self.arrival[end.source]
         if before is None:
             return None
@@ -234,10 +234,10 @@ class _Analysis:
 
     def _path(self, delay: float, end: Endpoint, period: float, *, traced: bool) -> TimingPath:
         start, edges = self._trace(end)
-        first = f"{end.cell}.{end.start}" if start is None else f"{start.cell}.{start.register}"
+        cell, register = (end.cell, end.start) if start is None else (start.cell, start.register)
         return TimingPath(
-            start=first,
-            end=f"{end.cell}.{end.register}",
+            start=_label(self.graph.netlist, cell, register),
+            end=_label(self.graph.netlist, end.cell, end.register),
             group=self._group_of(end),
             delay_ns=round(delay, 3),
             slack_ns=round(period - delay, 3),
@@ -288,12 +288,22 @@ class _Analysis:
                 entry=_text(end.load), leave=end.register, fanout=end.fanout)
         else:
             add(end.cell, keys=end.keys, entry=end.start, leave=end.register)
-        if not end.is_period:
+        if end.hop is not None:
             add("", keys=("clock_uncertainty",))
         return tuple(points)
 
 
-def _text(pin: object) -> str:
+def _text(pin: Pin) -> str:
     """Write a pin as ``port[index]``."""
-    port, index = pin.port, pin.index  # type: ignore[attr-defined]
-    return f"{port}[{index}]"
+    return f"{pin.port}[{pin.offset}]"
+
+
+def _label(netlist: Netlist, cell: str, register: str) -> str:
+    """Name a register: by its instance, or by its output net where yosys made the instance up."""
+    if cell.startswith("$"):
+        bits = [b for port in netlist.cells[cell].outputs.values() for b in port]
+        nets = [netlist.names[b] for b in bits if isinstance(b, int) and b in netlist.names]
+        written = [name for name in nets if not name.startswith("$")]
+        if written:
+            return f"{written[0]}.{register}"
+    return f"{cell}.{register}"

@@ -1,4 +1,4 @@
-"""Lowering: every state gets a next value of its own, so that the machine can write it.
+"""Copies: every state gets a next value of its own, so that the machine can write it.
 
 The machine writes a next state as the result of a group. A state whose next value is something
 else (itself, an input, a constant, or a result that already is another state's next value) gets a
@@ -12,7 +12,7 @@ from dataclasses import replace
 from model.fixed import Arithmetic
 from model.program import Kind, Op, Overflow, Program, Term, Value
 
-__all__ = ["copy_shift", "lower"]
+__all__ = ["copy_shift", "with_copies"]
 
 
 def copy_shift(word: int, arith: Arithmetic) -> int | None:
@@ -23,7 +23,7 @@ def copy_shift(word: int, arith: Arithmetic) -> int | None:
     return shift if exact and 0 <= shift <= arith.shift_max else None
 
 
-def lower(program: Program) -> Program:
+def with_copies(program: Program) -> Program:
     """``program`` with copies added: same values and ops, then the added ones.
 
     Outputs, saturation and states are those of ``program`` word for word.

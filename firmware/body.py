@@ -1,0 +1,176 @@
+"""Statements of one update in C: every operation as straight-line code on named locals."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+
+from firmware.check import check
+from firmware.names import comment, identifier, literal, unique
+from model.program import Kind, Negate, Op, Overflow, Program, Scale, Term, When
+
+__all__ = ["Body"]
+
+#: Stems whose ``<stem>_t`` belongs to the standard headers.
+_TYPE_STEM = re.compile(r"u?int((_least|_fast)?\d+|ptr|max)|s?size|ptrdiff|wchar|max_align")
+
+_RESULT = {Overflow.SAT: "saturate(acc, &saturated)", Overflow.CLIP: "clip(acc)",
+           Overflow.WRAP: "wrap(acc)"}
+
+
+def _is_conditional(term: Term) -> bool:
+    return term.negate in (Negate.IF, Negate.UNLESS) or term.when is not When.ALWAYS
+
+
+def _uses_flag(op: Op) -> bool:
+    return op.flag is not None and any(map(_is_conditional, op.terms))
+
+
+def _uses_norm(op: Op) -> bool:
+    return op.norm is not None and any(term.scale is not Scale.NONE for term in op.terms)
+
+
+def _uses_table(op: Op) -> bool:
+    return any(term.coefficient is not None for term in op.terms)
+
+
+class Body:
+    """Names and statements that the files of one program share.
+
+    Parameters
+    ----------
+    program : Program
+        What to write.
+    prefix : str or None
+        Name of the files and beginning of every public name; None: the program's name.
+
+    Attributes
+    ----------
+    name : str
+        The prefix in use.
+    params, states : list of int
+        Value numbers of the parameters and of the states, in the order of their structures.
+    input_members, param_members, state_members, output_members : list of str
+        Names of the members of the structures.
+    """
+
+    def __init__(self, program: Program, *, prefix: str | None = None) -> None:
+        check(program)
+        if prefix is not None and identifier(prefix) != prefix:
+            raise ValueError(f"prefix must be a C identifier, not {prefix!r}")
+        name = identifier(program.name) if prefix is None else prefix
+        self.program = program
+        self.name = f"{name}_program" if _TYPE_STEM.fullmatch(name) else name
+        self.params = program.of_kind(Kind.PARAM)
+        self.states = [state for state, _ in program.states]
+        self.input_members = unique(self._names(program.inputs))
+        self.param_members = unique(self._names(self.params))
+        self.state_members = unique(self._names(self.states))
+        self.output_members = unique(program.output_names, taken=["saturated"])
+
+    def _names(self, values: Iterable[int]) -> list[str]:
+        return [self.program.values[n].name for n in values]
+
+    def word(self, number: int) -> str:
+        """Expression of a value: its local variable, or a literal for a constant."""
+        value = self.program.values[number]
+        if value.kind is Kind.CONST:
+            return literal(value.initial)
+        return f"v{number}_{identifier(value.name)}"
+
+    def describe(self, number: int, *, name: bool = False) -> str:
+        """Format, unit and range of a value, for a comment."""
+        value = self.program.values[number]
+        parts = (str(self.program.format(number)), value.unit,
+                 f"[{value.low:.6g}, {value.high:.6g}]")
+        text = ", ".join(part for part in parts if part)
+        return comment(f"{value.name}: {text}" if name else text)
+
+    @property
+    def uses_table(self) -> bool:
+        """Whether some operation reads the table memory."""
+        return any(map(_uses_table, self.program.ops))
+
+    def _term(self, term: Term) -> str:
+        a = f"fraction({self.word(term.a)})" if term.fraction_a else self.word(term.a)
+        if term.b is None:
+            b = f"segment[{term.coefficient}]"
+        else:
+            b = f"fraction({self.word(term.b)})" if term.fraction_b else self.word(term.b)
+        shift = f"{term.shift}u"
+        if term.scale is not Scale.NONE:
+            count = {Scale.FULL: "n", Scale.EVEN: "n & ~1u", Scale.HALF: "n >> 1"}[term.scale]
+            shift = f"shift_less({shift}, {count})"
+        text = f"mul_shift({a}, {b}, {shift})"
+        if term.negate in (Negate.IF, Negate.UNLESS):
+            text = f"negate_where({text}, {'flag' if term.negate is Negate.IF else '~flag'})"
+        if term.when is not When.ALWAYS:
+            text += " & flag" if term.when is When.IF else " & ~flag"
+        sign = "-=" if term.negate is Negate.YES else "+="
+        constants = [self.program.values[n].name for n in (term.a, term.b)
+                     if n is not None and self.program.values[n].kind is Kind.CONST]
+        note = f" // {comment(', '.join(constants))}" if constants else ""
+        return f"acc {sign} {text};{note}"
+
+    def _op(self, op: Op) -> Iterator[str]:
+        yield f"// {self.describe(op.dest, name=True)}, {op.overflow.value}"
+        if op.flag is not None and _uses_flag(op):
+            helper = "sign_mask_quarter" if op.flag_quarter else "sign_mask"
+            yield f"flag = {helper}({self.word(op.flag)});"
+        if op.norm is not None and _uses_norm(op):
+            yield f"n = sign_count({self.word(op.norm)});"
+        if op.index is not None and op.table is not None and _uses_table(op):
+            helper = "segment_index_quarter" if op.index_quarter else "segment_index"
+            yield f"segment = &TABLE[{512 * op.table}u + 4u * {helper}({self.word(op.index)})];"
+        yield "acc = ROUND;"
+        yield from map(self._term, op.terms)
+        yield f"const int32_t {self.word(op.dest)} = {_RESULT[op.overflow]};"
+
+    def _read(self) -> set[int]:
+        """Values that operations, outputs or states read."""
+        read = set(self.program.outputs)
+        read.update(source for state, source in self.program.states if state != source)
+        for op in self.program.ops:
+            for term in op.terms:
+                read.update(n for n in (term.a, term.b) if n is not None)
+            read.update(n for n, used in ((op.flag, _uses_flag(op)), (op.norm, _uses_norm(op)),
+                                          (op.index, _uses_table(op))) if used and n is not None)
+        return read
+
+    def statements(self, *, after: Iterable[str], every_word: bool = False) -> list[str]:
+        """Loads, operations, ``after``, and the replacement of the states.
+
+        Parameters
+        ----------
+        after : iterable of str
+            Statements behind the last operation.
+        every_word : bool
+            ``after`` uses every value.
+        """
+        p = self.program
+        read = set(range(len(p.values))) if every_word else self._read()
+        lines = [
+            f"const int32_t {self.word(n)} = {group}{member}; // {self.describe(n)}"
+            for group, numbers, members in (
+                ("in->", p.inputs, self.input_members),
+                ("self->params.", self.params, self.param_members),
+                ("self->state.", self.states, self.state_members))
+            for n, member in zip(numbers, members, strict=True) if n in read]
+        lines.append("bool saturated = false;")
+        if p.ops:
+            lines.append("uint64_t acc; // accumulator, modulo 2^64")
+        if any(map(_uses_flag, p.ops)):
+            lines.append("uint64_t flag; // all ones where the sign bit of the flag is set")
+        if any(map(_uses_norm, p.ops)):
+            lines.append("uint32_t n; // normalisation count")
+        if self.uses_table:
+            lines.append("const int32_t *segment; // coefficients of one segment of a table")
+        for op in p.ops:
+            lines += ["", *self._op(op)]
+            if op.dest not in read:
+                lines.append(f"(void) {self.word(op.dest)};")
+        lines += ["", *after]
+        lines += [f"self->state.{member} = {self.word(source)};"
+                  for member, (state, source) in zip(self.state_members, p.states, strict=True)
+                  if state != source]
+        return lines

@@ -1,0 +1,229 @@
+"""Compiles an emitted program for this computer and runs it through ctypes."""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import os
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Sequence
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from firmware.emit import emit_c
+from model.errors import ToolMissing
+from model.fixed import IntArray
+from model.program import Kind, Program
+
+__all__ = ["CFLAGS", "CModel", "build_library", "default_cache", "find_compiler"]
+
+#: Flags for speed; the others are fixed in `build_library`.
+CFLAGS = ("-O2",)
+
+_FIXED_FLAGS = ("-std=c99", "-shared", "-fPIC")
+_INT32_POINTER = ctypes.POINTER(ctypes.c_int32)
+_UINT8_POINTER = ctypes.POINTER(ctypes.c_uint8)
+
+
+def find_compiler() -> str:
+    """Path of ``gcc``, else of ``cc``; `ToolMissing` if there is none."""
+    path = shutil.which("gcc") or shutil.which("cc")
+    if path is None:
+        raise ToolMissing("no C compiler was found: install gcc (Debian, Ubuntu: "
+                          "apt install gcc) or put cc on the PATH.")
+    return path
+
+
+@lru_cache(maxsize=None)
+def _version(compiler: str) -> str:
+    return subprocess.run([compiler, "--version"], check=True, capture_output=True,
+                          text=True).stdout
+
+
+def default_cache() -> Path:
+    """``boresight`` in the user's cache folder; a temporary folder if that cannot be written."""
+    base = os.environ.get("XDG_CACHE_HOME")
+    folder = (Path(base) if base else Path.home() / ".cache") / "boresight"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return _temporary_cache()
+    return folder if os.access(folder, os.W_OK) else _temporary_cache()
+
+
+@lru_cache(maxsize=None)
+def _temporary_cache() -> Path:
+    return Path(tempfile.mkdtemp(prefix="boresight-"))
+
+
+def build_library(program: Program, *, cflags: Sequence[str] = CFLAGS,
+                  cache: Path | None = None) -> Path:
+    """Shared library of a program, compiled unless the cache has it.
+
+    The library stands beside its sources in a folder whose name is the hash of the sources (and
+    with them of the program), the compiler and the flags. Several processes may build at the
+    same time: each compiles in a folder of its own and renames complete files into place.
+
+    Parameters
+    ----------
+    program : Program
+        What to compile.
+    cflags : sequence of str
+        Flags beside those that make a shared library of C99.
+    cache : Path or None
+        Where to keep libraries; None: `default_cache`.
+
+    Raises
+    ------
+    ToolMissing
+        If there is no compiler.
+    """
+    compiler = find_compiler()
+    files = emit_c(program)
+    name = next(iter(files)).removesuffix(".h")
+    flags = [*_FIXED_FLAGS, *cflags]
+    identity = "\0".join([program.digest, compiler, _version(compiler), *flags, *files.values()])
+    key = hashlib.sha256(identity.encode()).hexdigest()[:32]
+    root = default_cache() if cache is None else Path(cache)
+    folder = root / f"{name[:40]}-{key}"
+    library = folder / f"{name}.so"
+    if library.exists():
+        return library
+    root.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=root, prefix="build-") as work:
+        for file, text in files.items():
+            (Path(work) / file).write_text(text, encoding="utf-8")
+        command = [compiler, *flags, f"{name}_host.c", "-o", library.name]
+        done = subprocess.run(command, cwd=work, capture_output=True, text=True)
+        if done.returncode != 0:
+            raise RuntimeError(f"{' '.join(command)} failed:\n{done.stderr}")
+        folder.mkdir(exist_ok=True)
+        for file in (*files, library.name):  # the library last: its presence means complete
+            os.replace(Path(work) / file, folder / file)
+    return library
+
+
+class CModel:
+    """The emitted C of a program, as a host model: same words as the interpreter, much faster.
+
+    Objects are independent of each other; one object is not for several threads at once.
+
+    Parameters
+    ----------
+    program : Program
+        What to run.
+    cflags, cache
+        See `build_library`.
+
+    Attributes
+    ----------
+    library : Path
+        The compiled library, with its sources beside it.
+    """
+
+    def __init__(self, program: Program, *, cflags: Sequence[str] = CFLAGS,
+                 cache: Path | None = None) -> None:
+        self.program = program
+        self.cflags = tuple(cflags)
+        self.library = build_library(program, cflags=cflags, cache=cache)
+        self._params = {program.values[n].name: n for n in program.of_kind(Kind.PARAM)}
+        library = ctypes.CDLL(str(self.library))
+        name = self.library.stem
+        pointer = ctypes.c_void_p
+        self._reset = getattr(library, f"{name}_reset")
+        self._reset.argtypes, self._reset.restype = [pointer], None
+        self._set_param = getattr(library, f"{name}_set_param")
+        self._set_param.argtypes = [pointer, ctypes.c_size_t, ctypes.c_int32]
+        self._set_param.restype = None
+        self._run = getattr(library, f"{name}_run")
+        self._run.argtypes = [pointer, ctypes.c_size_t, _INT32_POINTER, _INT32_POINTER,
+                              _UINT8_POINTER]
+        self._run.restype = None
+        self._words = getattr(library, f"{name}_words")
+        self._words.argtypes = [pointer, _INT32_POINTER, _INT32_POINTER]
+        self._words.restype = None
+        size = getattr(library, f"{name}_size")
+        size.argtypes, size.restype = [], ctypes.c_size_t
+        init = getattr(library, f"{name}_init")
+        init.argtypes, init.restype = [pointer], None
+        self._self = ctypes.create_string_buffer(size())
+        init(self._self)
+
+    def _checked(self, words: npt.ArrayLike, what: str) -> npt.NDArray[np.int32]:
+        """Words as contiguous int32; ValueError if one does not fit."""
+        array = np.asarray(words)
+        if array.size and array.dtype.kind not in "iu":
+            raise ValueError(f"{what} must be integers, not {array.dtype}")
+        arith = self.program.arithmetic
+        free = array.dtype == np.int32 and arith.word == 32
+        if array.size and not free and (array.min() < arith.min_int
+                                        or array.max() > arith.max_int):
+            raise ValueError(f"{what} must fit {arith.word} bits")
+        return np.ascontiguousarray(array, dtype=np.int32)
+
+    def reset(self) -> None:
+        """Set the states to their reset words; parameters stay as they are."""
+        self._reset(self._self)
+
+    def set_param(self, name: str, word: int) -> None:
+        """Write a parameter, by the name of its value.
+
+        Raises
+        ------
+        ValueError
+            If there is no such parameter or the word does not fit.
+        """
+        if name not in self._params:
+            known = ", ".join(self._params) or "none"
+            raise ValueError(f"name must be a parameter ({known}), not {name!r}")
+        self._set_param(self._self, self._params[name], int(self._checked(word, "word")))
+
+    def update(self, inputs: npt.ArrayLike) -> tuple[IntArray, npt.NDArray[np.bool_]]:
+        """Run n updates.
+
+        Parameters
+        ----------
+        inputs : int (n, n_inputs)
+            Input words in stream order.
+
+        Returns
+        -------
+        outputs : int64 (n, n_outputs)
+        saturated : bool (n,)
+            Some `SAT` operation of the update clamped its result.
+
+        Raises
+        ------
+        ValueError
+            If the shape is wrong or a word does not fit.
+        """
+        words = self._checked(inputs, "inputs")
+        n_inputs = len(self.program.inputs)
+        if words.ndim != 2 or words.shape[1] != n_inputs:
+            raise ValueError(f"inputs must have shape (n, {n_inputs}), not {words.shape}")
+        outputs = np.empty((len(words), len(self.program.outputs)), dtype=np.int32)
+        saturated = np.empty(len(words), dtype=np.uint8)
+        self._run(self._self, len(words), words.ctypes.data_as(_INT32_POINTER),
+                  outputs.ctypes.data_as(_INT32_POINTER), saturated.ctypes.data_as(_UINT8_POINTER))
+        return outputs.astype(np.int64), saturated.astype(np.bool_)
+
+    def values_of_update(self, inputs: npt.ArrayLike) -> dict[int, int]:
+        """Run one update and give every word of it by value number.
+
+        The words of states are those before the update (`Interpreter.values_before_commit`).
+        Find the first update that differs with `update`, come back to the one before it by
+        `reset`, then compare these words in the order of the operations.
+        """
+        words = self._checked(inputs, "inputs")
+        n_inputs = len(self.program.inputs)
+        if words.shape != (n_inputs,):
+            raise ValueError(f"inputs must have shape ({n_inputs},), not {words.shape}")
+        values = np.empty(len(self.program.values), dtype=np.int32)
+        self._words(self._self, words.ctypes.data_as(_INT32_POINTER),
+                    values.ctypes.data_as(_INT32_POINTER))
+        return {number: int(word) for number, word in enumerate(values)}

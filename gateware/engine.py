@@ -1,0 +1,135 @@
+"""The micro-programmed engine: one core that runs every estimator."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth.hdl import Cat, Module, Signal
+from amaranth.lib import data, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from gateware.image import Image
+from gateware.lane import FIELDS, Lane
+from gateware.machine import Machine
+from gateware.operands import Operands
+from gateware.registers import BusSignature, Registers
+from gateware.sequencer import Sequencer
+
+__all__ = ["Engine", "word_layout"]
+
+
+def word_layout(word: int) -> data.StructLayout:
+    """Payload of the engine's streams: a word, and the mark of the last one of a record."""
+    return data.StructLayout({"data": word, "last": 1})
+
+
+class Engine(wiring.Component):
+    """One estimator as a core: records of input words in, records of output words out.
+
+    `docs/engine.md` is the contract. The program stands still, all of it, while an input word is
+    missing or an output word is not taken.
+
+    **Latency** that of the program: word c of the ROM is at work c cycles after the first input
+    word of the record was taken, stalls not counted.
+
+    Parameters
+    ----------
+    machine : Machine
+        Configuration: lanes, widths, depth of the ROM.
+    image : Image
+        Program and initial memory contents.
+
+    Members
+    -------
+    i : In(stream of {data: W, last: 1})
+        Input records.
+    o : Out(stream of {data: W, last: 1})
+        Output records.
+    bus : In(BusSignature)
+        Parameters and status (`gateware.registers`).
+    saturated_update : Out(1)
+        A sticky result of the last completed update saturated.
+    """
+
+    def __init__(self, *, machine: Machine, image: Image) -> None:
+        image.check(machine)
+        self.machine = machine
+        self.image = image
+        word = machine.arithmetic.word
+        super().__init__({
+            "i": In(stream.Signature(word_layout(word))),
+            "o": Out(stream.Signature(word_layout(word))),
+            "bus": In(BusSignature(word=word)),
+            "saturated_update": Out(1),
+        })
+
+    @property
+    def interval(self) -> int:
+        """Cycles from record to record when the streams never wait."""
+        return self.image.length
+
+    def elaborate(self, platform: Any) -> Module:
+        """Sequencer, operand memories, lanes, registers."""
+        m = Module()
+        machine = self.machine
+        m.submodules.sequencer = sequencer = Sequencer(machine=machine, image=self.image)
+        m.submodules.operands = operands = Operands(machine=machine, image=self.image)
+        m.submodules.registers = registers = Registers(machine=machine, digest=self.image.digest)
+        wiring.connect(m, wiring.flipped(self.bus), registers.bus)
+        word, en = sequencer.word, sequencer.en
+
+        # Streams and parity.
+        parity = Signal(reset_less=True)
+        with m.If(sequencer.commit):
+            m.d.sync += parity.eq(~parity)
+        m.d.comb += [
+            sequencer.i_valid.eq(self.i.valid),
+            sequencer.i_last.eq(self.i.payload.last),
+            self.i.ready.eq(sequencer.i_ready),
+            sequencer.o_ready.eq(self.o.ready),
+            self.o.valid.eq(sequencer.o_valid),
+            self.o.payload.data.eq(operands.a[0]),
+            self.o.payload.last.eq(word.emit_last),
+            sequencer.request.eq(registers.request),
+            registers.grant.eq(sequencer.grant),
+            registers.framing.eq(sequencer.framing),
+            registers.commit.eq(sequencer.commit),
+            registers.idle.eq(sequencer.idle),
+            registers.parity.eq(parity),
+            self.saturated_update.eq(registers.saturated_update),
+            operands.en.eq(en),
+            operands.parity.eq(parity),
+        ]
+
+        # Lanes. Lane 0 also writes input words, every lane parameters of its bank.
+        saturated = []
+        for k in range(machine.lanes):
+            m.submodules[f"lane{k}"] = lane = Lane(machine=machine, sources=1 if k else 2)
+            own = {name: word[f"{name}{k}"] for name in (*FIELDS, "we", "dest")}
+            grant = sequencer.grant
+            if machine.lanes > 1:
+                grant = grant & (self.bus.addr[8] == k)
+            get = word.get if k == 0 else 0
+            write = sequencer.active & en & (own["we"] | get)
+            m.d.comb += [
+                lane.en.eq(en),
+                *(getattr(lane, name).eq(own[name]) for name in FIELDS),
+                operands.a_addr[k].eq(word[f"a_addr{k}"]),
+                operands.b_addr[k].eq(word[f"b_addr{k}"]),
+                operands.table[k].eq(word[f"table{k}"]),
+                operands.index[k].eq(lane.index),
+                lane.a.eq(operands.a[k]),
+                lane.b.eq(operands.b[k]),
+                lane.load.eq(Cat(sequencer.grant, get & ~sequencer.grant)[:lane.sources]),
+                lane.words[0].eq(self.bus.w_data),
+                operands.w_en[k].eq(write | grant),
+                operands.w_addr[k].eq(own["dest"]),
+                operands.w_data[k].eq(lane.result),
+            ]
+            if k == 0:
+                m.d.comb += lane.words[1].eq(self.i.payload.data)
+            with m.If(sequencer.grant):
+                m.d.comb += operands.w_addr[k].eq(self.bus.addr)
+            saturated.append(lane.saturated & write)
+        m.d.comb += registers.saturated.eq(Cat(saturated).any())
+        return m

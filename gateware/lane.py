@@ -1,0 +1,216 @@
+"""One multiply-accumulate lane: stages 1 to 6 of the pipeline."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth.hdl import Cat, Module, Mux, Signal, signed
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from gateware.leading import LeadingSignCount
+from gateware.machine import Machine
+from gateware.microword import lane_fields
+from gateware.multiplier import Multiplier
+from gateware.shifter import Shifter
+
+__all__ = ["Lane"]
+
+#: Fields of the microword that the lane itself obeys.
+FIELDS = ("frac_a", "frac_b", "cap_index", "cap_flag", "cap_norm", "quarter", "neg", "neg_flag",
+          "when", "when_flag", "shift", "scale", "first", "wrap", "sticky")
+
+
+class Lane(wiring.Component):
+    """Sum of shifted products, ``q = sat/wrap(floor((half + sum ±floor(a b / 2^s)) / 2^G))``.
+
+    ::
+
+        stage 1     A, B [W]  --mask--> multiplier, captures (flag, index, leading-sign count)
+        stage 2..3  product in the making; sign, participation and shift amount decided
+        stage 4     product [2 W] >> amount, inverted when negative, zero when not taking part -> r
+        stage 5     acc [W + G + headroom] = (first ? half : acc) + r + (1 when negated)
+        stage 6     result [W] = acc[G:] clamped or cut, or one of the words loaded from outside
+
+    Every microword field acts in the cycle of its stage (`gateware.machine`); the word of the ROM
+    is skewed, so fields enter here undelayed.
+
+    **Latency** 5 cycles from ``a``, ``b`` (stage 1) to ``result`` (stage 6).
+
+    Parameters
+    ----------
+    machine : Machine
+        Configuration.
+    sources : int, 1 or 2
+        Outside words that may replace a result.
+
+    Members
+    -------
+    en : In(1)
+        Clock enable of every register.
+    a, b : In(W)
+        Operands of stage 1.
+    frac_a, ... sticky : In
+        Fields of the microword (`FIELDS`).
+    index : Out(7)
+        Segment index in force for an address formed in this cycle.
+    load : In(sources)
+        Stage 6: replace the result by the outside word (at most one bit set).
+    words : In(W) array
+        Outside words.
+    result : Out(W)
+        Word to write.
+    saturated : Out(1)
+        The result was clamped and is marked sticky.
+    """
+
+    def __init__(self, *, machine: Machine, sources: int = 1) -> None:
+        if sources not in (1, 2):
+            raise ValueError(f"sources must be 1 or 2, not {sources!r}")
+        self.machine = machine
+        self.sources = sources
+        word = machine.arithmetic.word
+        known = lane_fields(machine)
+        super().__init__({
+            "en": In(1),
+            "a": In(word),
+            "b": In(word),
+            **{name: In(known[name].width) for name in FIELDS},
+            "index": Out(machine.arithmetic.INDEX_BITS),
+            "load": In(sources),
+            "words": In(word).array(sources),
+            "result": Out(word),
+            "saturated": Out(1),
+        })
+
+    @property
+    def latency(self) -> int:
+        """Cycles from operands to result."""
+        return Machine.STAGE_WRITE - Machine.STAGE_READ
+
+    def elaborate(self, platform: Any) -> Module:
+        """The stages in order."""
+        m = Module()
+        flag = self._captures(m)
+        product = self._multiply(m)
+        invert, skip = self._conditions(m, flag)
+        amount = self._amount(m)
+        term, carry = self._shift(m, product, amount, invert, skip)
+        acc = self._accumulate(m, term, carry)
+        self._write(m, acc)
+        return m
+
+    def _captures(self, m: Module) -> Signal:
+        """Stage 1: sign flag and segment index of the raw ``a``, plus a quarter if asked."""
+        arith = self.machine.arithmetic
+        top = self.a[arith.fraction_bits:]
+        # Plus 2^(W-2): the bit below the sign flips and carries into the sign.
+        index = Cat(top[:-2], top[-2] ^ self.quarter)
+        sign = top[-1] ^ (self.quarter & top[-2])
+        flag = Signal(reset_less=True)
+        held = Signal(arith.INDEX_BITS, reset_less=True)
+        with m.If(self.en):
+            with m.If(self.cap_flag):
+                m.d.sync += flag.eq(sign)
+            with m.If(self.cap_index):
+                m.d.sync += held.eq(index)
+        m.d.comb += self.index.eq(Mux(self.cap_index, index, held))
+        return flag
+
+    def _multiply(self, m: Module) -> Signal:
+        """Stages 1 to 3: masks and product, which is there in stage 4."""
+        arith = self.machine.arithmetic
+        m.submodules.multiplier = multiplier = Multiplier(word=arith.word)
+        m.d.comb += multiplier.en.eq(self.en)
+        for port, value, masked in ((multiplier.a, self.a, self.frac_a),
+                                    (multiplier.b, self.b, self.frac_b)):
+            low, high = value[:arith.fraction_bits], value[arith.fraction_bits:]
+            m.d.comb += port.eq(Cat(low, high & ~masked.replicate(len(high))))
+        return multiplier.p
+
+    def _conditions(self, m: Module, flag: Signal) -> tuple[Signal, Signal]:
+        """Stage 2: invert and skip of the term, delayed to stage 4."""
+        invert = [Signal(name=f"invert{k}", reset_less=True) for k in (3, 4)]
+        skip = [Signal(name=f"skip{k}", reset_less=True) for k in (3, 4)]
+        with m.If(self.en):
+            m.d.sync += [
+                invert[0].eq(self.neg ^ (self.neg_flag & flag)),
+                skip[0].eq(~(self.when ^ (self.when_flag & flag))),
+                invert[1].eq(invert[0]),
+                skip[1].eq(skip[0]),
+            ]
+        return invert[1], skip[1]
+
+    def _amount(self, m: Module) -> Signal:
+        """Stage 3: shift amount, there in stage 4; not below 0."""
+        m.submodules.leading = leading = LeadingSignCount(arithmetic=self.machine.arithmetic)
+        m.d.comb += [leading.en.eq(self.en), leading.i.eq(self.a),
+                     leading.capture.eq(self.cap_norm)]
+        n = leading.count
+        less = Signal.like(n)
+        with m.Switch(self.scale):
+            with m.Case(1):
+                m.d.comb += less.eq(n)
+            with m.Case(2):
+                m.d.comb += less.eq(n & ~1)
+            with m.Case(3):
+                m.d.comb += less.eq(n >> 1)
+        difference = Signal(signed(len(n) + 1))
+        amount = Signal(len(n), reset_less=True)
+        m.d.comb += difference.eq(self.shift - less)
+        with m.If(self.en):
+            m.d.sync += amount.eq(Mux(difference < 0, 0, difference))
+        return amount
+
+    def _shift(self, m: Module, product: Signal, amount: Signal, invert: Signal,
+               skip: Signal) -> tuple[Signal, Signal]:
+        """Stage 4: the term, ones' complement when negated, and its carry, there in stage 5."""
+        arith = self.machine.arithmetic
+        m.submodules.shifter = shifter = Shifter(width_in=2 * arith.word,
+                                                 width_out=arith.acc_width)
+        m.d.comb += [shifter.i.eq(product), shifter.amount.eq(amount), shifter.invert.eq(invert)]
+        term = Signal(signed(arith.acc_width), reset_less=True)
+        carry = Signal(reset_less=True)
+        with m.If(self.en):
+            m.d.sync += [term.eq(shifter.o), carry.eq(invert)]
+            with m.If(skip):
+                m.d.sync += [term.eq(0), carry.eq(0)]
+        return term, carry
+
+    def _accumulate(self, m: Module, term: Signal, carry: Signal) -> Signal:
+        """Stage 5: the sum, there in stage 6."""
+        arith = self.machine.arithmetic
+        acc = Signal(signed(arith.acc_width), reset_less=True)
+        half = 1 << (arith.guard - 1) if arith.guard else 0
+        # One look-up table per bit: sum = propagate ^ carry with propagate = start ^ term, and the
+        # carry multiplexer takes the plain register ``term``.
+        start = Signal(arith.acc_width)
+        m.d.comb += start.eq(Mux(self.first, half, acc))
+        with m.If(self.en):
+            m.d.sync += acc.eq(start + term.as_unsigned() + carry)
+        return acc
+
+    def _write(self, m: Module, acc: Signal) -> None:
+        """Stage 6: clamp or cut; one of three select lines says which and stays two-valued."""
+        arith = self.machine.arithmetic
+        word = arith.word
+        q = acc[arith.guard:]
+        negative, over = q[-1], q[word - 1:-1]
+        clamp = Signal()
+        m.d.comb += [
+            clamp.eq((over != negative.replicate(len(over))) & ~self.wrap),
+            self.saturated.eq(clamp & self.sticky & ~self.load.any()),
+        ]
+        # Two lines: 00 or 11 result with the sign of acc, 01 and 10 the outside words.
+        line = [Signal(name=f"line{k}") for k in range(2)]
+        for k in range(2):
+            own = self.load[k] if k < self.sources else 0
+            m.d.comb += line[k].eq(Mux(self.load.any(), own, negative))
+        outside = [self.words[k] for k in range(self.sources)]
+        limit = Cat((~negative).replicate(word - 1), negative)
+        inner = Mux(clamp, Cat((~line[0]).replicate(word - 1), line[0]), q[:word])
+        result = inner
+        for k, value in enumerate(outside):
+            result = Mux(line[k] & ~line[1 - k], value, result)
+        del limit
+        m.d.comb += self.result.eq(result)

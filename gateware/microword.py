@@ -1,0 +1,19 @@
+"""The microword of a machine as a layout."""
+
+from __future__ import annotations
+
+from amaranth.lib import data
+
+from gateware.machine import Field, Machine
+
+__all__ = ["lane_fields", "microword_layout"]
+
+
+def microword_layout(machine: Machine) -> data.StructLayout:
+    """Layout of one microword: the fields of ``machine.fields()``, least significant first."""
+    return data.StructLayout({f.name: f.width for f in machine.fields()})
+
+
+def lane_fields(machine: Machine) -> dict[str, Field]:
+    """Fields of one lane by their names without the lane's number."""
+    return {f.name[:-1]: f for f in machine.fields() if f.name.endswith("0")}

@@ -1,0 +1,111 @@
+"""How urgent each op is: longest paths to the outputs that matter, and lower bounds from them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from gateware.arrange import arrangements, needs, reads, uses_flag
+from gateware.machine import Machine
+from model.program import Kind, Op, Program, Scale
+
+__all__ = ["Paths", "paths"]
+
+
+@dataclass(frozen=True)
+class Paths:
+    """Longest paths from the end of each node. Nodes are the ops, then the emits.
+
+    ``urgent`` counts cycles to the emit of the last urgent output (None: it does not lead there),
+    ``total`` the cycles to the end of the program. ``slots`` is the fewest slots of each node.
+    ``latency_bound`` and ``length_bound`` are what no schedule can beat.
+    """
+
+    urgent: tuple[int | None, ...]
+    total: tuple[int, ...]
+    slots: tuple[int, ...]
+    latency_bound: int
+    length_bound: int
+
+
+def slots_after(op: Op, value: int) -> int:
+    """Slots of ``op`` that cannot come before ``value`` is readable."""
+    late = {k for k, t in enumerate(op.terms) if value in (t.a, t.b)}
+    extra = 0
+    if value == op.index and needs(op)[0]:
+        tables = {k for k, t in enumerate(op.terms) if t.coefficient is not None}
+        extra = 0 if late - tables else 1
+        late |= tables
+    if value == op.flag:
+        late |= {k for k in range(len(op.terms)) if uses_flag(op, k)}
+    if value == op.norm:
+        late |= {k for k, t in enumerate(op.terms) if t.scale is not Scale.NONE}
+    return max(1, len(late) + extra)
+
+
+def paths(program: Program, machine: Machine, urgent: int) -> Paths:
+    """Longest paths of a lowered program."""
+    n_ops, n_out = len(program.ops), len(program.outputs)
+    latency = machine.latency
+    tail: list[int | None] = [None] * n_ops + [None] * n_out
+    total = [latency] * n_ops + [0] * n_out
+    for j in range(n_out):
+        total[n_ops + j] = 1 + machine.STAGE_READ + n_out - 1 - j
+        if j < urgent:
+            tail[n_ops + j] = urgent - 1 - j
+    producer = {op.dest: k for k, op in enumerate(program.ops)}
+    edges: dict[int, list[tuple[int, int]]] = {k: [] for k in range(n_ops)}
+    for k, op in enumerate(program.ops):
+        for value in sorted(reads(op)):
+            if value in producer:
+                edges[producer[value]].append((k, latency + slots_after(op, value) - 1))
+    for j, value in enumerate(program.outputs):
+        if value in producer:
+            edges[producer[value]].append((n_ops + j, latency))
+    order = topological(program)
+    for k in reversed(order):
+        for consumer, cost in edges[k]:
+            total[k] = max(total[k], total[consumer] + cost)
+            far = tail[consumer]
+            if far is not None:
+                tail[k] = max(tail[k] or 0, far + cost)
+    slots = [min(len(x.slots) for x in arrangements(op, k, (False, False, False)))
+             for k, op in enumerate(program.ops)] + [1] * n_out
+    # Earliest end of every op, from the inputs.
+    ready = {v: k + 1 for k, v in enumerate(program.inputs)}
+    end = [0] * n_ops
+    for k in order:
+        op = program.ops[k]
+        end[k] = max([slots[k] - 1] + [ready.get(v, 0) + slots_after(op, v) - 1
+                                       for v in reads(op)])
+        ready[op.dest] = end[k] + latency
+    emits = [ready.get(v, 0) for v in program.outputs]
+    late = [end[k] + t for k, t in enumerate(tail[:n_ops]) if t is not None]
+    late += [e + urgent - 1 - j for j, e in enumerate(emits[:urgent])]
+    bound = max(late, default=0)
+    last = max([end[k] + total[k] for k in range(n_ops)]
+               + [e + total[n_ops + j] for j, e in enumerate(emits)] + [len(program.inputs)])
+    # Lanes: every slot that leads to an urgent output comes before its last emit.
+    busy = sum(s for s, t in zip(slots, tail, strict=True) if t is not None)
+    bound = max(bound, -(-busy // machine.lanes) - 1)
+    last = max(last, -(-sum(slots) // machine.lanes) + 1)
+    return Paths(tuple(tail), tuple(total), tuple(slots), bound + machine.STAGE_READ + 1, last)
+
+
+def topological(program: Program) -> list[int]:
+    """Ops so that each comes after those it reads; ValueError if there is a cycle."""
+    known = {n for n, v in enumerate(program.values) if v.kind is not Kind.OP}
+    order: list[int] = []
+    left = list(range(len(program.ops)))
+    while left:
+        rest = []
+        for k in left:
+            if all(v in known for v in reads(program.ops[k])):
+                known.add(program.ops[k].dest)
+                order.append(k)
+            else:
+                rest.append(k)
+        if len(rest) == len(left):
+            name = program.values[program.ops[rest[0]].dest].name
+            raise ValueError(f"{program.name}: op {name} waits for itself or a value nobody makes")
+        left = rest
+    return order

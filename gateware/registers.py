@@ -1,0 +1,136 @@
+"""Register bus of the engine: status, identity, and the way to its parameters."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth.hdl import Module, Signal
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from gateware.machine import Machine
+
+__all__ = ["BusSignature", "Registers"]
+
+
+class BusSignature(wiring.Signature):
+    """A small synchronous register bus, as its initiator sees it.
+
+    Members
+    -------
+    addr : Out(10)
+        Word address.
+    w_data : Out(W)
+        Word to write.
+    w_stb : Out(1)
+        Write; to be held with ``addr`` and ``w_data`` until ``w_ack``.
+    w_ack : In(1)
+        The write is done with this cycle.
+    r_data : In(W)
+        Word at the ``addr`` of the cycle before.
+    """
+
+    def __init__(self, *, word: int) -> None:
+        super().__init__({
+            "addr": Out(10),
+            "w_data": Out(word),
+            "w_stb": Out(1),
+            "w_ack": In(1),
+            "r_data": In(word),
+        })
+
+
+class Registers(wiring.Component):
+    """Status registers and parameter port.
+
+    ::
+
+        0..511  parameters, write only: a word of the register file, by its register address. The
+                write waits until the machine is idle; writes to states are ignored.
+        512     status: bit 0 saturated, bit 1 framing (sticky, write 1 to clear), bit 2 idle,
+                bit 3 parity
+        513     completed updates, modulo 2^W
+        514     build identifier, bits W-1:0
+        515     build identifier, bits 2W-1:W
+
+    **Latency** 1 cycle for reading.
+
+    Parameters
+    ----------
+    machine : Machine
+        Configuration.
+    digest : int
+        Build identifier.
+
+    Members
+    -------
+    bus : In(BusSignature)
+        The bus.
+    request : Out(1), grant : In(1)
+        A word waits for the register file, and is written in this cycle.
+    saturated : In(1)
+        A sticky result saturates in this cycle.
+    framing : In(1)
+        An update is abandoned with this cycle.
+    commit : In(1)
+        An update is complete with this cycle.
+    idle, parity : In(1)
+        For the status register.
+    saturated_update : Out(1)
+        The last completed update saturated.
+    """
+
+    def __init__(self, *, machine: Machine, digest: int) -> None:
+        if digest < 0:
+            raise ValueError(f"digest must not be negative, not {digest!r}")
+        self.machine = machine
+        self.digest = digest
+        super().__init__({
+            "bus": In(BusSignature(word=machine.arithmetic.word)),
+            "request": Out(1),
+            "grant": In(1),
+            "saturated": In(1),
+            "framing": In(1),
+            "commit": In(1),
+            "idle": In(1),
+            "parity": In(1),
+            "saturated_update": Out(1),
+        })
+
+    def elaborate(self, platform: Any) -> Module:
+        """Write decoding, flags, read multiplexer."""
+        m = Module()
+        bus, word = self.bus, self.machine.arithmetic.word
+        parameter = ~bus.addr[9] & ~bus.addr[(self.machine.bank_depth - 1).bit_length() - 1]
+        m.d.comb += [
+            self.request.eq(bus.w_stb & parameter),
+            bus.w_ack.eq(bus.w_stb & (~parameter | self.grant)),
+        ]
+
+        saturated, framing, pending = Signal(), Signal(), Signal()
+        updates = Signal(word)
+        with m.If(bus.w_stb & bus.addr[9] & ~bus.addr[:2].any()):
+            m.d.sync += [saturated.eq(saturated & ~bus.w_data[0]),
+                         framing.eq(framing & ~bus.w_data[1])]
+        with m.If(self.saturated):
+            m.d.sync += [saturated.eq(1), pending.eq(1)]
+        with m.If(self.framing):
+            m.d.sync += [framing.eq(1), pending.eq(0)]
+        with m.If(self.commit):
+            m.d.sync += [
+                self.saturated_update.eq(pending | self.saturated),
+                pending.eq(0),
+                updates.eq(updates + 1),
+            ]
+
+        with m.Switch(bus.addr[:2]):
+            with m.Case(0):
+                m.d.sync += bus.r_data.eq(saturated | framing << 1 | self.idle << 2
+                                          | self.parity << 3)
+            with m.Case(1):
+                m.d.sync += bus.r_data.eq(updates)
+            with m.Case(2):
+                m.d.sync += bus.r_data.eq(self.digest & ((1 << word) - 1))
+            with m.Case(3):
+                m.d.sync += bus.r_data.eq(self.digest >> word & ((1 << word) - 1))
+        return m

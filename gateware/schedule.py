@@ -1,0 +1,117 @@
+"""Scheduling: a program and a machine become a `Schedule`.
+
+List scheduling (`gateware.list_pass`) under priorities from longest paths (`gateware.priorities`),
+then a local search that disturbs the priorities and keeps what is not worse. Compared are the
+latency of the last urgent output, then the length of the program, then the cycles of all emits.
+The same arguments always give the same schedule.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Sequence
+
+from gateware.list_pass import Attempt, ListPass, Style
+from gateware.copies import with_copies
+from gateware.machine import Machine
+from gateware.priorities import Paths, paths
+from gateware.slots import Schedule, ScheduleError, Slot
+from model.program import Program
+
+__all__ = ["Schedule", "ScheduleError", "Slot", "schedule"]
+
+#: How far urgent nodes stand above the others, in cycles.
+_LEADS = (1000.0, 0.0, 30.0)
+_STYLES = (
+    Style(),
+    Style(patience=0.0),
+    Style(hold=False),
+    Style(reuse=0.0, keep=0.0),
+    Style(reuse=1.0, keep=2.0, patience=4.0),
+    Style(reuse=20.0, keep=20.0),
+)
+
+
+def schedule(program: Program, machine: Machine, *, urgent: int | None = None,
+             restarts: int = 300, seed: int = 0) -> Schedule:
+    """Lay out a program on a machine.
+
+    Parameters
+    ----------
+    program : Program
+        Source program; states get their copies here (`gateware.copies`).
+    machine : Machine
+        Its arithmetic must be the program's.
+    urgent : int, 0..number of outputs, optional
+        Leading outputs whose latency counts first. Default: all.
+    restarts : int, >= 0
+        Passes of the local search beyond the first ones.
+    seed : int
+        Seed of the local search.
+
+    Raises
+    ------
+    ScheduleError
+        If the program does not fit.
+    """
+    if urgent is None:
+        urgent = len(program.outputs)
+    if not 0 <= urgent <= len(program.outputs):
+        raise ValueError(f"urgent must be 0 to {len(program.outputs)}, not {urgent!r}")
+    if restarts < 0:
+        raise ValueError(f"restarts must be 0 or more, not {restarts!r}")
+    if program.arithmetic != machine.arithmetic:
+        raise ScheduleError(f"{program.name}: program and machine must have the same arithmetic, "
+                            f"not {program.arithmetic} and {machine.arithmetic}")
+    lowered = with_copies(program)
+    far = paths(lowered, machine, urgent)
+    problem = ListPass(lowered, machine, urgent=urgent)
+    best = _search(problem, far, restarts, random.Random(seed))
+    if best.length > machine.rom_words:
+        raise ScheduleError(f"{program.name}: program takes {best.length} microwords, the "
+                            f"{machine.name} machine has {machine.rom_words}")
+    return Schedule(program=lowered, source=program.digest, machine=machine,
+                    slots=problem.slots(best), gets=best.gets, length=best.length, urgent=urgent)
+
+
+def _priorities(far: Paths, lead: float) -> list[float]:
+    """Base priority of every node: cycles that follow its start."""
+    out = []
+    for urgent, total, slots in zip(far.urgent, far.total, far.slots, strict=True):
+        p = float(total)
+        if urgent is not None:
+            p = max(p, urgent + lead) if lead else max(p, float(urgent))
+        out.append(p + slots - 1)
+    return out
+
+
+def _search(problem: ListPass, far: Paths, restarts: int, rng: random.Random) -> Attempt:
+    """Best attempt of all starts and the local search from the best starts."""
+    starts: list[tuple[Attempt, list[float], Style]] = []
+    for lead in _LEADS:
+        for style in _STYLES:
+            priority = _priorities(far, lead)
+            starts.append((problem.run(priority, style), priority, style))
+    starts.sort(key=lambda x: x[0].score)
+    best = starts[0]
+    for k in range(restarts):
+        if (best[0].score[0] <= far.latency_bound and best[0].score[1] <= far.length_bound):
+            break
+        attempt, priority, style = best
+        trial = _disturb(priority, rng)
+        if rng.random() < 0.1:
+            style = rng.choice(_STYLES)
+        found = problem.run(trial, style)
+        if found.score <= attempt.score:
+            best = (found, trial, style)
+        del k
+    return best[0]
+
+
+def _disturb(priority: Sequence[float], rng: random.Random) -> list[float]:
+    """Priorities with a few of them moved."""
+    trial = list(priority)
+    size = rng.choice((2.0, 5.0, 12.0, 40.0))
+    for _ in range(rng.choice((1, 2, 4, 8, 16))):
+        trial[rng.randrange(len(trial))] += rng.gauss(0.0, size)
+    return trial

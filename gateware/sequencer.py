@@ -1,0 +1,118 @@
+"""Microcode ROM, program counter, clock enable and framing of the streams."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth.hdl import Module, Signal
+from amaranth.lib import memory, wiring
+from amaranth.lib.wiring import In, Out
+
+from gateware.image import Image
+from gateware.machine import Machine
+from gateware.microword import microword_layout
+
+__all__ = ["Sequencer"]
+
+
+class Sequencer(wiring.Component):
+    """Steps through the microcode, stands still for the streams, and starts over after faults.
+
+    The program counter addresses the ROM, whose registered output is the microword at work. In the
+    cycle after a reset or an abandoned update there is none yet: ``active`` is low.
+
+    A record is framed by ``last``: too early, or missing at ``get_last``, and the update is
+    abandoned, ``framing`` pulses and the program begins anew; after a missing ``last`` words are
+    swallowed up to the next one.
+
+    **Latency** one microword per cycle; a fault costs one cycle besides the words swallowed.
+
+    Parameters
+    ----------
+    machine : Machine
+        Configuration.
+    image : Image
+        Microcode.
+
+    Members
+    -------
+    word : Out(layout)
+        Microword at work (`microword_layout`).
+    active : Out(1)
+        ``word`` is valid.
+    en : Out(1)
+        Clock enable of the machine.
+    i_valid, i_last : In(1), i_ready : Out(1)
+        Handshake of the input stream.
+    o_ready : In(1), o_valid : Out(1)
+        Handshake of the output stream.
+    request : In(1)
+        Somebody wants the register file's write port while the machine is idle.
+    grant : Out(1)
+        The write port is free in this cycle; the machine stands still.
+    idle : Out(1)
+        The machine waits for the first word of a record.
+    commit : Out(1)
+        The update ends with this cycle.
+    framing : Out(1)
+        The update is abandoned with this cycle.
+    """
+
+    def __init__(self, *, machine: Machine, image: Image) -> None:
+        self.machine = machine
+        self.image = image
+        super().__init__({
+            "word": Out(microword_layout(machine)),
+            "active": Out(1),
+            "en": Out(1),
+            "i_valid": In(1),
+            "i_last": In(1),
+            "i_ready": Out(1),
+            "o_ready": In(1),
+            "o_valid": Out(1),
+            "request": In(1),
+            "grant": Out(1),
+            "idle": Out(1),
+            "commit": Out(1),
+            "framing": Out(1),
+        })
+
+    def elaborate(self, platform: Any) -> Module:
+        """ROM, counter, handshakes, framing."""
+        m = Module()
+        depth = self.machine.rom_words
+        m.submodules.rom = rom = memory.Memory(
+            shape=self.machine.word_bits, depth=depth,
+            init=self.image.rom_early_home(self.machine), attrs={"rom_style": "block"})
+        port = rom.read_port()
+        pc = Signal(range(depth))
+        word = self.word
+        m.d.comb += [port.addr.eq(pc), port.en.eq(self.en), word.eq(port.data)]
+        with m.If(self.en):
+            m.d.sync += [pc.eq(pc + 1), self.active.eq(1)]
+            with m.If((self.active & word.home) | self.framing):
+                m.d.sync += pc.eq(0)
+            with m.If(self.framing):
+                m.d.sync += self.active.eq(0)
+
+        started, swallow = Signal(), Signal()
+        get, emit = self.active & word.get, self.active & word.emit
+        taken = Signal()  # an input word goes into the machine
+        m.d.comb += [
+            self.grant.eq(get & ~started & self.request),
+            taken.eq(get & self.i_valid & ~swallow & ~self.grant),
+            self.i_ready.eq(swallow | (get & ~self.grant)),
+            self.o_valid.eq(emit),
+            self.en.eq(~((get & ~taken) | (emit & ~self.o_ready))),
+            self.idle.eq(get & ~started & ~self.i_valid),
+            self.framing.eq(taken & (self.i_last ^ word.get_last)),
+            self.commit.eq(self.active & word.commit & self.en & ~self.framing),
+        ]
+        with m.If(taken):
+            m.d.sync += [
+                started.eq(~(self.i_last | word.get_last)),
+                swallow.eq(word.get_last & ~self.i_last),
+            ]
+        with m.If(swallow & self.i_valid & self.i_last):
+            m.d.sync += swallow.eq(0)
+        return m

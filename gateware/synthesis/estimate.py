@@ -1,0 +1,153 @@
+"""Area and timing of a Verilog design on the XC6SLX9, in one call."""
+
+import os
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from gateware.synthesis.area import Area, count_area
+from gateware.synthesis.delays import GRADES, NET_MODELS
+from gateware.synthesis.device import XC6SLX9, Device
+from gateware.synthesis.graph import build_graph
+from gateware.synthesis.netlist import Netlist
+from gateware.synthesis.timing import NOTE, Timing, analyse
+from gateware.synthesis.yosys import synthesise
+
+__all__ = ["Estimate", "estimate"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Estimate:
+    """What yosys and the delay tables say about a design.
+
+    Attributes:
+        top: module name
+        device: the part
+        area: primitive counts
+        timing: one result per speed grade and net model
+        command, version: how the netlist was made, and by what
+        warnings: what a reader of the figures has to know
+    """
+
+    top: str
+    device: Device
+    area: Area
+    timing: tuple[Timing, ...]
+    command: str
+    version: str
+    warnings: tuple[str, ...]
+
+    def corner(self, *, grade: int = 2, nets: str = "median") -> Timing:
+        """Return the timing of one speed grade and net model."""
+        for timing in self.timing:
+            if (timing.grade, timing.nets) == (grade, nets):
+                return timing
+        raise ValueError(f"corner must be grade 2 or 3, median or p75, not {(grade, nets)!r}")
+
+    def to_json(self) -> dict[str, Any]:
+        """Return everything as plain JSON values, each number with its source and command."""
+        counted = f"cells of the netlist by {self.version}"
+        return {
+            "top": self.top,
+            "device": self.device.name,
+            "tool": {"version": self.version, "command": self.command},
+            "area": {
+                key: {
+                    "value": value,
+                    "available": self.device.capacity(key),
+                    "percent": self.device.percent(key, value),
+                    "source": counted,
+                    "available_source": self.device.resources[key].source,
+                    "command": self.command,
+                }
+                for key, value in self.area.used().items()
+            },
+            "cells": dict(self.area.cells),
+            "route_through": {
+                "value": self.area.route_through, "source": counted, "command": self.command
+            },
+            "timing": [_timing_json(t, self.command) for t in self.timing],
+            "warnings": list(self.warnings),
+        }
+
+
+def _timing_json(timing: Timing, command: str) -> dict[str, Any]:
+    return {
+        "grade": timing.grade,
+        "nets": timing.nets,
+        "fmax_mhz": {"value": timing.fmax_mhz, "source": timing.source, "command": command},
+        "period_ns": {"value": timing.period_ns, "source": timing.source, "command": command},
+        "clocks": list(timing.clocks),
+        "guessed": {name: asdict(delay) for name, delay in timing.guessed.items()},
+        "worst": None if timing.worst is None else _path_json(asdict(timing.worst)),
+        "ends": [_path_json(asdict(path)) for path in timing.ends],
+        "groups": [
+            {**asdict(g), "histogram": {str(k): n for k, n in g.histogram.items()}}
+            for g in timing.groups
+        ],
+    }
+
+
+def _path_json(path: dict[str, Any]) -> dict[str, Any]:
+    points = [{**point, "keys": list(point["keys"])} for point in path["points"]]
+    return {**path, "points": points}
+
+
+def estimate(
+    verilog: str,
+    top: str,
+    *,
+    cache_dir: str | os.PathLike[str] | None = None,
+    clock_mhz: float | None = None,
+    device: Device = XC6SLX9,
+) -> Estimate:
+    """Synthesise ``verilog`` and estimate its area and its timing at all four corners.
+
+    Parameters:
+        verilog: Verilog text that holds the module ``top`` and all it uses
+        top: top module
+        cache_dir: folder that keeps netlists between calls; None keeps nothing
+        clock_mhz: clock that slacks refer to; None: at each corner the clock that just works
+        device: part whose capacity is compared with
+
+    Raises:
+        ToolMissing: no yosys was found.
+        SynthesisError: yosys refused the design.
+        UnknownCell, NetlistError: the netlist holds what this package cannot time.
+    """
+    made = synthesise(verilog, top=top, cache_dir=cache_dir)
+    netlist = Netlist.from_json(made.netlist, top=top)
+    area = count_area(netlist)
+    graph = build_graph(netlist)
+    timing = tuple(
+        analyse(graph, grade=grade, nets=nets, clock_mhz=clock_mhz)
+        for grade in GRADES
+        for nets in NET_MODELS
+    )
+    return Estimate(
+        top=top,
+        device=device,
+        area=area,
+        timing=timing,
+        command=made.command,
+        version=made.version,
+        warnings=_warnings(area, timing, device),
+    )
+
+
+def _warnings(area: Area, timing: tuple[Timing, ...], device: Device) -> tuple[str, ...]:
+    found = [f"timing is an {NOTE}"]
+    for key in area.overfull(device):
+        used, available = area.used()[key], device.capacity(key)
+        found.append(f"{key}: {used:g} needed, {device.name} has {available}")
+    clocks = timing[0].clocks
+    if len(clocks) > 1:
+        found.append(
+            f"{len(clocks)} clocks ({', '.join(clocks)}) are taken for one: paths between them "
+            "are timed as if they met at every edge"
+        )
+    guessed = sorted({name for t in timing for name in t.guessed if name != "clock_uncertainty"})
+    if guessed:
+        found.append("worst paths depend on guessed constants: " + ", ".join(guessed))
+    if timing[0].worst is None:
+        found.append("no path from register to register: nothing limits the clock")
+    return tuple(found)

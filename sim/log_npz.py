@@ -1,0 +1,93 @@
+"""Archive form of a log: numpy's ``.npz`` with one array per sensor."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+import zlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from model.errors import InputError
+from sim.log_checks import check_samples, clean_arrays, clean_rate, index_place
+
+__all__ = ["format_npz", "parse_npz"]
+
+_REQUIRED = ("t", "gyr", "acc", "mag")
+_OPTIONAL = ("q", "mov", "fs")
+#: What numpy, zipfile and zlib raise on bytes that are no archive, or a damaged one.
+_UNREADABLE = (
+    AttributeError,
+    EOFError,
+    KeyError,
+    MemoryError,
+    OSError,
+    RuntimeError,
+    ValueError,
+    zipfile.BadZipFile,
+    zlib.error,
+)
+
+
+def format_npz(arrays: Mapping[str, npt.ArrayLike]) -> bytes:
+    """Pack arrays into the bytes of an ``.npz`` file.
+
+    Parameters
+    ----------
+    arrays : mapping
+        ``t, gyr, acc, mag`` and perhaps ``q, mov, fs``.
+    """
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, allow_pickle=False, **{k: np.asarray(v) for k, v in arrays.items()})
+    return buffer.getvalue()
+
+
+def parse_npz(path: Path, content: bytes) -> dict[str, Any]:
+    """Unpack and check the content of an ``.npz`` log; other arrays in it are left alone.
+
+    Parameters
+    ----------
+    path : Path
+        For messages only.
+    content : bytes
+        The file.
+
+    Returns
+    -------
+    dict
+        Float64 arrays ``t`` (n,), ``gyr``, ``acc``, ``mag`` (n, 3); if they are there ``q``
+        (n, 4), ``mov`` (n,) of bool, and ``fs``, a float.
+
+    Raises
+    ------
+    InputError
+        If the content is not a log; the message names the array and the index, from 0.
+    """
+    try:
+        archive = np.load(io.BytesIO(content), allow_pickle=False)
+        held = {key: archive[key] for key in (*_REQUIRED, *_OPTIONAL) if key in archive.files}
+    except _UNREADABLE:
+        raise InputError.at(
+            str(path),
+            wanted="an .npz archive of plain arrays",
+            found="something that cannot be read as one",
+            fix="write it with numpy.savez; a CSV log must not be named .npz",
+        ) from None
+    missing = [key for key in _REQUIRED if key not in held]
+    if missing:
+        raise InputError.at(
+            str(path),
+            wanted=f"the arrays {', '.join(_REQUIRED)}",
+            found=f"none named {' or '.join(missing)}",
+            fix="add what is missing",
+        )
+    rate = held.pop("fs", None)
+    arrays = clean_arrays(str(path), held)
+    check_samples(arrays, index_place(str(path)))
+    if rate is not None:
+        arrays["fs"] = clean_rate(str(path), rate)
+    return arrays

@@ -1,0 +1,103 @@
+// Replays a log through the core and writes down what comes out.
+//
+// Input file: one word (hex) per line, N_IN lines per record. Output file: lines
+//   O record word data cycle     an output word was taken; cycle counts from the record's first input word
+//   U record saturated cycles    the record's update is complete; cycles until the next could begin
+// With STALL > 0 the input is withheld and the output refused in a pseudo-random pattern.
+
+`timescale 1ns/1ps
+
+module replay #(
+    parameter WORD = 32,
+    parameter N_IN = 10,
+    parameter N_OUT = 8
+) (
+    input wire clk,
+    input wire rst,
+    output reg done
+);
+    integer fin, fout, steps, stall, scanned;
+    string in_name, out_name;
+
+    reg [31:0] lfsr;
+    reg [WORD-1:0] word;
+    integer in_record, in_word, out_record, out_word, cycle, update;
+    reg counting;
+    reg offer;
+    wire take;
+
+    wire i_ready, o_valid;
+    wire [WORD:0] o_payload;
+    wire saturated;
+    wire in_last = in_word == N_IN - 1;
+    wire i_valid = offer && in_record < steps;
+    wire o_ready = take;
+
+    // A stream must keep valid once raised: `offer` only rises between transfers.
+    assign take = stall == 0 || lfsr[3] ^ lfsr[17];
+
+    core dut (
+        .clk(clk), .rst(rst),
+        .i__payload({in_last, word}), .i__valid(i_valid), .i__ready(i_ready),
+        .o__payload(o_payload), .o__valid(o_valid), .o__ready(o_ready),
+        .bus__addr(10'd0), .bus__w_data({WORD{1'b0}}), .bus__w_stb(1'b0),
+        .saturated_update(saturated)
+    );
+
+    task next_word;
+        begin
+            scanned = $fscanf(fin, "%h", word);
+        end
+    endtask
+
+    initial begin
+        done = 0;
+        if (!$value$plusargs("input=%s", in_name)) begin $display("no input"); $finish; end
+        if (!$value$plusargs("output=%s", out_name)) begin $display("no output"); $finish; end
+        if (!$value$plusargs("steps=%d", steps)) steps = 0;
+        if (!$value$plusargs("stall=%d", stall)) stall = 0;
+        fin = $fopen(in_name, "r");
+        fout = $fopen(out_name, "w");
+        in_record = 0; in_word = 0; out_record = 0; out_word = 0; cycle = 0; update = 0;
+        counting = 0;
+        offer = 1;
+        lfsr = 32'h2f6e2b1 + stall;
+        next_word;
+    end
+
+    always @(posedge clk) begin
+        lfsr <= {lfsr[30:0], lfsr[31] ^ lfsr[21] ^ lfsr[1] ^ lfsr[0]};
+        if (rst) begin
+            cycle <= 0;
+        end else if (!done) begin
+            cycle <= cycle + 1;
+            if (i_ready === 1'b1 && in_word == 0 && counting && out_word == 0 && out_record == in_record) begin
+                // The core asks for the first word of the next record: the last update is complete.
+                $fwrite(fout, "U %0d %b %0d\n", update, saturated, cycle);
+                update <= update + 1;
+                counting <= 0;
+                if (out_record == steps) begin
+                    $fclose(fout);
+                    done <= 1;
+                end
+            end
+            if (i_valid && i_ready === 1'b1) begin
+                if (in_word == 0) begin
+                    cycle <= 1;
+                    counting <= 1;
+                end
+                in_word <= in_last ? 0 : in_word + 1;
+                if (in_last) in_record <= in_record + 1;
+                next_word;
+                offer <= stall == 0 || lfsr[5];
+            end else if (!offer) offer <= lfsr[9];
+            if (o_valid === 1'b1 && o_ready) begin
+                $fwrite(fout, "O %0d %0d %h %0d\n", out_record, out_word, o_payload[WORD-1:0], cycle);
+                out_word <= o_payload[WORD] === 1'b1 ? 0 : out_word + 1;
+                if (o_payload[WORD] === 1'b1) out_record <= out_record + 1;
+            end else if (o_valid === 1'bx || i_ready === 1'bx) begin
+                $fwrite(fout, "X %0d %0d handshake %0d\n", out_record, out_word, cycle);
+            end
+        end
+    end
+endmodule
