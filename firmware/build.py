@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import ctypes
+import functools
 import hashlib
 import os
 import shutil
 import subprocess
 import tempfile
 from collections.abc import Sequence
-from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -39,7 +39,7 @@ def find_compiler() -> str:
     return path
 
 
-@lru_cache(maxsize=None)
+@functools.cache
 def _version(compiler: str) -> str:
     return subprocess.run([compiler, "--version"], check=True, capture_output=True,
                           text=True).stdout
@@ -56,7 +56,7 @@ def default_cache() -> Path:
     return folder if os.access(folder, os.W_OK) else _temporary_cache()
 
 
-@lru_cache(maxsize=None)
+@functools.cache
 def _temporary_cache() -> Path:
     return Path(tempfile.mkdtemp(prefix="boresight-"))
 
@@ -181,7 +181,7 @@ class CModel:
         if name not in self._params:
             known = ", ".join(self._params) or "none"
             raise ValueError(f"name must be a parameter ({known}), not {name!r}")
-        self._set_param(self._self, self._params[name], int(self._checked(word, "word")))
+        self._set_param(self._self, self._params[name], int(self._checked([word], "word")[0]))
 
     def update(self, inputs: npt.ArrayLike) -> tuple[IntArray, npt.NDArray[np.bool_]]:
         """Run n updates.

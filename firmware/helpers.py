@@ -65,7 +65,7 @@ static inline uint64_t sign_mask_quarter(const int32_t x) {
     "leading_zeros": """\
 // Leading zeros of x, which is not 0
 static inline uint32_t leading_zeros(const uint32_t x) {
-#ifdef __GNUC__
+#if defined(__GNUC__) && __SIZEOF_INT__ == 4
     return (uint32_t) __builtin_clz(x);
 #else
     uint32_t count = 0u;

@@ -7,8 +7,8 @@ from collections.abc import Iterable
 
 __all__ = ["comment", "identifier", "literal", "unique"]
 
-#: Words that may not name a member: C99 keywords and macros of the headers in use.
-RESERVED = frozenset("""
+#: Words that may not name a member: keywords of C and C++, macros of the headers in use.
+_RESERVED_TEXT = """
     auto break case char const continue default do double else enum extern float for goto if inline
     int long register restrict return short signed sizeof static struct switch typedef union
     unsigned void volatile while bool true false NULL offsetof
@@ -17,7 +17,8 @@ RESERVED = frozenset("""
     dynamic_cast explicit export friend mutable namespace new not not_eq operator or or_eq private
     protected public reinterpret_cast requires static_cast template this throw try typeid typename
     using virtual wchar_t xor xor_eq unix linux
-""".split())
+"""
+RESERVED = frozenset(_RESERVED_TEXT.split())
 
 #: Macros and types of the standard headers.
 RESERVED_PATTERN = re.compile(

@@ -27,18 +27,11 @@ _MOST = 12  # arrangements kept per op and need
 class Arrangement:
     """Slots of one op, not yet in order (cycle and lane of `slots` mean nothing).
 
-    ``before`` lists (earlier, later) pairs in an order in which release times propagate;
-    ``index`` tells whether the op captures its index.
+    ``before`` lists (earlier, later) pairs in an order in which release times propagate.
     """
 
     slots: tuple[Slot, ...]
     before: tuple[tuple[int, int], ...]
-    index: bool
-
-    def reads(self, k: int) -> tuple[int, ...]:
-        """Values that slot k reads."""
-        slot = self.slots[k]
-        return (slot.a,) if slot.b is None else (slot.a, slot.b)
 
     def place(self, ready: Sequence[int]) -> tuple[int, list[int]]:
         """Earliest first cycle, and the order of slots that allows it.
@@ -125,7 +118,7 @@ def _build(op: Op, number: int, wanted: dict[str, tuple[int, bool]],
         if "index" in places and t.coefficient is not None:
             edges.append((places["index"], k))
     ordered = _topological(len(slots), edges)
-    return None if ordered is None else Arrangement(tuple(slots), ordered, "index" in places)
+    return None if ordered is None else Arrangement(tuple(slots), ordered)
 
 
 def _topological(count: int, edges: list[tuple[int, int]]
@@ -144,11 +137,7 @@ def _topological(count: int, edges: list[tuple[int, int]]
 
 
 def arrangements(op: Op, number: int, need: Need) -> list[Arrangement]:
-    """Ways to lay out an op that has to make the captures ``need``; the shortest first.
-
-    An op with an index but without table terms captures the index where that costs nothing: ops
-    that follow in the same lane find it there.
-    """
+    """Ways to lay out an op that has to make the captures ``need``; the shortest first."""
     wanted: dict[str, tuple[int, bool]] = {}
     for kind, value, quarter, due in (("index", op.index, op.index_quarter, need[0]),
                                       ("flag", op.flag, op.flag_quarter, need[1]),
@@ -165,23 +154,4 @@ def arrangements(op: Op, number: int, need: Need) -> list[Arrangement]:
             found.append(built)
     found.sort(key=lambda x: len(x.slots))
     found = found[:_MOST]
-    if op.index is not None and not needs(op)[0]:
-        found = [_opportunistic(op, x) for x in found]
     return found
-
-
-def _opportunistic(op: Op, x: Arrangement) -> Arrangement:
-    """``x`` with a capture of the op's index on some slot that can do it."""
-    for k, s in enumerate(x.slots):
-        capturing = s.cap_flag or s.cap_norm
-        swap = s.b == op.index and s.a != op.index and not capturing
-        if s.a != op.index and not swap:
-            continue
-        if s.cap_flag and s.quarter != op.index_quarter:
-            continue
-        if swap:
-            assert s.b is not None
-            s = replace(s, a=s.b, b=s.a, swap=not s.swap)
-        s = replace(s, cap_index=True, quarter=op.index_quarter)
-        return Arrangement(x.slots[:k] + (s,) + x.slots[k + 1:], x.before, True)
-    return x

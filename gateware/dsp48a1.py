@@ -9,7 +9,7 @@ from amaranth.hdl import ClockSignal, Const, Elaboratable, Instance, Module, Sig
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-__all__ = ["DSP48A1", "X", "Z", "has_dsp48a1"]
+__all__ = ["DSP48A1", "X", "Z", "is_spartan6"]
 
 
 class X(IntEnum):
@@ -29,8 +29,8 @@ class Z(IntEnum):
     C = 3
 
 
-def has_dsp48a1(platform: Any) -> bool:
-    """Whether ``platform`` is a device with DSP48A1 slices (by its ``device`` attribute)."""
+def is_spartan6(platform: Any) -> bool:
+    """Whether ``platform`` builds for a Spartan-6, by its ``device`` attribute."""
     return str(getattr(platform, "device", "")).lower().startswith("xc6s")
 
 
@@ -38,7 +38,7 @@ class DSP48A1(wiring.Component):
     """One DSP48A1 slice with a constant operation and one clock enable.
 
     The part of the slice that Boresight uses: no pre-adder, no carry in, no resets. For a platform
-    with such slices (`has_dsp48a1`) this is the vendor's primitive, otherwise a behavioural
+    with such slices (`is_spartan6`) this is the vendor's primitive, otherwise a behavioural
     description of it; both are proved equal in the tests.
 
     ::
@@ -111,7 +111,7 @@ class DSP48A1(wiring.Component):
 
     def elaborate(self, platform: Any) -> Elaboratable:
         """Primitive or behaviour, by the platform."""
-        return self._primitive() if has_dsp48a1(platform) else self._behaviour()
+        return self._primitive() if is_spartan6(platform) else self._behaviour()
 
     def _primitive(self) -> Module:
         m = Module()

@@ -83,7 +83,9 @@ class Emulator:
     def __init__(self, machine: Machine, image: Image) -> None:
         self.machine = machine
         self.image = image
-        self.rom = [decode(machine, w) for w in image.rom]
+        self.rom = [decode(machine, w) for w in image.rom[:image.length]]
+        self._fields = [[{n[:-1]: v for n, v in w.items() if n.endswith(str(k))}
+                         for k in range(machine.lanes)] for w in self.rom]
         self.registers = [self._signed(w) for w in image.registers]
         self.tables = [self._signed(w) for w in image.tables]
         self.parity = 0
@@ -147,7 +149,7 @@ class Emulator:
                 record.outputs.append(lane.a1)
                 record.emitted.append(self.cycle)
                 record.lasts.append(bool(word["emit_last"]))
-            field_of = {n[:-1]: v for n, v in word.items() if n.endswith(str(k))}
+            field_of = self._fields[self.pc][k]
             written = self._stages(lane, field_of, taken[0] if taken and k == 0 else None)
             if written is not None:
                 address = k * self.machine.bank_depth + field_of["dest"]

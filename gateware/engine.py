@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth.hdl import Cat, Module, Signal
+from amaranth.hdl import Cat, Module, Mux, Signal
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -101,16 +101,21 @@ class Engine(wiring.Component):
             operands.parity.eq(parity),
         ]
 
-        # Lanes. Lane 0 also writes input words, every lane parameters of its bank.
+        # Lanes. Lane 0 also writes input words, every lane parameters of its bank. Which of them
+        # the lane's result gives way to is told apart without looking at handshakes.
         saturated = []
         for k in range(machine.lanes):
             m.submodules[f"lane{k}"] = lane = Lane(machine=machine, sources=1 if k else 2)
             own = {name: word[f"{name}{k}"] for name in (*FIELDS, "we", "dest")}
-            grant = sequencer.grant
-            if machine.lanes > 1:
-                grant = grant & (self.bus.addr[8] == k)
-            get = word.get if k == 0 else 0
-            write = sequencer.active & en & (own["we"] | get)
+            if k == 0:
+                load = Cat(word.get & sequencer.claim, word.get & ~sequencer.claim)
+                write = sequencer.write
+                if machine.lanes > 1:
+                    write = write & ~(sequencer.grant & self.bus.addr[8])
+                m.d.comb += lane.words[1].eq(self.i.payload.data)
+            else:
+                load = sequencer.grant
+                write = (sequencer.active & en & own["we"]) | (sequencer.grant & self.bus.addr[8])
             m.d.comb += [
                 lane.en.eq(en),
                 *(getattr(lane, name).eq(own[name]) for name in FIELDS),
@@ -120,16 +125,12 @@ class Engine(wiring.Component):
                 operands.index[k].eq(lane.index),
                 lane.a.eq(operands.a[k]),
                 lane.b.eq(operands.b[k]),
-                lane.load.eq(Cat(sequencer.grant, get & ~sequencer.grant)[:lane.sources]),
+                lane.load.eq(load),
                 lane.words[0].eq(self.bus.w_data),
-                operands.w_en[k].eq(write | grant),
-                operands.w_addr[k].eq(own["dest"]),
+                operands.w_en[k].eq(write),
+                operands.w_addr[k].eq(Mux(load[0], self.bus.addr, own["dest"])),
                 operands.w_data[k].eq(lane.result),
             ]
-            if k == 0:
-                m.d.comb += lane.words[1].eq(self.i.payload.data)
-            with m.If(sequencer.grant):
-                m.d.comb += operands.w_addr[k].eq(self.bus.addr)
             saturated.append(lane.saturated & write)
         m.d.comb += registers.saturated.eq(Cat(saturated).any())
         return m

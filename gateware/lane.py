@@ -8,6 +8,7 @@ from amaranth.hdl import Cat, Module, Mux, Signal, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
+from gateware.bitwise import Bitwise, choose
 from gateware.leading import LeadingSignCount
 from gateware.machine import Machine
 from gateware.microword import lane_fields
@@ -19,7 +20,6 @@ __all__ = ["Lane"]
 #: Fields of the microword that the lane itself obeys.
 FIELDS = ("frac_a", "frac_b", "cap_index", "cap_flag", "cap_norm", "quarter", "neg", "neg_flag",
           "when", "when_flag", "shift", "scale", "first", "wrap", "sticky")
-
 
 class Lane(wiring.Component):
     """Sum of shifted products, ``q = sat/wrap(floor((half + sum ±floor(a b / 2^s)) / 2^G))``.
@@ -186,8 +186,10 @@ class Lane(wiring.Component):
         # carry multiplexer takes the plain register ``term``.
         start = Signal(arith.acc_width)
         m.d.comb += start.eq(Mux(self.first, half, acc))
+        # The carry enters through a bit below the lowest one.
+        total = Cat(1, term) + Cat(carry, start)
         with m.If(self.en):
-            m.d.sync += acc.eq(start + term.as_unsigned() + carry)
+            m.d.sync += acc.eq(total[1:])
         return acc
 
     def _write(self, m: Module, acc: Signal) -> None:
@@ -201,16 +203,32 @@ class Lane(wiring.Component):
             clamp.eq((over != negative.replicate(len(over))) & ~self.wrap),
             self.saturated.eq(clamp & self.sticky & ~self.load.any()),
         ]
-        # Two lines: 00 or 11 result with the sign of acc, 01 and 10 the outside words.
+        # Two more lines: equal, they tell the sign of acc; unlike, one outside word or the other.
         line = [Signal(name=f"line{k}") for k in range(2)]
         for k in range(2):
             own = self.load[k] if k < self.sources else 0
             m.d.comb += line[k].eq(Mux(self.load.any(), own, negative))
-        outside = [self.words[k] for k in range(self.sources)]
-        limit = Cat((~negative).replicate(word - 1), negative)
-        inner = Mux(clamp, Cat((~line[0]).replicate(word - 1), line[0]), q[:word])
-        result = inner
-        for k, value in enumerate(outside):
-            result = Mux(line[k] & ~line[1 - k], value, result)
-        del limit
-        m.d.comb += self.result.eq(result)
+        words = [self.words[k] for k in range(self.sources)]
+        # Of the limit only the sign bit equals the sign.
+        for name, part, function in (("low", slice(0, word - 1), _result_low),
+                                     ("sign", slice(word - 1, word), _result_sign)):
+            m.submodules[f"result_{name}"] = result = Bitwise(
+                function=function, inputs=4 + len(words), width=part.stop - part.start)
+            output = result.connect(m, clamp, *line, q[part], *(w[part] for w in words))
+            m.d.comb += self.result[part].eq(output)
+
+
+def _result_low(clamp: Any, line0: Any, line1: Any, q: Any, *words: Any) -> Any:
+    """A bit of the result: of the limit, of the accumulator, or of an outside word."""
+    return _outside(choose(clamp, ~line0, q), line0, line1, words)
+
+
+def _result_sign(clamp: Any, line0: Any, line1: Any, q: Any, *words: Any) -> Any:
+    """The sign bit of the result."""
+    return _outside(choose(clamp, line0, q), line0, line1, words)
+
+
+def _outside(own: Any, line0: Any, line1: Any, words: tuple[Any, ...]) -> Any:
+    """A bit of the lane's own, or of the outside word that the lines choose."""
+    out = choose(line0 & ~line1, words[0], own)
+    return choose(line1 & ~line0, words[1], out) if len(words) > 1 else out

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth.hdl import Cat, Module, Mux, Signal, Value
+from amaranth.hdl import Cat, Const, Module, Signal, Value
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
@@ -56,26 +56,37 @@ class LeadingSignCount(wiring.Component):
         m = Module()
         word, limit = self.arithmetic.word, self.arithmetic.norm_max
         differs = [self.i[word - 1 - k] ^ self.i[word - 2 - k] for k in range(limit)]
-
-        groups: list[tuple[Value, int, Value]] = []
-        for first in range(0, limit, self.GROUP):
+        take = self.en & self.capture
+        # The last group needs no hit: when no bit at all differs its place is that of the limit.
+        firsts = range(0, limit + 1, self.GROUP)
+        hits, places = [], []
+        for first in firsts:
             bits = differs[first:first + self.GROUP]
             hit = Signal(name=f"hit{first}", reset_less=True)
-            where = Signal(2, name=f"where{first}", reset_less=True)
-            position: Value | int = len(bits) - 1
-            for k in reversed(range(len(bits) - 1)):
-                position = Mux(bits[k], k, position)
-            with m.If(self.en & self.capture):
-                m.d.sync += [hit.eq(Cat(bits).any()), where.eq(position)]
-            groups.append((hit, first, where))
+            place = Signal(2, name=f"place{first}", reset_less=True)
+            with m.If(take):
+                m.d.sync += [hit.eq(Cat(bits).any()), place.eq(self._place(bits))]
+            hits.append(hit)
+            places.append(place)
 
-        # When no bit differs the count is the limit.
-        count: Value | int = limit
-        for hit, first, where in reversed(groups):
-            count = Mux(hit, first + where if first % self.GROUP else Cat(where, Value.cast(
-                first // self.GROUP)), count)
+        # One-hot choice of the first group that is hit, written as AND-OR.
+        choice = [hit & ~Cat(hits[:k]).any() for k, hit in enumerate(hits[:-1])]
+        choice.append(~Cat(hits[:-1]).any())
+        count: Value = Const(0, len(self.count))
+        for group, (chosen, place) in enumerate(zip(choice, places, strict=True)):
+            count = count | (Cat(place, Const(group, len(self.count) - 2))
+                             & chosen.replicate(len(self.count)))
         result = Signal.like(self.count, reset_less=True)
         with m.If(self.en):
             m.d.sync += result.eq(count)
         m.d.comb += self.count.eq(result)
         return m
+
+    @staticmethod
+    def _place(bits: list[Value]) -> Value:
+        """Position 0..3 of the first set bit; their number when there is none."""
+        below = [~bit for bit in bits] + [Const(1)] * 3
+        one = below[0] & (bits[1] if len(bits) > 1 else Const(len(bits) == 1))
+        two_or_three = below[0] & below[1] & Const(len(bits) > 1)
+        three = two_or_three & below[2] & Const(len(bits) > 2)
+        return Cat(one | three, two_or_three)

@@ -6,7 +6,6 @@ field.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterable
 
 from gateware.allocate import Allocation
@@ -26,7 +25,7 @@ Words = list[dict[str, int]]
 
 
 def assemble(schedule: Schedule, allocation: Allocation) -> Image:
-    """Words of ROM, registers and tables of a schedule."""
+    """Contents of all memories for a schedule; the digest is that of the source program."""
     machine, program = schedule.machine, schedule.program
     words: Words = [{} for _ in range(schedule.length)]
     registers = allocation.addresses()
@@ -49,22 +48,17 @@ def assemble(schedule: Schedule, allocation: Allocation) -> Image:
             put(cycle - stage[name], name, bits)
     put(schedule.length - 1 - stage["commit"], "commit", 1)
     put(schedule.length - 1 - stage["home"], "home", 1)
-    rom = tuple(encode(machine, w) for w in words)
     mask = (1 << machine.arithmetic.word) - 1
     size = Machine.TABLE_BLOCK * Machine.TABLE_BLOCKS
     if len(program.table_memory) > size:
         raise ScheduleError(f"{program.name}: table memory must be {size} words or fewer, not "
                             f"{len(program.table_memory)!r}")
-    tables = tuple(w & mask for w in program.table_memory)
-    tables += (0,) * (size - len(tables))
-    return Image(rom=rom, registers=allocation.initial, tables=tables, length=schedule.length,
-                 digest=_digest(rom, allocation.initial, tables))
-
-
-def _digest(*memories: Iterable[int]) -> str:
-    """SHA-256 over the contents of all memories."""
-    text = "\n".join(" ".join(f"{w:x}" for w in memory) for memory in memories)
-    return hashlib.sha256(text.encode()).hexdigest()
+    tables = [w & mask for w in program.table_memory]
+    image = Image(rom=[encode(machine, w) for w in words], registers=list(allocation.initial),
+                  tables=tables + [0] * (size - len(tables)), length=schedule.length,
+                  digest=int(schedule.source, 16))
+    image.check(machine)
+    return image
 
 
 def _slot_fields(schedule: Schedule, registers: dict[int, int],

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from gateware.arrange import arrangements, needs, reads, uses_flag
 from gateware.machine import Machine
+from gateware.slots import ScheduleError
 from model.program import Kind, Op, Program, Scale
 
 __all__ = ["Paths", "paths"]
@@ -28,25 +29,33 @@ class Paths:
 
 
 def slots_after(op: Op, value: int) -> int:
-    """Slots of ``op`` that cannot come before ``value`` is readable."""
+    """Slots of ``op`` that cannot come before ``value`` is readable, and a capture before them."""
     late = {k for k, t in enumerate(op.terms) if value in (t.a, t.b)}
-    extra = 0
-    if value == op.index and needs(op)[0]:
-        tables = {k for k, t in enumerate(op.terms) if t.coefficient is not None}
-        extra = 0 if late - tables else 1
-        late |= tables
-    if value == op.flag:
-        late |= {k for k in range(len(op.terms)) if uses_flag(op, k)}
-    if value == op.norm:
-        late |= {k for k, t in enumerate(op.terms) if t.scale is not Scale.NONE}
+    users = [{k for k, t in enumerate(op.terms) if t.coefficient is not None},
+             {k for k in range(len(op.terms)) if uses_flag(op, k)},
+             {k for k, t in enumerate(op.terms) if t.scale is not Scale.NONE}]
+    extra = False
+    for captured, user, index in zip((op.index, op.flag, op.norm), users, (1, 0, 0), strict=True):
+        if value == captured and user:
+            extra = extra or not (late - user if index else late)
+            late = late | user
     return max(1, len(late) + extra)
+
+
+def _captures_apart(program: Program, nodes: list[int]) -> int:
+    """Captures for these ops that no term of the program can carry: each takes a slot."""
+    shown = {v for op in program.ops for t in op.terms for v in (t.a, t.b)}
+    wanted = {v for k in nodes for v, due in zip(
+        (program.ops[k].index, program.ops[k].flag, program.ops[k].norm), needs(program.ops[k]),
+        strict=True) if due}
+    return len(wanted - shown)
 
 
 def paths(program: Program, machine: Machine, urgent: int) -> Paths:
     """Longest paths of a lowered program."""
     n_ops, n_out = len(program.ops), len(program.outputs)
     latency = machine.latency
-    tail: list[int | None] = [None] * n_ops + [None] * n_out
+    tail: list[int | None] = [None for _ in range(n_ops + n_out)]
     total = [latency] * n_ops + [0] * n_out
     for j in range(n_out):
         total[n_ops + j] = 1 + machine.STAGE_READ + n_out - 1 - j
@@ -85,14 +94,15 @@ def paths(program: Program, machine: Machine, urgent: int) -> Paths:
     last = max([end[k] + total[k] for k in range(n_ops)]
                + [e + total[n_ops + j] for j, e in enumerate(emits)] + [len(program.inputs)])
     # Lanes: every slot that leads to an urgent output comes before its last emit.
-    busy = sum(s for s, t in zip(slots, tail, strict=True) if t is not None)
+    hot = [k for k, t in enumerate(tail[:n_ops]) if t is not None]
+    busy = sum(slots[k] for k in hot) + urgent + _captures_apart(program, hot)
     bound = max(bound, -(-busy // machine.lanes) - 1)
-    last = max(last, -(-sum(slots) // machine.lanes) + 1)
+    last = max(last, -(-(sum(slots) + _captures_apart(program, order)) // machine.lanes) + 1)
     return Paths(tuple(tail), tuple(total), tuple(slots), bound + machine.STAGE_READ + 1, last)
 
 
 def topological(program: Program) -> list[int]:
-    """Ops so that each comes after those it reads; ValueError if there is a cycle."""
+    """Ops so that each comes after those it reads; ScheduleError if there is a cycle."""
     known = {n for n, v in enumerate(program.values) if v.kind is not Kind.OP}
     order: list[int] = []
     left = list(range(len(program.ops)))
@@ -106,6 +116,6 @@ def topological(program: Program) -> list[int]:
                 rest.append(k)
         if len(rest) == len(left):
             name = program.values[program.ops[rest[0]].dest].name
-            raise ValueError(f"{program.name}: op {name} waits for itself or a value nobody makes")
+            raise ScheduleError(f"{program.name}: op {name} waits for itself or a value nobody makes")
         left = rest
     return order

@@ -9,10 +9,9 @@ The same arguments always give the same schedule.
 from __future__ import annotations
 
 import random
-from collections.abc import Sequence
 
-from gateware.list_pass import Attempt, ListPass, Style
 from gateware.copies import with_copies
+from gateware.list_pass import Attempt, ListPass, Style
 from gateware.machine import Machine
 from gateware.priorities import Paths, paths
 from gateware.slots import Schedule, ScheduleError, Slot
@@ -65,8 +64,8 @@ def schedule(program: Program, machine: Machine, *, urgent: int | None = None,
                             f"not {program.arithmetic} and {machine.arithmetic}")
     lowered = with_copies(program)
     far = paths(lowered, machine, urgent)
-    problem = ListPass(lowered, machine, urgent=urgent)
-    best = _search(problem, far, restarts, random.Random(seed))
+    problem = ListPass(lowered, machine, far=far, urgent=urgent)
+    best = _search(problem, restarts, random.Random(seed))
     if best.length > machine.rom_words:
         raise ScheduleError(f"{program.name}: program takes {best.length} microwords, the "
                             f"{machine.name} machine has {machine.rom_words}")
@@ -85,33 +84,29 @@ def _priorities(far: Paths, lead: float) -> list[float]:
     return out
 
 
-def _search(problem: ListPass, far: Paths, restarts: int, rng: random.Random) -> Attempt:
-    """Best attempt of all starts and the local search from the best starts."""
+def _search(problem: ListPass, restarts: int, rng: random.Random) -> Attempt:
+    """Best attempt of all starts and of the local search from there."""
+    far = problem.far
     starts: list[tuple[Attempt, list[float], Style]] = []
     for lead in _LEADS:
         for style in _STYLES:
             priority = _priorities(far, lead)
-            starts.append((problem.run(priority, style), priority, style))
-    starts.sort(key=lambda x: x[0].score)
-    best = starts[0]
-    for k in range(restarts):
-        if (best[0].score[0] <= far.latency_bound and best[0].score[1] <= far.length_bound):
+            attempt = problem.run(priority, style)
+            assert attempt is not None
+            starts.append((attempt, priority, style))
+    best, priority, style = min(starts, key=lambda x: x[0].score)
+    hot = [k for k, tail in enumerate(far.urgent) if tail is not None]
+    for _ in range(restarts):
+        latency, length = best.score[:2]
+        if latency <= far.latency_bound and length <= far.length_bound:
             break
-        attempt, priority, style = best
-        trial = _disturb(priority, rng)
-        if rng.random() < 0.1:
-            style = rng.choice(_STYLES)
-        found = problem.run(trial, style)
-        if found.score <= attempt.score:
-            best = (found, trial, style)
-        del k
-    return best[0]
-
-
-def _disturb(priority: Sequence[float], rng: random.Random) -> list[float]:
-    """Priorities with a few of them moved."""
-    trial = list(priority)
-    size = rng.choice((2.0, 5.0, 12.0, 40.0))
-    for _ in range(rng.choice((1, 2, 4, 8, 16))):
-        trial[rng.randrange(len(trial))] += rng.gauss(0.0, size)
-    return trial
+        trial = list(priority)
+        size = rng.choice((2.0, 5.0, 12.0, 40.0))
+        some = hot if hot and rng.random() < 0.8 else range(len(trial))
+        for _ in range(rng.choice((1, 2, 4, 8, 16))):
+            trial[rng.choice(some)] += rng.gauss(0.0, size)
+        habit = rng.choice(_STYLES) if rng.random() < 0.1 else style
+        found = problem.run(trial, habit, (latency, length))
+        if found is not None and found.score <= best.score:
+            best, priority, style = found, trial, habit
+    return best

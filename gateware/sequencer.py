@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
-from amaranth.hdl import Module, Signal
+from amaranth.hdl import Module, Signal, Value
 from amaranth.lib import memory, wiring
 from amaranth.lib.wiring import In, Out
 
+from gateware.bitwise import Bitwise, choose
 from gateware.image import Image
 from gateware.machine import Machine
 from gateware.microword import microword_layout
@@ -48,8 +50,12 @@ class Sequencer(wiring.Component):
         Handshake of the output stream.
     request : In(1)
         Somebody wants the register file's write port while the machine is idle.
+    claim : Out(1)
+        The next first word of a record waits for that somebody.
     grant : Out(1)
-        The write port is free in this cycle; the machine stands still.
+        The write port is free for that somebody in this cycle; the machine stands still.
+    write : Out(1)
+        Lane 0's bank is written: result, input word, or on ``grant``.
     idle : Out(1)
         The machine waits for the first word of a record.
     commit : Out(1)
@@ -71,7 +77,9 @@ class Sequencer(wiring.Component):
             "o_ready": In(1),
             "o_valid": Out(1),
             "request": In(1),
+            "claim": Out(1),
             "grant": Out(1),
+            "write": Out(1),
             "idle": Out(1),
             "commit": Out(1),
             "framing": Out(1),
@@ -96,19 +104,34 @@ class Sequencer(wiring.Component):
                 m.d.sync += self.active.eq(0)
 
         started, swallow = Signal(), Signal()
-        get, emit = self.active & word.get, self.active & word.emit
-        taken = Signal()  # an input word goes into the machine
+        # A get proceeds when an input word is there, unless it is to be swallowed, or the bus
+        # claims the write port before the first one. These need nothing of the microword, whose
+        # bits come late: what decides about the clock enable is one look-up table behind them.
+        offered, blocked, claim = Signal(), Signal(), self.claim
         m.d.comb += [
-            self.grant.eq(get & ~started & self.request),
-            taken.eq(get & self.i_valid & ~swallow & ~self.grant),
-            self.i_ready.eq(swallow | (get & ~self.grant)),
-            self.o_valid.eq(emit),
-            self.en.eq(~((get & ~taken) | (emit & ~self.o_ready))),
-            self.idle.eq(get & ~started & ~self.i_valid),
-            self.framing.eq(taken & (self.i_last ^ word.get_last)),
+            claim.eq(self.request & ~started),
+            offered.eq(self.i_valid & ~swallow),
+            blocked.eq(claim | ~offered),
+        ]
+
+        def table(name: str, function: Callable[..., Any], *bits: Value) -> Value:
+            m.submodules[name] = unit = Bitwise(function=function, inputs=len(bits))
+            return unit.connect(m, *bits)
+
+        m.d.comb += [
+            self.en.eq(table("en", _enabled, self.active, word.get, blocked, word.emit,
+                             self.o_ready)),
+            self.write.eq(table("write", _written, self.active, word.get, claim | offered,
+                                word.we0, word.emit, self.o_ready)),
+            self.framing.eq(table("framing", _misframed, self.active, word.get, blocked,
+                                  self.i_last, word.get_last)),
+            self.grant.eq(self.active & word.get & claim),
+            self.i_ready.eq(swallow | (self.active & word.get & ~claim)),
+            self.o_valid.eq(self.active & word.emit),
+            self.idle.eq(self.active & word.get & ~started & ~self.i_valid),
             self.commit.eq(self.active & word.commit & self.en & ~self.framing),
         ]
-        with m.If(taken):
+        with m.If(self.active & word.get & ~blocked):
             m.d.sync += [
                 started.eq(~(self.i_last | word.get_last)),
                 swallow.eq(word.get_last & ~self.i_last),
@@ -116,3 +139,18 @@ class Sequencer(wiring.Component):
         with m.If(swallow & self.i_valid & self.i_last):
             m.d.sync += swallow.eq(0)
         return m
+
+
+def _enabled(active: Any, get: Any, blocked: Any, emit: Any, o_ready: Any) -> Any:
+    """The machine moves: neither a get nor an emit waits."""
+    return ~(active & (get & blocked | emit & ~o_ready))
+
+
+def _written(active: Any, get: Any, word: Any, we: Any, emit: Any, o_ready: Any) -> Any:
+    """A word goes to lane 0's bank: from outside at a get, else a result."""
+    return active & choose(get, word, we & ~(emit & ~o_ready))
+
+
+def _misframed(active: Any, get: Any, blocked: Any, last: Any, get_last: Any) -> Any:
+    """The word taken is the last one of the stream's record or of the program's, but not of both."""
+    return active & get & ~blocked & (last ^ get_last)

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth.hdl import Array, Module, Value, signed
+from amaranth.hdl import Module, Mux, Signal, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
+
+from gateware.bitwise import Bitwise, multiplex
 
 __all__ = ["Shifter"]
 
@@ -14,7 +16,8 @@ __all__ = ["Shifter"]
 class Shifter(wiring.Component):
     """``o = (i >> amount) ^ invert``: 32 positions, sign-extended, low bits of the result.
 
-    Three levels for six-input look-up tables: four ways, four ways, two ways with the inversion.
+    Three levels, each one six-input look-up table per bit: by 0, 8, 16 or 24; by 0, 2, 4 or 6; by
+    0 or 1 together with the inversion.
 
     **Latency** none.
 
@@ -37,9 +40,6 @@ class Shifter(wiring.Component):
         Result.
     """
 
-    #: Levels: lowest bit of the amount that each one takes, and how many bits.
-    LEVELS = ((3, 2), (1, 2), (0, 1))
-
     def __init__(self, *, width_in: int, width_out: int) -> None:
         for name, value in (("width_in", width_in), ("width_out", width_out)):
             if not isinstance(value, int) or value < 2:
@@ -56,9 +56,15 @@ class Shifter(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         """The three levels."""
         m = Module()
-        value: Value = self.i
-        for low, bits in self.LEVELS:
-            select = self.amount[low:low + bits]
-            value = Array(value >> (k << low) for k in range(1 << bits))[select]
-        m.d.comb += self.o.eq(value ^ self.invert.replicate(self.width_out))
+        value = self.i
+        # A level keeps only the bits that the levels after it can still reach.
+        for name, low, reach in (("coarse", 3, 7), ("middle", 1, 1)):
+            width = min(self.width_in, self.width_out + reach)
+            m.submodules[name] = mux = Bitwise(function=multiplex, inputs=6, width=width)
+            ways = [(value >> (k << low))[:width] for k in range(4)]
+            output = mux.connect(m, *ways, *self.amount[low:low + 2])
+            value = Signal(signed(width), name=f"{name}_o")
+            m.d.comb += value.eq(output)
+        last = Mux(self.amount[0], value >> 1, value)
+        m.d.comb += self.o.eq(last ^ self.invert.replicate(self.width_out))
         return m

@@ -3,7 +3,7 @@
 Conventions of every function here:
 
 - A quaternion is Hamilton, scalar first ``(w, x, y, z)``, and turns body axes (b) into navigation
-  axes (n = East, North, Up): ``v_n = q v_b q*``. Its matrix is written ``c_nb``: ``v_n = c_nb v_b``.
+  axes (n = East, North, Up): ``v_n = q v_b q*``. Its matrix is ``c_nb``: ``v_n = c_nb v_b``.
 - Euler angles are ``(theta, gamma, psi)`` = (pitch about x, roll about y, heading about z), in
   radians, of the intrinsic sequence z-x'-y'': ``c_nb = Rz(psi) Rx(theta) Ry(gamma)``. The heading
   is positive counter-clockwise seen from above.
@@ -181,7 +181,8 @@ def matrix_to_quaternion(c_nb: npt.ArrayLike) -> FloatArray:
         axis=-2,
     )
     best = np.argmax(np.diagonal(products, axis1=-2, axis2=-1), axis=-1)
-    q = quaternion_normalise(np.take_along_axis(products, best[..., None, None], axis=-2)[..., 0, :])
+    row = np.take_along_axis(products, best[..., None, None], axis=-2)[..., 0, :]
+    q = quaternion_normalise(row)
     return np.where(q[..., :1] < 0.0, -q, q)
 
 

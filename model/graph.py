@@ -104,9 +104,12 @@ class Condition:
         return Condition(self.node, not self.inverted)
 
     def __and__(self, other: Condition) -> Condition:
+        # One selection: where self holds, other's node decides; elsewhere a constant that fails.
         g = self.node.graph
-        yes = g.select(other, g.const(-1.0), g.const(0.0))
-        return Condition(g.select(self, yes, g.const(0.0)))
+        # The failing constant must survive the binary point of other's node: take its magnitude.
+        bound = max(-other.node.low, other.node.high)
+        fails = g.const(-bound if other.inverted else 0.0)
+        return Condition(g.select(self, other.node, fails), other.inverted)
 
     def __or__(self, other: Condition) -> Condition:
         return ~(~self & ~other)
@@ -235,6 +238,16 @@ class Graph:
         """``a``, known (or made, by saturation) to lie in [low, high]."""
         return self._new("bounded", (a,), key=(low, high), low=low, high=high,
                          source=f"declared: {reason}", unit=a.unit)
+
+    def saturated(self, a: Node, limit: float) -> Node:
+        """``a`` clamped to [-limit, limit), a power of two, by the word's own overflow."""
+        mantissa, _ = math.frexp(limit)
+        if mantissa != 0.5:
+            raise ValueError(f"limit must be a power of two, not {limit!r}")
+        if -limit <= a.low and a.high < limit:
+            return a
+        return self._new("saturated", (a,), key=limit, value=limit, low=max(a.low, -limit),
+                         high=min(a.high, limit), source="saturated on purpose", unit=a.unit)
 
     def function(self, kind: str, a: Node, *, quarter: bool = False) -> Node:
         """sin (cosine with ``quarter``), asin, rsqrt, reciprocal."""

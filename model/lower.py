@@ -284,6 +284,11 @@ class _Lowering:
         if node.kind == "wrap":
             return self.group(form, name=node.label, low=-1.0, high=1.0, source="half turns",
                               unit="ht", overflow=Overflow.WRAP, frac=word - 1, exact_frac=True)
+        if node.kind == "saturated":
+            own = word - 1 - int(math.log2(node.value))
+            return self.group(form, name=node.label, low=node.low, high=node.high,
+                              source=node.source, unit=node.unit, overflow=Overflow.CLIP,
+                              frac=own, exact_frac=True)
         if frac is None and math.isfinite(node.low) and math.isfinite(node.high):
             frac = Format.for_range(word, node.low, node.high).frac
             if odd is not None and (frac % 2 == 1) != odd:
@@ -300,11 +305,11 @@ class _Lowering:
         return getattr(self, f"_form_{node.kind}")(node, wrapped or node.kind == "wrap")
 
     def _fuses(self, node: Node, wrapped: bool) -> bool:
-        if node.name is not None or node.kind in LEAVES or node.kind == "bounded":
+        if node.name is not None or node.kind in (*LEAVES, "bounded", "saturated"):
             return False
         if node.kind == "wrap":
             return wrapped and node.uses == 1
-        if node.kind == "mul":
+        if node.kind == "mul" or (node.kind == "sum" and len(node.args) == 1):
             return node.uses <= 2
         if node.kind in ("rsqrt", "reciprocal"):
             return False
@@ -431,6 +436,8 @@ class _Lowering:
         arg = node.args[0]
         return self.form(arg, top=arg.uses == 1 and arg.name is None
                          and arg.kind not in ("wrap", *LEAVES))
+
+    _form_saturated = _form_bounded
 
     # -- functions ------------------------------------------------------------------------------
 

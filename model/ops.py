@@ -15,8 +15,8 @@ import numpy as np
 
 from model.graph import Condition, Node
 
-__all__ = ["absolute", "atan2_ht", "bounded", "clip", "maximum", "minimum", "named", "rsqrt",
-           "sincos_ht", "sqrt", "where", "wrap_ht"]
+__all__ = ["absolute", "atan2_ht", "bounded", "clip", "flip", "maximum", "minimum", "named",
+           "rsqrt", "saturated", "sincos_ht", "sqrt", "where", "wrap_ht"]
 
 
 def named(name: str, x: Any) -> Any:
@@ -42,6 +42,19 @@ def where(condition: Any, yes: Any, no: Any) -> Any:
         g = condition.node.graph
         return g.select(condition, g.lift(yes), g.lift(no))
     return np.where(condition, yes, no)
+
+
+def saturated(x: Any, limit: float) -> Any:
+    """``x`` clamped to [-limit, limit], a power of two: costs nothing in fixed point."""
+    return x.graph.saturated(x, limit) if isinstance(x, Node) else np.clip(x, -limit, limit)
+
+
+def flip(condition: Any, x: Any) -> Any:
+    """-x where the condition holds, else ``x``."""
+    if isinstance(condition, Condition):
+        g = condition.node.graph
+        return g.flip(condition, g.lift(x))
+    return np.where(condition, -x, x)
 
 
 def absolute(x: Any) -> Any:
@@ -125,4 +138,5 @@ def atan2_ht(y: Any, x: Any) -> Any:
     sine = g.bounded(sine, 0.0, 0.7188, "smaller component of a unit vector")
     sign = g.flip(swap, g.flip(x < 0.0, y))
     base = where(swap, g.flip(y < 0.0, g.const(0.5)), where(x < 0.0, -1.0, 0.0))
+    base = g.bounded(base, -1.0, 0.5, "quadrant")  # known early: a group of its own
     return g.wrap(base + g.flip(sign < 0.0, g.function("asin", sine)))

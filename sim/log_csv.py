@@ -19,6 +19,8 @@ _REQUIRED = tuple(name for array in ("t", "gyr", "acc", "mag") for name in COLUM
 _KNOWN = (*_REQUIRED, *COLUMNS["q"])
 #: Arrays in which an empty field is legal: it becomes NaN.
 _MAY_BE_EMPTY = ("mag", "q")
+#: Unknown columns that a message lists.
+_SHOWN = 4
 
 
 def format_csv(arrays: Mapping[str, FloatArray]) -> str:
@@ -101,7 +103,8 @@ def _check_header(where: str, names: list[str]) -> None:
         raise InputError.at(
             where,
             wanted=f"only the columns {','.join(_KNOWN)}",
-            found=", ".join(quote(name) for name in unknown),
+            found=", ".join(map(quote, unknown[:_SHOWN]))
+            + (f" and {len(unknown) - _SHOWN} more" if len(unknown) > _SHOWN else ""),
             fix="rename or remove what is unknown, and separate columns by commas",
         )
     twice = next((name for name in names if names.count(name) > 1), None)

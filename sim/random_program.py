@@ -167,15 +167,15 @@ class _Builder:
     def bundle(self, one: int) -> None:
         """A function of a table: u = f f, t = c2 + c3 f, w = c0 + c1 f, y = w + t u."""
         x, table = self.pick(), self.rng.randrange(3)
-        shared = {"index": x, "quarter": self.rng.random() < 0.3}
+        quarter = self.rng.random() < 0.3
         s = self.arith.word - 1 - self.arith.guard
         square = Term(x, x, s, fraction_a=True, fraction_b=True)
-        u = self.add((square,), **shared)
+        u = self.add((square,), index=x, quarter=quarter)
         halves = []
         for low in (2, 0):
             unit = Term(one, None, max(s, self.least_shift(2)), low)
             slope = Term(x, None, max(s, self.least_shift(2)), low + 1, fraction_a=True)
-            halves.append(self.add((unit, slope), table=table, **shared))
+            halves.append(self.add((unit, slope), index=x, quarter=quarter, table=table))
         t, w = halves
         self.add((Term(w, one, s - 1), Term(t, u, max(s, self.least_shift(2)))))
 

@@ -2,7 +2,7 @@
 
 import os
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, Final
 
 from gateware.synthesis.area import Area, count_area
 from gateware.synthesis.delays import GRADES, NET_MODELS
@@ -13,6 +13,9 @@ from gateware.synthesis.timing import NOTE, Timing, analyse
 from gateware.synthesis.yosys import synthesise
 
 __all__ = ["Estimate", "estimate"]
+
+#: Loads on a net beyond which the statistics of routed nets say little.
+_THIN: Final = 60
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -148,6 +151,13 @@ def _warnings(area: Area, timing: tuple[Timing, ...], device: Device) -> tuple[s
     guessed = sorted({name for t in timing for name in t.guessed if name != "clock_uncertainty"})
     if guessed:
         found.append("worst paths depend on guessed constants: " + ", ".join(guessed))
+    crowded = {p.net: p.fanout for t in timing if t.worst for p in t.worst.points}
+    for net, fanout in crowded.items():
+        if fanout > _THIN:
+            found.append(
+                f"a worst path crosses net {net} with {fanout} loads: few such nets stand behind "
+                "the net delays, and this one may well be slower"
+            )
     if timing[0].worst is None:
         found.append("no path from register to register: nothing limits the clock")
     return tuple(found)

@@ -120,8 +120,9 @@ class Timing:
     @property
     def source(self) -> str:
         """Say in one line what the figures are."""
-        guesses = f", {len(self.guessed)} guessed constants on the worst path"
-        return f"static timing, grade -{self.grade}, {self.nets} nets: {NOTE}{guesses}"
+        number = len(self.guessed)
+        guesses = f"{number} guessed constant{'' if number == 1 else 's'} on the worst path"
+        return f"static timing, grade -{self.grade}, {self.nets} nets: {NOTE}, {guesses}"
 
 
 def analyse(

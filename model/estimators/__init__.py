@@ -1,0 +1,27 @@
+"""Every estimator, by name."""
+
+from __future__ import annotations
+
+from model.errors import InputError
+from model.estimator import Estimator
+from model.estimators.complementary import Complementary, ComplementaryAsPrinted
+
+__all__ = ["ESTIMATORS", "estimator"]
+
+ESTIMATORS: dict[str, type[Estimator]] = {
+    e.name: e for e in (Complementary, ComplementaryAsPrinted)
+}
+
+
+def estimator(name: str) -> Estimator:
+    """The estimator called ``name``.
+
+    Raises
+    ------
+    InputError
+        No such estimator.
+    """
+    if name not in ESTIMATORS:
+        raise InputError.at("estimator", wanted=f"one of {', '.join(ESTIMATORS)}",
+                            found=repr(name), fix="boresight list shows them all")
+    return ESTIMATORS[name]()

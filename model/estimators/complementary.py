@@ -1,83 +1,293 @@
-"""Draft."""
+"""The complementary filter of Ma Long et al. (2014), eq. (3)-(13), in Euler angles z-x'-y''.
+
+What is the paper's and what is ours (`docs/decisions/0003-complementary-filter.md` has the evidence):
+
+* Attitude C_bn = Rz(psi) Rx(theta) Ry(gamma), angles in half turns, wrapped by the word itself.
+* Prediction by Euler rates, eq. (3), midpoint rule. The printed eq. (3) belongs to another Euler
+  sequence; `Complementary` uses the consistent set, `ComplementaryAsPrinted` the printed one.
+* Levelling, eq. (4): the specific force, turned by the predicted rotation and levelled with the
+  filter's own angles, must be vertical; its horizontal part over g is the residual.
+* Tilt compensation and heading, eq. (5)-(7).
+* Three proportional-integral channels, eq. (9)-(13). The integrals are kept in body axes, where
+  they are the gyro's bias, because the Euler channels exchange their meaning at a pole.
+* Near |theta| = 90 deg: the prediction is limited, passing the pole re-maps the angles
+  (theta -> pi - theta, gamma + pi, psi + pi), and a roll correction turns the heading back by
+  sin(theta) times itself, so that together they are a rotation about a horizontal axis.
+"""
+
 from __future__ import annotations
+
 import math
+from typing import Any
+
 from model import ops
-from model.estimator import *
+from model.estimator import Estimator, Input, Output, Param, State
+
+__all__ = ["STATUS_BITS", "Complementary", "ComplementaryAsPrinted", "per_sample_gains"]
+
+GRAVITY = 9.80665  #: m/s^2, standard gravity: scale of the levelling residual.
+SEC_LIMIT = 64.0  #: largest 1/cos(theta); reached at |theta| = 89.1 deg.
+HALF_STEP_LIMIT = 0.5  #: rad, roll step of the midpoint rule.
+HEADING_STEP_LIMIT = 0.25  #: half turns, heading step of one prediction.
+RESIDUAL_LIMIT = 0.125  #: half turns, heading residual that a correction uses.
+BIAS_LIMIT = 1.0 / 32.0  #: rad/s, largest gyro bias that is learnt.
+
+#: Bits of the output ``status``.
+STATUS_BITS = {
+    0: "aligning: no attitude yet",
+    1: "heading not aligned: no magnetometer sample so far",
+    2: "accelerometer not used: specific force outside its gate",
+    3: "no magnetometer sample",
+    4: "magnetometer sample not used: field strength outside its gate",
+    5: "gyro at or beyond its full scale",
+    6: "near vertical: 1/cos(pitch) limited",
+    7: "passed the vertical: angles re-mapped",
+}
+
+
+def per_sample_gains(kp: float, ki: float, rate_hz: float) -> tuple[float, float]:
+    """(Kp [1/s], Ki [1/s^2]) of gains given per sample (x -= Kp e + I, I += Ki e) at ``rate_hz``."""
+    return kp * rate_hz, ki * rate_hz * rate_hz
+
+
+def _cross(a: tuple[Any, Any, Any], b: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+def _gain(name: str, default: float, high: float, unit: str, meaning: str) -> Param:
+    return Param(name, default, 0.0, high, unit, meaning)
+
 
 class Complementary(Estimator):
-    name = "complementary"; summary = ""
-    inputs = (Input("dt", -1, 1, "s"),
-      *(Input(f"g{k}", -40, 40, "rad/s") for k in "xyz"),
-      *(Input(f"m{k}", -1000, 1000, "uT") for k in "xyz"),
-      *(Input(f"a{k}", -160, 160, "m/s^2") for k in "xyz"))
-    params = tuple(Param(f"{n}_{c}", d, 0, h, "1/s", "") for n, d, h in (("kp", .3, 60), ("ki", .001, 1)) for c in ("pitch","roll","heading")) + (
-       Param("declination", 0, -1, 1, "ht", ""), Param("acc_min", 30, 0, 1e4, "", ""), Param("acc_max",300,0,7e4,"",""), Param("gyr_max",34.9,0,40,"",""))
-    states = (State("psi",-1,1,"ht"),State("theta",-1,1,"ht"),State("gamma",-1,1,"ht"),
-      *(State(f"b_{c}", -.06,.06,"ht/s") for c in ("pitch","roll","heading")),
-      State("sg",-1,1,""),State("cg",-1,1,"",1.0),State("st",-1,1,""),State("ct",-1,1,"",1.),State("sec",-100,100,"",1.),State("tan",-100,100,""),
-      State("tilt_ok",-1,1,"",-1),State("heading_ok",-1,1,"",-1))
-    outputs = tuple(Output(n,u) for n,u in (("psi","ht"),("theta","ht"),("gamma","ht"),("qw",""),("qx",""),("qy",""),("qz",""),("status","")))
+    """Euler-angle complementary filter with consistent kinematics."""
+
+    name = "complementary"
+    summary = "Euler-angle complementary filter (Ma Long 2014), consistent z-x'-y'' kinematics"
+    inputs = (
+        Input("dt", -1.0, 1.0, "s"),
+        *(Input(f"g{axis}", -40.0, 40.0, "rad/s") for axis in "xyz"),
+        *(Input(f"m{axis}", -1000.0, 1000.0, "uT") for axis in "xyz"),
+        *(Input(f"a{axis}", -160.0, 160.0, "m/s^2") for axis in "xyz"),
+    )
+    params = (
+        _gain("kp_pitch_per_s", 0.4, 32.0, "1/s", "pitch: small trusts the gyro, large the "
+              "accelerometer; corner frequency kp/(2 pi) Hz"),
+        _gain("kp_roll_per_s", 0.4, 32.0, "1/s", "roll: as kp_pitch_per_s"),
+        _gain("kp_heading_per_s", 0.15, 32.0, "1/s", "heading: small trusts the gyro, large the "
+              "magnetometer"),
+        _gain("ki_pitch_per_s2", 3e-4, 1.0, "1/s^2", "pitch: how fast the gyro's bias is learnt"),
+        _gain("ki_roll_per_s2", 3e-4, 1.0, "1/s^2", "roll: as ki_pitch_per_s2"),
+        _gain("ki_heading_per_s2", 4e-3, 1.0, "1/s^2", "heading: as ki_pitch_per_s2"),
+        Param("declination_ht", 0.0, -1.0, 0.999, "ht", "magnetic declination, east positive; 0 "
+              "gives magnetic heading"),
+        _gain("acc_min_sq", 0.25, 8e4, "(m/s^2)^2", "squared specific force below which the "
+              "accelerometer is not used"),
+        _gain("acc_max_sq", 8e4, 8e4, "(m/s^2)^2", "squared specific force above which the "
+              "accelerometer is not used; the default leaves the gate open"),
+        _gain("mag_min_sq", 1.0, 1e6, "uT^2", "squared field below which there is no sample"),
+        _gain("mag_gate", 0.4, 3.9, "", "relative deviation of the squared field from its slow "
+              "mean beyond which the sample is not used"),
+        _gain("mag_rate_per_s", 0.1, 15.0, "1/s", "how fast that mean follows"),
+        _gain("gyro_max_sq", 1180.0, 4800.0, "(rad/s)^2", "squared rate from which on the gyro "
+              "counts as saturated"),
+    )
+    states = (
+        State("heading_ht", -1.0, 1.0, "ht"),
+        State("pitch_ht", -1.0, 1.0, "ht"),
+        State("roll_ht", -1.0, 1.0, "ht"),
+        *(State(f"bias_{axis}", -BIAS_LIMIT, BIAS_LIMIT * (1 - 2.0**-31), "rad/s")
+          for axis in "xyz"),
+        State("sin_pitch", -1.0, 1.0, ""),
+        State("cos_pitch", -1.0, 1.0, "", 1.0),
+        State("sin_roll", -1.0, 1.0, ""),
+        State("cos_roll", -1.0, 1.0, "", 1.0),
+        State("sec_pitch", 0.0, SEC_LIMIT, "", 1.0),
+        State("tan_pitch", -SEC_LIMIT, SEC_LIMIT, ""),
+        State("roll_unknown", -1.0, 0.0, "", -1.0),  # -1: yes, 0: no
+        State("tilt_unknown", -1.0, 0.0, "", -1.0),
+        State("since_mag", 0.0, 0.999, "s"),
+        State("field_sq", -1.0, 3e6, "uT^2", -1.0),  # -1: heading unknown
+    )
+    outputs = (
+        Output("pitch", "ht"), Output("roll", "ht"), Output("heading", "ht"),
+        Output("qw", ""), Output("qx", ""), Output("qy", ""), Output("qz", ""),
+        Output("status", "bits"),
+    )
     urgent = 3
 
-    def step(self, x, u, p):
-        B=ops.bounded; N=ops.named
-        r = [B(g*u.dt,-2,2,"rotation per sample") for g in (u.gx,u.gy,u.gz)]
-        rx,ry,rz=r
-        mx,my,mz=u.mx,u.my,u.mz
-        def cross(a,b): return (a[1]*b[2]-a[2]*b[1], a[2]*b[0]-a[0]*b[2], a[0]*b[1]-a[1]*b[0])
-        c=cross(r,(mx,my,mz)); d=cross(r,c)
-        m=[a+b+0.5*e for a,b,e in zip((mx,my,mz),c,d)]
-        m=[B(a,-2000,2000,"") for a in m]
-        mhx = x.cg*m[0]+x.sg*m[2]; mhz= x.cg*m[2]-x.sg*m[0]
-        mhy = x.ct*m[1]-x.st*mhz
-        mhx=B(mhx,-2000,2000,''); mhy=B(mhy,-2000,2000,'')
-        psi_m = ops.atan2_ht(mhx,mhy)
-        # predict
-        uu = x.sg*rx - x.cg*rz; v = x.cg*rx + x.sg*rz
-        dg = B((ry + x.tan*uu)*0.5,-2,2,''); dt_=v*0.5
-        sgm = x.sg + dg*(x.cg - dg*x.sg*0.5); cgm = x.cg - dg*(x.sg + dg*x.cg*0.5)
-        sec2 = x.sec*x.sec
-        tanm = x.tan + dt_*sec2; secm = x.sec + dt_*(x.sec*x.tan)
-        tanm=B(tanm,-200,200,''); secm=B(secm,-200,200,'')
-        um = sgm*rx - cgm*rz; vm = cgm*rx + sgm*rz
-        ipi=1/math.pi
-        theta = ops.wrap_ht(x.theta + vm*ipi)
-        over = ops.absolute(theta) > 0.5
-        gi = B((ry+tanm*um)*ipi,-1,1,''); si=B(secm*um*ipi,-1,1,'')
-        h = ops.where(over,1.0,0.0)
-        gamma = ops.wrap_ht(x.gamma + gi + h)
-        psi_c = x.psi - si + h
-        theta = ops.wrap_ht(ops.where(over, 1.0-theta, theta))
-        # level
-        f2h = u.ax*u.ax+u.az*u.az; f2=f2h+u.ay*u.ay
-        gm = ops.atan2_ht(-u.ax,u.az); tm = ops.atan2_ht(u.ay, ops.sqrt(f2h))
-        acc_bad = (f2<p.acc_min)|(f2>p.acc_max)
-        mh2 = mhx*mhx+mhy*mhy
-        mag_bad = mh2 < 1.0
-        out={}; nx={}
-        restart = u.dt <= 0.0
-        res={}
-        for c,xp,xm,bad,ok in (("pitch",theta,tm,acc_bad,x.tilt_ok),("roll",gamma,gm,acc_bad,x.tilt_ok),("heading",psi_c,psi_m-p.declination,mag_bad,x.heading_ok)):
-            e = ops.wrap_ht((x.psi if c=="heading" else xp) - xm)
-            align = (ok<0)|restart
-            k = ops.where(bad,0.0,ops.where(align,1.0,getattr(p,"kp_"+c)*u.dt))
-            ki= ops.where(bad|align,0.0,getattr(p,"ki_"+c)*u.dt)
-            b = x.__dict__["b_"+c]
-            nx["b_"+c]=b+ki*e
-            res[c]=ops.wrap_ht(xp - k*e - b*u.dt)
-            if c!="pitch":
-                nx["tilt_ok" if c=="roll" else "heading_ok"]=ops.where(bad, ops.where(restart,-1.0,ok), 0.0)
-        psi,theta,gamma=res["heading"],res["pitch"],res["roll"]
-        hs=[ops.sincos_ht(a*0.5) for a in (psi,theta,gamma)]
-        (s1,c1),(s2,c2),(s3,c3)=hs
-        # q = qz(psi) qx(theta) qy(gamma)
-        cc,cs,sc,ss=c1*c2,c1*s2,s1*c2,s1*s2   # qz*qx = (cc, cs, ss, sc)
-        q=(cc*c3-ss*s3, cs*c3-sc*s3, cc*s3+ss*c3, sc*c3+cs*s3)
-        st,ct=2*s2*c2, 1-2*s2*s2
-        sg,cg=2*s3*c3, 1-2*s3*s3
-        ctc = ops.maximum(ct,0.01)
-        sec=B(1.0/B(ctc,0.01,1,''),-100,100,'')
-        nx.update(psi=psi,theta=theta,gamma=gamma,sg=sg,cg=cg,st=st,ct=ct,sec=sec,tan=B(st*sec,-100,100,''))
-        status = ops.where(acc_bad,1.0/1024,0.0)+ops.where(mag_bad,2.0/1024,0.0)+ops.where(over,4.0/1024,0.0)
-        out.update(psi=psi,theta=theta,gamma=gamma,qw=q[0],qx=q[1],qy=q[2],qz=q[3],status=status)
-        return nx,out
+    #: Whether eq. (3) is used as printed.
+    as_printed = False
+
+    def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+        """One sample: see the module docstring; equation numbers are the paper's."""
+        sp, cp, sr, cr = x.sin_pitch, x.cos_pitch, x.sin_roll, x.cos_roll
+        force, field = (u.ax, u.ay, u.az), (u.mx, u.my, u.mz)
+
+        # Rotation vector of the step, rad and half turns: r = (w - b) dt.
+        r = tuple(ops.bounded(w * u.dt - b * u.dt, -2.0, 2.0, "at most 2 rad a sample")
+                  for w, b in ((u.gx, x.bias_x), (u.gy, x.bias_y), (u.gz, x.bias_z)))
+        r_ht = tuple(w * (1.0 / math.pi) for w in r)
+
+        d_pitch, d_roll, d_heading = self._predict(x, r, r_ht)
+
+        # A vector of the new body frame seen in the old one, v + r x v, then levelled by the old
+        # angles, eq. (5): forward is along the level y axis.
+        def level(v: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
+            v = tuple(a + c for a, c in zip(v, _cross(r, v), strict=True))
+            down = cr * v[2] - sr * v[0]
+            return cr * v[0] + sr * v[2], cp * v[1] - sp * down, down
+
+        # Start: roll from the first sample, pitch from the second, heading from the first field
+        # (eq. 2 of the levelling; one arc tangent serves all three).
+        restart = u.dt < 0.0
+        leveling_roll = restart | (x.roll_unknown < 0.0)
+        leveling = restart | (x.tilt_unknown < 0.0)
+        force_x, force_y, force_z = level(force)
+        field_x, field_y, _ = level(field)
+        opposite = ops.where(leveling, ops.where(leveling_roll, -u.ax, u.ay), field_x)
+        adjacent = ops.where(leveling, ops.where(leveling_roll, u.az, force_z), field_y)
+        opposite = ops.bounded(opposite, -2000.0, 2000.0, "a rotated field")
+        adjacent = ops.bounded(adjacent, -2000.0, 2000.0, "a rotated field")
+        reference = ops.named("reference", ops.wrap_ht(
+            ops.where(leveling, 0.0, x.heading_ht - p.declination_ht)))
+        # Residual of the heading before the step, psi - psi_m, eq. (7); while levelling: -angle.
+        residual = ops.named("residual",
+                             ops.wrap_ht(reference - ops.atan2_ht(opposite, adjacent)))
+
+        # Which measurements count. field_sq is negative as long as the heading is not known.
+        force_sq = force[0] * force[0] + force[1] * force[1] + force[2] * force[2]
+        acc_bad = (force_sq - p.acc_min_sq) * (p.acc_max_sq - force_sq) < 0.0
+        field_sq = field[0] * field[0] + field[1] * field[1] + field[2] * field[2]
+        mag_missing = field_sq < p.mag_min_sq
+        since_mag = ops.saturated(x.since_mag + u.dt, 1.0)
+        deviation = field_sq - x.field_sq
+        mag_odd = ops.absolute(deviation) > p.mag_gate * x.field_sq
+        mag_unused = leveling | (mag_missing | mag_odd)
+        first_field = ~(leveling | mag_missing) & (x.field_sq < 0.0)
+
+        # Proportional corrections, eq. (13).
+        dt_g = ops.where(leveling | acc_bad, 0.0, u.dt * (1.0 / GRAVITY))
+        dt_g_ht = dt_g * (1.0 / math.pi)
+        pitch_error, roll_error = -force_y, force_x  # m/s^2: g times the small angle
+        c_roll = ops.saturated(p.kp_roll_per_s * dt_g_ht * roll_error, 0.25)
+        c_roll = ops.saturated(c_roll * x.sec_pitch, 0.25)
+        heading_error = ops.saturated(ops.where(mag_unused, 0.0, residual), RESIDUAL_LIMIT)
+
+        pitch = ops.wrap_ht(x.pitch_ht + d_pitch - p.kp_pitch_per_s * dt_g_ht * pitch_error)
+        passed = ops.absolute(pitch) > 0.5
+        half_turn = ops.bounded(ops.where(passed, -1.0, 0.0), -1.0, 0.0, "half a turn")
+        pitch = ops.wrap_ht(half_turn + ops.flip(passed, pitch))
+        pitch = ops.wrap_ht(
+            ops.where(leveling, ops.where(leveling_roll, 0.0, -residual), pitch))
+        roll = ops.wrap_ht(x.roll_ht + d_roll - c_roll + half_turn)
+        roll = ops.wrap_ht(ops.where(leveling_roll, -residual, roll))
+        heading = ops.named("heading_predicted", ops.wrap_ht(
+            x.heading_ht + d_heading + sp * c_roll + half_turn))
+        heading = ops.wrap_ht(heading - ops.where(
+            first_field, residual, p.kp_heading_per_s * since_mag * heading_error))
+
+        # Integral, eq. (13), as the gyro's bias in body axes.
+        i_pitch = p.ki_pitch_per_s2 * dt_g * pitch_error
+        i_roll = p.ki_roll_per_s2 * dt_g * roll_error
+        i_heading = p.ki_heading_per_s2 * (since_mag * math.pi) * heading_error
+        across = cp * i_heading - sp * i_roll
+        bias = (x.bias_x + cr * i_pitch - sr * across,
+                x.bias_y + cp * i_roll + sp * i_heading,
+                x.bias_z + sr * i_pitch + cr * across)
+
+        # Attitude as a quaternion, q = qz(psi) qx(theta) qy(gamma), and trigonometry for the next
+        # sample from the same half angles.
+        (sh, ch), (sp2, cp2), (sr2, cr2) = (
+            ops.sincos_ht(0.5 * angle) for angle in (heading, pitch, roll))
+        zx = (ch * cp2, ch * sp2, sh * sp2, sh * cp2)
+        q = (zx[0] * cr2 - zx[2] * sr2, zx[1] * cr2 - zx[3] * sr2,
+             zx[0] * sr2 + zx[2] * cr2, zx[1] * sr2 + zx[3] * cr2)
+        cos_pitch = ops.bounded(1.0 - 2.0 * sp2 * sp2, -1.0, 1.0, "cosine")
+        sin_pitch = ops.bounded(2.0 * sp2 * cp2, -1.0, 1.0, "sine")
+        near_vertical = cos_pitch < 1.0 / SEC_LIMIT
+        limited = ops.bounded(ops.where(near_vertical, 1.0 / SEC_LIMIT, cos_pitch),
+                              1.0 / SEC_LIMIT, 1.0, "cosine")
+        sec_pitch = ops.bounded(1.0 / limited, 0.0, SEC_LIMIT, "reciprocal")
+
+        follow = x.field_sq + ops.saturated(p.mag_rate_per_s * since_mag, 1.0) * deviation
+        field_mean = ops.where(mag_missing, x.field_sq,
+                               ops.where(first_field, field_sq, follow))
+        field_mean = ops.where(leveling, -1.0, field_mean)
+        rate_sq = u.gx * u.gx + u.gy * u.gy + u.gz * u.gz
+        flags = (leveling, field_mean < 0.0, acc_bad, mag_missing,
+                 mag_odd, rate_sq >= p.gyro_max_sq, near_vertical, passed)
+        status: Any = 0.0
+        for bit, flag in enumerate(flags):
+            status = status + ops.where(flag, float(1 << bit), 0.0)
+
+        after = {
+            "heading_ht": heading, "pitch_ht": pitch, "roll_ht": roll,
+            **{f"bias_{axis}": ops.saturated(b, BIAS_LIMIT)
+               for axis, b in zip("xyz", bias, strict=True)},
+            "sin_pitch": sin_pitch, "cos_pitch": cos_pitch,
+            "sin_roll": ops.bounded(2.0 * sr2 * cr2, -1.0, 1.0, "sine"),
+            "cos_roll": ops.bounded(1.0 - 2.0 * sr2 * sr2, -1.0, 1.0, "cosine"),
+            "sec_pitch": sec_pitch,
+            "tan_pitch": ops.bounded(sin_pitch * sec_pitch, -SEC_LIMIT, SEC_LIMIT, "tangent"),
+            "roll_unknown": ops.where(leveling_roll & acc_bad, -1.0, 0.0),
+            "tilt_unknown": ops.where(leveling_roll | (leveling & acc_bad), -1.0, 0.0),
+            "since_mag": ops.where(mag_missing, since_mag, 0.0),
+            "field_sq": field_mean,
+        }
+        out = {"pitch": pitch, "roll": roll, "heading": heading,
+               "qw": q[0], "qx": q[1], "qy": q[2], "qz": q[3], "status": status}
+        return after, out
+
+    def _predict(self, x: Any, r: tuple[Any, ...], r_ht: tuple[Any, ...]) -> tuple[Any, Any, Any]:
+        """Increments of pitch, roll and heading [half turns] by the midpoint rule.
+
+        Consistent eq. (3) for Rz Rx Ry, with the rate turned by roll, u = cg wx + sg wz,
+        a = cg wz - sg wx::
+
+            theta' = u      psi' = a / cos(theta)      gamma' = wy - sin(theta) psi'
+
+        The trigonometry at the middle of the step comes from that at its start by a rotation of
+        second order, sin(y + h) = sin y + h (cos y - h/2 sin y), and
+        sec(y + h) = sec y (1 + x + x^2 + h^2/2), x = h tan y.
+        """
+        sp, cp, sr, cr = x.sin_pitch, x.cos_pitch, x.sin_roll, x.cos_roll
+        half_pitch = 0.5 * (cr * r[0] + sr * r[2])
+        half_roll = ops.saturated(0.5 * (r[1] - x.tan_pitch * (cr * r[2] - sr * r[0])),
+                                  HALF_STEP_LIMIT)
+        sp = self._turn(sp, cp, half_pitch)
+        sr, cr = self._turn(sr, cr, half_roll), self._turn(cr, -sr, half_roll)
+        grow = ops.saturated(half_pitch * x.tan_pitch, 8.0)
+        sec = ops.saturated(
+            x.sec_pitch * (1.0 + grow + grow * grow + 0.5 * half_pitch * half_pitch), SEC_LIMIT)
+        d_heading = ops.saturated(sec * (cr * r_ht[2] - sr * r_ht[0]), HEADING_STEP_LIMIT)
+        return cr * r_ht[0] + sr * r_ht[2], r_ht[1] - sp * d_heading, d_heading
+
+    @staticmethod
+    def _turn(sine: Any, cosine: Any, angle: Any) -> Any:
+        """sin(y + h) = sin y + h (cos y - h/2 sin y)."""
+        inner = ops.bounded(cosine - 0.5 * (angle * sine), -2.0, 2.0, "near a cosine")
+        return ops.bounded(sine + angle * inner, -2.0, 2.0, "near a sine")
+
+
+class ComplementaryAsPrinted(Complementary):
+    """The same filter with eq. (3) as printed: wrong kinematics, kept to show by how much."""
+
+    name = "complementary_as_printed"
+    summary = "the same with the paper's eq. (3) as printed (heading wrong by 2 to 4 deg)"
+    as_printed = True
+
+    def _predict(self, x: Any, r: tuple[Any, ...], r_ht: tuple[Any, ...]) -> tuple[Any, Any, Any]:
+        """Eq. (3) as printed, Euler rates of Rz Ry Rx, at the start of the step::
+
+            [theta']   [1  st tg  ct tg] [wx]
+            [gamma'] = [0  ct    -st   ] [wy]
+            [psi'  ]   [0  st/cg  ct/cg] [wz]
+
+        1/cos(gamma) is formed here; the cached trigonometry has only that of the pitch.
+        """
+        sp, cp, sr, cr = x.sin_pitch, x.cos_pitch, x.sin_roll, x.cos_roll
+        magnitude = ops.maximum(ops.absolute(cr), 1.0 / SEC_LIMIT)
+        sec = ops.flip(cr < 0.0, 1.0 / ops.bounded(magnitude, 1.0 / SEC_LIMIT, 1.0, "cosine"))
+        across = sp * r_ht[1] + cp * r_ht[2]
+        d_heading = ops.saturated(sec * across, HEADING_STEP_LIMIT)
+        return r_ht[0] + sr * d_heading, cp * r_ht[1] - sp * r_ht[2], d_heading

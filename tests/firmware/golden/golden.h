@@ -1,0 +1,82 @@
+/**
+ * @file golden.h
+ * @brief Fixed-point estimator: a word w stands for w * 2^-FRAC.
+ *
+ * Generated from the program "golden"; do not edit.
+ * Program digest: 6f2ac1306e76902330685b6f1b7cea2d4703e39f12d9bb4e15c4568f522fb436
+ */
+
+#ifndef GOLDEN_H
+#define GOLDEN_H
+
+//------------------------------------------------------------------------------
+// Includes
+
+#include <stdbool.h>
+#include <stdint.h>
+
+//------------------------------------------------------------------------------
+// Definitions
+
+#define GOLDEN_DIGEST "6f2ac1306e76902330685b6f1b7cea2d4703e39f12d9bb4e15c4568f522fb436"
+#define GOLDEN_WORD 32 // bits of a word
+#define GOLDEN_INPUTS 1
+#define GOLDEN_OUTPUTS 2
+
+// Inputs: fraction bits
+#define GOLDEN_RATE_FRAC 27 // fixed<32,5>, rad/s, [-16, 16]
+// Parameters: fraction bits
+#define GOLDEN_GAIN_FRAC 31 // fixed<32,1>, [0, 1]
+// Outputs: fraction bits
+#define GOLDEN_ANGLE_HT_FRAC 31 // fixed<32,1>, half turns, [-1, 1]
+#define GOLDEN_SMOOTH_FRAC 27 // fixed<32,5>, rad/s, [-16, 16]
+
+// Parameters: may be changed between updates.
+typedef struct {
+    int32_t gain; // fixed<32,1>, [0, 1]
+} golden_params_t;
+
+// States: all members private.
+typedef struct {
+    int32_t angle_ht; // fixed<32,1>, half turns, [-1, 1]
+} golden_state_t;
+
+// Estimator.
+typedef struct {
+    golden_params_t params;
+    golden_state_t state;
+} golden_t;
+
+// Inputs of one update: words of 32 bits, sign-extended.
+typedef struct {
+    int32_t rate; // fixed<32,5>, rad/s, [-16, 16]
+} golden_in_t;
+
+// Outputs of one update.
+typedef struct {
+    int32_t angle_ht; // fixed<32,1>, half turns, [-1, 1]
+    int32_t smooth; // fixed<32,5>, rad/s, [-16, 16]
+    bool saturated; // a result of this update was clamped
+} golden_out_t;
+
+//------------------------------------------------------------------------------
+// Function declarations
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+// Sets the parameters to their defaults and the states to their reset words.
+void golden_init(golden_t *self);
+
+// Sets the states to their reset words.
+void golden_reset(golden_t *self);
+
+// Runs one update.
+void golden_update(golden_t *self, const golden_in_t *in, golden_out_t *out);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,111 @@
+/**
+ * @file golden_host.c
+ * @brief Entry points for a host: many updates, every word, parameters.
+ *
+ * Generated from the program "golden"; do not edit.
+ * Program digest: 6f2ac1306e76902330685b6f1b7cea2d4703e39f12d9bb4e15c4568f522fb436
+ */
+
+//------------------------------------------------------------------------------
+// Includes
+
+#include "golden.c"
+
+#include <stddef.h>
+
+//------------------------------------------------------------------------------
+// Function declarations
+
+size_t golden_size(void);
+void golden_set_param(golden_t *self, size_t number, int32_t word);
+void golden_run(golden_t *self, size_t n_updates, const int32_t *inputs,
+    int32_t *outputs, uint8_t *saturated);
+void golden_words(golden_t *self, const int32_t *inputs, int32_t *words);
+
+//------------------------------------------------------------------------------
+// Functions
+
+// Bytes of an estimator.
+size_t golden_size(void) {
+    return sizeof(golden_t);
+}
+
+// Sets the parameter with this value number.
+void golden_set_param(golden_t *const self, const size_t number, const int32_t word) {
+    (void) self;
+    (void) word;
+    switch (number) {
+        case 2u: self->params.gain = word; break;
+        default: break;
+    }
+}
+
+// Runs updates: inputs[n_updates][1] -> outputs[n_updates][2], saturated[n_updates].
+void golden_run(golden_t *const self, const size_t n_updates, const int32_t *const inputs,
+    int32_t *const outputs, uint8_t *const saturated) {
+    (void) inputs;
+    (void) outputs;
+    golden_in_t in = {0};
+    golden_out_t out;
+    for (size_t k = 0u; k < n_updates; k++) {
+        in.rate = inputs[k * 1u + 0u];
+        golden_update(self, &in, &out);
+        outputs[k * 2u + 0u] = out.angle_ht;
+        outputs[k * 2u + 1u] = out.smooth;
+        saturated[k] = out.saturated ? 1u : 0u;
+    }
+}
+
+// Runs one update and gives all its words[7]; states: the words before the update.
+void golden_words(golden_t *const self, const int32_t *const inputs, int32_t *const words) {
+    (void) self;
+    (void) inputs;
+    (void) words;
+    golden_in_t row = {0};
+    golden_in_t *const in = &row;
+    (void) in;
+    row.rate = inputs[0u];
+    const int32_t v0_rate = in->rate; // fixed<32,5>, rad/s, [-16, 16]
+    const int32_t v2_gain = self->params.gain; // fixed<32,1>, [0, 1]
+    const int32_t v3_angle_ht = self->state.angle_ht; // fixed<32,1>, half turns, [-1, 1]
+    bool saturated = false;
+    uint64_t acc; // accumulator, modulo 2^64
+    uint64_t flag; // all ones where the sign bit of the flag is set
+    uint32_t n; // normalisation count
+    const int32_t *segment; // coefficients of one segment of a table
+
+    // turned_ht: fixed<32,1>, half turns, [-1, 1], WRAP
+    acc = ROUND;
+    acc += mul_shift(v3_angle_ht, 687194767, 29u); // dt
+    acc += mul_shift(v0_rate, 687194767, 26u); // dt
+    const int32_t v4_turned_ht = wrap(acc);
+
+    // sine: fixed<32,2>, [-1, 1], SAT
+    flag = sign_mask_quarter(v4_turned_ht);
+    segment = &TABLE[0u + 4u * segment_index_quarter(v4_turned_ht)];
+    acc = ROUND;
+    acc += mul_shift(fraction(v4_turned_ht), segment[1], 24u);
+    acc += negate_where(mul_shift(687194767, segment[0], 30u), flag); // dt
+    const int32_t v5_sine = saturate(acc, &saturated);
+
+    // smooth: fixed<32,5>, rad/s, [-16, 16], CLIP
+    flag = sign_mask(v0_rate);
+    n = sign_count(v0_rate);
+    acc = ROUND;
+    acc += mul_shift(v0_rate, v2_gain, 23u);
+    acc += mul_shift(v0_rate, v5_sine, shift_less(25u, n)) & ~flag;
+    const int32_t v6_smooth = clip(acc);
+
+    words[0] = v0_rate; // rate: fixed<32,5>, rad/s, [-16, 16]
+    words[1] = 687194767; // dt: fixed<32,-5>, s, [0.005, 0.005]
+    words[2] = v2_gain; // gain: fixed<32,1>, [0, 1]
+    words[3] = v3_angle_ht; // angle_ht: fixed<32,1>, half turns, [-1, 1]
+    words[4] = v4_turned_ht; // turned_ht: fixed<32,1>, half turns, [-1, 1]
+    words[5] = v5_sine; // sine: fixed<32,2>, [-1, 1]
+    words[6] = v6_smooth; // smooth: fixed<32,5>, rad/s, [-16, 16]
+    (void) saturated;
+    self->state.angle_ht = v4_turned_ht;
+}
+
+//------------------------------------------------------------------------------
+// End of file

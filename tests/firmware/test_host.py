@@ -1,0 +1,17 @@
+"""`firmware.host`: what the host's file declares (`test_build` runs it)."""
+
+from firmware.body import Body
+from firmware.host import host_source
+from model.program import Program
+
+
+def test_entry_points(odd_names: Program) -> None:
+    text = host_source(Body(odd_names, prefix="odd"))
+    assert text.index('#include "odd.c"') < text.index("size_t odd_size(void);")
+    for name in ("odd_size", "odd_set_param", "odd_run", "odd_words"):
+        assert text.count(f" {name}(") == 2, "a declaration and a definition"
+
+
+def test_every_word_is_given(odd_names: Program) -> None:
+    text = host_source(Body(odd_names))
+    assert all(f"words[{n}] = " in text for n in range(len(odd_names.values)))

@@ -1,0 +1,25 @@
+"""`firmware.layout`: the frame of a file."""
+
+from firmware.body import Body
+from firmware.layout import banner, block, head, join
+from model.program import Program
+
+
+def test_block_indents_but_leaves_blank_lines_empty() -> None:
+    assert block("void f(void)", ["a;", "", "b;"]) == "void f(void) {\n    a;\n\n    b;\n}"
+
+
+def test_join_drops_empty_parts() -> None:
+    assert join("a", "", "b") == "a\n\nb\n"
+
+
+def test_banner_is_eighty_columns() -> None:
+    rule, title = banner("Functions").split("\n")
+    assert (len(rule), title) == (80, "// Functions")
+
+
+def test_head_names_program_and_digest(odd_names: Program) -> None:
+    text = head(Body(odd_names, prefix="odd"), ".c", "What it is.")
+    assert text.startswith("/**\n * @file odd.c\n * @brief What it is.\n")
+    assert odd_names.digest in text
+    assert text.count("*/") == 1

@@ -1,0 +1,122 @@
+"""`sim.data.convert_ximu` on a made-up recording whose every step is known."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from model.attitude import (
+    euler_to_quaternion,
+    quaternion_conjugate,
+    quaternion_multiply,
+    quaternion_normalise,
+)
+from model.errors import InputError
+from sim.data.convert_ximu import convert, main
+from sim.log import read_log
+
+TARE = quaternion_normalise([0.5, 0.1, -0.2, 0.8])
+#: Sensor to (north, west, up) as the device's filter has it, before the tare.
+TRUE = euler_to_quaternion(np.random.default_rng(5).uniform(-1, 1, size=(4, 3)))
+#: Packet numbers: one inertial packet, a quaternion, then two to each quaternion.
+INERTIAL = [10, 12, 13, 15, 16, 18, 19]
+QUATERNION = [11, 14, 17, 20]
+#: deg/s, g, gauss
+READINGS = np.arange(63.0).reshape(7, 9) / 16
+READINGS[3, 6:] = READINGS[2, 6:]
+READINGS[5, 6:8] = READINGS[4, 6:8]
+
+
+def write(folder: Path, kind: str, header: str, rows: np.ndarray) -> None:
+    lines = [",".join(repr(float(value)) for value in row) for row in rows]
+    (folder / f"00001_{kind}.csv").write_text("\n".join([header, *lines, ""]))
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    write(
+        tmp_path,
+        "CalInertialAndMag",
+        "Packet number,gx,gy,gz,ax,ay,az,mx,my,mz",
+        np.column_stack([INERTIAL, READINGS]),
+    )
+    # what a tare does: earth turns by its inverse; what is sent: the conjugate
+    shown = quaternion_conjugate(quaternion_multiply(quaternion_conjugate(TARE), TRUE))
+    write(tmp_path, "Quaternion", "Packet number,w,x,y,z", np.column_stack([QUATERNION, shown]))
+    registers = ["Packet number,Address,Value,Fixed-point value,Name", "1,0,10,NaN,Other"]
+    registers += [f"2,{62 + k},0,{2 * float(TARE[k])!r},AlgorithmTareQuat{k}" for k in range(4)]
+    (tmp_path / "00001_Registers.csv").write_text("\n".join(registers))
+    return tmp_path
+
+
+def test_units_and_times(folder: Path) -> None:
+    log = convert(folder)
+    np.testing.assert_array_equal(log.t, np.arange(6) / 256)
+    np.testing.assert_allclose(log.gyr, np.radians(READINGS[1:, :3]), rtol=0, atol=5.1e-8)
+    np.testing.assert_allclose(log.acc, READINGS[1:, 3:6] * 9.80665, rtol=0, atol=5.1e-6)
+    new = log.mag_new
+    np.testing.assert_allclose(log.mag[new], READINGS[1:, 6:][new] * 100, rtol=0, atol=5.1e-5)
+
+
+def test_unchanged_field_is_not_new(folder: Path) -> None:
+    # row 3 repeats all three axes of row 2; row 5 repeats two of row 4
+    np.testing.assert_array_equal(convert(folder).mag_new, [True, True, False, True, True, True])
+
+
+def test_attitude_is_untared_and_points_from_sensor_to_enu(folder: Path) -> None:
+    q = convert(folder).q
+    assert q is not None
+    np.testing.assert_array_equal(np.isnan(q[:, 0]), [True, False, True, False, True, False])
+    # x of NWU is y of ENU: a heading of 90 degrees on top
+    expected = quaternion_multiply(euler_to_quaternion([0, 0, np.pi / 2]), TRUE[1:])
+    sign = np.sign(np.sum(expected * q[1::2], axis=1, keepdims=True))
+    np.testing.assert_allclose(q[1::2], sign * expected, rtol=0, atol=1e-7)
+
+
+def test_main_writes_a_log_with_its_origin_on_top(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = folder / "out.csv"
+    assert main([str(folder), str(out)]) == 0
+    assert out.read_text().startswith("# x-IMU recording 00033 from scikit-kinematics 0.10.4")
+    np.testing.assert_array_equal(read_log(out).gyr, convert(folder).gyr)
+    assert main([str(folder)]) == 2
+    assert capsys.readouterr().err.startswith("error: usage: ")
+    assert main([str(folder / "none"), str(out)]) == 2
+    assert capsys.readouterr().err.startswith("error: ")
+
+
+def test_lost_packet_is_refused(folder: Path) -> None:
+    path = folder / "00001_CalInertialAndMag.csv"
+    lines = path.read_text().splitlines()
+    del lines[4]
+    path.write_text("\n".join(lines))
+    with pytest.raises(InputError, match=r"^.*: wanted two inertial packets .*, found a gap$"):
+        convert(folder)
+
+
+@pytest.mark.parametrize("kind", ["CalInertialAndMag", "Quaternion", "Registers"])
+def test_missing_and_double_files_are_named(folder: Path, kind: str) -> None:
+    path = folder / f"00001_{kind}.csv"
+    (folder / f"00002_{kind}.csv").write_bytes(path.read_bytes())
+    with pytest.raises(InputError, match=rf"^.*: wanted one file \*_{kind}\.csv, found 2; .*$"):
+        convert(folder)
+    (folder / f"00002_{kind}.csv").unlink()
+    path.unlink()
+    with pytest.raises(InputError, match=rf"^.*: wanted one file \*_{kind}\.csv, found 0; .*$"):
+        convert(folder)
+
+
+def test_foreign_content_is_named(folder: Path) -> None:
+    registers = folder / "00001_Registers.csv"
+    registers.write_text(registers.read_text().replace("TareQuat2", "Other"))
+    message = r"^.*Registers\.csv: wanted AlgorithmTareQuat0 to 3, found: 'AlgorithmTareQuat2'$"
+    with pytest.raises(InputError, match=message):
+        convert(folder)
+    quaternion = folder / "00001_Quaternion.csv"
+    quaternion.write_text("a,b\n1,2\n")
+    with pytest.raises(InputError, match=r"^.*Quaternion\.csv: wanted 5 columns, found 2$"):
+        convert(folder)
+    quaternion.write_text("a,b\n1,x\n")
+    with pytest.raises(InputError, match=r"^.*Quaternion\.csv: wanted a table .*, found: .*$"):
+        convert(folder)

@@ -1,0 +1,39 @@
+"""`sim.data.make_synthetic`: the bundled file is what the code makes today."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sim.bundled import bundled
+from sim.data.make_synthetic import main
+from sim.log import read_log
+
+ARRAYS = ("t", "gyr", "acc", "mag", "mag_new", "q")
+
+
+def test_bundled_file_is_up_to_date(tmp_path: Path) -> None:
+    assert main([str(tmp_path / "new.csv")]) == 0
+    new, old = read_log(tmp_path / "new.csv"), read_log(bundled("synthetic_60s"))
+    for key in ARRAYS:
+        # sines differ in the last place between mathematics libraries
+        np.testing.assert_allclose(
+            getattr(old, key),
+            getattr(new, key),
+            rtol=0,
+            atol=1e-11,
+            err_msg="regenerate with: python -m sim.data.make_synthetic sim/data/synthetic_60s.csv",
+        )
+
+
+def test_documented_content() -> None:
+    log = read_log(bundled("synthetic_60s"))
+    assert len(log) == 6000
+    np.testing.assert_array_equal(np.flatnonzero(log.mag_new), np.arange(0, 6000, 10))
+
+
+def test_faults_exit_with_two(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([]) == 2
+    assert capsys.readouterr().err == "error: usage: python -m sim.data.make_synthetic OUT.csv\n"
+    assert main([str(tmp_path / "none" / "a.csv")]) == 2
+    assert capsys.readouterr().err.startswith("error: ")
