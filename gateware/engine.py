@@ -102,20 +102,24 @@ class Engine(wiring.Component):
         ]
 
         # Lanes. Lane 0 also writes input words, every lane parameters of its bank. Which of them
-        # the lane's result gives way to is told apart without looking at handshakes.
+        # a result gives way to is told apart without the handshakes: the write enable sees those.
         saturated = []
+        claimed = word.get & sequencer.claim
         for k in range(machine.lanes):
             m.submodules[f"lane{k}"] = lane = Lane(machine=machine, sources=1 if k else 2)
             own = {name: word[f"{name}{k}"] for name in (*FIELDS, "we", "dest")}
             if k == 0:
-                load = Cat(word.get & sequencer.claim, word.get & ~sequencer.claim)
                 write = sequencer.write
                 if machine.lanes > 1:
-                    write = write & ~(sequencer.grant & self.bus.addr[8])
-                m.d.comb += lane.words[1].eq(self.i.payload.data)
+                    write = write & ~(claimed & self.bus.addr[8])
+                m.d.comb += [
+                    lane.outside.eq(word.get),
+                    lane.which.eq(~sequencer.claim),
+                    lane.words[1].eq(self.i.payload.data),
+                ]
             else:
-                load = sequencer.grant
                 write = (sequencer.active & en & own["we"]) | (sequencer.grant & self.bus.addr[8])
+                m.d.comb += lane.outside.eq(claimed)
             m.d.comb += [
                 lane.en.eq(en),
                 *(getattr(lane, name).eq(own[name]) for name in FIELDS),
@@ -125,10 +129,9 @@ class Engine(wiring.Component):
                 operands.index[k].eq(lane.index),
                 lane.a.eq(operands.a[k]),
                 lane.b.eq(operands.b[k]),
-                lane.load.eq(load),
                 lane.words[0].eq(self.bus.w_data),
                 operands.w_en[k].eq(write),
-                operands.w_addr[k].eq(Mux(load[0], self.bus.addr, own["dest"])),
+                operands.w_addr[k].eq(Mux(claimed, self.bus.addr, own["dest"])),
                 operands.w_data[k].eq(lane.result),
             ]
             saturated.append(lane.saturated & write)

@@ -54,8 +54,10 @@ class Lane(wiring.Component):
         Fields of the microword (`FIELDS`).
     index : Out(7)
         Segment index in force for an address formed in this cycle.
-    load : In(sources)
-        Stage 6: replace the result by the outside word (at most one bit set).
+    outside : In(1)
+        Stage 6: replace the result by an outside word.
+    which : In(1)
+        Which one.
     words : In(W) array
         Outside words.
     result : Out(W)
@@ -77,7 +79,8 @@ class Lane(wiring.Component):
             "b": In(word),
             **{name: In(known[name].width) for name in FIELDS},
             "index": Out(machine.arithmetic.INDEX_BITS),
-            "load": In(sources),
+            "outside": In(1),
+            "which": In(1),
             "words": In(word).array(sources),
             "result": Out(word),
             "saturated": Out(1),
@@ -201,13 +204,13 @@ class Lane(wiring.Component):
         clamp = Signal()
         m.d.comb += [
             clamp.eq((over != negative.replicate(len(over))) & ~self.wrap),
-            self.saturated.eq(clamp & self.sticky & ~self.load.any()),
+            self.saturated.eq(clamp & self.sticky & ~self.outside),
         ]
         # Two more lines: equal, they tell the sign of acc; unlike, one outside word or the other.
-        line = [Signal(name=f"line{k}") for k in range(2)]
-        for k in range(2):
-            own = self.load[k] if k < self.sources else 0
-            m.d.comb += line[k].eq(Mux(self.load.any(), own, negative))
+        line = []
+        for k, function in enumerate((_line0, _line1)):
+            m.submodules[f"line{k}"] = unit = Bitwise(function=function, inputs=3)
+            line.append(unit.connect(m, self.outside, self.which, negative))
         words = [self.words[k] for k in range(self.sources)]
         # Of the limit only the sign bit equals the sign.
         for name, part, function in (("low", slice(0, word - 1), _result_low),
@@ -216,6 +219,16 @@ class Lane(wiring.Component):
                 function=function, inputs=4 + len(words), width=part.stop - part.start)
             output = result.connect(m, clamp, *line, q[part], *(w[part] for w in words))
             m.d.comb += self.result[part].eq(output)
+
+
+def _line0(outside: Any, which: Any, negative: Any) -> Any:
+    """First select line of the result."""
+    return choose(outside, ~which, negative)
+
+
+def _line1(outside: Any, which: Any, negative: Any) -> Any:
+    """Second select line of the result."""
+    return choose(outside, which, negative)
 
 
 def _result_low(clamp: Any, line0: Any, line1: Any, q: Any, *words: Any) -> Any:

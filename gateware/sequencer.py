@@ -107,11 +107,12 @@ class Sequencer(wiring.Component):
         # A get proceeds when an input word is there, unless it is to be swallowed, or the bus
         # claims the write port before the first one. These need nothing of the microword, whose
         # bits come late: what decides about the clock enable is one look-up table behind them.
-        offered, blocked, claim = Signal(), Signal(), self.claim
+        offered, blocked, bad, claim = Signal(), Signal(), Signal(), self.claim
         m.d.comb += [
             claim.eq(self.request & ~started),
             offered.eq(self.i_valid & ~swallow),
             blocked.eq(claim | ~offered),
+            bad.eq(blocked | (self.i_last ^ word.get_last)),
         ]
 
         def table(name: str, function: Callable[..., Any], *bits: Value) -> Value:
@@ -129,7 +130,8 @@ class Sequencer(wiring.Component):
             self.i_ready.eq(swallow | (self.active & word.get & ~claim)),
             self.o_valid.eq(self.active & word.emit),
             self.idle.eq(self.active & word.get & ~started & ~self.i_valid),
-            self.commit.eq(self.active & word.commit & self.en & ~self.framing),
+            self.commit.eq(table("commit", _completed, self.active, word.commit, word.get, bad,
+                                 word.emit, self.o_ready)),
         ]
         with m.If(self.active & word.get & ~blocked):
             m.d.sync += [
@@ -154,3 +156,8 @@ def _written(active: Any, get: Any, word: Any, we: Any, emit: Any, o_ready: Any)
 def _misframed(active: Any, get: Any, blocked: Any, last: Any, get_last: Any) -> Any:
     """The word taken is the last one of the stream's record or of the program's, but not of both."""
     return active & get & ~blocked & (last ^ get_last)
+
+
+def _completed(active: Any, commit: Any, get: Any, bad: Any, emit: Any, o_ready: Any) -> Any:
+    """The last word of the program is done, and without a fault."""
+    return active & commit & ~(get & bad) & ~(emit & ~o_ready)

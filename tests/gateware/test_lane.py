@@ -137,7 +137,8 @@ def test_outside_words_replace_any_result(sources: int) -> None:
             for k, value in enumerate(words):
                 ctx.set(dut.words[k], value)
             chosen = rng.randrange(sources)
-            ctx.set(dut.load, 1 << chosen)
+            ctx.set(dut.outside, 1)
+            ctx.set(dut.which, chosen)
             if cycle > 10:
                 assert ctx.get(dut.result) == words[chosen]
                 assert not ctx.get(dut.saturated)
