@@ -108,8 +108,9 @@ class Engine(wiring.Component):
         for k in range(machine.lanes):
             m.submodules[f"lane{k}"] = lane = Lane(machine=machine, sources=1 if k else 2)
             own = {name: word[f"{name}{k}"] for name in (*FIELDS, "we", "dest")}
+            write = sequencer.write[k]
+            saturated.append(lane.saturated & write)
             if k == 0:
-                write = sequencer.write
                 if machine.lanes > 1:
                     write = write & ~(claimed & self.bus.addr[8])
                 m.d.comb += [
@@ -118,7 +119,7 @@ class Engine(wiring.Component):
                     lane.words[1].eq(self.i.payload.data),
                 ]
             else:
-                write = (sequencer.active & en & own["we"]) | (sequencer.grant & self.bus.addr[8])
+                write = write | (sequencer.grant & self.bus.addr[8])
                 m.d.comb += lane.outside.eq(claimed)
             m.d.comb += [
                 lane.en.eq(en),
@@ -134,6 +135,5 @@ class Engine(wiring.Component):
                 operands.w_addr[k].eq(Mux(claimed, self.bus.addr, own["dest"])),
                 operands.w_data[k].eq(lane.result),
             ]
-            saturated.append(lane.saturated & write)
         m.d.comb += registers.saturated.eq(Cat(saturated).any())
         return m

@@ -174,10 +174,12 @@ class Lane(wiring.Component):
         m.d.comb += [shifter.i.eq(product), shifter.amount.eq(amount), shifter.invert.eq(invert)]
         term = Signal(signed(arith.acc_width), reset_less=True)
         carry = Signal(reset_less=True)
+        # Masked in the table that inverts: a synchronous reset would have to wait for the enable.
         with m.If(self.en):
-            m.d.sync += [term.eq(shifter.o), carry.eq(invert)]
-            with m.If(skip):
-                m.d.sync += [term.eq(0), carry.eq(0)]
+            m.d.sync += [
+                term.eq(shifter.o & (~skip).replicate(arith.acc_width)),
+                carry.eq(invert & ~skip),
+            ]
         return term, carry
 
     def _accumulate(self, m: Module, term: Signal, carry: Signal) -> Signal:

@@ -20,15 +20,15 @@ from model.program import Program
 __all__ = ["Schedule", "ScheduleError", "Slot", "schedule"]
 
 #: How far urgent nodes stand above the others, in cycles.
-_LEADS = (1000.0, 0.0, 30.0)
-_STYLES = (
-    Style(),
-    Style(patience=0.0),
-    Style(hold=False),
-    Style(reuse=0.0, keep=0.0),
-    Style(reuse=1.0, keep=2.0, patience=4.0),
-    Style(reuse=20.0, keep=20.0),
-)
+_LEAD = 1000.0
+#: First style tried, and what the search varies.
+_FIRST = Style(reuse=16.0, keep=0.0)
+_REUSE = (2.0, 4.0, 8.0, 16.0, 32.0)
+_KEEP = (0.0, 4.0, 8.0)
+_PATIENCE = (None, 0.0, 4.0)
+_DETOUR = (1, 2, 3)
+#: Share of the passes that look for a style; the others keep the best one.
+_STYLE_SHARE = 0.2
 
 
 def schedule(program: Program, machine: Machine, *, urgent: int | None = None,
@@ -73,39 +73,40 @@ def schedule(program: Program, machine: Machine, *, urgent: int | None = None,
                     slots=problem.slots(best), gets=best.gets, length=best.length, urgent=urgent)
 
 
-def _priorities(far: Paths, lead: float) -> list[float]:
-    """Base priority of every node: cycles that follow its start."""
-    out = []
-    for urgent, total, slots in zip(far.urgent, far.total, far.slots, strict=True):
-        p = float(total)
-        if urgent is not None:
-            p = max(p, urgent + lead) if lead else max(p, float(urgent))
-        out.append(p + slots - 1)
-    return out
+def _priorities(far: Paths) -> list[float]:
+    """Base priority of every node: cycles that follow its start, urgent nodes on top."""
+    return [(total if urgent is None else urgent + _LEAD) + slots - 1.0
+            for urgent, total, slots in zip(far.urgent, far.total, far.slots, strict=True)]
+
+
+def _style(rng: random.Random) -> Style:
+    """Some style."""
+    return Style(reuse=rng.choice(_REUSE), keep=rng.choice(_KEEP), patience=rng.choice(_PATIENCE),
+                 hold=rng.random() < 0.9, detour=rng.choice(_DETOUR))
 
 
 def _search(problem: ListPass, restarts: int, rng: random.Random) -> Attempt:
-    """Best attempt of all starts and of the local search from there."""
+    """Best attempt: first under many styles, then with priorities disturbed."""
     far = problem.far
-    starts: list[tuple[Attempt, list[float], Style]] = []
-    for lead in _LEADS:
-        for style in _STYLES:
-            priority = _priorities(far, lead)
-            attempt = problem.run(priority, style)
-            assert attempt is not None
-            starts.append((attempt, priority, style))
-    best, priority, style = min(starts, key=lambda x: x[0].score)
+    priority, style = _priorities(far), _FIRST
+    best = problem.run(priority, style)
+    assert best is not None
     hot = [k for k, tail in enumerate(far.urgent) if tail is not None]
-    for _ in range(restarts):
+    for k in range(restarts):
         latency, length = best.score[:2]
         if latency <= far.latency_bound and length <= far.length_bound:
             break
-        trial = list(priority)
-        size = rng.choice((2.0, 5.0, 12.0, 40.0))
-        some = hot if hot and rng.random() < 0.8 else range(len(trial))
-        for _ in range(rng.choice((1, 2, 4, 8, 16))):
-            trial[rng.choice(some)] += rng.gauss(0.0, size)
-        habit = rng.choice(_STYLES) if rng.random() < 0.1 else style
+        trial, habit = priority, style
+        if k < restarts * _STYLE_SHARE:
+            habit = _style(rng)
+        else:
+            trial = list(priority)
+            size = rng.choice((2.0, 5.0, 12.0, 40.0))
+            some = hot if hot and rng.random() < 0.8 else range(len(trial))
+            for _ in range(rng.choice((1, 2, 4, 8, 16))):
+                trial[rng.choice(some)] += rng.gauss(0.0, size)
+            if rng.random() < 0.1:
+                habit = _style(rng)
         found = problem.run(trial, habit, (latency, length))
         if found is not None and found.score <= best.score:
             best, priority, style = found, trial, habit

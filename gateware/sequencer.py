@@ -54,8 +54,9 @@ class Sequencer(wiring.Component):
         The next first word of a record waits for that somebody.
     grant : Out(1)
         The write port is free for that somebody in this cycle; the machine stands still.
-    write : Out(1)
-        Lane 0's bank is written: result, input word, or on ``grant``.
+    write : Out(lanes)
+        The lane's bank is written: with a result, or that of lane 0 with an input word, or that of
+        lane 0 on ``grant``.
     idle : Out(1)
         The machine waits for the first word of a record.
     commit : Out(1)
@@ -79,7 +80,7 @@ class Sequencer(wiring.Component):
             "request": In(1),
             "claim": Out(1),
             "grant": Out(1),
-            "write": Out(1),
+            "write": Out(machine.lanes),
             "idle": Out(1),
             "commit": Out(1),
             "framing": Out(1),
@@ -108,21 +109,25 @@ class Sequencer(wiring.Component):
         # claims the write port before the first one. These need nothing of the microword, whose
         # bits come late: what decides about the clock enable is one look-up table behind them.
         offered, blocked, bad, claim = Signal(), Signal(), Signal(), self.claim
-        m.d.comb += [
-            claim.eq(self.request & ~started),
-            offered.eq(self.i_valid & ~swallow),
-            blocked.eq(claim | ~offered),
-            bad.eq(blocked | (self.i_last ^ word.get_last)),
-        ]
 
         def table(name: str, function: Callable[..., Any], *bits: Value) -> Value:
             m.submodules[name] = unit = Bitwise(function=function, inputs=len(bits))
             return unit.connect(m, *bits)
 
         m.d.comb += [
+            claim.eq(self.request & ~started),
+            offered.eq(self.i_valid & ~swallow),
+            blocked.eq(table("blocked", _blocked, self.request, started, self.i_valid, swallow)),
+            bad.eq(blocked | (self.i_last ^ word.get_last)),
+        ]
+        for k in range(1, self.machine.lanes):
+            m.d.comb += self.write[k].eq(table(f"write{k}", _written_only, self.active, word.get,
+                                               blocked, word[f"we{k}"], word.emit, self.o_ready))
+
+        m.d.comb += [
             self.en.eq(table("en", _enabled, self.active, word.get, blocked, word.emit,
                              self.o_ready)),
-            self.write.eq(table("write", _written, self.active, word.get, claim | offered,
+            self.write[0].eq(table("write0", _written, self.active, word.get, claim | offered,
                                 word.we0, word.emit, self.o_ready)),
             self.framing.eq(table("framing", _misframed, self.active, word.get, blocked,
                                   self.i_last, word.get_last)),
@@ -146,6 +151,16 @@ class Sequencer(wiring.Component):
 def _enabled(active: Any, get: Any, blocked: Any, emit: Any, o_ready: Any) -> Any:
     """The machine moves: neither a get nor an emit waits."""
     return ~(active & (get & blocked | emit & ~o_ready))
+
+
+def _blocked(request: Any, started: Any, i_valid: Any, swallow: Any) -> Any:
+    """A get has to wait."""
+    return request & ~started | ~(i_valid & ~swallow)
+
+
+def _written_only(active: Any, get: Any, blocked: Any, we: Any, emit: Any, o_ready: Any) -> Any:
+    """A result goes to another lane's bank."""
+    return active & we & ~(get & blocked) & ~(emit & ~o_ready)
 
 
 def _written(active: Any, get: Any, word: Any, we: Any, emit: Any, o_ready: Any) -> Any:

@@ -39,13 +39,14 @@ class Arithmetic:
     word : int, 18..32
         Bits of a word, W.
     guard : int
-        Fraction bits of the accumulator below the result's least significant bit, G.
+        Fraction bits of the accumulator below the result's least significant bit, G. Default (0):
+        8 for words from 28 bits, 6 from 22, else 4; fewer leave more room to normalise.
     headroom : int
         Integer bits of the accumulator above the result's sign bit.
     """
 
     word: int = 32
-    guard: int = 8
+    guard: int = 0
     headroom: int = 20
 
     #: Bits of the segment index of a function table (128 segments over one power of two).
@@ -56,6 +57,8 @@ class Arithmetic:
     def __post_init__(self) -> None:
         if not 18 <= self.word <= 32:
             raise ValueError(f"word must be 18 to 32 bits, not {self.word!r}")
+        if self.guard == 0:
+            object.__setattr__(self, "guard", 4 + 2 * (self.word >= 22) + 2 * (self.word >= 28))
 
     @property
     def acc_width(self) -> int:

@@ -55,6 +55,18 @@ class _Form:
     index: tuple[int, bool] | None = None
     table: tables.Table | None = None
 
+    def bound(self, low: _Lowering) -> float:
+        """Largest magnitude of the sum, from the ranges of its operands."""
+        total = abs(self.constant)
+        for p in self.terms:
+            a = low.values[p.a]
+            size = math.ldexp(max(abs(a.low), abs(a.high)), p.exponent)
+            if p.b is not None:
+                b = low.values[p.b]
+                size *= max(abs(b.low), abs(b.high))
+            total += size
+        return total
+
     def conditional(self) -> bool:
         """Whether the flag of the group is taken."""
         return self.flag is not None
@@ -140,12 +152,11 @@ class _Lowering:
                 break
             if exact_frac:
                 worst = self._coarsest(form, protos)
-                if worst is None:
-                    raise InputError(f"{self.name}: value {name}: {frac} fraction bits would pass "
-                                     f"{self.arith.acc_width} accumulator bits; narrow the ranges "
-                                     "of its operands")
-                protos[worst] = self._separate(form, protos[worst], name)
-                continue
+                if worst is not None:
+                    protos[worst] = self._separate(form, protos[worst], name)
+                    continue
+                return self._raised(form, name=name, low=low, high=high, source=source,
+                                    unit=unit, overflow=overflow, frac=frac)
             frac -= 1
             if frac < -200:
                 raise InputError(f"{self.name}: value {name} would pass 63 bits: no binary point "
@@ -162,6 +173,21 @@ class _Lowering:
             index_quarter=form.index[1] if form.index else False,
             table=form.table.block if form.table else None))
         return number
+
+    def _raised(self, form: _Form, *, name: str, low: float, high: float, source: str, unit: str,
+                overflow: Overflow, frac: int) -> int:
+        """``form`` in the finest format that works, then shifted up to ``frac`` step by step."""
+        natural = form.bound(self) if overflow is not Overflow.WRAP else 1.0
+        part = self.group(form, name=f"{name}_part", low=-natural, high=natural, source=source,
+                          unit=unit, overflow=Overflow.CLIP if overflow is Overflow.CLIP
+                          else Overflow.SAT)
+        step = self.arith.word - 2 - self.arith.guard
+        while self.frac(part) + step < frac:
+            part = self.group(_Form([_Proto(part)]), name=f"{name}_part", low=low, high=high,
+                              source=source, unit=unit, overflow=overflow,
+                              frac=self.frac(part) + step, exact_frac=True)
+        return self.group(_Form([_Proto(part)]), name=name, low=low, high=high, source=source,
+                          unit=unit, overflow=overflow, frac=frac, exact_frac=True)
 
     def _slack(self, scale: Scale) -> int:
         return int(self.arith.norm_max * _LARGEST_COUNT[scale])

@@ -31,6 +31,7 @@ HALF_STEP_LIMIT = 0.5  #: rad, roll step of the midpoint rule.
 HEADING_STEP_LIMIT = 0.25  #: half turns, heading step of one prediction.
 RESIDUAL_LIMIT = 0.125  #: half turns, heading residual that a correction uses.
 BIAS_LIMIT = 1.0 / 32.0  #: rad/s, largest gyro bias that is learnt.
+BIAS_STEP_LIMIT = 2.0**-10  #: rad/s, largest change of the learnt bias in one sample.
 
 #: Bits of the output ``status``.
 STATUS_BITS = {
@@ -64,9 +65,9 @@ class Complementary(Estimator):
     name = "complementary"
     summary = "Euler-angle complementary filter (Ma Long 2014), consistent z-x'-y'' kinematics"
     inputs = (
-        Input("dt", -1.0, 1.0, "s"),
+        Input("dt", -0.25, 0.2499, "s"),
         *(Input(f"g{axis}", -40.0, 40.0, "rad/s") for axis in "xyz"),
-        *(Input(f"m{axis}", -1000.0, 1000.0, "uT") for axis in "xyz"),
+        *(Input(f"m{axis}", -256.0, 255.9, "uT") for axis in "xyz"),
         *(Input(f"a{axis}", -160.0, 160.0, "m/s^2") for axis in "xyz"),
     )
     params = (
@@ -106,7 +107,7 @@ class Complementary(Estimator):
         State("roll_unknown", -1.0, 0.0, "", -1.0),  # -1: yes, 0: no
         State("tilt_unknown", -1.0, 0.0, "", -1.0),
         State("since_mag", 0.0, 0.999, "s"),
-        State("field_sq", -1.0, 3e6, "uT^2", -1.0),  # -1: heading unknown
+        State("field_sq", -1.0, 2e5, "uT^2", -1.0),  # -1: heading unknown
     )
     outputs = (
         Output("pitch", "ht"), Output("roll", "ht"), Output("heading", "ht"),
@@ -146,8 +147,8 @@ class Complementary(Estimator):
         field_x, field_y, _ = level(field)
         opposite = ops.where(leveling, ops.where(leveling_roll, -u.ax, u.ay), field_x)
         adjacent = ops.where(leveling, ops.where(leveling_roll, u.az, force_z), field_y)
-        opposite = ops.bounded(opposite, -2000.0, 2000.0, "a rotated field")
-        adjacent = ops.bounded(adjacent, -2000.0, 2000.0, "a rotated field")
+        opposite = ops.bounded(opposite, -512.0, 511.9, "a rotated field")
+        adjacent = ops.bounded(adjacent, -512.0, 511.9, "a rotated field")
         reference = ops.named("reference", ops.wrap_ht(
             ops.where(leveling, 0.0, x.heading_ht - p.declination_ht)))
         # Residual of the heading before the step, psi - psi_m, eq. (7); while levelling: -angle.
@@ -167,13 +168,15 @@ class Complementary(Estimator):
 
         # Proportional corrections, eq. (13).
         dt_g = ops.where(leveling | acc_bad, 0.0, u.dt * (1.0 / GRAVITY))
-        dt_g_ht = dt_g * (1.0 / math.pi)
-        pitch_error, roll_error = -force_y, force_x  # m/s^2: g times the small angle
-        c_roll = ops.saturated(p.kp_roll_per_s * dt_g_ht * roll_error, 0.25)
+        # Residual of levelling times dt, in g s: g times the small angle, over g.
+        tilt_pitch = ops.saturated(dt_g * -force_y, 0.5)
+        tilt_roll = ops.saturated(dt_g * force_x, 0.5)
+        c_pitch = p.kp_pitch_per_s * (1.0 / math.pi) * tilt_pitch
+        c_roll = ops.saturated(p.kp_roll_per_s * (1.0 / math.pi) * tilt_roll, 0.25)
         c_roll = ops.saturated(c_roll * x.sec_pitch, 0.25)
         heading_error = ops.saturated(ops.where(mag_unused, 0.0, residual), RESIDUAL_LIMIT)
 
-        pitch = ops.wrap_ht(x.pitch_ht + d_pitch - p.kp_pitch_per_s * dt_g_ht * pitch_error)
+        pitch = ops.wrap_ht(x.pitch_ht + d_pitch - c_pitch)
         passed = ops.absolute(pitch) > 0.5
         half_turn = ops.bounded(ops.where(passed, -1.0, 0.0), -1.0, 0.0, "half a turn")
         pitch = ops.wrap_ht(half_turn + ops.flip(passed, pitch))
@@ -184,12 +187,15 @@ class Complementary(Estimator):
         heading = ops.named("heading_predicted", ops.wrap_ht(
             x.heading_ht + d_heading + sp * c_roll + half_turn))
         heading = ops.wrap_ht(heading - ops.where(
-            first_field, residual, p.kp_heading_per_s * since_mag * heading_error))
+            first_field, residual,
+            ops.saturated(p.kp_heading_per_s * since_mag, 1.0) * heading_error))
 
         # Integral, eq. (13), as the gyro's bias in body axes.
-        i_pitch = p.ki_pitch_per_s2 * dt_g * pitch_error
-        i_roll = p.ki_roll_per_s2 * dt_g * roll_error
-        i_heading = p.ki_heading_per_s2 * (since_mag * math.pi) * heading_error
+        i_pitch = ops.saturated(p.ki_pitch_per_s2 * tilt_pitch, BIAS_STEP_LIMIT)
+        i_roll = ops.saturated(p.ki_roll_per_s2 * tilt_roll, BIAS_STEP_LIMIT)
+        i_heading = ops.saturated(
+            ops.saturated(p.ki_heading_per_s2 * (since_mag * math.pi), BIAS_LIMIT)
+            * heading_error, BIAS_STEP_LIMIT)
         across = cp * i_heading - sp * i_roll
         bias = (x.bias_x + cr * i_pitch - sr * across,
                 x.bias_y + cp * i_roll + sp * i_heading,
