@@ -203,9 +203,14 @@ class Lane(wiring.Component):
         word = arith.word
         q = acc[arith.guard:]
         negative, over = q[-1], q[word - 1:-1]
+        groups = [over[k:k + 5] for k in range(0, len(over), 5)]
+        differs = []
+        for k, bits in enumerate(groups):
+            m.submodules[f"differs{k}"] = unit = Bitwise(function=_differs, inputs=1 + len(bits))
+            differs.append(unit.connect(m, negative, *bits))
         clamp = Signal()
         m.d.comb += [
-            clamp.eq((over != negative.replicate(len(over))) & ~self.wrap),
+            clamp.eq(Cat(differs).any() & ~self.wrap),
             self.saturated.eq(clamp & self.sticky & ~self.outside),
         ]
         # Two more lines: equal, they tell the sign of acc; unlike, one outside word or the other.
@@ -221,6 +226,14 @@ class Lane(wiring.Component):
                 function=function, inputs=4 + len(words), width=part.stop - part.start)
             output = result.connect(m, clamp, *line, q[part], *(w[part] for w in words))
             m.d.comb += self.result[part].eq(output)
+
+
+def _differs(sign: Any, *bits: Any) -> Any:
+    """Some bit above the word is unlike the sign."""
+    every, some = bits[0], bits[0]
+    for bit in bits[1:]:
+        every, some = every & bit, some | bit
+    return choose(sign, ~every, some)
 
 
 def _line0(outside: Any, which: Any, negative: Any) -> Any:

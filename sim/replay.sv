@@ -20,7 +20,7 @@ module replay #(
     string in_name, out_name;
 
     reg [31:0] lfsr;
-    reg [WORD-1:0] word;
+    reg [WORD-1:0] word, upcoming;
     integer in_record, in_word, out_record, out_word, cycle, update;
     reg counting;
     reg offer;
@@ -46,7 +46,8 @@ module replay #(
 
     task next_word;
         begin
-            scanned = $fscanf(fin, "%h", word);
+            scanned = $fscanf(fin, "%h", upcoming);
+            word <= upcoming;
         end
     endtask
 

