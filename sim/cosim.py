@@ -70,8 +70,10 @@ class RtlSimulation:
             else None
         self.folder = Path(self._temporary.name) if self._temporary else Path(folder or ".")
         self.folder.mkdir(parents=True, exist_ok=True)
-        source = self.folder / "core.v"
-        source.write_text(verilog)
+        source = self.folder / "core.sv"
+        # Simulators wait for a change before they first run `always @*`, and with initialised
+        # variables none may come: `always_comb` runs at time 0, as the logic does.
+        source.write_text(verilog.replace("always @*", "always_comb"))
         with self._quiet("build"), simulator_environment(simulator):
             self._runner: Any = get_runner(simulator)
             self._runner.build(

@@ -61,6 +61,7 @@ def test_sensors_see_gravity_and_field_in_body_axes() -> None:
 
 def test_defaults_of_gravity_and_field() -> None:
     log = make()
+    assert GRAVITY == 9.80665
     np.testing.assert_allclose(np.linalg.norm(log.acc, axis=1), GRAVITY, rtol=1e-14)
     np.testing.assert_allclose(
         attitude(log).apply(log.mag), np.tile([0, 27.9, -46.2], (1000, 1)), atol=1e-12
@@ -163,8 +164,10 @@ def test_arguments_out_of_range_are_named(changes: dict[str, Any], message: str)
         make(**changes)
 
 
-def test_smallest_log() -> None:
-    assert len(make(seconds=0.2, rate_hz=10.0)) == 2
+def test_smallest_legal_values() -> None:
+    log = make(seconds=0.2, rate_hz=10.0, max_pitch_deg=0.5, gravity=0.25, seed=0)
+    assert len(log) == 2
+    np.testing.assert_allclose(np.linalg.norm(log.acc, axis=1), 0.25, rtol=1e-14)
 
 
 @pytest.mark.parametrize(
