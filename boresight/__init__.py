@@ -1,0 +1,29 @@
+"""Boresight: attitude estimators from equations to FPGA, proven equal bit by bit.
+
+Everything the command line does is one function here::
+
+    import boresight
+    boresight.list_estimators()
+    boresight.compile("complementary", config="fast", output="build")
+    boresight.run("complementary", "log.csv", on="fixed")
+    boresight.check("complementary", "log.csv")
+    boresight.report("complementary", "log.csv", output="build")
+    boresight.doctor()
+"""
+
+from __future__ import annotations
+
+from boresight.bench import bench
+from boresight.compiling import compile
+from boresight.demo import demo
+from boresight.doctor import doctor
+from boresight.listing import list_estimators
+from boresight.proving import check
+from boresight.reporting import report
+from boresight.running import run
+from model.errors import InputError, ToolMissing
+
+__all__ = ["InputError", "ToolMissing", "bench", "check", "compile", "demo", "doctor",
+           "list_estimators", "report", "run"]
+
+__version__ = "0.1.0"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 
 from firmware.check import check
 from firmware.names import comment, identifier, literal, unique
@@ -137,7 +137,8 @@ class Body:
                                           (op.index, _uses_table(op))) if used and n is not None)
         return read
 
-    def statements(self, *, after: Iterable[str], every_word: bool = False) -> list[str]:
+    def statements(self, *, after: Iterable[str], every_word: bool = False,
+                   behind: Callable[[Op], Iterable[str]] = lambda op: ()) -> list[str]:
         """Loads, operations, ``after``, and the replacement of the states.
 
         Parameters
@@ -146,6 +147,8 @@ class Body:
             Statements behind the last operation.
         every_word : bool
             ``after`` uses every value.
+        behind : callable
+            Statements behind each operation.
         """
         p = self.program
         read = set(range(len(p.values))) if every_word else self._read()
@@ -166,7 +169,7 @@ class Body:
         if self.uses_table:
             lines.append("const int32_t *segment; // coefficients of one segment of a table")
         for op in p.ops:
-            lines += ["", *self._op(op)]
+            lines += ["", *self._op(op), *behind(op)]
             if op.dest not in read:
                 lines.append(f"(void) {self.word(op.dest)};")
         lines += ["", *after]

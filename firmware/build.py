@@ -11,6 +11,7 @@ import subprocess
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -20,13 +21,14 @@ from model.errors import ToolMissing
 from model.fixed import IntArray
 from model.program import Kind, Program
 
-__all__ = ["CFLAGS", "CModel", "build_library", "default_cache", "find_compiler"]
+__all__ = ["CFLAGS", "CModel", "WordRanges", "build_library", "default_cache", "find_compiler"]
 
 #: Flags for speed; the others are fixed in `build_library`.
 CFLAGS = ("-O2",)
 
 _FIXED_FLAGS = ("-std=c99", "-shared", "-fPIC")
 _INT32_POINTER = ctypes.POINTER(ctypes.c_int32)
+_INT64_POINTER = ctypes.POINTER(ctypes.c_int64)
 _UINT8_POINTER = ctypes.POINTER(ctypes.c_uint8)
 
 
@@ -108,6 +110,20 @@ def build_library(program: Program, *, cflags: Sequence[str] = CFLAGS,
     return library
 
 
+class WordRanges(NamedTuple):
+    """What `CModel.observe` saw: int64 arrays by value number.
+
+    ``low_at``/``high_at``: the first update with the least and with the largest word.
+    ``saturations``: updates in which the value's `SAT` operation clamped it.
+    """
+
+    low: IntArray
+    high: IntArray
+    low_at: IntArray
+    high_at: IntArray
+    saturations: IntArray
+
+
 class CModel:
     """The emitted C of a program, as a host model: same words as the interpreter, much faster.
 
@@ -147,6 +163,10 @@ class CModel:
         self._words = getattr(library, f"{name}_words")
         self._words.argtypes = [pointer, _INT32_POINTER, _INT32_POINTER]
         self._words.restype = None
+        self._observe = getattr(library, f"{name}_observe")
+        self._observe.argtypes = [pointer, ctypes.c_size_t, *3 * [_INT32_POINTER],
+                                  *3 * [_INT64_POINTER]]
+        self._observe.restype = None
         size = getattr(library, f"{name}_size")
         size.argtypes, size.restype = [], ctypes.c_size_t
         init = getattr(library, f"{name}_init")
@@ -165,6 +185,14 @@ class CModel:
                                         or array.max() > arith.max_int):
             raise ValueError(f"{what} must fit {arith.word} bits")
         return np.ascontiguousarray(array, dtype=np.int32)
+
+    def _records(self, inputs: npt.ArrayLike) -> npt.NDArray[np.int32]:
+        """Input words (n, n_inputs), checked."""
+        words = self._checked(inputs, "inputs")
+        n_inputs = len(self.program.inputs)
+        if words.ndim != 2 or words.shape[1] != n_inputs:
+            raise ValueError(f"inputs must have shape (n, {n_inputs}), not {words.shape}")
+        return words
 
     def reset(self) -> None:
         """Set the states to their reset words; parameters stay as they are."""
@@ -202,10 +230,7 @@ class CModel:
         ValueError
             If the shape is wrong or a word does not fit.
         """
-        words = self._checked(inputs, "inputs")
-        n_inputs = len(self.program.inputs)
-        if words.ndim != 2 or words.shape[1] != n_inputs:
-            raise ValueError(f"inputs must have shape (n, {n_inputs}), not {words.shape}")
+        words = self._records(inputs)
         outputs = np.empty((len(words), len(self.program.outputs)), dtype=np.int32)
         saturated = np.empty(len(words), dtype=np.uint8)
         self._run(self._self, len(words), words.ctypes.data_as(_INT32_POINTER),
@@ -227,3 +252,26 @@ class CModel:
         self._words(self._self, words.ctypes.data_as(_INT32_POINTER),
                     values.ctypes.data_as(_INT32_POINTER))
         return {number: int(word) for number, word in enumerate(values)}
+
+    def observe(self, inputs: npt.ArrayLike) -> WordRanges:
+        """Run n updates, at least one, and give the extremes of every value.
+
+        States count with the words before each update. ``inputs`` as in `update`.
+
+        Raises
+        ------
+        ValueError
+            If the shape is wrong, there is no update, or a word does not fit.
+        """
+        words = self._records(inputs)
+        if not len(words):
+            raise ValueError("inputs must have at least one row")
+        count = len(self.program.values)
+        limit = np.iinfo(np.int32)
+        low = np.full(count, limit.max, dtype=np.int32)
+        high = np.full(count, limit.min, dtype=np.int32)
+        at = np.zeros((3, count), dtype=np.int64)  # low_at, high_at, saturations
+        self._observe(self._self, len(words), *(a.ctypes.data_as(_INT32_POINTER)
+                                                for a in (words, low, high)),
+                      *(a.ctypes.data_as(_INT64_POINTER) for a in at))
+        return WordRanges(low.astype(np.int64), high.astype(np.int64), *at)

@@ -23,7 +23,10 @@ Key = tuple[int, bool]
 
 @dataclass(frozen=True)
 class Gift:
-    """Slot of ``term`` has the value of ``key`` on a port (b with ``swap``); ``kind`` of `KINDS`."""
+    """The slot of ``term`` has the value of ``key`` on port a, or on b with ``swap``.
+
+    ``kind`` counts in `KINDS`.
+    """
 
     kind: int
     key: Key

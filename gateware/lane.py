@@ -198,7 +198,7 @@ class Lane(wiring.Component):
         return acc
 
     def _write(self, m: Module, acc: Signal) -> None:
-        """Stage 6: clamp or cut; one of three select lines says which and stays two-valued."""
+        """Stage 6: clamp, cut or load, each bit one look-up table behind three select lines."""
         arith = self.machine.arithmetic
         word = arith.word
         q = acc[arith.guard:]
@@ -215,8 +215,8 @@ class Lane(wiring.Component):
         ]
         # Two more lines: equal, they tell the sign of acc; unlike, one outside word or the other.
         line = []
-        for k, function in enumerate((_line0, _line1)):
-            m.submodules[f"line{k}"] = unit = Bitwise(function=function, inputs=3)
+        for k, decide in enumerate((_line0, _line1)):
+            m.submodules[f"line{k}"] = unit = Bitwise(function=decide, inputs=3)
             line.append(unit.connect(m, self.outside, self.which, negative))
         words = [self.words[k] for k in range(self.sources)]
         # Of the limit only the sign bit equals the sign.

@@ -42,9 +42,14 @@ def slots_after(op: Op, value: int) -> int:
     return max(1, len(late) + extra)
 
 
+def _shown(program: Program) -> set[int | None]:
+    """Values that some term reads, and so can have on port a."""
+    return {v for op in program.ops for t in op.terms for v in (t.a, t.b)}
+
+
 def _captures_apart(program: Program, nodes: list[int]) -> int:
     """Captures for these ops that no term of the program can carry: each takes a slot."""
-    shown = {v for op in program.ops for t in op.terms for v in (t.a, t.b)}
+    shown = _shown(program)
     wanted = {v for k in nodes for v, due in zip(
         (program.ops[k].index, program.ops[k].flag, program.ops[k].norm), needs(program.ops[k]),
         strict=True) if due}
@@ -78,7 +83,10 @@ def paths(program: Program, machine: Machine, urgent: int) -> Paths:
             if far is not None:
                 tail[k] = max(tail[k] or 0, far + cost)
     slots = [min(len(x.slots) for x in arrangements(op, k, (False, False, False)))
-             for k, op in enumerate(program.ops)] + [1] * n_out
+             for k, op in enumerate(program.ops)]
+    # An emit can ride on a slot that reads its value.
+    shown = _shown(program)
+    slots += [int(v not in shown) for v in program.outputs]
     # Earliest end of every op, from the inputs.
     ready = {v: k + 1 for k, v in enumerate(program.inputs)}
     end = [0] * n_ops
@@ -95,7 +103,8 @@ def paths(program: Program, machine: Machine, urgent: int) -> Paths:
                + [e + total[n_ops + j] for j, e in enumerate(emits)] + [len(program.inputs)])
     # Lanes: every slot that leads to an urgent output comes before its last emit.
     hot = [k for k, t in enumerate(tail[:n_ops]) if t is not None]
-    busy = sum(slots[k] for k in hot) + urgent + _captures_apart(program, hot)
+    busy = sum(slots[k] for k in hot) + sum(slots[n_ops:n_ops + urgent])
+    busy += _captures_apart(program, hot)
     bound = max(bound, -(-busy // machine.lanes) - 1)
     last = max(last, -(-(sum(slots) + _captures_apart(program, order)) // machine.lanes) + 1)
     return Paths(tuple(tail), tuple(total), tuple(slots), bound + machine.STAGE_READ + 1, last)
@@ -116,6 +125,7 @@ def topological(program: Program) -> list[int]:
                 rest.append(k)
         if len(rest) == len(left):
             name = program.values[program.ops[rest[0]].dest].name
-            raise ScheduleError(f"{program.name}: op {name} waits for itself or a value nobody makes")
+            raise ScheduleError(f"{program.name}: op {name} waits for itself or for a value that "
+                                "nobody makes")
         left = rest
     return order

@@ -9,9 +9,11 @@ The same arguments always give the same schedule.
 from __future__ import annotations
 
 import random
+from collections.abc import Sequence
 
 from gateware.copies import with_copies
-from gateware.list_pass import Attempt, ListPass, Style
+from gateware.list_pass import list_pass
+from gateware.list_problem import Attempt, ListProblem, Style
 from gateware.machine import Machine
 from gateware.priorities import Paths, paths
 from gateware.slots import Schedule, ScheduleError, Slot
@@ -27,12 +29,13 @@ _REUSE = (2.0, 4.0, 8.0, 16.0, 32.0)
 _KEEP = (0.0, 4.0, 8.0)
 _PATIENCE = (None, 0.0, 4.0)
 _DETOUR = (1, 2, 3)
+_STAY = (0, 1, 2, 4)
 #: Share of the passes that look for a style; the others keep the best one.
 _STYLE_SHARE = 0.2
 
 
 def schedule(program: Program, machine: Machine, *, urgent: int | None = None,
-             restarts: int = 300, seed: int = 0) -> Schedule:
+             restarts: int = 400, seed: int = 0) -> Schedule:
     """Lay out a program on a machine.
 
     Parameters
@@ -44,7 +47,7 @@ def schedule(program: Program, machine: Machine, *, urgent: int | None = None,
     urgent : int, 0..number of outputs, optional
         Leading outputs whose latency counts first. Default: all.
     restarts : int, >= 0
-        Passes of the local search beyond the first ones.
+        Passes beyond the first one: more time, a little better schedules.
     seed : int
         Seed of the local search.
 
@@ -64,7 +67,7 @@ def schedule(program: Program, machine: Machine, *, urgent: int | None = None,
                             f"not {program.arithmetic} and {machine.arithmetic}")
     lowered = with_copies(program)
     far = paths(lowered, machine, urgent)
-    problem = ListPass(lowered, machine, far=far, urgent=urgent)
+    problem = ListProblem(lowered, machine, far=far, urgent=urgent)
     best = _search(problem, restarts, random.Random(seed))
     if best.length > machine.rom_words:
         raise ScheduleError(f"{program.name}: program takes {best.length} microwords, the "
@@ -82,14 +85,45 @@ def _priorities(far: Paths) -> list[float]:
 def _style(rng: random.Random) -> Style:
     """Some style."""
     return Style(reuse=rng.choice(_REUSE), keep=rng.choice(_KEEP), patience=rng.choice(_PATIENCE),
-                 hold=rng.random() < 0.9, detour=rng.choice(_DETOUR))
+                 hold=rng.random() < 0.9, detour=rng.choice(_DETOUR), stay=rng.choice(_STAY))
 
 
-def _search(problem: ListPass, restarts: int, rng: random.Random) -> Attempt:
+def _disturb(priority: Sequence[float], problem: ListProblem, hot: Sequence[int],
+             rng: random.Random) -> list[float]:
+    """Priorities with a few nodes moved, or a node with all that lead to it or follow from it."""
+    trial = list(priority)
+    some = hot if hot and rng.random() < 0.8 else range(len(trial))
+    size = rng.choice((2.0, 5.0, 12.0, 40.0))
+    if rng.random() < 0.5:
+        for _ in range(rng.choice((1, 2, 4, 8, 16))):
+            trial[rng.choice(some)] += rng.gauss(0.0, size)
+        return trial
+    for _ in range(rng.choice((1, 1, 2, 3))):
+        by = rng.gauss(0.0, size)
+        edges = problem.producers if rng.random() < 0.7 else problem.consumers
+        for k in closure(edges, rng.choice(some)):
+            trial[k] += by
+    return trial
+
+
+def closure(edges: Sequence[Sequence[int]], node: int) -> list[int]:
+    """``node`` and all that ``edges`` lead to from it."""
+    seen = [False] * len(edges)
+    seen[node] = True
+    out = [node]
+    for k in out:
+        for other in edges[k]:
+            if not seen[other]:
+                seen[other] = True
+                out.append(other)
+    return out
+
+
+def _search(problem: ListProblem, restarts: int, rng: random.Random) -> Attempt:
     """Best attempt: first under many styles, then with priorities disturbed."""
     far = problem.far
     priority, style = _priorities(far), _FIRST
-    best = problem.run(priority, style)
+    best = list_pass(problem, priority, style)
     assert best is not None
     hot = [k for k, tail in enumerate(far.urgent) if tail is not None]
     for k in range(restarts):
@@ -100,14 +134,10 @@ def _search(problem: ListPass, restarts: int, rng: random.Random) -> Attempt:
         if k < restarts * _STYLE_SHARE:
             habit = _style(rng)
         else:
-            trial = list(priority)
-            size = rng.choice((2.0, 5.0, 12.0, 40.0))
-            some = hot if hot and rng.random() < 0.8 else range(len(trial))
-            for _ in range(rng.choice((1, 2, 4, 8, 16))):
-                trial[rng.choice(some)] += rng.gauss(0.0, size)
+            trial = _disturb(priority, problem, hot, rng)
             if rng.random() < 0.1:
                 habit = _style(rng)
-        found = problem.run(trial, habit, (latency, length))
+        found = list_pass(problem, trial, habit, (latency, length))
         if found is not None and found.score <= best.score:
             best, priority, style = found, trial, habit
     return best

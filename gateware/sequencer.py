@@ -169,7 +169,7 @@ def _written(active: Any, get: Any, word: Any, we: Any, emit: Any, o_ready: Any)
 
 
 def _misframed(active: Any, get: Any, blocked: Any, last: Any, get_last: Any) -> Any:
-    """The word taken is the last one of the stream's record or of the program's, but not of both."""
+    """The word taken ends the stream's record or the program's, but not both."""
     return active & get & ~blocked & (last ^ get_last)
 
 

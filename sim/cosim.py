@@ -16,11 +16,21 @@ import numpy.typing as npt
 from model.fixed import IntArray
 from sim.simulators import BUILD_ARGS, simulator_environment
 
-__all__ = ["RtlRun", "RtlSimulation", "SimulationFailed"]
+__all__ = ["RegisterWrite", "RtlRun", "RtlSimulation", "SimulationFailed"]
 
 
 class SimulationFailed(RuntimeError):
     """The simulation did not end, or showed an unknown value: never a pass."""
+
+
+@dataclass(frozen=True)
+class RegisterWrite:
+    """A lane's write of a register: ``word`` None if it had unknown bits."""
+
+    lane: int
+    address: int
+    word: int | None
+    cycle: int
 
 
 @dataclass(frozen=True)
@@ -37,12 +47,15 @@ class RtlRun:
         Cycles from the first input word taken to each output word taken, both inclusive.
     interval_cycles : int64 (steps,)
         Cycles from the first input word taken until the next record could begin.
+    writes : tuple of RegisterWrite
+        Register writes of the traced update.
     """
 
     outputs: IntArray
     saturated: npt.NDArray[np.bool_]
     latency_cycles: IntArray
     interval_cycles: IntArray
+    writes: tuple[RegisterWrite, ...] = ()
 
 
 class RtlSimulation:
@@ -52,15 +65,15 @@ class RtlSimulation:
     ----------
     verilog : str
         The core, module ``core``, for simulation.
-    word, n_inputs, n_outputs : int
-        Word width and words per record.
+    word, n_inputs, n_outputs, lanes : int
+        Word width, words per record, lanes of the machine.
     simulator : str
         "verilator" or "icarus".
     folder : Path, optional
         Where to build; a temporary folder by default.
     """
 
-    def __init__(self, verilog: str, *, word: int, n_inputs: int, n_outputs: int,
+    def __init__(self, verilog: str, *, word: int, n_inputs: int, n_outputs: int, lanes: int,
                  simulator: str = "verilator", folder: Path | None = None) -> None:
         from cocotb_tools.runner import get_runner
 
@@ -74,10 +87,14 @@ class RtlSimulation:
         # Simulators wait for a change before they first run `always @*`, and with initialised
         # variables none may come: `always_comb` runs at time 0, as the logic does.
         source.write_text(verilog.replace("always @*", "always_comb"))
+        # Names inside the core exist for each lane only: the harness is cut to the lanes there are.
+        harness = self.folder / "replay.sv"
+        text = Path(__file__).with_name("replay.sv").read_text()
+        harness.write_text(text.replace("//SECOND", "" if lanes == 2 else "//"))
         with self._quiet("build"), simulator_environment(simulator):
             self._runner: Any = get_runner(simulator)
             self._runner.build(
-                sources=[source, Path(__file__).with_name("replay.sv")], hdl_toplevel="replay",
+                sources=[source, harness], hdl_toplevel="replay",
                 build_args=BUILD_ARGS[simulator], build_dir=self.folder / "build",
                 parameters={"WORD": word, "N_IN": n_inputs, "N_OUT": n_outputs}, always=True,
                 timescale=("1ns", "1ps"))
@@ -104,10 +121,10 @@ class RtlSimulation:
                 os.close(saved[1])
         if failed is not None:
             tail = "\n".join(log.read_text(errors="replace").splitlines()[-30:])
-            raise SimulationFailed(
-                f"{self.simulator} {what} failed: {failed}\n{tail}") from failed
+            raise SimulationFailed(f"{self.simulator} {what} failed: {failed}\n{tail}") from failed
 
-    def run(self, inputs: IntArray, *, max_interval: int, stall: int = 0) -> RtlRun:
+    def run(self, inputs: IntArray, *, max_interval: int, stall: int = 0,
+            trace: int | None = None, allow_unknown: bool = False) -> RtlRun:
         """Feed input words (steps, n_inputs).
 
         Parameters
@@ -116,6 +133,10 @@ class RtlSimulation:
             Cycles after which an update counts as hung (times 16 with stalls).
         stall : int
             0: input always there, output always taken. Otherwise the seed of a pattern of pauses.
+        trace : int, optional
+            Update whose register writes are recorded.
+        allow_unknown : bool
+            Return the register writes even when the run fails (to find out why).
 
         Raises
         ------
@@ -136,13 +157,31 @@ class RtlSimulation:
                 hdl_toplevel="replay", test_module="sim.replay_bench", build_dir=self.folder / "build",
                 results_xml=str(results), test_dir=str(self.folder), seed=1,
                 plusargs=[f"+input={words_file}", f"+output={out_file}", f"+steps={steps}",
-                          f"+stall={stall}",
+                          f"+stall={stall}", f"+trace={-1 if trace is None else trace}",
                           *(["+verilator+rand+reset+2", "+verilator+seed+7"]
                             if self.simulator == "verilator" else [])],
                 extra_env={"REPLAY_MAX_CYCLES": str(limit),
                            "PYTHONPATH": os.pathsep.join(
                                [str(Path(__file__).parent.parent), os.environ.get("PYTHONPATH", "")])})
-        return self._read(out_file, results, steps)
+        try:
+            return self._read(out_file, results, steps)
+        except SimulationFailed:
+            if not allow_unknown:
+                raise
+            none = np.zeros((0, self.n_outputs), dtype=np.int64)
+            return RtlRun(none, np.zeros(0, dtype=np.bool_), none, none[:, 0],
+                          self._writes(out_file))
+
+    @staticmethod
+    def _writes(out_file: Path) -> tuple[RegisterWrite, ...]:
+        writes = []
+        for line in out_file.read_text().splitlines():
+            kind, *rest = line.split()
+            if kind == "R":
+                known = not set("xz") & set((rest[2] + rest[3]).lower())
+                writes.append(RegisterWrite(int(rest[1]), int(rest[2], 16) if known else -1,
+                                            int(rest[3], 16) if known else None, int(rest[4])))
+        return tuple(writes)
 
     def _read(self, out_file: Path, results: Path, steps: int) -> RtlRun:
         from cocotb_tools.check_results import get_results
@@ -158,6 +197,8 @@ class RtlSimulation:
         sign = 1 << (self.word - 1)
         for line in out_file.read_text().splitlines():
             kind, *rest = line.split()
+            if kind == "R":
+                continue
             if kind == "X" or "x" in rest[2].lower() or "z" in rest[2].lower():
                 raise SimulationFailed(f"{self.simulator}: unknown value (X): {line}")
             if kind == "O":
@@ -175,4 +216,4 @@ class RtlSimulation:
         if failed or not seen.all() or (interval < 0).any():
             k = int(np.argmin(seen.all(axis=1) & (interval >= 0)))
             raise SimulationFailed(f"{self.simulator}: update {k} of {steps} did not complete")
-        return RtlRun(outputs, saturated, latency, interval)
+        return RtlRun(outputs, saturated, latency, interval, self._writes(out_file))

@@ -3,6 +3,7 @@
 // Input file: one word (hex) per line, N_IN lines per record. Output file: lines
 //   O record word data cycle     an output word was taken; cycle counts from the record's first input word
 //   U record saturated cycles    the record's update is complete; cycles until the next could begin
+//   R record lane address data cycle   the lane wrote a register (only for record +trace=K)
 // With STALL > 0 the input is withheld and the output refused in a pseudo-random pattern.
 
 `timescale 1ns/1ps
@@ -16,7 +17,7 @@ module replay #(
     input wire rst,
     output reg done
 );
-    integer fin, fout, steps, stall, scanned;
+    integer fin, fout, steps, stall, scanned, trace;
     string in_name, out_name;
 
     reg [31:0] lfsr;
@@ -41,7 +42,7 @@ module replay #(
         .i__payload({in_last, word}), .i__valid(i_valid), .i__ready(i_ready),
         .o__payload(o_payload), .o__valid(o_valid), .o__ready(o_ready),
         .bus__addr(10'd0), .bus__w_data({WORD{1'b0}}), .bus__w_stb(1'b0),
-        .saturated_update(saturated)
+        .bus__w_ack(), .bus__r_data(), .saturated_update(saturated)
     );
 
     task next_word;
@@ -57,6 +58,7 @@ module replay #(
         if (!$value$plusargs("output=%s", out_name)) begin $display("no output"); $finish; end
         if (!$value$plusargs("steps=%d", steps)) steps = 0;
         if (!$value$plusargs("stall=%d", stall)) stall = 0;
+        if (!$value$plusargs("trace=%d", trace)) trace = -1;
         fin = $fopen(in_name, "r");
         fout = $fopen(out_name, "w");
         in_record = 0; in_word = 0; out_record = 0; out_word = 0; cycle = 0; update = 0;
@@ -65,6 +67,16 @@ module replay #(
         lfsr = 32'h2f6e2b1 + stall;
         next_word;
     end
+
+    // Register writes of one record, to find the first value that differs.
+    always @(posedge clk) if (!rst && !done && update == trace) begin
+        if (dut.operands.w_en__0 !== 1'b0)
+            $fwrite(fout, "R %0d 0 %h %h %0d\n", update, dut.operands.w_addr__0, dut.operands.w_data__0, cycle);
+    end
+    //SECOND always @(posedge clk) if (!rst && !done && update == trace) begin
+    //SECOND     if (dut.operands.w_en__1 !== 1'b0)
+    //SECOND         $fwrite(fout, "R %0d 1 %h %h %0d\n", update, dut.operands.w_addr__1, dut.operands.w_data__1, cycle);
+    //SECOND end
 
     always @(posedge clk) begin
         lfsr <= {lfsr[30:0], lfsr[31] ^ lfsr[21] ^ lfsr[1] ^ lfsr[0]};

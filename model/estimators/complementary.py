@@ -114,7 +114,7 @@ class Complementary(Estimator):
         Output("qw", ""), Output("qx", ""), Output("qy", ""), Output("qz", ""),
         Output("status", "bits"),
     )
-    urgent = 3
+    urgent = 7  # Euler angles and quaternion; the status word may follow
 
     #: Whether eq. (3) is used as printed.
     as_printed = False

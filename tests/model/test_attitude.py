@@ -219,6 +219,32 @@ def test_rotation_vector_of_nothing_and_of_a_half_turn() -> None:
     )
 
 
+@pytest.mark.parametrize(
+    ("function", "width"),
+    [
+        (attitude.quaternion_conjugate, 4),
+        (attitude.quaternion_normalise, 4),
+        (attitude.quaternion_to_matrix, 4),
+        (attitude.quaternion_to_euler, 4),
+        (attitude.quaternion_to_rotation_vector, 4),
+        (attitude.euler_to_matrix, 3),
+        (attitude.euler_to_quaternion, 3),
+        (attitude.rotation_vector_to_quaternion, 3),
+        (lambda e: attitude.matrix_to_quaternion(attitude.euler_to_matrix(e)), 3),
+        (lambda e: attitude.matrix_to_euler(attitude.euler_to_matrix(e)), 3),
+        (lambda q: attitude.quaternion_multiply(q, q[..., ::-1]), 4),
+        (lambda q: attitude.rotate(q, q[..., 1:]), 4),
+    ],
+)
+def test_leading_axes_are_free(function: Callable[..., np.ndarray], width: int) -> None:
+    grid = np.random.default_rng(10).normal(size=(2, 3, width))
+    result = function(grid)
+    for row, column in np.ndindex(2, 3):
+        np.testing.assert_allclose(
+            result[row, column], function(grid[row, column]), rtol=1e-14, atol=1e-15
+        )
+
+
 def test_nan_stays_in_its_row() -> None:
     q = np.array([[np.nan] * 4, [1.0, 0.0, 0.0, 0.0]])
     for result in (

@@ -21,6 +21,9 @@ void golden_set_param(golden_t *self, size_t number, int32_t word);
 void golden_run(golden_t *self, size_t n_updates, const int32_t *inputs,
     int32_t *outputs, uint8_t *saturated);
 void golden_words(golden_t *self, const int32_t *inputs, int32_t *words);
+void golden_observe(golden_t *self, size_t n_updates, const int32_t *inputs,
+    int32_t *low, int32_t *high, int64_t *low_at, int64_t *high_at,
+    int64_t *saturations);
 
 //------------------------------------------------------------------------------
 // Functions
@@ -57,10 +60,13 @@ void golden_run(golden_t *const self, const size_t n_updates, const int32_t *con
 }
 
 // Runs one update and gives all its words[7]; states: the words before the update.
-void golden_words(golden_t *const self, const int32_t *const inputs, int32_t *const words) {
+// Adds one to saturations[n] of each value n that was clamped.
+static void golden_every_word(golden_t *const self, const int32_t *const inputs,
+    int32_t *const words, int64_t *const saturations) {
     (void) self;
     (void) inputs;
     (void) words;
+    (void) saturations;
     golden_in_t row = {0};
     golden_in_t *const in = &row;
     (void) in;
@@ -87,6 +93,8 @@ void golden_words(golden_t *const self, const int32_t *const inputs, int32_t *co
     acc += mul_shift(fraction(v4_turned_ht), segment[1], 24u);
     acc += negate_where(mul_shift(687194767, segment[0], 30u), flag); // dt
     const int32_t v5_sine = saturate(acc, &saturated);
+    saturations[5] += saturated ? 1 : 0;
+    saturated = false;
 
     // smooth: fixed<32,5>, rad/s, [-16, 16], CLIP
     flag = sign_mask(v0_rate);
@@ -105,6 +113,37 @@ void golden_words(golden_t *const self, const int32_t *const inputs, int32_t *co
     words[6] = v6_smooth; // smooth: fixed<32,5>, rad/s, [-16, 16]
     (void) saturated;
     self->state.angle_ht = v4_turned_ht;
+}
+
+// Runs one update and gives all its words[7]; states: the words before the update.
+void golden_words(golden_t *const self, const int32_t *const inputs, int32_t *const words) {
+    int64_t saturations[7] = {0};
+    golden_every_word(self, inputs, words, saturations);
+}
+
+// Runs updates of inputs[n_updates][1]; for each of the 7 values: narrows low and high to its
+// least and largest word, with the update that first had it, and counts its saturations.
+void golden_observe(golden_t *const self, const size_t n_updates, const int32_t *const inputs,
+    int32_t *const low, int32_t *const high, int64_t *const low_at, int64_t *const high_at,
+    int64_t *const saturations) {
+    (void) low;
+    (void) high;
+    (void) low_at;
+    (void) high_at;
+    int32_t words[7];
+    for (size_t k = 0u; k < n_updates; k++) {
+        golden_every_word(self, inputs + k * 1u, words, saturations);
+        for (size_t n = 0u; n < 7u; n++) {
+            if (words[n] < low[n]) {
+                low[n] = words[n];
+                low_at[n] = (int64_t) k;
+            }
+            if (words[n] > high[n]) {
+                high[n] = words[n];
+                high_at[n] = (int64_t) k;
+            }
+        }
+    }
 }
 
 //------------------------------------------------------------------------------

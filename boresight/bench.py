@@ -1,0 +1,93 @@
+"""`boresight bench`: rates of the models, each with how it was measured."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from firmware.build import CModel
+from gateware.core import build_core
+from model.estimator import input_words
+from model.estimators import estimator as find_estimator
+from model.interpreter import Interpreter
+from sim.bundled import bundled
+from sim.feed import inputs_of
+from sim.log import read_log
+
+__all__ = ["bench", "random_inputs"]
+
+
+def random_inputs(n: int, count: int, word: int, rng: np.random.Generator) -> np.ndarray:
+    """Input words (n, count): uniform, small and extreme ones mixed."""
+    limit = 1 << (word - 1)
+    words = rng.integers(-limit, limit, (n, count))
+    kind = rng.integers(0, 4, (n, count))
+    words = np.where(kind == 1, words >> rng.integers(1, word - 1, (n, count)), words)
+    return np.where(kind == 2, np.where(words < 0, -limit, limit - 1), words)
+
+
+def bench(name: str = "complementary", *, updates: int = 10_000_000, runs: int = 20_000,
+          progress: Callable[[str], None] | None = None) -> dict[str, Any]:
+    """Measure updates per second and prove interpreter = C over ``updates`` updates.
+
+    The interpreter runs ``runs`` logs side by side: one half windows of the bundled recording,
+    one half random words; the C model gets the same words.
+
+    Returns
+    -------
+    dict
+        Rates, the number of updates compared and of mismatches, compile time.
+    """
+    say = progress or (lambda text: None)
+    estimator = find_estimator(name)
+    start = time.perf_counter()
+    program = estimator.compile()
+    core = build_core(program, "fast", urgent=estimator.urgent)
+    core.verilog(instances=True)
+    compile_seconds = time.perf_counter() - start
+    log = read_log(Path(bundled("ximu_walk")))
+    recorded = input_words(program, inputs_of(estimator, log)[:, :, None])[:, :, 0]
+    rng = np.random.default_rng(1)
+    steps = -(-updates // runs)
+    half = runs // 2
+    at = rng.integers(0, len(recorded) - steps, half)
+    machine = Interpreter(program, runs)
+    n_in = len(program.inputs)
+    words = np.empty((steps, n_in, runs), dtype=np.int32)
+    for k in range(steps):
+        words[k, :, :half] = recorded[at + k].T
+        words[k, :, half:] = random_inputs(runs - half, n_in, program.arithmetic.word, rng).T
+    seconds = 0.0
+    got = np.empty((steps, len(program.outputs), runs), dtype=np.int32)
+    flags = np.empty((steps, runs), dtype=bool)
+    for k in range(steps):
+        start = time.perf_counter()
+        got[k], flags[k] = machine.update(words[k])
+        seconds += time.perf_counter() - start
+        say(f"interpreter: {(k + 1) * runs:,} of {steps * runs:,} updates, "
+            f"{(k + 1) * runs / seconds:,.0f}/s")
+    model = CModel(program)
+    c_seconds, mismatches = 0.0, 0
+    for r in range(runs):
+        model.reset()
+        row = np.ascontiguousarray(words[:, :, r], dtype=np.int64)
+        start = time.perf_counter()
+        out, saturated = model.update(row)
+        c_seconds += time.perf_counter() - start
+        mismatches += int(((out != got[:, :, r]).any(axis=1) | (saturated != flags[:, r])).sum())
+    long = np.tile(recorded, (max(1, 1_000_000 // len(recorded)), 1))
+    start = time.perf_counter()
+    model.update(long)
+    c_rate = len(long) / (time.perf_counter() - start)
+    return {
+        "estimator": name, "updates_compared": steps * runs, "mismatches": mismatches,
+        "interpreter_updates_per_s": round(steps * runs / seconds),
+        "c_updates_per_s": round(c_rate),
+        "ratio_c_to_interpreter": round(c_rate * seconds / (steps * runs), 2),
+        "compile_seconds": round(compile_seconds, 2),
+        "source": "boresight bench, one core, wall clock",
+    }

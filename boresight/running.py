@@ -1,0 +1,96 @@
+"""`boresight run`: one estimator on one log, on one level."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from boresight.output import write_file
+from firmware.build import CModel
+from gateware.core import build_core
+from model.errors import InputError
+from model.estimator import input_words
+from model.estimators import estimator as find_estimator
+from sim.accuracy import attitude_rmse
+from sim.check import with_params
+from sim.cosim import RtlSimulation
+from sim.feed import attitude_of, euler_deg_of, inputs_of, status_of
+from sim.log import read_log
+from sim.segments import interpret
+
+__all__ = ["LEVELS", "run"]
+
+LEVELS = ("float", "fixed", "c", "rtl")
+
+
+def run(name: str, log_path: str | Path, *, on: str = "fixed", config: str = "small",
+        word: int = 32, params: Mapping[str, float] | None = None, steps: int | None = None,
+        output: str | Path | None = None) -> dict[str, Any]:
+    """Run an estimator on a log.
+
+    Parameters
+    ----------
+    on : str
+        "float", "fixed" (integer interpreter), "c" or "rtl" (Verilator).
+    output : path, optional
+        CSV with one row per input row: t, qw, qx, qy, qz, heading, pitch and roll in degrees,
+        status.
+
+    Returns
+    -------
+    dict
+        ``t`` (n,), ``q`` (n, 4), ``euler_deg`` (n, 3: heading, pitch, roll), ``status`` (n,),
+        ``rmse_deg`` against the log's reference, or None.
+
+    Raises
+    ------
+    InputError
+        Unknown estimator or level, bad log, output that cannot be written.
+    """
+    if on not in LEVELS:
+        raise InputError.at("on", wanted=f"one of {', '.join(LEVELS)}", found=repr(on),
+                            fix="choose one of these")
+    estimator = find_estimator(name)
+    log = read_log(log_path)
+    real = inputs_of(estimator, log)[:steps]
+    if on == "float":
+        result = estimator.run_float(real[:, :, None], params=params)
+        outputs = {k: v[:, 0] for k, v in result.outputs.items()}
+    else:
+        program = with_params(estimator.compile(word=word), estimator, params)
+        words = input_words(program, real[:, :, None])[:, :, 0]
+        if on == "fixed":
+            out = interpret(program, words).outputs
+        elif on == "c":
+            out, _ = CModel(program).update(words)
+        else:
+            core = build_core(program, config, urgent=estimator.urgent)
+            out = RtlSimulation(
+                core.verilog(instances=False), word=word, n_inputs=len(program.inputs),
+                n_outputs=len(program.outputs), lanes=core.machine.lanes,
+            ).run(words, max_interval=core.schedule.interval).outputs
+        outputs = {n: program.format(v).real(out[:, k])
+                   for k, (n, v) in enumerate(zip(program.output_names, program.outputs,
+                                                  strict=True))}
+    n = len(real)
+    q, euler, status = attitude_of(outputs), euler_deg_of(outputs), status_of(outputs)
+    rmse = None
+    if log.q is not None:
+        mov = log.mov[:n] if log.mov is not None else np.ones(n, dtype=bool)
+        rmse = attitude_rmse(q, log.q[:n], mov)._asdict()
+    if output is not None:
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(["t", "qw", "qx", "qy", "qz", "heading_deg", "pitch_deg", "roll_deg",
+                         "status"])
+        for k in range(n):
+            writer.writerow([repr(float(log.t[k])), *(f"{x:.10f}" for x in q[k]),
+                             *(f"{x:.7f}" for x in euler[k]), int(status[k])])
+        write_file(Path(output), text.getvalue())
+    return {"estimator": name, "on": on, "log": log.name, "t": log.t[:n], "q": q,
+            "euler_deg": euler, "status": status, "rmse_deg": rmse}

@@ -1,0 +1,113 @@
+"""Frames to the core: records to its input stream, register accesses to its bus."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth.hdl import Module, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from gateware.boards.frames import Kind
+from gateware.boards.pack import reply_layout
+from gateware.engine import word_layout
+from gateware.registers import BusSignature
+
+__all__ = ["Dispatcher"]
+
+
+class Dispatcher(wiring.Component):
+    """Does what the frame in the `Unpacker` asks for, one frame at a time.
+
+    A record is whole before its first word goes out, so the core never waits inside an update for
+    the serial line. Everything that the core and its bus see comes out of flip-flops.
+
+    **Latency** 2 cycles per word of a record.
+
+    Parameters
+    ----------
+    word : int
+        Bits of a word, W.
+    inputs : int, >= 1
+        Words of an input record.
+    depth : int
+        Words of the unpacker's buffer.
+
+    Members
+    -------
+    pending : In(1), kind : In(2), index : Out, read : Out(1), word_data : In(W), done : Out(1)
+        To the `Unpacker`.
+    o : Out(stream of {data: W, last: 1})
+        Records for the core.
+    bus : Out(BusSignature)
+        The core's registers.
+    o_reply : Out(stream of {data: W, kind: 2})
+        Answers to WRITE and READ.
+    """
+
+    def __init__(self, *, word: int, inputs: int, depth: int) -> None:
+        self.word = word
+        self.inputs = inputs
+        self.depth = depth
+        super().__init__({
+            "pending": In(1), "kind": In(2), "index": Out(range(depth)), "read": Out(1),
+            "word_data": In(word), "done": Out(1),
+            "o": Out(stream.Signature(word_layout(word))),
+            "bus": Out(BusSignature(word=word)),
+            "o_reply": Out(stream.Signature(reply_layout(word))),
+        })
+
+    def elaborate(self, platform: Any) -> Module:
+        """One state per step of a frame."""
+        m = Module()
+        bus, reply = self.bus, self.o_reply
+        answer = Signal(self.word)
+        m.d.comb += [
+            self.o.payload.data.eq(self.word_data),
+            bus.w_data.eq(self.word_data),
+            reply.payload.data.eq(answer),
+            reply.payload.kind.eq(self.kind),
+        ]
+        with m.FSM():
+            with m.State("IDLE"):
+                m.d.sync += self.index.eq(0)
+                with m.If(self.pending & ~self.done):
+                    m.next = "FETCH"
+            with m.State("FETCH"):
+                m.d.comb += self.read.eq(1)
+                with m.If(self.kind == Kind.RECORD):
+                    m.d.sync += [self.o.valid.eq(1),
+                                 self.o.payload.last.eq(self.index == self.inputs - 1)]
+                    m.next = "RECORD"
+                with m.Elif(self.index == 0):
+                    m.next = "ADDRESS"
+                with m.Else():
+                    m.d.sync += bus.w_stb.eq(1)
+                    m.next = "WRITE"
+            with m.State("RECORD"), m.If(self.o.ready):
+                m.d.sync += [self.o.valid.eq(0), self.index.eq(self.index + 1)]
+                m.next = "FETCH"
+                with m.If(self.o.payload.last):
+                    m.next = "DONE"
+            with m.State("ADDRESS"):
+                m.d.sync += [bus.addr.eq(self.word_data), answer.eq(self.word_data),
+                             self.index.eq(1)]
+                m.next = "FETCH"
+                with m.If(self.kind == Kind.READ):
+                    m.next = "READ"
+            with m.State("READ"):  # the bus has the address
+                m.next = "READ_DATA"
+            with m.State("READ_DATA"):
+                m.d.sync += answer.eq(bus.r_data)
+                m.next = "REPLY"
+            with m.State("WRITE"), m.If(bus.w_ack):
+                m.d.sync += bus.w_stb.eq(0)
+                m.next = "REPLY"
+            with m.State("REPLY"):
+                m.d.comb += reply.valid.eq(1)
+                with m.If(reply.ready):
+                    m.next = "DONE"
+            with m.State("DONE"):
+                m.d.comb += self.done.eq(1)
+                m.next = "IDLE"
+        return m

@@ -1,0 +1,130 @@
+"""Frames on the serial line: the software's side, and the constants of both sides.
+
+A frame is ``END body END``, with the bytes END and ESC of the body escaped as in SLIP (RFC 1055),
+so that END stands nowhere else: after any fault the next frame is understood again. The END before
+a frame ends what noise may have begun; empty frames count for nothing.
+
+The body is one byte for the kind, words of ``(W + 7) // 8`` bytes (least significant first), and a
+CRC-8 (polynomial 0x07, initial value 0, as SMBus) of all of that. From the host bits above the
+word's W are ignored; to the host words are sign-extended.
+
+====== =================================== ========================================
+kind   from the host                       answer, same kind
+====== =================================== ========================================
+RECORD the words of an input record        the words of the output record
+WRITE  register address, word              register address, when the word is written
+READ   register address                    word of the register
+====== =================================== ========================================
+
+Every good frame is answered once, in order. A frame that is damaged, of another kind or of the
+wrong length is dropped and not answered. One frame may be sent ahead of the answer to the one
+before; a third is dropped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from enum import IntEnum
+
+from amaranth.lib.crc import catalog
+
+__all__ = ["CRC", "END", "END_ESCAPED", "ESC", "ESC_ESCAPED", "Decoder", "Kind", "encode",
+           "word_bytes"]
+
+END, ESC, END_ESCAPED, ESC_ESCAPED = 0xC0, 0xDB, 0xDC, 0xDD
+_ESCAPES = {END: END_ESCAPED, ESC: ESC_ESCAPED}
+_PLAIN = {escaped: plain for plain, escaped in _ESCAPES.items()}
+
+#: The check of a frame; of a body with its CRC it is 0.
+CRC = catalog.CRC8_SMBUS(data_width=8)
+
+
+class Kind(IntEnum):
+    """First byte of a frame's body. None needs an escape; 0 is free to mean none."""
+
+    RECORD = 1
+    WRITE = 2
+    READ = 3
+
+
+def word_bytes(word: int) -> int:
+    """Bytes of a word of ``word`` bits on the line."""
+    return (word + 7) // 8
+
+
+def encode(kind: int, words: Iterable[int], *, word: int) -> bytes:
+    """A frame, from END to END.
+
+    Parameters
+    ----------
+    kind : Kind
+        Kind of the frame.
+    words : iterable of int
+        Its words, signed or unsigned.
+    word : int
+        Bits of a word, W.
+    """
+    count = word_bytes(word)
+    mask = (1 << 8 * count) - 1
+    body = bytes([kind]) + b"".join((w & mask).to_bytes(count, "little") for w in words)
+    out = bytearray([END])
+    for byte in body + bytes([CRC.compute(body)]):
+        out += bytes([ESC, _ESCAPES[byte]]) if byte in _ESCAPES else bytes([byte])
+    out.append(END)
+    return bytes(out)
+
+
+class Decoder:
+    """Gathers frames from the bytes that come from the board.
+
+    Parameters
+    ----------
+    word : int
+        Bits of a word, W.
+
+    Attributes
+    ----------
+    dropped : int
+        Frames that were not empty and not good.
+    """
+
+    def __init__(self, *, word: int) -> None:
+        self.word = word
+        self.dropped = 0
+        self._frame = bytearray()
+
+    def feed(self, data: bytes) -> Iterator[tuple[Kind, list[int]]]:
+        """Yield kind and signed words of every good frame that ends in ``data``."""
+        for byte in data:
+            if byte != END:
+                self._frame.append(byte)
+                continue
+            if self._frame:
+                body = self._body()
+                if body is None:
+                    self.dropped += 1
+                else:
+                    yield body
+            self._frame.clear()
+
+    def _body(self) -> tuple[Kind, list[int]] | None:
+        """Contents of the frame, None if it is damaged."""
+        body, escaped = bytearray(), False
+        for byte in self._frame:
+            if escaped:
+                if byte not in _PLAIN:
+                    return None
+                body.append(_PLAIN[byte])
+                escaped = False
+            elif byte == ESC:
+                escaped = True
+            else:
+                body.append(byte)
+        size = word_bytes(self.word)
+        if escaped or len(body) < 2 or (len(body) - 2) % size or CRC.compute(body):
+            return None
+        if body[0] not in set(Kind):
+            return None
+        words = [int.from_bytes(body[k:k + size], "little", signed=True)
+                 for k in range(1, len(body) - 1, size)]
+        return Kind(body[0]), words

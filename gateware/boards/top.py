@@ -1,0 +1,105 @@
+"""A core that talks over a serial line: all it needs is a clock and four pins."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth.hdl import Module, Signal
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from gateware.boards.dispatch import Dispatcher
+from gateware.boards.pack import Packer
+from gateware.boards.uart import Receiver, Transmitter, divisor_for
+from gateware.boards.unpack import Unpacker
+from gateware.core import Core
+from gateware.engine import Engine
+
+__all__ = ["Top"]
+
+
+class Top(wiring.Component):
+    """The engine with a program, its streams and registers on a serial line.
+
+    ::
+
+                    frames          words, bus          words          frames
+        rx -> Receiver -> Unpacker -> Dispatcher -> Engine -> Packer -> Transmitter -> tx
+
+    `gateware.boards.frames` says what the frames look like. No sequence of bytes stops it: only
+    whole records of the right length reach the engine, and the transmitter always takes bytes.
+
+    **Latency** that of the program (`Engine.interval` cycles per update), which the times of the
+    frames on the line exceed by far.
+
+    Parameters
+    ----------
+    core : Core
+        The compiled program.
+    clock_hz : float, > 0
+        Frequency of the clock.
+    baud : float
+        Bits per second; at most ``clock_hz / 8``, and within 2 % of a whole fraction of it.
+    heartbeat_bits : int, 1..24
+        `heartbeat` toggles every ``2^(heartbeat_bits - 1)`` updates.
+
+    Members
+    -------
+    rx : In(1)
+        Serial line from the host.
+    tx : Out(1)
+        Serial line to the host.
+    heartbeat : Out(1)
+        Blinks with the updates that are put out.
+    saturated : Out(1)
+        In the last completed update a result was clamped.
+    """
+
+    def __init__(self, *, core: Core, clock_hz: float, baud: float = 115_200,
+                 heartbeat_bits: int = 6) -> None:
+        if not isinstance(core, Core):
+            raise TypeError(f"core must be a Core, not {core!r}")
+        if not isinstance(heartbeat_bits, int) or not 1 <= heartbeat_bits <= 24:
+            raise ValueError(f"heartbeat_bits must be 1 to 24, not {heartbeat_bits!r}")
+        self.divisor = divisor_for(clock_hz=clock_hz, baud=baud)
+        self.core = core
+        self.clock_hz = clock_hz
+        self.baud = baud
+        self.heartbeat_bits = heartbeat_bits
+        super().__init__({"rx": In(1, init=1), "tx": Out(1, init=1), "heartbeat": Out(1),
+                          "saturated": Out(1)})
+
+    def elaborate(self, platform: Any) -> Module:
+        """The parts in a row."""
+        m = Module()
+        word = self.core.machine.arithmetic.word
+        inputs = len(self.core.program.inputs)
+        m.submodules.receiver = receiver = Receiver(divisor=self.divisor)
+        m.submodules.unpacker = unpacker = Unpacker(word=word, inputs=inputs)
+        m.submodules.dispatcher = dispatcher = Dispatcher(
+            word=word, inputs=inputs, depth=unpacker.depth)
+        m.submodules.engine = engine = Engine(machine=self.core.machine, image=self.core.image)
+        m.submodules.packer = packer = Packer(word=word)
+        m.submodules.transmitter = transmitter = Transmitter(divisor=self.divisor)
+
+        wiring.connect(m, dispatcher.o, engine.i)
+        wiring.connect(m, dispatcher.bus, engine.bus)
+        wiring.connect(m, dispatcher.o_reply, packer.i_reply)
+        wiring.connect(m, engine.o, packer.i)
+        wiring.connect(m, packer.o, transmitter.i)
+        m.d.comb += [
+            receiver.rx.eq(self.rx),
+            *(getattr(unpacker, name).eq(getattr(receiver, name))
+              for name in ("data", "valid", "error")),
+            *(getattr(unpacker, name).eq(getattr(dispatcher, name))
+              for name in ("index", "read", "done")),
+            *(getattr(dispatcher, name).eq(getattr(unpacker, name))
+              for name in ("pending", "kind", "word_data")),
+            self.tx.eq(transmitter.tx),
+            self.saturated.eq(engine.saturated_update),
+        ]
+        updates = Signal(self.heartbeat_bits)
+        with m.If(engine.o.valid & engine.o.ready & engine.o.payload.last):
+            m.d.sync += updates.eq(updates + 1)
+        m.d.comb += self.heartbeat.eq(updates[-1])
+        return m

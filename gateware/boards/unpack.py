@@ -1,0 +1,131 @@
+"""Received bytes to whole, checked frames."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth.hdl import Cat, Module, Mux, Signal
+from amaranth.lib import memory, wiring
+from amaranth.lib.wiring import In, Out
+
+from gateware.boards.frames import CRC, END, END_ESCAPED, ESC, ESC_ESCAPED, Kind, word_bytes
+
+__all__ = ["Unpacker"]
+
+
+class Unpacker(wiring.Component):
+    """Takes every byte, keeps good frames of the right length, drops all others.
+
+    There is room for two frames: one that waits or is read, one that is being received. A frame
+    that ends while the one before is not ``done`` is dropped. See `gateware.boards.frames`.
+
+    **Latency** ``pending`` rises one cycle after the frame's last END; words are read with a
+    latency of one cycle.
+
+    Parameters
+    ----------
+    word : int
+        Bits of a word, W.
+    inputs : int, >= 1
+        Words of an input record.
+
+    Members
+    -------
+    data : In(8), valid : In(1)
+        Received bytes.
+    error : In(1)
+        Something that was no byte.
+    pending : Out(1)
+        A frame is there, until ``done``.
+    kind : Out(2)
+        Its `Kind`.
+    index : In(range(depth)), read : In(1)
+        Which of its words to read, in this cycle.
+    word_data : Out(W)
+        The word, from the next cycle on.
+    done : In(1)
+        The frame is not needed any longer.
+    """
+
+    def __init__(self, *, word: int, inputs: int) -> None:
+        if not isinstance(inputs, int) or inputs < 1:
+            raise ValueError(f"inputs must be a positive integer, not {inputs!r}")
+        self.word = word
+        self.inputs = inputs
+        super().__init__({
+            "data": In(8), "valid": In(1), "error": In(1),
+            "pending": Out(1), "kind": Out(2), "index": In(range(self.depth)), "read": In(1),
+            "word_data": Out(word), "done": In(1),
+        })
+
+    @property
+    def depth(self) -> int:
+        """Words of the longest frame, rounded up to a power of two."""
+        return 1 << (max(self.inputs, 2) - 1).bit_length()
+
+    def elaborate(self, platform: Any) -> Module:
+        """Remove escapes, assemble words, check at END."""
+        m = Module()
+        size, depth = word_bytes(self.word), self.depth
+        m.submodules.buffer = buffer = memory.Memory(
+            shape=self.word, depth=2 * depth, init=[], attrs={"ram_style": "distributed"})
+        writer, reader = buffer.write_port(), buffer.read_port()
+        m.submodules.crc = crc = CRC.create()
+
+        half = Signal()  # of the buffer that is being received into
+        bad, escaped, headed = Signal(), Signal(), Signal()
+        kind = Signal(8)
+        place = Signal(range(size))  # of the next byte in its word
+        count = Signal(range(depth + 1))  # of whole words
+        gathered = Signal(8 * size)
+        expected = Signal.like(count)
+
+        byte, take, end, known = Signal(8), Signal(), Signal(), Signal()
+        m.d.comb += [
+            end.eq(self.valid & (self.data == END)),
+            take.eq(self.valid & ~end & (escaped | (self.data != ESC))),
+            byte.eq(self.data),
+        ]
+        with m.If(escaped):
+            m.d.comb += byte.eq(Mux(self.data == END_ESCAPED, END, ESC))
+        with m.If(self.valid):
+            m.d.sync += escaped.eq(~take & ~end)
+        m.d.comb += [
+            crc.data.eq(byte), crc.valid.eq(take), crc.start.eq(end),
+            writer.addr.eq(Cat(count[:(depth - 1).bit_length()], half)),
+            writer.data.eq(Cat(gathered[8:], byte)),
+            writer.en.eq(take & (place == size - 1)),
+        ]
+
+        # Whatever is wrong is remembered until the next END.
+        with m.If(self.error | (take & escaped & (self.data != END_ESCAPED)
+                                & (self.data != ESC_ESCAPED))):
+            m.d.sync += bad.eq(1)
+        with m.If(take):
+            m.d.sync += headed.eq(1)
+            with m.If(~headed):
+                m.d.sync += kind.eq(byte)
+            with m.Else():
+                m.d.sync += [gathered.eq(Cat(gathered[8:], byte)), place.eq(place + 1)]
+                with m.If(place == size - 1):
+                    m.d.sync += [place.eq(0), count.eq(count + 1)]
+                    with m.If(count == depth):
+                        m.d.sync += [bad.eq(1), count.eq(depth)]
+
+        # One byte of another word has come: the CRC.
+        with m.Switch(kind):
+            for each, words in ((Kind.RECORD, self.inputs), (Kind.WRITE, 2), (Kind.READ, 1)):
+                with m.Case(each):
+                    m.d.comb += [known.eq(1), expected.eq(words)]
+        with m.If(self.done):
+            m.d.sync += self.pending.eq(0)
+        with m.If(end):
+            m.d.sync += [bad.eq(0), headed.eq(0), place.eq(0), count.eq(0)]
+            with m.If(headed & known & ~bad & ~escaped & ~self.error & crc.match_detected
+                      & (place == 1) & (count == expected) & (~self.pending | self.done)):
+                m.d.sync += [self.pending.eq(1), self.kind.eq(kind), half.eq(~half)]
+        m.d.comb += [
+            reader.addr.eq(Cat(self.index, ~half)), reader.en.eq(self.read),
+            self.word_data.eq(reader.data),
+        ]
+        return m

@@ -1,0 +1,54 @@
+"""Forms: what one multiply-accumulate group computes, before its shifts are known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from model import tables
+from model.program import Negate, Scale, When
+
+__all__ = ["CONDITIONAL", "OPPOSITE", "Form", "Product"]
+
+#: Sign of a product that is subtracted instead of added.
+OPPOSITE = {Negate.NO: Negate.YES, Negate.YES: Negate.NO, Negate.IF: Negate.UNLESS,
+            Negate.UNLESS: Negate.IF}
+#: Sign of a product that turns over when the group's flag is set.
+CONDITIONAL = {Negate.NO: Negate.IF, Negate.YES: Negate.UNLESS}
+
+
+@dataclass(frozen=True)
+class Product:
+    """A term before its shift is known: sign * a * b * 2^exponent.
+
+    ``b`` None without ``coefficient`` means "times one". The rest is as in `model.program.Term`.
+    """
+
+    a: int
+    b: int | None = None
+    exponent: int = 0
+    coefficient: int | None = None
+    negate: Negate = Negate.NO
+    when: When = When.ALWAYS
+    fraction_a: bool = False
+    fraction_b: bool = False
+    scale: Scale = Scale.NONE
+
+    @property
+    def times_one(self) -> bool:
+        """Whether there is no second factor."""
+        return self.b is None and self.coefficient is None
+
+
+@dataclass
+class Form:
+    """A sum of products that one group can compute: all share one flag, count and segment.
+
+    ``flag`` and ``index`` are (value, whether a quarter of the range is added first).
+    """
+
+    products: list[Product] = field(default_factory=list)
+    constant: float = 0.0
+    flag: tuple[int, bool] | None = None
+    norm: int | None = None
+    index: tuple[int, bool] | None = None
+    table: tables.Table | None = None

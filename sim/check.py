@@ -1,0 +1,298 @@
+"""`boresight check`: every level on the same input, bit by bit and cycle by cycle."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from firmware.build import CModel
+from gateware.core import Core, build_core
+from model.errors import InputError, ToolMissing
+from model.estimator import Estimator, input_words, param_words
+from model.fixed import IntArray
+from model.program import Program
+from sim.cosim import RtlSimulation, SimulationFailed
+from sim.divergence import Divergence, first_divergence_rtl, write_reproducer
+from sim.feed import inputs_of
+from sim.log import Log
+from sim.segments import interpret
+from sim.simulators import SIMULATORS, available
+
+__all__ = ["LEVELS", "CheckResult", "LevelResult", "check", "with_params"]
+
+#: Levels in order; each is compared with the integer interpreter.
+LEVELS = ("fixed", "c", "rtl", "netlist")
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class LevelResult:
+    """One level's verdict.
+
+    ``n_mismatch`` counts updates whose outputs, states or saturation flag differ; ``error`` says
+    why a level could not run (that fails too). Cycles are None for levels without a clock.
+    """
+
+    level: str
+    simulator: str
+    n_total: int
+    n_mismatch: int
+    seconds: float
+    cycles_predicted: int | None = None
+    cycles_min: int | None = None
+    cycles_max: int | None = None
+    interval_predicted: int | None = None
+    interval_max: int | None = None
+    error: str = ""
+    divergence: str = ""
+
+    @property
+    def good(self) -> bool:
+        """Ran, compared something, and found no difference in words or cycles."""
+        return (not self.error and self.n_total > 0 and self.n_mismatch == 0
+                and self.cycles_min == self.cycles_predicted == self.cycles_max
+                and self.interval_predicted == self.interval_max)
+
+    def line(self) -> str:
+        """One line for people."""
+        name = f"{self.level:8s} {self.simulator:12s}"
+        if self.error:
+            return f"{name} FAILED    {self.error}"
+        text = f"{name} [{self.n_mismatch}/{self.n_total}] mismatches"
+        if self.cycles_predicted is not None:
+            counted = (f"{self.cycles_min}" if self.cycles_min == self.cycles_max
+                       else f"{self.cycles_min}..{self.cycles_max}")
+            text += (f"   cycles predicted {self.cycles_predicted}, counted {counted}"
+                     f"; interval predicted {self.interval_predicted}, counted {self.interval_max}")
+        return f"{text}   {self.seconds:.1f} s" + (f"\n         {self.divergence}"
+                                                   if self.divergence else "")
+
+
+@dataclass(frozen=True)
+class CheckResult:
+    """All levels on one log, and the float comparison that goes with them.
+
+    ``vs_float_deg``: largest difference of each Euler angle and sample between fixed and float64.
+    """
+
+    estimator: str
+    log: str
+    config: str
+    word: int
+    levels: tuple[LevelResult, ...]
+    vs_float_max_deg: float
+    vs_float_until_80_deg: float
+    saturated_updates: int
+    outputs: IntArray = field(repr=False)
+    float_outputs: Mapping[str, npt.NDArray[np.float64]] = field(repr=False)
+
+    @property
+    def good(self) -> bool:
+        """Every level is good."""
+        return bool(self.levels) and all(level.good for level in self.levels)
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain data for --json."""
+        return {
+            "estimator": self.estimator, "log": self.log, "config": self.config,
+            "word": self.word, "good": self.good,
+            "accuracy": {"vs_float_max_deg": self.vs_float_max_deg,
+                         "vs_float_until_80_deg": self.vs_float_until_80_deg,
+                         "source": "fixed against float64, Euler angles, every sample"},
+            "saturated_updates": self.saturated_updates,
+            "verification": [{**dataclasses.asdict(x), "good": x.good} for x in self.levels],
+        }
+
+
+def with_params(program: Program, estimator: Estimator,
+                params: Mapping[str, float] | None) -> Program:
+    """The program whose parameter registers start with these values."""
+    words = param_words(program, estimator.param_values(params))
+    values = list(program.values)
+    for number, word in words.items():
+        values[number] = dataclasses.replace(values[number], initial=word)
+    return dataclasses.replace(program, values=tuple(values))
+
+
+def euler_difference_deg(program: Program, outputs: IntArray,
+                         reference: Mapping[str, npt.NDArray[np.float64]]
+                         ) -> npt.NDArray[np.float64]:
+    """Largest wrapped difference of pitch, roll and heading [deg], (steps,)."""
+    worst = np.zeros(len(outputs))
+    for name in ("pitch", "roll", "heading"):
+        k = program.output_names.index(name)
+        fixed = program.format(program.outputs[k]).real(outputs[:, k])
+        d = np.abs((fixed - reference[name] + 1.0) % 2.0 - 1.0) * 180.0
+        worst = np.maximum(worst, d)
+    return worst
+
+
+def check(estimator: Estimator, log: Log, *, config: str = "small", word: int = 32,
+          steps: int | None = None, levels: Sequence[str] = ("fixed", "c", "rtl"),
+          simulator: str | None = None, params: Mapping[str, float] | None = None,
+          reproducer: Path | None = None, verilog_hook: Callable[[str], str] | None = None,
+          core: Core | None = None, progress: Progress | None = None) -> CheckResult:
+    """Run every level on a log.
+
+    Parameters
+    ----------
+    steps : int, optional
+        Leading samples to use; all by default.
+    levels : sequence of str
+        Which of `LEVELS`; the integer interpreter runs in any case, as the reference.
+    simulator : str, optional
+        "verilator" or "icarus"; by default Verilator, and Icarus too (on up to 30 updates) where
+        it is installed.
+    reproducer : Path, optional
+        Where to write a reproducer on the first mismatch.
+    verilog_hook : callable, optional
+        Changes the core's Verilog before it is simulated: for tests that must see a failure.
+
+    Raises
+    ------
+    InputError
+        Unknown level or simulator, steps below 1, or an estimator without attitude.
+    """
+    for level in levels:
+        if level not in LEVELS:
+            raise InputError.at("levels", wanted=f"some of {', '.join(LEVELS)}", found=repr(level),
+                                fix="separate them with commas")
+    if simulator is not None and simulator not in SIMULATORS:
+        raise InputError.at("simulator", wanted=f"one of {', '.join(SIMULATORS)}",
+                            found=repr(simulator), fix="choose one of these")
+    if steps is not None and steps < 1:
+        raise InputError.at("steps", wanted="1 or more", found=str(steps), fix="give more steps")
+    say = progress or (lambda text: None)
+    program = with_params(estimator.compile(word=word), estimator, params)
+    real = inputs_of(estimator, log)[:steps]
+    words = input_words(program, real[:, :, None])[:, :, 0]
+    n = len(words)
+
+    say(f"float reference, {n} updates")
+    reference = {k: v[:, 0] for k, v in
+                 estimator.run_float(real[:, :, None], params=params).outputs.items()}
+    say("integer interpreter")
+    start = time.perf_counter()
+    run = interpret(program, words)
+    results = []
+    if "fixed" in levels:
+        divergence = ""
+        if run.broken_at is not None:
+            divergence = f"fixed: states differ from C after step {run.broken_at}"
+        results.append(LevelResult("fixed", "interpreter", n, int(run.broken_at is not None),
+                                   time.perf_counter() - start, divergence=divergence))
+    if "c" in levels:
+        say("C")
+        results.append(_check_c(program, words, run.outputs, run.states, run.saturated))
+    if "rtl" in levels or "netlist" in levels:
+        say("compiling the core")
+        if core is None or core.program != program:
+            core = build_core(program, config, urgent=estimator.urgent)
+    if "rtl" in levels:
+        assert core is not None
+        for name in (simulator,) if simulator else _default_simulators():
+            m = n if name == "verilator" or simulator else min(n, 30)
+            say(f"RTL in {name}, {m} updates")
+            results.append(_check_rtl(core, estimator, words[:m], run.outputs[:m],
+                                      run.saturated[:m], name, verilog_hook))
+    if "netlist" in levels:
+        from sim.netlist_level import check_netlist
+
+        assert core is not None
+        m = min(n, 20)
+        say(f"netlist, {m} updates")
+        results.append(check_netlist(core, estimator, words[:m], run.outputs[:m],
+                                     run.saturated[:m]))
+    bad = next((r for r in results if not r.good and r.divergence and not r.error), None)
+    if bad is not None and reproducer is not None:
+        step = int(bad.divergence.split("step ")[1].split(",")[0].split()[0])
+        write_reproducer(reproducer, program, words, step, config=config, level=bad.level)
+    if "pitch" not in reference:
+        raise InputError.at(estimator.name, wanted="outputs pitch, roll, heading", found="others",
+                            fix="this estimator cannot be checked against float in degrees")
+    difference = euler_difference_deg(program, run.outputs, reference)
+    steep = np.abs(reference["pitch"]) * 180.0 > 80.0
+    until = int(np.argmax(steep)) if steep.any() else n
+    return CheckResult(
+        estimator.name, log.name, config, word, tuple(results), float(difference.max()),
+        float(difference[:until].max()) if until else 0.0, int(run.saturated.sum()), run.outputs,
+        reference)
+
+
+def _default_simulators() -> list[str]:
+    """Verilator always (its absence is a failure), Icarus where it is."""
+    return ["verilator"] + (["icarus"] if available("icarus") else [])
+
+
+def _check_c(program: Program, words: IntArray, outputs: IntArray, states: IntArray,
+             saturated: npt.NDArray[np.bool_]) -> LevelResult:
+    from sim.segments import with_state_outputs
+
+    start = time.perf_counter()
+    try:
+        plain, flags = CModel(program).update(words)
+        full, _ = CModel(with_state_outputs(program)).update(words)
+    except ToolMissing as error:
+        return LevelResult("c", "gcc", len(words), 0, 0.0, error=str(error))
+    n_out = len(program.outputs)
+    wrong = ((plain != outputs).any(axis=1) | (full[:, :n_out] != outputs).any(axis=1)
+             | (full[:, n_out:] != states).any(axis=1) | (flags != saturated))
+    text = ""
+    if wrong.any():
+        step = int(np.argmax(wrong))
+        text = str(_divergence_c(program, words, step))
+    return LevelResult("c", "gcc", len(words), int(wrong.sum()), time.perf_counter() - start,
+                       divergence=text)
+
+
+def _divergence_c(program: Program, words: IntArray, step: int) -> Divergence:
+    from sim.divergence import words_of_step
+
+    at_step, wanted = words_of_step(program, words, step)
+    found = CModel(at_step).values_of_update(words[step])
+    for op in program.ops:
+        if found[op.dest] != wanted[op.dest]:
+            return Divergence("c", step, program.values[op.dest].name, None, wanted[op.dest],
+                              found[op.dest])
+    return Divergence("c", step, "outputs", None, 0, None)
+
+
+def _check_rtl(core: Core, estimator: Estimator, words: IntArray, outputs: IntArray,
+               saturated: npt.NDArray[np.bool_], simulator: str,
+               hook: Callable[[str], str] | None) -> LevelResult:
+    start = time.perf_counter()
+    program = core.program
+    verilog = core.verilog(instances=False)
+    if hook is not None:
+        verilog = hook(verilog)
+    predicted = max(core.schedule.latencies[:estimator.urgent])
+    try:
+        simulation = RtlSimulation(verilog, word=program.arithmetic.word,
+                                   n_inputs=len(program.inputs), n_outputs=len(program.outputs),
+                                   lanes=core.machine.lanes, simulator=simulator)
+        run = simulation.run(words, max_interval=core.schedule.interval)
+    except (ToolMissing, SimulationFailed) as error:
+        return LevelResult("rtl", simulator, len(words), 0, time.perf_counter() - start,
+                           error=str(error).strip().splitlines()[0])
+    wrong = (run.outputs != outputs).any(axis=1) | (run.saturated != saturated)
+    text = ""
+    if wrong.any():
+        step = int(np.argmax(wrong))
+        found = first_divergence_rtl(core, verilog, words, step, simulator=simulator)
+        text = str(found) if found else f"rtl: outputs differ, step {step}, all values equal"
+    counted = run.latency_cycles[:, :estimator.urgent].max(axis=1)
+    timing_ok = np.array_equal(run.latency_cycles.min(axis=0), core.schedule.latencies) and \
+        np.array_equal(run.latency_cycles.max(axis=0), core.schedule.latencies)
+    return LevelResult(
+        "rtl", simulator, len(words), int(wrong.sum()), time.perf_counter() - start,
+        predicted, int(counted.min()), int(counted.max()), core.schedule.interval,
+        int(run.interval_cycles.max()),
+        error="" if timing_ok else "output cycles differ from the schedule", divergence=text)

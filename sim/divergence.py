@@ -1,0 +1,139 @@
+"""Where two levels first differ: named value, step, cycle; and a file that reproduces it."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from firmware.build import CModel
+from gateware.core import Core, build_core
+from model.errors import InputError
+from model.fixed import IntArray
+from model.interpreter import Interpreter
+from model.program import Program
+from sim.cosim import RtlSimulation, SimulationFailed
+
+__all__ = ["Divergence", "first_divergence_rtl", "load_reproducer", "replay_reproducer",
+           "write_reproducer"]
+
+
+@dataclass(frozen=True)
+class Divergence:
+    """The first difference.
+
+    ``cycle`` counts from the update's first input word; None for levels without cycles.
+    """
+
+    level: str
+    step: int
+    value: str
+    cycle: int | None
+    wanted: int
+    found: int | None
+
+    def __str__(self) -> str:
+        at = "" if self.cycle is None else f", cycle {self.cycle}"
+        found = "X" if self.found is None else str(self.found)
+        return (f"{self.level}: first difference in value {self.value}, step {self.step}{at}: "
+                f"wanted {self.wanted}, found {found}")
+
+
+def words_of_step(program: Program, inputs: IntArray, step: int) -> tuple[Program, list[int]]:
+    """The program with the states it has before ``step`` as initial words, and all words of it."""
+    from sim.segments import with_state_outputs
+
+    values = list(program.values)
+    if step:
+        words, _ = CModel(with_state_outputs(program)).update(inputs[:step])
+        for k, (state, _) in enumerate(program.states):
+            values[state] = dataclasses.replace(
+                values[state], initial=int(words[-1, len(program.outputs) + k]))
+    at_step = dataclasses.replace(program, values=tuple(values))
+    machine = Interpreter(at_step)
+    machine.update(inputs[step][:, None])
+    return at_step, [int(w[0]) for w in machine.values_before_commit()]
+
+
+def first_divergence_rtl(core: Core, verilog: str, inputs: IntArray, step: int, *,
+                         simulator: str) -> Divergence | None:
+    """Run up to ``step`` again, recording every register write of it, and compare by name."""
+    program = core.schedule.program
+    _, words = words_of_step(program, inputs, step)
+    simulation = RtlSimulation(
+        verilog, word=program.arithmetic.word, n_inputs=len(program.inputs),
+        n_outputs=len(program.outputs), lanes=core.machine.lanes, simulator=simulator)
+    run = simulation.run(inputs[:step + 1], max_interval=core.schedule.interval, trace=step,
+                         allow_unknown=True)
+    sign = 1 << (program.arithmetic.word - 1)
+    landed = {(core.schedule.ends[k].lane, core.schedule.write_cycle(k)): op.dest
+              for k, op in enumerate(program.ops)}
+    seen = set()
+    for w in run.writes:
+        value = landed.get((w.lane, w.cycle))
+        if value is None:
+            continue
+        seen.add(value)
+        found = None if w.word is None else (w.word ^ sign) - sign
+        if found != words[value]:
+            return Divergence("rtl", step, program.values[value].name, w.cycle, words[value], found)
+    for (_, cycle), value in sorted(landed.items(), key=lambda x: x[0][1]):
+        if value not in seen:
+            return Divergence("rtl", step, program.values[value].name, cycle, words[value], None)
+    return None
+
+
+def write_reproducer(path: Path, program: Program, inputs: IntArray, step: int, *, config: str,
+                     level: str) -> None:
+    """One file that shows the difference again: the program with the states before ``step`` as its
+    start, one input record, the words that the integer model gives."""
+    at_step, _ = words_of_step(program, inputs, step)
+    outputs, saturated = Interpreter(at_step).update(inputs[step][:, None])
+    path.write_text(json.dumps({
+        "boresight_reproducer": 1, "level": level, "config": config, "step": int(step),
+        "inputs": [[int(w) for w in inputs[step]]],
+        "outputs": [[int(w) for w in outputs[:, 0]]], "saturated": [bool(saturated[0])],
+        "program": json.loads(at_step.to_json())}, indent=1) + "\n")
+
+
+def load_reproducer(path: Path) -> dict[str, Any]:
+    """Read a reproducer file; InputError if it is none."""
+    try:
+        data = json.loads(path.read_text())
+        if data["boresight_reproducer"] != 1:
+            raise KeyError("boresight_reproducer")
+        data["program"] = Program.from_json(json.dumps(data["program"]))
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputError.at(str(path), wanted="a reproducer file", found=type(error).__name__,
+                            fix="give the file that boresight check wrote") from error
+    return dict(data)
+
+
+def replay_reproducer(path: Path, *, simulator: str = "verilator") -> list[str]:
+    """Run a reproducer on every level; a line per level that differs (none: it is mended)."""
+    data = load_reproducer(path)
+    program: Program = data["program"]
+    inputs = np.array(data["inputs"], dtype=np.int64)
+    wanted = np.array(data["outputs"], dtype=np.int64)
+    lines = []
+    out, _ = Interpreter(program).update(inputs[0][:, None])
+    if not np.array_equal(out.T, wanted):
+        lines.append("fixed: outputs differ")
+    out, _ = CModel(program).update(inputs)
+    if not np.array_equal(out, wanted):
+        lines.append("c: outputs differ")
+    core = build_core(program, data["config"], restarts=0)
+    try:
+        run = RtlSimulation(core.verilog(instances=False), word=program.arithmetic.word,
+                            n_inputs=len(program.inputs), n_outputs=len(program.outputs),
+                            lanes=core.machine.lanes, simulator=simulator
+                            ).run(inputs, max_interval=core.schedule.interval)
+        if not np.array_equal(run.outputs, wanted):
+            lines.append("rtl: outputs differ")
+    except SimulationFailed as error:
+        lines.append(f"rtl: {error}")
+    return lines
