@@ -8,16 +8,17 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from gateware.boards.ise import BOARDS, write_ise_project
+from gateware.register_map import register_map_files
+from sim.report_data import report_data
+
 from boresight.output import output_folder
 from firmware.emit import emit_c
-from gateware.boards.ise import BOARDS, write_ise_project
 from gateware.core import Core, build_core
-from gateware.register_map import register_map_files
 from gateware.synthesis.estimate import Estimate, estimate
 from model.errors import InputError
 from model.estimators import estimator as find_estimator
 from sim.check import with_params
-from sim.report_data import report_data
 
 __all__ = ["check_board", "compile", "core_for", "estimate_core"]
 

@@ -43,6 +43,7 @@ class ListState:
         self.urgent_slots = sum(n for n, tail in zip(problem.far.slots, problem.far.urgent,
                                                      strict=True) if tail is not None)
         self.over = False
+        self.long = False
         self.hold = hold
         self.priority = priority
         program, machine = problem.program, problem.machine
@@ -64,7 +65,6 @@ class ListState:
         self.writes0: set[int] = set()
         self.groups: list[tuple[int, int, int, Sequence[Slot]]] = []
         self.waits = list(problem.waits)
-        self.emitted = 0
         self.emits: list[int] = []
         #: Nodes whose operands are all on their way, until they could start.
         self.asleep: list[tuple[int, int]] = []
@@ -169,9 +169,13 @@ class ListState:
             self.emit(t, node, t + i)
         return out
 
+    @property
+    def emitted(self) -> int:
+        """Number of emits placed."""
+        return len(self.emits)
+
     def emit(self, t: int, node: int, cycle: int) -> None:
         """Note an emit as placed in ``cycle`` by a decision of cycle ``t``."""
-        self.emitted += 1
         self.emits.append(cycle)
         self.watch(t, node, cycle)
         for k in self.p.consumers[node]:
@@ -193,11 +197,11 @@ class ListState:
             more = self.urgent_slots // len(self.free)  # cycles that the rest needs at least
             if max(end + tail, t + more) + read + 1 > latency:
                 self.over = True
-            if not self.urgent_slots and end + read + 1 < latency:
-                self.limit = (_NEVER, _NEVER)
-        if end + far.total[node] > length and self.limit[0] != _NEVER:
-            # Too long, unless the latency still gets better.
-            self.over = self.over or not self.urgent_slots
+            if node == self.p.n_ops + self.p.urgent - 1 and end + read + 1 < latency:
+                self.limit = (_NEVER, _NEVER)  # better already, whatever the length
+        self.long = self.long or end + far.total[node] > length
+        if self.long and self.emitted >= self.p.urgent and self.limit[0] != _NEVER:
+            self.over = True
 
     def delay(self, cycle: int) -> None:
         """Move gets from ``cycle`` on out of the way of lane 0's writes."""

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from model.errors import InputError
-from model.fixed import Arithmetic, Format
+from model.fixed import Arithmetic
 from model.graph import Graph, Node
 from model.lower import lower
 from model.program import Kind, Program

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from model import tables
 from model.program import Negate, Scale, When
@@ -52,3 +52,18 @@ class Form:
     norm: int | None = None
     index: tuple[int, bool] | None = None
     table: tables.Table | None = None
+
+    def joins(self, other: Form) -> bool:
+        """Whether one group can compute the sum of both."""
+        def differs(a: object, b: object) -> bool:
+            return a is not None and b is not None and a != b
+        return not (differs(self.flag, other.flag) or differs(self.norm, other.norm))
+
+    def join(self, other: Form, sign: int) -> None:
+        """Add (or subtract) a form that `joins`; table look-ups never come here."""
+        assert other.table is None
+        self.flag = self.flag or other.flag
+        self.norm = other.norm if self.norm is None else self.norm
+        self.constant += sign * other.constant
+        self.products += [p if sign > 0 else replace(p, negate=OPPOSITE[p.negate])
+                          for p in other.products]

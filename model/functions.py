@@ -13,7 +13,7 @@ from __future__ import annotations
 from model import tables
 from model.fixed import Format
 from model.forms import Form, Product
-from model.groups import Groups
+from model.groups import Groups, Target
 from model.program import Negate, Overflow, Scale
 
 __all__ = ["Functions"]
@@ -42,8 +42,8 @@ class Functions:
         if x not in self._squares:
             self._squares[x] = groups.group(
                 Form([Product(x, x, fraction_a=True, fraction_b=True)], index=(x, quarter)),
-                name=f"{label}_u", low=0.0, high=1.0, source="table",
-                frac=arith.word - 1, overflow=Overflow.CLIP)
+                Target(f"{label}_u", 0.0, 1.0, "table", overflow=Overflow.CLIP),
+                frac=arith.word - 1)
         c = table.coefficients()
         parts = {}
         for first, part in ((2, "t"), (0, "w")):
@@ -56,8 +56,7 @@ class Functions:
                 Form([Product(one, coefficient=first),
                       Product(x, coefficient=first + 1, fraction_a=True)],
                      index=(x, quarter), table=table),
-                name=f"{label}_{part}", low=low, high=high, source="table", frac=frac,
-                overflow=Overflow.CLIP)
+                Target(f"{label}_{part}", low, high, "table", overflow=Overflow.CLIP), frac=frac)
         return parts["w"], parts["t"]
 
     def mantissa(self, kind: str, x: int) -> tuple[int, int]:
@@ -79,10 +78,10 @@ class Functions:
                 Form([Product(x, scale=Scale.EVEN if root else Scale.FULL, exponent=more,
                               negate=Negate.IF if negative else Negate.NO)],
                      norm=x, flag=(x, False) if negative else None),
-                name=f"{name}_m", low=0.0, high=1.0, source="normalised", frac=arith.word - 1,
-                exact_frac=True, overflow=Overflow.CLIP)
+                Target(f"{name}_m", 0.0, 1.0, "normalised", overflow=Overflow.CLIP),
+                frac=arith.word - 1, exact=True)
             self._mantissas[kind, x] = groups.group(
-                Form(self.cubic(table, m, False)), name=f"{kind}_{name}", low=table.low,
-                high=table.high, source="table", overflow=Overflow.CLIP,
-                frac=table.result_format(arith).frac, exact_frac=True)
+                Form(self.cubic(table, m, False)),
+                Target(f"{kind}_{name}", table.low, table.high, "table", overflow=Overflow.CLIP),
+                frac=table.result_format(arith).frac, exact=True)
         return self._mantissas[kind, x], more // 2 if root else more

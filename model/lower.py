@@ -8,7 +8,7 @@ is decided here; `model.groups` gives each group its shifts and its binary point
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from model import tables
@@ -16,7 +16,7 @@ from model.fixed import Arithmetic, Format
 from model.forms import CONDITIONAL, OPPOSITE, Form, Product
 from model.functions import Functions
 from model.graph import LEAVES, Node
-from model.groups import Groups
+from model.groups import Groups, Target
 from model.program import Kind, Negate, Overflow, Program, Scale, Value, When
 
 __all__ = ["lower"]
@@ -32,14 +32,15 @@ class _Lowering:
         self._copies: dict[tuple[int, int], int] = {}
 
     def leaf(self, node: Node, kind: Kind, default: float = 0.0) -> int:
+        """The value of an input, parameter or state."""
         fmt = Format.for_range(self.groups.arith.word, node.low, node.high)
-        if node.unit == "ht":
+        if node.unit == "ht" and -1.0 <= node.low and node.high <= 1.0:
             fmt = Format(self.groups.arith.word, self.groups.arith.word - 1)
-        number = self.groups.value(Value(node.label, kind, fmt.frac, node.low, node.high, node.source,
-                                  node.unit, int(fmt.quantise(default))))
+        number = self.groups.value(
+            Value(node.label, kind, fmt.frac, node.low, node.high, node.source, node.unit,
+                  int(fmt.quantise(default))))
         self._of_node[node.number] = number
         return number
-
 
     def word(self, node: Node, *, frac: int | None = None, odd: bool | None = None) -> int:
         """The value that holds ``node``.
@@ -62,27 +63,26 @@ class _Lowering:
         if (number, want) not in self._copies:
             v = self.groups.values[number]
             self._copies[number, want] = self.groups.group(
-                Form([Product(number)]), name=f"{v.name}_aligned", low=v.low, high=v.high,
-                source=v.range_source, unit=v.unit, frac=want, exact_frac=True)
+                Form([Product(number)]),
+                Target(f"{v.name}_aligned", v.low, v.high, v.range_source, v.unit),
+                frac=want, exact=True)
         return self._copies[number, want]
 
     def _create(self, node: Node, frac: int | None, odd: bool | None) -> int:
         form = self.form(node, top=True)
         word = self.groups.arith.word
         if node.kind == "wrap":
-            return self.groups.group(form, name=node.label, low=-1.0, high=1.0, source="half turns",
-                              unit="ht", overflow=Overflow.WRAP, frac=word - 1, exact_frac=True)
+            target = Target(node.label, -1.0, 1.0, "half turns", "ht", Overflow.WRAP)
+            return self.groups.group(form, target, frac=word - 1, exact=True)
+        target = Target(node.label, node.low, node.high, node.source, node.unit)
         if node.kind == "saturated":
-            own = word - 1 - int(math.log2(node.value))
-            return self.groups.group(form, name=node.label, low=node.low, high=node.high,
-                              source=node.source, unit=node.unit, overflow=Overflow.CLIP,
-                              frac=own, exact_frac=True)
-        if frac is None and math.isfinite(node.low) and math.isfinite(node.high):
+            return self.groups.group(form, replace(target, overflow=Overflow.CLIP),
+                                     frac=word - 1 - int(math.log2(node.value)), exact=True)
+        if frac is None and odd is not None and math.isfinite(node.low + node.high):
             frac = Format.for_range(word, node.low, node.high).frac
-            if odd is not None and (frac % 2 == 1) != odd:
+            if (frac % 2 == 1) != odd:
                 frac -= 1
-        return self.groups.group(form, name=node.label, low=node.low, high=node.high,
-                          source=node.source, unit=node.unit, frac=frac)
+        return self.groups.group(form, target, frac=frac)
 
     def form(self, node: Node, *, top: bool = False, wrapped: bool = False) -> Form:
         """``node`` as terms of a sum. ``top``: of its own group. ``wrapped``: modulo 2 is free."""
@@ -90,9 +90,11 @@ class _Lowering:
             return Form(constant=node.value)
         if node.number in self._of_node or (not top and not self._fuses(node, wrapped)):
             return Form([Product(self.word(node))])
-        return getattr(self, f"_form_{node.kind}")(node, wrapped or node.kind == "wrap")
+        build: Callable[[Node, bool], Form] = getattr(self, f"_form_{node.kind}")
+        return build(node, wrapped)
 
     def _fuses(self, node: Node, wrapped: bool) -> bool:
+        """Whether ``node`` becomes part of the group that uses it."""
         if node.name is not None or node.kind in (*LEAVES, "bounded", "saturated"):
             return False
         if node.kind == "wrap":
@@ -107,42 +109,29 @@ class _Lowering:
         total = Form()
         for arg, sign in zip(node.args, node.signs, strict=True):
             form = self.form(arg, wrapped=wrapped)
-            if not self._joins(total, form):
+            if not total.joins(form):
                 form = Form([Product(self.word(arg))])
-            self._join(total, form, sign)
+            total.join(form, sign)
         return total
 
-    def _joins(self, total: Form, form: Form) -> bool:
-        def differs(a: object, b: object) -> bool:
-            return a is not None and b is not None and a != b
-        return not (differs(total.flag, form.flag) or differs(total.norm, form.norm)
-                    or differs(total.index, form.index))
-
-    def _join(self, total: Form, form: Form, sign: int) -> None:
-        total.flag = total.flag or form.flag
-        total.norm = form.norm if total.norm is None else total.norm
-        total.constant += sign * form.constant
-        total.products += [p if sign > 0 else replace(p, negate=OPPOSITE[p.negate])
-                        for p in form.products]
-
     def _form_mul(self, node: Node, wrapped: bool) -> Form:
-        form = Form()
-        factors: list[int] = []
-        scale = Scale.NONE
         args, power = self._peel(node)
+        exponent = int(math.log2(abs(power)))
         if len(args) == 1 and self._fuses(args[0], False):
             form = self.form(args[0])
             form.constant *= power
-            form.products = [replace(p, exponent=p.exponent + int(math.log2(abs(power))),
-                                  negate=OPPOSITE[p.negate] if power < 0 else p.negate)
-                          for p in form.products]
+            form.products = [replace(p, exponent=p.exponent + exponent,
+                                     negate=OPPOSITE[p.negate] if power < 0 else p.negate)
+                             for p in form.products]
             return form
-        exponent = int(math.log2(abs(power)))
+        form = Form()
+        factors: list[int] = []
+        scale = Scale.NONE
         negate = Negate.YES if power < 0 else Negate.NO
         for arg in args:
-            if arg.kind in ("rsqrt", "reciprocal") and form.norm is None \
-                    and arg.number not in self._of_node and (
-                        form.flag is None or arg.kind == "rsqrt"):
+            fresh = arg.number not in self._of_node
+            if fresh and form.norm is None and (
+                    arg.kind == "rsqrt" or (arg.kind == "reciprocal" and form.flag is None)):
                 number, more, form.norm = self._mantissa(arg)
                 exponent += more
                 scale = Scale.HALF if arg.kind == "rsqrt" else Scale.FULL
@@ -150,14 +139,14 @@ class _Lowering:
                 if arg.kind == "reciprocal" and arg.args[0].low < 0.0:
                     form.flag = (form.norm, False)
                     negate = CONDITIONAL[negate]
-            elif arg.kind == "abs" and form.flag is None and arg.number not in self._of_node:
+            elif fresh and arg.kind == "abs" and form.flag is None:
                 factors.append(self.word(arg.args[0]))
                 form.flag = (factors[-1], False)
                 negate = CONDITIONAL[negate]
             else:
                 factors.append(self.word(arg))
-        form.products.append(Product(factors[0], factors[1] if len(factors) > 1 else None, exponent,
-                                 negate=negate, scale=scale))
+        form.products.append(Product(factors[0], factors[1] if len(factors) > 1 else None,
+                                     exponent, negate=negate, scale=scale))
         return form
 
     def _peel(self, node: Node) -> tuple[list[Node], float]:
@@ -189,16 +178,17 @@ class _Lowering:
             if not plain:
                 form = Form([Product(self.word(arg))])
             if form.constant != 0.0:
-                number = self.groups.constant(form.constant, self._constant_frac(form.constant, node))
-                form.products.append(Product(number))
+                form.products.append(self._constant(form.constant, node))
             total.products += [replace(p, when=when) for p in form.products]
         return total
 
-    def _constant_frac(self, c: float, node: Node) -> int:
-        """Binary point of a constant inside a group: its own, no finer than the result's."""
-        word = self.groups.arith.word
+    def _constant(self, c: float, node: Node) -> Product:
+        """A constant under the flag of ``node``'s group, as fine as the accumulator can use."""
+        arith = self.groups.arith
         bound = max(abs(node.low), abs(node.high), abs(c))
-        return min(Format.for_range(word, c, c).frac, Format.for_range(word, -bound, bound).frac)
+        return Product(self.groups.constant(c, min(
+            Format.for_range(arith.word, c, c).frac,
+            Format.for_range(arith.word, -bound, bound).frac + arith.guard)))
 
     def _form_flip(self, node: Node, wrapped: bool) -> Form:
         condition, arg = node.args
@@ -206,8 +196,7 @@ class _Lowering:
         if form.flag is not None or form.norm is not None:
             form = Form([Product(self.word(arg))])
         if form.constant != 0.0:
-            frac = self._constant_frac(form.constant, node)
-            form.products.append(Product(self.groups.constant(form.constant, frac)))
+            form.products.append(self._constant(form.constant, node))
             form.constant = 0.0
         form.flag = (self.word(condition), False)
         form.products = [replace(p, negate=CONDITIONAL[p.negate]) for p in form.products]
@@ -223,7 +212,7 @@ class _Lowering:
     def _form_bounded(self, node: Node, wrapped: bool) -> Form:
         arg = node.args[0]
         return self.form(arg, top=arg.uses == 1 and arg.name is None
-                         and arg.kind not in ("wrap", *LEAVES))
+                         and arg.kind not in ("wrap", "saturated", *LEAVES))
 
     _form_saturated = _form_bounded
 
@@ -259,6 +248,7 @@ def _power_of_two(c: float) -> bool:
 
 
 def _count_uses(roots: Sequence[Node]) -> None:
+    """Set `Node.uses`: by how many live nodes and roots each node is used."""
     seen: set[int] = set()
     stack = list(roots)
     for node in roots[0].graph.nodes if roots else ():

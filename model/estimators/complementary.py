@@ -1,6 +1,6 @@
 """The complementary filter of Ma Long et al. (2014), eq. (3)-(13), in Euler angles z-x'-y''.
 
-What is the paper's and what is ours (`docs/decisions/0003-complementary-filter.md` has the evidence):
+What is the paper's and what is ours (evidence: `docs/decisions/0003-complementary-filter.md`):
 
 * Attitude C_bn = Rz(psi) Rx(theta) Ry(gamma), angles in half turns, wrapped by the word itself.
 * Prediction by Euler rates, eq. (3), midpoint rule. The printed eq. (3) belongs to another Euler
@@ -29,7 +29,7 @@ GRAVITY = 9.80665  #: m/s^2, standard gravity: scale of the levelling residual.
 SEC_LIMIT = 64.0  #: largest 1/cos(theta); reached at |theta| = 89.1 deg.
 HALF_STEP_LIMIT = 0.5  #: rad, roll step of the midpoint rule.
 HEADING_STEP_LIMIT = 0.25  #: half turns, heading step of one prediction.
-RESIDUAL_LIMIT = 0.125  #: half turns, heading residual that a correction uses.
+RESIDUAL_LIMIT = 0.0625  #: half turns, heading residual that a correction uses.
 BIAS_LIMIT = 1.0 / 32.0  #: rad/s, largest gyro bias that is learnt.
 BIAS_STEP_LIMIT = 2.0**-10  #: rad/s, largest change of the learnt bias in one sample.
 
@@ -47,7 +47,7 @@ STATUS_BITS = {
 
 
 def per_sample_gains(kp: float, ki: float, rate_hz: float) -> tuple[float, float]:
-    """(Kp [1/s], Ki [1/s^2]) of gains given per sample (x -= Kp e + I, I += Ki e) at ``rate_hz``."""
+    """(Kp [1/s], Ki [1/s^2]) of gains per sample, x -= Kp e + I, I += Ki e, at ``rate_hz``."""
     return kp * rate_hz, ki * rate_hz * rate_hz
 
 

@@ -24,9 +24,9 @@ def test_text() -> None:
     a = allocate(s)
     lines = listing(assemble(s, a), s, a).splitlines()
     assert lines[:3] == [
-        "cycle  lane 0                         | written, streams",
-        "    0                                 | get x (last)",
-        "    1  [-if x * gain >> 23 ?flag ]    |",
+        "cycle  lane 0                      | written, streams",
+        "    0                              | get x (last)",
+        "    1  [-if x * gain >> 23 ?flag ] |",
     ]
     assert lines[8].split("|")[1] == " y = sat0"
     assert lines[9].split("|")[0].split() == ["8", "emit", "y"]

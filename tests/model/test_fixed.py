@@ -9,7 +9,15 @@ from apytypes import APyFixed, OverflowMode, QuantizationMode
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from model.fixed import Arithmetic, Format, fraction, leading_sign_count, saturate, table_index, wrap
+from model.fixed import (
+    Arithmetic,
+    Format,
+    fraction,
+    leading_sign_count,
+    saturate,
+    table_index,
+    wrap,
+)
 from model.interpreter import Interpreter
 from model.program import Kind, Negate, Op, Overflow, Program, Term, Value
 

@@ -7,7 +7,8 @@ import sys
 import pytest
 
 from gateware.synthesis import yosys
-from gateware.synthesis.yosys import SynthesisError, Tool, ToolMissing, find_tool, synthesise
+from gateware.synthesis.yosys import SynthesisError, Tool, find_tool, synthesise
+from model.errors import ToolMissing
 
 FAKE = """#!{python}
 import json, sys, pathlib

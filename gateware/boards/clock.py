@@ -1,0 +1,89 @@
+"""Clock of the core on a board: the oscillator itself, or a PLL's."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from amaranth.hdl import (
+    ClockDomain,
+    ClockSignal,
+    Const,
+    Elaboratable,
+    Instance,
+    Module,
+    Signal,
+)
+from amaranth.lib import io
+
+from model.errors import InputError
+
+__all__ = ["Pll", "PllClock", "pll_for"]
+
+#: Legal frequencies of the oscillator inside the PLL, Hz; grade -2 with a margin.
+VCO_HZ = (400_000_000, 900_000_000)
+#: Fastest global clock, Hz: grade -2.
+CLOCK_MAX_HZ = 375_000_000
+
+
+@dataclass(frozen=True)
+class Pll:
+    """``oscillator_hz * multiply / divide``."""
+
+    oscillator_hz: int
+    multiply: int
+    divide: int
+
+
+def pll_for(*, oscillator_hz: int, clock_hz: int) -> Pll | None:
+    """Factors that make ``clock_hz``, with the fastest inner oscillator; None if no PLL is needed.
+
+    Raises
+    ------
+    InputError
+        The PLL cannot make ``clock_hz``.
+    """
+    if clock_hz == oscillator_hz:
+        return None
+    low, high = VCO_HZ
+    if isinstance(clock_hz, int) and 0 < clock_hz <= CLOCK_MAX_HZ:
+        for multiply in range(64, 0, -1):
+            divide, rest = divmod(oscillator_hz * multiply, clock_hz)
+            if low <= oscillator_hz * multiply <= high and not rest and 1 <= divide <= 128:
+                return Pll(oscillator_hz, multiply, divide)
+    raise InputError.at(
+        "clock_hz", wanted=f"a whole number up to {CLOCK_MAX_HZ} Hz that is {oscillator_hz} Hz * m "
+        f"/ d with {oscillator_hz} Hz * m from {low} to {high} Hz", found=repr(clock_hz),
+        fix=f"choose {oscillator_hz} or, for example, {2 * oscillator_hz}")
+
+
+class PllClock(Elaboratable):
+    """Clock domain ``sync`` from the board's oscillator through a PLL.
+
+    The clock starts when the configuration has ended and the PLL is locked.
+
+    Parameters
+    ----------
+    pll : Pll
+        Factors.
+    """
+
+    def __init__(self, *, pll: Pll) -> None:
+        self.pll = pll
+
+    def elaborate(self, platform: Any) -> Module:
+        """Pad, PLL, gated global buffer."""
+        m = Module()
+        m.submodules.pad = pad = io.Buffer("i", platform.request(platform.default_clk, dir="-"))
+        feedback, fast, locked, started = Signal(), Signal(), Signal(), Signal()
+        m.submodules.pll = Instance(
+            "PLL_BASE", p_COMPENSATION="INTERNAL", p_BANDWIDTH="OPTIMIZED",
+            p_CLKIN_PERIOD=1e9 / self.pll.oscillator_hz, p_DIVCLK_DIVIDE=1,
+            p_CLKFBOUT_MULT=self.pll.multiply, p_CLKOUT0_DIVIDE=self.pll.divide,
+            i_CLKIN=pad.i, i_CLKFBIN=feedback, i_RST=Const(0, 1),
+            o_CLKFBOUT=feedback, o_CLKOUT0=fast, o_LOCKED=locked)
+        m.submodules.startup = Instance("STARTUP_SPARTAN6", o_EOS=started)
+        m.domains.sync = ClockDomain(reset_less=True)
+        m.submodules.gate = Instance(
+            "BUFGCE", i_CE=locked & started, i_I=fast, o_O=ClockSignal("sync"))
+        return m

@@ -1,0 +1,72 @@
+"""Shared by the tests of the boards: two cores, the serial line as testbenches."""
+
+from collections.abc import Callable
+
+import pytest
+
+from gateware.core import Core, build_core
+from model import ops
+from model.estimator import Estimator, Input, Output, Param, State
+from model.estimators.complementary import Complementary
+
+
+class Leaky(Estimator):
+    """y' = y + gain (u - v), the smallest estimator that has one of everything."""
+
+    name = "leaky"
+    summary = "leaky integral of a difference"
+    inputs = (Input("u", -1.0, 1.0, ""), Input("v", -1.0, 1.0, ""))
+    params = (Param("gain", 0.5, -1.0, 1.0, "", "how fast it follows"),)
+    states = (State("y", -4.0, 4.0, ""),)
+    outputs = (Output("y", ""), Output("step", ""), Output("sum", ""))
+    urgent = 1
+
+    def step(self, x, u, p):
+        step = p.gain * (u.u - u.v)
+        y = ops.saturated(x.y + step, 4.0)
+        return {"y": y}, {"y": y, "step": step, "sum": u.u + u.v}
+
+
+@pytest.fixture(scope="session")
+def leaky() -> Core:
+    """A tiny core."""
+    return build_core(Leaky().compile(), "small", restarts=2)
+
+
+@pytest.fixture(scope="session")
+def complementary() -> Core:
+    """The complementary filter."""
+    return build_core(Complementary().compile(), "fast", restarts=2)
+
+
+@pytest.fixture
+def send() -> Callable:
+    """Put bytes, or anything that is no byte, on a line."""
+    async def put(ctx, line, divisor: int, data: bytes, stop: int = 1) -> None:
+        for byte in data:
+            for bit in (0, *(byte >> k & 1 for k in range(8)), stop):
+                ctx.set(line, bit)
+                await ctx.tick().repeat(divisor)
+        ctx.set(line, 1)
+    return put
+
+
+@pytest.fixture
+def listen() -> Callable:
+    """A background testbench that appends the bytes of a line to ``received``."""
+    def make(line, divisor: int, received: bytearray) -> Callable:
+        async def bench(ctx):
+            while True:
+                while ctx.get(line):
+                    await ctx.tick()
+                await ctx.tick().repeat(divisor // 2)
+                assert not ctx.get(line), "a start bit that is none"
+                byte = 0
+                for bit in range(8):
+                    await ctx.tick().repeat(divisor)
+                    byte |= ctx.get(line) << bit
+                await ctx.tick().repeat(divisor)
+                assert ctx.get(line), "no stop bit"
+                received.append(byte)
+        return bench
+    return make

@@ -1,0 +1,60 @@
+"""Frames in software: known bytes, round trips, damage."""
+
+import random
+
+import pytest
+
+from gateware.boards.frames import CRC, END, ESC, Decoder, Kind, encode, word_bytes
+
+
+@pytest.mark.parametrize("word, size", [(18, 3), (24, 3), (25, 4), (32, 4)])
+def test_word_bytes(word: int, size: int) -> None:
+    assert word_bytes(word) == size
+
+
+def test_known_frame() -> None:
+    assert encode(Kind.READ, [512], word=32) == bytes.fromhex("c0 03 00020000 00 c0").replace(
+        b"\x00\xc0", bytes([CRC.compute(bytes.fromhex("0300020000")), END]))
+
+
+def test_crc_is_that_of_smbus() -> None:
+    assert CRC.compute(b"123456789") == 0xF4
+
+
+@pytest.mark.parametrize("word", [18, 24, 25, 32])
+def test_round_trip(word: int) -> None:
+    rng = random.Random(word)
+    half = 1 << word - 1
+    frames = [(rng.choice(list(Kind)), [rng.randrange(-half, half) for _ in range(rng.randrange(9))])
+              for _ in range(100)]
+    frames.append((Kind.RECORD, [int.from_bytes(bytes([END, ESC, END]), "little") - 2**24]))
+    decoder = Decoder(word=word)
+    line = b"".join(encode(kind, words, word=word) for kind, words in frames)
+    assert list(decoder.feed(line)) == frames
+    assert decoder.dropped == 0
+
+
+def test_end_stands_at_the_ends_only() -> None:
+    frame = encode(Kind.RECORD, [0xC0C0DBC0, 0xDBDBDBDB], word=32)
+    assert END not in frame[1:-1]
+    assert list(Decoder(word=32).feed(frame)) == [
+        (Kind.RECORD, [0xC0C0DBC0 - 2**32, 0xDBDBDBDB - 2**32])]
+
+
+@pytest.mark.parametrize("damaged", [
+    b"\x00", b"\x01\x02", bytes([ESC]), bytes([ESC, 0x55]), bytes([0, CRC.compute(b"\0")]),
+    bytes([1, 2, 3, CRC.compute(b"\1\2\3")])])
+def test_damaged_frames_are_dropped_and_the_next_is_not(damaged: bytes) -> None:
+    decoder = Decoder(word=32)
+    good = encode(Kind.WRITE, [7], word=32)
+    assert list(decoder.feed(damaged + good)) == [(Kind.WRITE, [7])]
+    assert decoder.dropped == 1
+
+
+def test_every_changed_bit_is_found() -> None:
+    good = encode(Kind.RECORD, [1, -2], word=24)
+    for place in range(1, len(good) - 1):
+        for bit in range(8):
+            changed = bytearray(good)
+            changed[place] ^= 1 << bit
+            assert list(Decoder(word=24).feed(bytes(changed))) == []

@@ -1,0 +1,136 @@
+"""The serial line by itself: every byte, unequal clocks, glitches, breaks."""
+
+import pytest
+from amaranth.sim import Simulator
+
+from gateware.boards.uart import Receiver, Transmitter, divisor_for
+
+
+def receive(divisor: int, drive) -> list[int | None]:
+    """Bytes that come out, None for an error."""
+    dut, out = Receiver(divisor=divisor), []
+
+    async def watch(ctx):
+        async for _, _, valid, data, error in ctx.tick().sample(dut.valid, dut.data, dut.error):
+            if valid or error:
+                assert not (valid and error)
+                out.append(data if valid else None)
+
+    async def bench(ctx):
+        await ctx.tick().repeat(5)
+        await drive(ctx, dut)
+        ctx.set(dut.rx, 1)
+        await ctx.tick().repeat(12 * divisor)
+
+    sim = Simulator(dut)
+    sim.add_clock(1e-8)
+    sim.add_testbench(watch, background=True)
+    sim.add_testbench(bench)
+    sim.run()
+    return out
+
+
+@pytest.mark.parametrize("divisor", [8, 9, 17])
+def test_every_byte(divisor: int, send) -> None:
+    data = bytes(range(256))
+
+    async def drive(ctx, dut):
+        await send(ctx, dut.rx, divisor, data)
+
+    assert receive(divisor, drive) == list(data)
+
+
+@pytest.mark.parametrize("theirs", [96, 97, 103, 104])
+def test_other_side_off_by_four_percent(theirs: int, send) -> None:
+    data = bytes(range(0, 256, 5))
+
+    async def drive(ctx, dut):
+        await send(ctx, dut.rx, theirs, data)
+
+    assert receive(100, drive) == list(data)
+
+
+def test_break_is_one_error(send) -> None:
+    async def drive(ctx, dut):
+        await send(ctx, dut.rx, 16, b"a")
+        ctx.set(dut.rx, 0)
+        await ctx.tick().repeat(1000)
+        ctx.set(dut.rx, 1)
+        await ctx.tick().repeat(16)
+        await send(ctx, dut.rx, 16, b"b")
+
+    assert receive(16, drive) == [ord("a"), None, ord("b")]
+
+
+def test_missing_stop_bit_is_an_error(send) -> None:
+    async def drive(ctx, dut):
+        await send(ctx, dut.rx, 16, b"a", stop=0)
+        await ctx.tick().repeat(16)
+        await send(ctx, dut.rx, 16, b"b")
+
+    assert receive(16, drive) == [None, ord("b")]
+
+
+def test_glitch_is_no_byte(send) -> None:
+    async def drive(ctx, dut):
+        ctx.set(dut.rx, 0)
+        await ctx.tick().repeat(5)
+        ctx.set(dut.rx, 1)
+        await ctx.tick().repeat(20)
+        await send(ctx, dut.rx, 16, b"b")
+
+    assert receive(16, drive) == [ord("b")]
+
+
+@pytest.mark.parametrize("divisor", [8, 13])
+@pytest.mark.parametrize("gap", [0, 30])
+def test_transmitter(divisor: int, gap: int, listen) -> None:
+    dut = Transmitter(divisor=divisor)
+    received, data = bytearray(), bytes(range(0, 256, 7))
+
+    async def bench(ctx):
+        cycles = 0
+        for byte in data:
+            ctx.set(dut.i.payload, byte)
+            ctx.set(dut.i.valid, 1)
+            while True:
+                _, _, ready = await ctx.tick().sample(dut.i.ready)
+                cycles += 1
+                if ready:
+                    break
+            ctx.set(dut.i.valid, 0)
+            await ctx.tick().repeat(gap)
+        assert gap or cycles <= (10 * divisor + 1) * len(data)
+        await ctx.tick().repeat(11 * divisor)
+
+    sim = Simulator(dut)
+    sim.add_clock(1e-8)
+    sim.add_testbench(listen(dut.tx, divisor, received), background=True)
+    sim.add_testbench(bench)
+    sim.run()
+    assert bytes(received) == data
+
+
+@pytest.mark.parametrize("clock, baud, divisor", [
+    (100e6, 115_200, 868), (100e6, 1_000_000, 100), (50e6, 115_200, 434), (50e6, 6_250_000, 8)])
+def test_divisor(clock: float, baud: float, divisor: int) -> None:
+    assert divisor_for(clock_hz=clock, baud=baud) == divisor
+
+
+@pytest.mark.parametrize("clock, baud, message", [
+    (100e6, 20e6, r"^baud must be at most clock_hz / 8 and within 2 % of a whole fraction of it, "
+                  r"not 20000000\.0 at 100000000\.0 Hz$"),
+    (1e6, 118e3, r"^baud must be at most clock_hz / 8 and within 2 %"),
+    (0, 9600, r"^clock_hz must be a positive number, not 0$"),
+    (float("nan"), 9600, r"^clock_hz must be a positive number, not nan$"),
+    (1e6, "fast", r"^baud must be a positive number, not 'fast'$"),
+    (1e6, -1, r"^baud must be a positive number, not -1$")])
+def test_divisor_is_checked(clock, baud, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        divisor_for(clock_hz=clock, baud=baud)
+
+
+@pytest.mark.parametrize("part", [Receiver, Transmitter])
+def test_divisor_has_a_lower_limit(part) -> None:
+    with pytest.raises(ValueError, match=r"^divisor must be an integer from 8 on, not 7$"):
+        part(divisor=7)

@@ -1,0 +1,202 @@
+"""Frames in hardware: what is kept, what is dropped."""
+
+import random
+
+import pytest
+
+from gateware.boards.frames import CRC, END, ESC, Decoder, Kind, encode
+from gateware.boards.unpack import Unpacker
+
+COUNTS = {Kind.WRITE: 2, Kind.READ: 1}
+
+
+async def feed(ctx, dut, data: bytes) -> None:
+    for byte in data:
+        ctx.set(dut.data, byte)
+        ctx.set(dut.valid, 1)
+        await ctx.tick()
+        ctx.set(dut.valid, 0)
+        await ctx.tick()
+
+
+async def fault(ctx, dut) -> None:
+    ctx.set(dut.error, 1)
+    await ctx.tick()
+    ctx.set(dut.error, 0)
+
+
+async def fetch(ctx, dut, count: int) -> list[int]:
+    """Words of the frame that waits; then it is done."""
+    words = []
+    for index in range(count):
+        ctx.set(dut.index, index)
+        ctx.set(dut.read, 1)
+        await ctx.tick()
+        words.append(ctx.get(dut.word_data))
+    ctx.set(dut.read, 0)
+    ctx.set(dut.done, 1)
+    await ctx.tick()
+    ctx.set(dut.done, 0)
+    return words
+
+
+@pytest.mark.parametrize("word", [18, 24, 25, 32])
+@pytest.mark.parametrize("inputs", [1, 2, 5])
+def test_good_frames(word: int, inputs: int, simulate) -> None:
+    dut = Unpacker(word=word, inputs=inputs)
+    rng = random.Random(inputs)
+    mask = (1 << word) - 1
+
+    async def bench(ctx):
+        for _ in range(30):
+            kind = rng.choice(list(Kind))
+            words = [rng.choice([rng.getrandbits(word), 0xC0DBC0DB & mask, 0])
+                     for _ in range(COUNTS.get(kind, inputs))]
+            assert not ctx.get(dut.pending)
+            await feed(ctx, dut, encode(kind, words, word=word))
+            assert ctx.get(dut.pending) and ctx.get(dut.kind) == kind
+            assert await fetch(ctx, dut, len(words)) == words
+
+    simulate(dut, bench)
+
+
+def body(data: bytes) -> bytes:
+    """A frame with a right CRC around any bytes, none of which needs an escape."""
+    return bytes([END]) + data + bytes([CRC.compute(data), END])
+
+
+@pytest.mark.parametrize("damaged", [
+    bytes([END, END, END]),
+    body(b""),
+    body(b"\1"),
+    body(b"\0" + bytes(12)),  # no such kind
+    body(b"\4" + bytes(12)),
+    body(b"\1" + bytes(11)),  # bytes, words too few or too many
+    body(b"\1" + bytes(13)),
+    body(b"\1" + bytes(8)),
+    body(b"\1" + bytes(16)),
+    body(b"\1" + bytes(20)),
+    body(b"\1" + bytes(4 * 3 + 4 * 8)),  # and so many that a counter would come round
+    body(b"\1" + bytes(4 * 3 + 4 * 16)),
+    body(b"\2" + bytes(12)),
+    body(b"\3" + bytes(12)),
+    bytes([END, 1, *range(12), 0x55, END]),  # CRC
+    body(b"\1" + bytes(12))[:-1] + bytes([ESC, END]),  # escapes
+    bytes([END, 1, ESC, 0x11, *range(12), END]),
+    bytes([ESC]),
+])
+def test_damaged_frames_are_dropped_and_the_next_is_not(damaged: bytes, simulate) -> None:
+    dut = Unpacker(word=32, inputs=3)
+
+    async def bench(ctx):
+        await feed(ctx, dut, damaged)
+        assert not ctx.get(dut.pending)
+        await feed(ctx, dut, encode(Kind.RECORD, [1, 2, 3], word=32))
+        assert ctx.get(dut.pending)
+        assert await fetch(ctx, dut, 3) == [1, 2, 3]
+
+    simulate(dut, bench)
+
+
+@pytest.mark.parametrize("place", range(10))
+def test_line_error_spoils_the_frame(place: int, simulate) -> None:
+    dut = Unpacker(word=32, inputs=1)
+    frame = encode(Kind.RECORD, [5], word=32)
+
+    async def bench(ctx):
+        await feed(ctx, dut, frame[:place])
+        await fault(ctx, dut)
+        await feed(ctx, dut, frame[place:])
+        # Before and after the frame there is nothing to spoil.
+        assert ctx.get(dut.pending) == (place in (0, len(frame)) or place > len(frame))
+
+    simulate(dut, bench)
+
+
+def test_every_changed_bit_is_found(simulate) -> None:
+    dut = Unpacker(word=32, inputs=2)
+    good = encode(Kind.RECORD, [1, 0x12345678], word=32)
+
+    async def bench(ctx):
+        for place in range(1, len(good) - 1):
+            for bit in range(8):
+                changed = bytearray(good)
+                changed[place] ^= 1 << bit
+                await feed(ctx, dut, bytes(changed))
+                assert not ctx.get(dut.pending)
+
+    simulate(dut, bench)
+
+
+def test_third_frame_is_dropped(simulate) -> None:
+    dut = Unpacker(word=32, inputs=1)
+
+    async def bench(ctx):
+        for value in (1, 2, 3):
+            await feed(ctx, dut, encode(Kind.RECORD, [value], word=32))
+            assert ctx.get(dut.pending)
+        assert await fetch(ctx, dut, 1) == [1]
+        assert not ctx.get(dut.pending)
+        await feed(ctx, dut, encode(Kind.READ, [4], word=32))
+        assert await fetch(ctx, dut, 1) == [4]
+
+    simulate(dut, bench)
+
+
+def test_frame_that_ends_with_done_is_kept(simulate) -> None:
+    dut = Unpacker(word=32, inputs=1)
+
+    async def bench(ctx):
+        await feed(ctx, dut, encode(Kind.RECORD, [1], word=32))
+        await feed(ctx, dut, encode(Kind.READ, [2], word=32)[:-1])
+        ctx.set(dut.data, END)
+        ctx.set(dut.valid, 1)
+        ctx.set(dut.done, 1)
+        await ctx.tick()
+        ctx.set(dut.valid, 0)
+        ctx.set(dut.done, 0)
+        assert ctx.get(dut.pending) and ctx.get(dut.kind) == Kind.READ
+        assert await fetch(ctx, dut, 1) == [2]
+
+    simulate(dut, bench)
+
+
+def test_same_verdict_as_the_software(simulate) -> None:
+    """Random bytes that are rich in what matters."""
+    rng = random.Random(8)
+    dut = Unpacker(word=24, inputs=2)
+    pieces = [bytes([END]), bytes([END]), bytes([ESC]), b"\xdc", b"\xdd", b"\1", b"\2", b"\3", b"\0"]
+    stream = []
+    for _ in range(300):
+        if rng.random() < 0.5:
+            kind = rng.choice(list(Kind))
+            words = [rng.getrandbits(24) for _ in range(COUNTS.get(kind, 2))]
+            frame = bytearray(encode(kind, words, word=24))
+            if rng.random() < 0.5:
+                frame[rng.randrange(len(frame))] = rng.randrange(256)
+            stream.append(bytes(frame))
+        else:
+            stream.append(b"".join(rng.choices(pieces, k=rng.randrange(6))))
+    decoder = Decoder(word=24)
+    kept = 0
+
+    async def bench(ctx):
+        nonlocal kept
+        for byte in b"".join(stream):
+            expected = [(kind, [w & 0xFFFFFF for w in words])
+                        for kind, words in decoder.feed(bytes([byte]))
+                        if len(words) == COUNTS.get(kind, 2)]
+            await feed(ctx, dut, bytes([byte]))
+            assert ctx.get(dut.pending) == len(expected)
+            for kind, words in expected:
+                kept += 1
+                assert ctx.get(dut.kind) == kind
+                assert await fetch(ctx, dut, len(words)) == words
+
+    simulate(dut, bench)
+    assert kept > 50
+
+
+def test_inputs_are_checked() -> None:
+    with pytest.raises(ValueError, match=r"^inputs must be a positive integer, not 0$"):
+        Unpacker(word=32, inputs=0)
