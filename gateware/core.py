@@ -50,9 +50,13 @@ class Core:
     image: Image
 
     def verilog(self, *, instances: bool) -> str:
-        """Verilog of module ``core``: with DSP48A1 primitives, or with their behaviour."""
-        return to_verilog(Engine(machine=self.machine, image=self.image), "core",
-                          instances=instances)
+        """Verilog of module ``core``: with DSP48A1 primitives, or with their behaviour.
+
+        The latter, for simulation, has build identifier 0, so that all programs of a machine
+        differ in nothing but memory contents.
+        """
+        image = self.image if instances else dataclasses.replace(self.image, digest=0)
+        return to_verilog(Engine(machine=self.machine, image=image), "core", instances=instances)
 
     @cached_property
     def listing(self) -> str:

@@ -9,7 +9,7 @@ from gateware.machine import Machine
 from gateware.slots import ScheduleError
 from model.program import Kind, Op, Program, Scale
 
-__all__ = ["Paths", "paths"]
+__all__ = ["Paths", "paths", "slots_after", "topological"]
 
 
 @dataclass(frozen=True)

@@ -101,12 +101,12 @@ def _disturb(priority: Sequence[float], problem: ListProblem, hot: Sequence[int]
     for _ in range(rng.choice((1, 1, 2, 3))):
         by = rng.gauss(0.0, size)
         edges = problem.producers if rng.random() < 0.7 else problem.consumers
-        for k in closure(edges, rng.choice(some)):
+        for k in _closure(edges, rng.choice(some)):
             trial[k] += by
     return trial
 
 
-def closure(edges: Sequence[Sequence[int]], node: int) -> list[int]:
+def _closure(edges: Sequence[Sequence[int]], node: int) -> list[int]:
     """``node`` and all that ``edges`` lead to from it."""
     seen = [False] * len(edges)
     seen[node] = True

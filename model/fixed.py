@@ -118,7 +118,7 @@ class Format:
     @property
     def max(self) -> float:
         """Largest value."""
-        return (2 ** (self.word - 1) - 1) * 2.0**-self.frac
+        return ((1 << (self.word - 1)) - 1) * 2.0**-self.frac
 
     def quantise(self, value: Any) -> IntArray:
         """Nearest word to each value (ties up, as RND), saturated to the format."""

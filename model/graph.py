@@ -8,14 +8,15 @@ be bounded by its author (`model.ops.bounded`).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 from model.errors import InputError
 
-__all__ = ["Condition", "Graph", "Node"]
+__all__ = ["LEAVES", "Condition", "Graph", "Node"]
 
-#: Node kinds: leaves, then arithmetic, then functions.
+#: Kinds of nodes that have no arguments.
 LEAVES = ("input", "param", "state", "const")
 
 
@@ -38,7 +39,10 @@ class Node:
     source: str = "interval"
     unit: str = ""
     name: str | None = None
-    uses: int = field(default=0, repr=False)
+    uses: int = 0
+
+    #: numpy's scalars and arrays leave the operators to this class.
+    __array_ufunc__ = None
 
     # The numbers' protocol: everything goes through the graph.
     def __add__(self, other: Any) -> Node:
@@ -70,16 +74,23 @@ class Node:
         return self.graph.lift(other) / self
 
     def __lt__(self, other: Any) -> Condition:
-        return Condition(self - other)
+        return Condition(self.graph.add(self, 1, self.graph.lift(other), -1))
 
     def __gt__(self, other: Any) -> Condition:
-        return Condition(self.graph.lift(other) - self)
+        return Condition(self.graph.add(self.graph.lift(other), 1, self, -1))
 
     def __ge__(self, other: Any) -> Condition:
-        return ~(self < other)
+        return ~self.__lt__(other)
 
     def __le__(self, other: Any) -> Condition:
-        return ~(self > other)
+        return ~self.__gt__(other)
+
+    def __eq__(self, other: object) -> bool:
+        if self is other:
+            return True
+        raise TypeError("traced values compare with < > <= >= only, not with == or !=")
+
+    __hash__ = object.__hash__
 
     def __bool__(self) -> bool:
         raise TypeError("a traced value has no truth value: use model.ops.where instead of if")
@@ -93,7 +104,7 @@ class Node:
         return self.name or f"{self.kind}_{self.number}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Condition:
     """True where ``node`` is negative (or, inverted, where it is not)."""
 
@@ -107,7 +118,7 @@ class Condition:
         # One selection: where self holds, other's node decides; elsewhere a constant that fails.
         g = self.node.graph
         # The failing constant must survive the binary point of other's node: take its magnitude.
-        bound = max(-other.node.low, other.node.high)
+        bound = max(-other.node.low, other.node.high) or 1.0
         fails = g.const(-bound if other.inverted else 0.0)
         return Condition(g.select(self, other.node, fails), other.inverted)
 
@@ -116,6 +127,15 @@ class Condition:
 
     def __bool__(self) -> bool:
         raise TypeError("a traced condition has no truth value: use model.ops.where")
+
+
+#: Value of a function of a constant.
+_FUNCTIONS: dict[str, Callable[[float], float]] = {
+    "sin": lambda x: math.sin(math.pi * x),
+    "asin": lambda x: math.asin(x) / math.pi,
+    "rsqrt": lambda x: 1.0 / math.sqrt(x),
+    "reciprocal": lambda x: 1.0 / x,
+}
 
 
 class Graph:
@@ -194,7 +214,7 @@ class Graph:
             edges = sorted((a.low * a.low, a.high * a.high))
             low = 0.0 if a.low <= 0.0 <= a.high else edges[0]
             return self._new("mul", (a, b), low=low, high=edges[1])
-        corners = [x * y for x in (a.low, a.high) for y in (b.low, b.high)]
+        corners = [x * y if x and y else 0.0 for x in (a.low, a.high) for y in (b.low, b.high)]
         return self._new("mul", (a, b), low=min(corners), high=max(corners))
 
     def select(self, condition: Condition, yes: Node, no: Node) -> Node:
@@ -236,13 +256,17 @@ class Graph:
 
     def bounded(self, a: Node, low: float, high: float, reason: str) -> Node:
         """``a``, known (or made, by saturation) to lie in [low, high]."""
+        if not (math.isfinite(low) and math.isfinite(high) and low <= high):
+            raise InputError(f"{self.name}: the range of {a.label} must be finite and ordered, "
+                             f"not [{low:g}, {high:g}]")
+        if a.kind == "const" and low <= a.value <= high:
+            return a
         return self._new("bounded", (a,), key=(low, high), low=low, high=high,
                          source=f"declared: {reason}", unit=a.unit)
 
     def saturated(self, a: Node, limit: float) -> Node:
         """``a`` clamped to [-limit, limit), a power of two, by the word's own overflow."""
-        mantissa, _ = math.frexp(limit)
-        if mantissa != 0.5:
+        if math.frexp(limit)[0] != 0.5:
             raise ValueError(f"limit must be a power of two, not {limit!r}")
         if -limit <= a.low and a.high < limit:
             return a
@@ -250,8 +274,18 @@ class Graph:
                          high=min(a.high, limit), source="saturated on purpose", unit=a.unit)
 
     def function(self, kind: str, a: Node, *, quarter: bool = False) -> Node:
-        """sin (cosine with ``quarter``), asin, rsqrt, reciprocal."""
+        """sin (cosine with ``quarter``), asin, rsqrt, reciprocal of one argument.
+
+        The sine's argument is in half turns, any number of them; that of asin lies in [0, 0.72).
+        """
+        if kind == "reciprocal" and a.low <= 0.0 <= a.high:
+            raise InputError(f"{self.name}: reciprocal of {a.label}: its range "
+                             f"[{a.low:g}, {a.high:g}] must exclude 0; clip it first")
+        if a.kind == "const" and not (kind == "rsqrt" and a.value <= 0.0):
+            return self.const(_FUNCTIONS[kind](a.value + 0.5 * quarter))
         if kind == "sin":
+            if a.low < -1.0 or (a.high >= 1.0 and a.unit != "ht"):
+                a = self.wrap(a)
             return self._new("sin", (a,), key=quarter, quarter=quarter, low=-1.0, high=1.0)
         if kind == "asin":
             return self._new("asin", (a,), low=0.0, high=0.26, unit="ht")
@@ -260,8 +294,5 @@ class Graph:
             high = math.inf if a.low <= 0 else 1.0 / math.sqrt(a.low)
             return self._new("rsqrt", (a,), low=low, high=high)
         if kind == "reciprocal":
-            if a.low <= 0.0 <= a.high:
-                raise InputError(f"{self.name}: reciprocal of {a.label}: its range "
-                                 f"[{a.low:g}, {a.high:g}] must exclude 0; clip it first")
             return self._new("reciprocal", (a,), low=1.0 / a.high, high=1.0 / a.low)
         raise ValueError(f"unknown function {kind!r}")

@@ -53,6 +53,7 @@ class Interpreter:
         ]
         self.saturations = np.zeros(len(program.values), dtype=np.int64)
         self._tables = np.array(program.table_memory or (0,), dtype=np.int64)
+        self._before = [self.values[n] for n, _ in program.states]
 
     def update(self, inputs: npt.ArrayLike) -> tuple[IntArray, BoolArray]:
         """Run one update.
@@ -71,19 +72,24 @@ class Interpreter:
         Raises
         ------
         ValueError
-            If the shape is wrong or a word does not fit.
+            If the shape is wrong, or a word or parameter is no integer that fits.
         """
         p = self.program
-        words = np.asarray(inputs, dtype=np.int64)
+        words = np.asarray(inputs)
+        if words.dtype.kind not in "iu":
+            raise ValueError(f"inputs must be integer words, not {words.dtype}")
         if words.shape != (len(p.inputs), self.runs):
             raise ValueError(f"inputs must have shape {(len(p.inputs), self.runs)}, "
                              f"not {words.shape}")
         if words.size and (words.min() < p.arithmetic.min_int
                            or words.max() > p.arithmetic.max_int):
             raise ValueError(f"input words must fit {p.arithmetic.word} bits")
-        for number, word in zip(p.inputs, words, strict=True):
+        for number, word in zip(p.inputs, words.astype(np.int64), strict=True):
             self.values[number] = word
         for number, param in self.params.items():
+            if not p.arithmetic.min_int <= param <= p.arithmetic.max_int:
+                raise ValueError(f"parameter {p.values[number].name} must fit "
+                                 f"{p.arithmetic.word} bits, not {param!r}")
             self.values[number] = np.full(self.runs, param, dtype=np.int64)
         saturated = np.zeros(self.runs, dtype=np.bool_)
         for op in p.ops:
@@ -92,9 +98,8 @@ class Interpreter:
                 saturated |= clamped
                 self.saturations[op.dest] += int(np.count_nonzero(clamped))
         outputs = np.stack([self.values[n] for n in p.outputs])
-        before = [self.values[n] for n, _ in p.states]
+        self._before = [self.values[n] for n, _ in p.states]
         after = [self.values[n] for _, n in p.states]
-        self._before = before
         for (state, _), word in zip(p.states, after, strict=True):
             self.values[state] = word
         return outputs, saturated
@@ -105,7 +110,7 @@ class Interpreter:
 
         Returns outputs (steps, n_outputs, runs) and saturated (steps, runs).
         """
-        words = np.asarray(inputs, dtype=np.int64)
+        words = np.asarray(inputs)
         out = np.empty((len(words), len(self.program.outputs), self.runs), dtype=np.int64)
         sat = np.empty((len(words), self.runs), dtype=np.bool_)
         for k, row in enumerate(words):

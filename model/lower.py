@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from model import tables
+from model.errors import InputError
 from model.fixed import Arithmetic, Format
 from model.forms import CONDITIONAL, OPPOSITE, Form, Product
 from model.functions import Functions
@@ -34,7 +35,7 @@ class _Lowering:
     def leaf(self, node: Node, kind: Kind, default: float = 0.0) -> int:
         """The value of an input, parameter or state."""
         fmt = Format.for_range(self.groups.arith.word, node.low, node.high)
-        if node.unit == "ht" and -1.0 <= node.low and node.high <= 1.0:
+        if node.unit == "ht" and node.low >= -1.0 and node.high <= 1.0:
             fmt = Format(self.groups.arith.word, self.groups.arith.word - 1)
         number = self.groups.value(
             Value(node.label, kind, fmt.frac, node.low, node.high, node.source, node.unit,
@@ -228,7 +229,14 @@ class _Lowering:
     def _mantissa(self, node: Node) -> tuple[int, int, int]:
         """(mantissa, exponent, normalised value) of an rsqrt or reciprocal node."""
         odd = (self.groups.arith.word - 1) % 2 == 1 if node.kind == "rsqrt" else None
-        x = self.word(node.args[0], odd=odd)
+        arg = node.args[0]
+        x = self.word(arg, odd=odd)
+        smallest = min(abs(arg.low), abs(arg.high))
+        if node.kind == "reciprocal" and smallest < math.ldexp(
+                1.0, self.groups.arith.guard - self.groups.frac(x)):
+            raise InputError(f"{self.groups.name}: reciprocal of {arg.label}: its range "
+                             f"[{arg.low:g}, {arg.high:g}] must not span more than 2^"
+                             f"{self.groups.arith.norm_max}; clip it first")
         return (*self._functions.mantissa(node.kind, x), x)
 
     def _form_rsqrt(self, node: Node, wrapped: bool) -> Form:

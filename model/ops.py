@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from model.graph import Condition, Node
+from model.graph import LEAVES, Condition, Node
 
 __all__ = ["absolute", "atan2_ht", "bounded", "clip", "flip", "maximum", "minimum", "named",
            "rsqrt", "saturated", "sincos_ht", "sqrt", "where", "wrap_ht"]
@@ -21,9 +21,8 @@ __all__ = ["absolute", "atan2_ht", "bounded", "clip", "flip", "maximum", "minimu
 
 def named(name: str, x: Any) -> Any:
     """``x``; in the program its value carries this name."""
-    if isinstance(x, Node) and x.kind not in ("input", "param", "state", "const"):
-        if x.name is None:
-            x.name = name
+    if isinstance(x, Node) and x.kind not in LEAVES and x.name is None:
+        x.name = name
     return x
 
 
@@ -90,7 +89,7 @@ def wrap_ht(x: Any) -> Any:
 
 
 def sincos_ht(x: Any) -> tuple[Any, Any]:
-    """sin(pi x), cos(pi x) of ``x`` half turns in [-1, 1)."""
+    """sin(pi x), cos(pi x) of ``x`` half turns."""
     if isinstance(x, Node):
         g = x.graph
         return g.function("sin", x), g.function("sin", x, quarter=True)
@@ -111,6 +110,8 @@ def rsqrt(x: Any) -> Any:
 def sqrt(x: Any) -> Any:
     """Square root of x >= 0, as x * rsqrt(x)."""
     if isinstance(x, Node):
+        if x.kind == "const":
+            return x.graph.const(x.value ** 0.5)
         root = x * x.graph.function("rsqrt", x)
         root.low, root.high = max(x.low, 0.0) ** 0.5, max(x.high, 0.0) ** 0.5
         return root
@@ -128,7 +129,7 @@ def atan2_ht(y: Any, x: Any) -> Any:
         base  = swap ? (y < 0 ? -1/2 : 1/2) : (x < 0 ? 1 : 0)
     """
     if not isinstance(x, Node) and not isinstance(y, Node):
-        angle = np.arctan2(y, x) / np.pi
+        angle = np.arctan2(y + 0.0, x + 0.0) / np.pi  # + 0.0: no negative zeros
         return (angle + 1.0) % 2.0 - 1.0
     g = (x if isinstance(x, Node) else y).graph
     x, y = g.lift(x), g.lift(y)

@@ -11,8 +11,8 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass, field
-from enum import Enum
+from dataclasses import dataclass, field, fields, is_dataclass
+from enum import Enum, StrEnum
 from typing import Any
 
 from model.fixed import Arithmetic, Format
@@ -20,7 +20,7 @@ from model.fixed import Arithmetic, Format
 __all__ = ["Kind", "Negate", "Op", "Overflow", "Program", "Scale", "Term", "Value", "When"]
 
 
-class Kind(str, Enum):
+class Kind(StrEnum):
     """Where a value comes from."""
 
     INPUT = "input"  #: one word of the input stream, new at every update
@@ -30,7 +30,7 @@ class Kind(str, Enum):
     OP = "op"  #: result of an operation
 
 
-class Overflow(str, Enum):
+class Overflow(StrEnum):
     """What happens to a result beyond the word (names of ap_fixed)."""
 
     SAT = "SAT"  #: clamp, and raise the sticky saturation flag
@@ -38,7 +38,7 @@ class Overflow(str, Enum):
     WRAP = "WRAP"  #: modulo 2^W: binary angles
 
 
-class Negate(str, Enum):
+class Negate(StrEnum):
     """Sign of a term. The flag is the sign bit of `Op.flag`."""
 
     NO = "no"
@@ -47,7 +47,7 @@ class Negate(str, Enum):
     UNLESS = "unless"  #: minus when the flag is clear
 
 
-class When(str, Enum):
+class When(StrEnum):
     """Whether a term takes part."""
 
     ALWAYS = "always"
@@ -55,7 +55,7 @@ class When(str, Enum):
     UNLESS = "unless"  #: only when the flag is clear
 
 
-class Scale(str, Enum):
+class Scale(StrEnum):
     """By how much the normalisation count n of `Op.norm` lessens a term's shift."""
 
     NONE = "none"
@@ -176,8 +176,8 @@ class Program:
                 return x.value
             if isinstance(x, tuple):
                 return [plain(y) for y in x]
-            if hasattr(x, "__dataclass_fields__"):
-                return {k: plain(getattr(x, k)) for k in x.__dataclass_fields__ if k != "meta"}
+            if is_dataclass(x):
+                return {f.name: plain(getattr(x, f.name)) for f in fields(x) if f.name != "meta"}
             return x
         return json.dumps(plain(self), indent=1, sort_keys=True)
 
@@ -185,9 +185,10 @@ class Program:
     def from_json(cls, text: str) -> Program:
         """Inverse of `to_json`."""
         d = json.loads(text)
-        terms = lambda ts: tuple(  # noqa: E731
-            Term(**{**t, "negate": Negate(t["negate"]), "when": When(t["when"]),
-                    "scale": Scale(t["scale"])}) for t in ts)
+
+        def terms(listed: list[dict[str, Any]]) -> tuple[Term, ...]:
+            return tuple(Term(**{**t, "negate": Negate(t["negate"]), "when": When(t["when"]),
+                                 "scale": Scale(t["scale"])}) for t in listed)
         return cls(
             name=d["name"],
             arithmetic=Arithmetic(**d["arithmetic"]),

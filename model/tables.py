@@ -65,7 +65,8 @@ class Table:
         nodes = 0.5 - 0.5 * np.cos(np.pi * (np.arange(4) + 0.5) / 4.0)
         segment = np.arange(self.first, self.last + 1, dtype=np.float64)
         y = self.function((segment[:, None] + nodes) / self.segments_per_unit)
-        return np.linalg.solve(np.vander(nodes, 4, increasing=True), y.T).T
+        return np.asarray(np.linalg.solve(np.vander(nodes, 4, increasing=True), y.T).T,
+                          dtype=np.float64)
 
 
 SIN = Table("sin", 0, 0, 127, 128, lambda x: np.sin(np.pi * x), 2, 0.0, 1.0)

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import contextlib
-import io
+import fcntl
+import hashlib
 import os
 import tempfile
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,14 +15,19 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from firmware.build import default_cache
 from model.fixed import IntArray
-from sim.simulators import BUILD_ARGS, simulator_environment
+from sim.memories import split_memories
+from sim.simulators import BUILD_ARGS, simulator_environment, version
 
 __all__ = ["RegisterWrite", "RtlRun", "RtlSimulation", "SimulationFailed"]
 
 
 class SimulationFailed(RuntimeError):
-    """The simulation did not end, or showed an unknown value: never a pass."""
+    """The simulation did not end, or showed an unknown value: never a pass.
+
+    The first line says what; further lines are the tool's own words.
+    """
 
 
 @dataclass(frozen=True)
@@ -61,6 +68,8 @@ class RtlRun:
 class RtlSimulation:
     """A built simulation of one core, run as often as wanted.
 
+    The build depends on the machine, not on the program (`sim.memories`), and is kept in a cache.
+
     Parameters
     ----------
     verilog : str
@@ -69,59 +78,54 @@ class RtlSimulation:
         Word width, words per record, lanes of the machine.
     simulator : str
         "verilator" or "icarus".
-    folder : Path, optional
-        Where to build; a temporary folder by default.
+    cache : Path, optional
+        Folder for builds; the user's cache by default.
+
+    Raises
+    ------
+    ToolMissing
+        The simulator, or what it needs, is not installed.
+    SimulationFailed
+        The build failed.
     """
 
     def __init__(self, verilog: str, *, word: int, n_inputs: int, n_outputs: int, lanes: int,
-                 simulator: str = "verilator", folder: Path | None = None) -> None:
-        from cocotb_tools.runner import get_runner
-
+                 simulator: str = "verilator", cache: Path | None = None) -> None:
         self.simulator = simulator
         self.word, self.n_inputs, self.n_outputs = word, n_inputs, n_outputs
-        self._temporary = tempfile.TemporaryDirectory(prefix="boresight-") if folder is None \
-            else None
-        self.folder = Path(self._temporary.name) if self._temporary else Path(folder or ".")
-        self.folder.mkdir(parents=True, exist_ok=True)
-        source = self.folder / "core.sv"
         # Simulators wait for a change before they first run `always @*`, and with initialised
         # variables none may come: `always_comb` runs at time 0, as the logic does.
-        source.write_text(verilog.replace("always @*", "always_comb"))
+        text, self._memories = split_memories(verilog.replace("always @*", "always_comb"))
         # Names inside the core exist for each lane only: the harness is cut to the lanes there are.
-        harness = self.folder / "replay.sv"
-        text = Path(__file__).with_name("replay.sv").read_text()
-        harness.write_text(text.replace("//SECOND", "" if lanes == 2 else "//"))
-        with self._quiet("build"), simulator_environment(simulator):
-            self._runner: Any = get_runner(simulator)
-            self._runner.build(
-                sources=[source, harness], hdl_toplevel="replay",
-                build_args=BUILD_ARGS[simulator], build_dir=self.folder / "build",
-                parameters={"WORD": word, "N_IN": n_inputs, "N_OUT": n_outputs}, always=True,
-                timescale=("1ns", "1ps"))
+        harness = Path(__file__).with_name("replay.sv").read_text()
+        harness = harness.replace("//SECOND", "" if lanes == 2 else "//")
+        with simulator_environment(simulator):
+            identity = repr((text, harness, simulator, version(simulator), BUILD_ARGS[simulator],
+                             word))
+        digest = hashlib.sha256(identity.encode()).hexdigest()[:24]
+        self.build = (cache or default_cache()) / f"rtl-{simulator}-{digest}"
+        self.build.mkdir(parents=True, exist_ok=True)
+        with (self.build / "lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            if not (self.build / "done").exists():
+                self._build(text, harness)
+                (self.build / "done").touch()
 
-    @contextlib.contextmanager
-    def _quiet(self, what: str) -> Any:
-        """Keep the tools' chatter in a file; show its end when something fails."""
-        log = self.folder / f"{what}.log"
-        with log.open("w") as file:
-            saved = os.dup(1), os.dup(2)
-            os.dup2(file.fileno(), 1)
-            os.dup2(file.fileno(), 2)
-            try:
-                with contextlib.redirect_stdout(io.StringIO()), \
-                        contextlib.redirect_stderr(io.StringIO()):
-                    yield
-                failed: BaseException | None = None
-            except (Exception, SystemExit) as error:
-                failed = error
-            finally:
-                os.dup2(saved[0], 1)
-                os.dup2(saved[1], 2)
-                os.close(saved[0])
-                os.close(saved[1])
-        if failed is not None:
-            tail = "\n".join(log.read_text(errors="replace").splitlines()[-30:])
-            raise SimulationFailed(f"{self.simulator} {what} failed: {failed}\n{tail}") from failed
+    def _runner(self) -> Any:
+        from cocotb_tools.runner import get_runner
+
+        return get_runner(self.simulator)
+
+    def _build(self, text: str, harness: str) -> None:
+        (self.build / "core.sv").write_text(text)
+        (self.build / "replay.sv").write_text(harness)
+        with _quiet(self.build / "build.log", f"{self.simulator} build"), \
+                simulator_environment(self.simulator):
+            self._runner().build(
+                sources=[self.build / "core.sv", self.build / "replay.sv"],
+                hdl_toplevel="replay", build_args=BUILD_ARGS[self.simulator],
+                build_dir=self.build / "build", parameters={"WORD": self.word}, always=True,
+                timescale=("1ns", "1ps"))
 
     def run(self, inputs: IntArray, *, max_interval: int, stall: int = 0,
             trace: int | None = None, allow_unknown: bool = False) -> RtlRun:
@@ -146,44 +150,45 @@ class RtlSimulation:
         steps = len(inputs)
         if steps == 0:
             raise SimulationFailed("nothing to compare: no input records")
-        words_file, out_file = self.folder / "input.hex", self.folder / "output.txt"
-        mask = (1 << self.word) - 1
-        words_file.write_text("\n".join(f"{int(w) & mask:x}" for w in inputs.ravel()) + "\n")
-        out_file.unlink(missing_ok=True)
-        results = self.folder / "results.xml"
+        with tempfile.TemporaryDirectory(prefix="boresight-rtl-") as name:
+            folder = Path(name)
+            mask = (1 << self.word) - 1
+            (folder / "input.hex").write_text(
+                "\n".join(f"{int(w) & mask:x}" for w in inputs.ravel()) + "\n")
+            for file, text in self._memories.items():
+                (folder / file).write_text(text)
+            self._simulate(folder, steps, max_interval, stall, trace)
+            out_file = folder / "output.txt"
+            lines = out_file.read_text().splitlines() if out_file.exists() else []
+            writes = _register_writes(lines)
+            try:
+                return self._read(lines, folder / "results.xml", steps, writes)
+            except SimulationFailed:
+                if not allow_unknown:
+                    raise
+                none = np.zeros((0, self.n_outputs), dtype=np.int64)
+                return RtlRun(none, np.zeros(0, dtype=np.bool_), none, none[:, 0], writes)
+
+    def _simulate(self, folder: Path, steps: int, max_interval: int, stall: int,
+                  trace: int | None) -> None:
         limit = (steps + 4) * max_interval * (16 if stall else 1) + 1000
-        with self._quiet("run"), simulator_environment(self.simulator):
-            self._runner.test(
-                hdl_toplevel="replay", test_module="sim.replay_bench", build_dir=self.folder / "build",
-                results_xml=str(results), test_dir=str(self.folder), seed=1,
-                plusargs=[f"+input={words_file}", f"+output={out_file}", f"+steps={steps}",
-                          f"+stall={stall}", f"+trace={-1 if trace is None else trace}",
+        root = str(Path(__file__).parent.parent)
+        with _quiet(folder / "run.log", f"{self.simulator} run"), \
+                simulator_environment(self.simulator):
+            self._runner().test(
+                hdl_toplevel="replay", hdl_toplevel_lang="verilog",
+                test_module="sim.replay_bench", build_dir=self.build / "build",
+                results_xml=str(folder / "results.xml"), test_dir=str(folder), seed=1,
+                plusargs=[f"+input={folder / 'input.hex'}", f"+output={folder / 'output.txt'}",
+                          f"+n_in={self.n_inputs}", f"+steps={steps}", f"+stall={stall}",
+                          f"+trace={-1 if trace is None else trace}",
                           *(["+verilator+rand+reset+2", "+verilator+seed+7"]
                             if self.simulator == "verilator" else [])],
-                extra_env={"REPLAY_MAX_CYCLES": str(limit),
-                           "PYTHONPATH": os.pathsep.join(
-                               [str(Path(__file__).parent.parent), os.environ.get("PYTHONPATH", "")])})
-        try:
-            return self._read(out_file, results, steps)
-        except SimulationFailed:
-            if not allow_unknown:
-                raise
-            none = np.zeros((0, self.n_outputs), dtype=np.int64)
-            return RtlRun(none, np.zeros(0, dtype=np.bool_), none, none[:, 0],
-                          self._writes(out_file))
+                extra_env={"REPLAY_MAX_CYCLES": str(limit), "PYTHONPATH": os.pathsep.join(
+                    [root, os.environ.get("PYTHONPATH", "")])})
 
-    @staticmethod
-    def _writes(out_file: Path) -> tuple[RegisterWrite, ...]:
-        writes = []
-        for line in out_file.read_text().splitlines():
-            kind, *rest = line.split()
-            if kind == "R":
-                known = not set("xz") & set((rest[2] + rest[3]).lower())
-                writes.append(RegisterWrite(int(rest[1]), int(rest[2], 16) if known else -1,
-                                            int(rest[3], 16) if known else None, int(rest[4])))
-        return tuple(writes)
-
-    def _read(self, out_file: Path, results: Path, steps: int) -> RtlRun:
+    def _read(self, lines: list[str], results: Path, steps: int,
+              writes: tuple[RegisterWrite, ...]) -> RtlRun:
         from cocotb_tools.check_results import get_results
 
         tests, failed = get_results(results)
@@ -195,11 +200,10 @@ class RtlSimulation:
         saturated = np.zeros(steps, dtype=np.bool_)
         interval = np.full(steps, -1, dtype=np.int64)
         sign = 1 << (self.word - 1)
-        for line in out_file.read_text().splitlines():
+        for line in lines:
             kind, *rest = line.split()
-            if kind == "R":
-                continue
-            if kind == "X" or "x" in rest[2].lower() or "z" in rest[2].lower():
+            if kind == "X" or (kind == "O" and set("xz") & set(rest[2].lower())) or (
+                    kind == "U" and set("xz") & set(rest[1].lower())):
                 raise SimulationFailed(f"{self.simulator}: unknown value (X): {line}")
             if kind == "O":
                 k, j = int(rest[0]), int(rest[1])
@@ -209,11 +213,42 @@ class RtlSimulation:
                 latency[k, j] = int(rest[3]) + 1
                 seen[k, j] = True
             elif kind == "U":
-                if "x" in rest[1]:
-                    raise SimulationFailed(f"{self.simulator}: unknown value (X): {line}")
                 saturated[int(rest[0])] = rest[1] == "1"
                 interval[int(rest[0])] = int(rest[2])
         if failed or not seen.all() or (interval < 0).any():
             k = int(np.argmin(seen.all(axis=1) & (interval >= 0)))
             raise SimulationFailed(f"{self.simulator}: update {k} of {steps} did not complete")
-        return RtlRun(outputs, saturated, latency, interval, self._writes(out_file))
+        return RtlRun(outputs, saturated, latency, interval, writes)
+
+
+def _register_writes(lines: list[str]) -> tuple[RegisterWrite, ...]:
+    writes = []
+    for line in lines:
+        kind, *rest = line.split()
+        if kind == "R":
+            known = not set("xz") & set((rest[2] + rest[3]).lower())
+            writes.append(RegisterWrite(int(rest[1]), int(rest[2], 16) if known else -1,
+                                        int(rest[3], 16) if known else None, int(rest[4])))
+    return tuple(writes)
+
+
+@contextlib.contextmanager
+def _quiet(log: Path, what: str) -> Iterator[None]:
+    """Keep the tools' chatter in a file; say its end when something fails."""
+    failed: BaseException | None = None
+    with log.open("w") as file:
+        saved = os.dup(1), os.dup(2)
+        os.dup2(file.fileno(), 1)
+        os.dup2(file.fileno(), 2)
+        try:
+            yield
+        except (Exception, SystemExit) as error:
+            failed = error
+        finally:
+            os.dup2(saved[0], 1)
+            os.dup2(saved[1], 2)
+            os.close(saved[0])
+            os.close(saved[1])
+    if failed is not None:
+        tail = "\n".join(log.read_text(errors="replace").splitlines()[-30:])
+        raise SimulationFailed(f"{what} failed: {failed}\n{tail}") from failed

@@ -1,6 +1,6 @@
 // Replays a log through the core and writes down what comes out.
 //
-// Input file: one word (hex) per line, N_IN lines per record. Output file: lines
+// Input file: one word (hex) per line, n_in lines per record. Output file: lines
 //   O record word data cycle     an output word was taken; cycle counts from the record's first input word
 //   U record saturated cycles    the record's update is complete; cycles until the next could begin
 //   R record lane address data cycle   the lane wrote a register (only for record +trace=K)
@@ -9,15 +9,13 @@
 `timescale 1ns/1ps
 
 module replay #(
-    parameter WORD = 32,
-    parameter N_IN = 10,
-    parameter N_OUT = 8
+    parameter WORD = 32
 ) (
     input wire clk,
     input wire rst,
     output reg done
 );
-    integer fin, fout, steps, stall, scanned, trace;
+    integer fin, fout, n_in, steps, stall, scanned, trace;
     string in_name, out_name;
 
     reg [31:0] lfsr;
@@ -30,7 +28,7 @@ module replay #(
     wire i_ready, o_valid;
     wire [WORD:0] o_payload;
     wire saturated;
-    wire in_last = in_word == N_IN - 1;
+    wire in_last = in_word == n_in - 1;
     wire i_valid = offer && in_record < steps;
     wire o_ready = take;
 
@@ -56,6 +54,7 @@ module replay #(
         done = 0;
         if (!$value$plusargs("input=%s", in_name)) begin $display("no input"); $finish; end
         if (!$value$plusargs("output=%s", out_name)) begin $display("no output"); $finish; end
+        if (!$value$plusargs("n_in=%d", n_in)) n_in = 1;
         if (!$value$plusargs("steps=%d", steps)) steps = 0;
         if (!$value$plusargs("stall=%d", stall)) stall = 0;
         if (!$value$plusargs("trace=%d", trace)) trace = -1;

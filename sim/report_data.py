@@ -137,6 +137,12 @@ def _timing(core: Core, estimate: Estimate | None, rows: Sequence[Mapping[str, A
     }
 
 
+def _tool(estimate: Estimate) -> str:
+    """Name and version of the synthesis tool, without how it was built."""
+    name, _, build = estimate.version.partition(" (")
+    return f"{name} ({build.split(',')[0].rstrip(')')})" if build else name
+
+
 def _resources(estimate: Estimate | None, device: Device) -> dict[str, Any]:
     used: Mapping[str, float] = estimate.area.used() if estimate is not None else {}
     counts = {key: used.get(name) for key, name in _AREA.items()}
@@ -146,7 +152,7 @@ def _resources(estimate: Estimate | None, device: Device) -> dict[str, Any]:
                     for key, n in counts.items()},
         "available": {key: device.capacity(name) for key, name in _AREA.items()},
         "more": {key: n for key, n in used.items() if key not in _AREA.values()},
-        "source": f"estimate: cells of the netlist by {estimate.version}, before packing"
+        "source": f"estimate: cells of the netlist by {_tool(estimate)}, before packing"
                   if estimate is not None else None,
         "command": estimate.command if estimate is not None else None,
     }
@@ -199,7 +205,7 @@ def _sources(data: Mapping[str, Any], estimate: Estimate | None, extremes: Extre
         "firmware": "counted in the emitted C; memory as its structures declare it",
     }
     if estimate is not None:
-        made = f"estimate, {estimate.version}: {estimate.command}"
+        made = f"estimate, {_tool(estimate)}: {estimate.command}"
         sources |= {
             "resources": made,
             "timing.fmax_mhz": f"static timing of that netlist, {NOTE}; {made}",

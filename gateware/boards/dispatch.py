@@ -19,7 +19,8 @@ __all__ = ["Dispatcher"]
 class Dispatcher(wiring.Component):
     """Does what the frame in the `Unpacker` asks for, one frame at a time.
 
-    A record is whole before its first word goes out, so the core never waits inside an update for
+    Register accesses wait until the record before them has been put out, so that answers come in
+    the order of the frames. A record is whole before its first word goes out, so the core never waits inside an update for
     the serial line. Everything that the core and its bus see comes out of flip-flops.
 
     **Latency** 2 cycles per word of a record.
@@ -37,6 +38,8 @@ class Dispatcher(wiring.Component):
     -------
     pending : In(1), kind : In(2), index : Out, read : Out(1), word_data : In(W), done : Out(1)
         To the `Unpacker`.
+    answered : In(1)
+        The last word of an output record leaves the core in this cycle.
     o : Out(stream of {data: W, last: 1})
         Records for the core.
     bus : Out(BusSignature)
@@ -52,6 +55,7 @@ class Dispatcher(wiring.Component):
         super().__init__({
             "pending": In(1), "kind": In(2), "index": Out(range(depth)), "read": Out(1),
             "word_data": In(word), "done": Out(1),
+            "answered": In(1),
             "o": Out(stream.Signature(word_layout(word))),
             "bus": Out(BusSignature(word=word)),
             "o_reply": Out(stream.Signature(reply_layout(word))),
@@ -62,16 +66,19 @@ class Dispatcher(wiring.Component):
         m = Module()
         bus, reply = self.bus, self.o_reply
         answer = Signal(self.word)
+        busy = Signal()  # a record is in the core
         m.d.comb += [
             self.o.payload.data.eq(self.word_data),
             bus.w_data.eq(self.word_data),
             reply.payload.data.eq(answer),
             reply.payload.kind.eq(self.kind),
         ]
+        with m.If(self.answered):
+            m.d.sync += busy.eq(0)
         with m.FSM():
             with m.State("IDLE"):
                 m.d.sync += self.index.eq(0)
-                with m.If(self.pending):
+                with m.If(self.pending & (~busy | (self.kind == Kind.RECORD))):
                     m.next = "FETCH"
             with m.State("FETCH"):
                 m.d.comb += self.read.eq(1)
@@ -86,6 +93,8 @@ class Dispatcher(wiring.Component):
                     m.next = "WRITE"
             with m.State("RECORD"), m.If(self.o.ready):
                 m.d.sync += [self.o.valid.eq(0), self.index.eq(self.index + 1)]
+                with m.If(self.index == 0):
+                    m.d.sync += busy.eq(1)
                 m.next = "FETCH"
                 with m.If(self.o.payload.last):
                     m.next = "DONE"

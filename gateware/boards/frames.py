@@ -16,7 +16,8 @@ WRITE  register address, word              register address, when the word is wr
 READ   register address                    word of the register
 ====== =================================== ========================================
 
-Every good frame is answered once, in order. A frame that is damaged, of another kind or of the
+Every good frame is answered once, in order (a register read right behind a record may still tell of
+before that update's end). A frame that is damaged, of another kind or of the
 wrong length is dropped and not answered. One frame may be sent ahead of the answer to the one
 before; a third is dropped.
 """
@@ -66,7 +67,7 @@ def encode(kind: int, words: Iterable[int], *, word: int) -> bytes:
     """
     count = word_bytes(word)
     mask = (1 << 8 * count) - 1
-    body = bytes([kind]) + b"".join((w & mask).to_bytes(count, "little") for w in words)
+    body = bytes([kind]) + b"".join((int(w) & mask).to_bytes(count, "little") for w in words)
     out = bytearray([END])
     for byte in body + bytes([CRC.compute(body)]):
         out += bytes([ESC, _ESCAPES[byte]]) if byte in _ESCAPES else bytes([byte])

@@ -75,8 +75,9 @@ top.twr says whether it was met. These files were made without ISE.
 
 PINS
 {pins}
-Positions on the header are those of connector {connector} in amaranth-boards, counted from 1. The FPGA's pins are what counts: check them against the schematic of
-your board before you connect anything, and use a serial adapter with 3.3 V levels.
+Positions are those of connector {connector} in amaranth-boards, counted from 1. The FPGA's pins are
+what counts: check them against the schematic of your board before you connect anything, and use a
+serial adapter with 3.3 V levels.
 
 ON THE LINE
 Frames as of SLIP (RFC 1055), escaped: C0 body C0; in the body C0 becomes DB DC, DB becomes DB DD.

@@ -35,7 +35,7 @@ class Top(wiring.Component):
     Parameters
     ----------
     core : Core
-        The compiled program.
+        The compiled program, with one output or more.
     clock_hz : float, > 0
         Frequency of the clock.
     baud : float
@@ -59,6 +59,8 @@ class Top(wiring.Component):
                  heartbeat_bits: int = 6) -> None:
         if not isinstance(core, Core):
             raise TypeError(f"core must be a Core, not {core!r}")
+        if not core.program.outputs:
+            raise ValueError(f"core must have outputs, not none, as {core.program.name} has")
         if not isinstance(heartbeat_bits, int) or not 1 <= heartbeat_bits <= 24:
             raise ValueError(f"heartbeat_bits must be 1 to 24, not {heartbeat_bits!r}")
         self.divisor = divisor_for(clock_hz=clock_hz, baud=baud)
@@ -99,7 +101,9 @@ class Top(wiring.Component):
             self.saturated.eq(engine.saturated_update),
         ]
         updates = Signal(self.heartbeat_bits)
-        with m.If(engine.o.valid & engine.o.ready & engine.o.payload.last):
+        m.d.comb += dispatcher.answered.eq(
+            engine.o.valid & engine.o.ready & engine.o.payload.last)
+        with m.If(dispatcher.answered):
             m.d.sync += updates.eq(updates + 1)
         m.d.comb += self.heartbeat.eq(updates[-1])
         return m

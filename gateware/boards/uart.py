@@ -112,7 +112,8 @@ class Receiver(wiring.Component):
 class Transmitter(wiring.Component):
     """Bytes to a serial line.
 
-    **Latency** one byte per 10 bits; the start bit begins one cycle after the byte is taken.
+    **Latency** one byte per 10 bits and a cycle; the start bit begins one cycle after the byte
+    is taken.
 
     Parameters
     ----------

@@ -32,6 +32,7 @@ HEADING_STEP_LIMIT = 0.25  #: half turns, heading step of one prediction.
 RESIDUAL_LIMIT = 0.0625  #: half turns, heading residual that a correction uses.
 BIAS_LIMIT = 1.0 / 32.0  #: rad/s, largest gyro bias that is learnt.
 BIAS_STEP_LIMIT = 2.0**-10  #: rad/s, largest change of the learnt bias in one sample.
+FIELD_UNKNOWN = -1024.0  #: uT^2, mean squared field that says: heading not aligned yet.
 
 #: Bits of the output ``status``.
 STATUS_BITS = {
@@ -81,11 +82,11 @@ class Complementary(Estimator):
         _gain("ki_heading_per_s2", 4e-3, 1.0, "1/s^2", "heading: as ki_pitch_per_s2"),
         Param("declination_ht", 0.0, -1.0, 0.999, "ht", "magnetic declination, east positive; 0 "
               "gives magnetic heading"),
-        _gain("acc_min_sq", 0.25, 8e4, "(m/s^2)^2", "squared specific force below which the "
+        _gain("acc_min_sq", 4.0, 8e4, "(m/s^2)^2", "squared specific force below which the "
               "accelerometer is not used"),
         _gain("acc_max_sq", 8e4, 8e4, "(m/s^2)^2", "squared specific force above which the "
               "accelerometer is not used; the default leaves the gate open"),
-        _gain("mag_min_sq", 1.0, 1e6, "uT^2", "squared field below which there is no sample"),
+        _gain("mag_min_sq", 4.0, 4e3, "uT^2", "squared field below which there is no sample"),
         _gain("mag_gate", 0.4, 3.9, "", "relative deviation of the squared field from its slow "
               "mean beyond which the sample is not used"),
         _gain("mag_rate_per_s", 0.1, 15.0, "1/s", "how fast that mean follows"),
@@ -107,7 +108,7 @@ class Complementary(Estimator):
         State("roll_unknown", -1.0, 0.0, "", -1.0),  # -1: yes, 0: no
         State("tilt_unknown", -1.0, 0.0, "", -1.0),
         State("since_mag", 0.0, 0.999, "s"),
-        State("field_sq", -1.0, 2e5, "uT^2", -1.0),  # -1: heading unknown
+        State("field_sq", FIELD_UNKNOWN, 2e5, "uT^2", FIELD_UNKNOWN),
     )
     outputs = (
         Output("pitch", "ht"), Output("roll", "ht"), Output("heading", "ht"),
@@ -218,10 +219,11 @@ class Complementary(Estimator):
         follow = x.field_sq + ops.saturated(p.mag_rate_per_s * since_mag, 1.0) * deviation
         field_mean = ops.where(mag_missing, x.field_sq,
                                ops.where(first_field, field_sq, follow))
-        field_mean = ops.where(leveling, -1.0, field_mean)
+        field_mean = ops.where(leveling, FIELD_UNKNOWN, field_mean)
         rate_sq = u.gx * u.gx + u.gy * u.gy + u.gz * u.gz
+        field_odd = ~(mag_missing | (x.field_sq < 0.0)) & mag_odd
         flags = (leveling, field_mean < 0.0, acc_bad, mag_missing,
-                 mag_odd, rate_sq >= p.gyro_max_sq, near_vertical, passed)
+                 field_odd, rate_sq >= p.gyro_max_sq, near_vertical, passed)
         status: Any = 0.0
         for bit, flag in enumerate(flags):
             status = status + ops.where(flag, float(1 << bit), 0.0)

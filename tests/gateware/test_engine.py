@@ -385,6 +385,65 @@ def test_parameter_written_while_busy_waits(config: str, blocked: float) -> None
 
 
 @CONFIG
+def test_parameter_write_in_mid_record_does_not_hold_the_record(config: str) -> None:
+    bench, model = Bench(config), Model()
+    address = register(bench.machine, PARAM, bench.machine.lanes - 1)
+    bus = bench.dut.bus
+
+    async def test(ctx):
+        await bench.put(ctx, 1000, last=None)
+        ctx.set(bus.addr, address)
+        ctx.set(bus.w_data, 5 << 16)
+        ctx.set(bus.w_stb, 1)
+        await ctx.tick().repeat(30)
+        assert not ctx.get(bus.w_ack)
+        await bench.put(ctx, 2)
+        await bench.drain(ctx, 2)
+        ctx.set(bus.w_stb, 0)
+        await bench.put(ctx, 1000, 3)
+        await bench.drain(ctx, 4)
+
+    bench.run(test)
+    first = model.update(1000, 2)[0]
+    model.param = 5 << 16
+    assert bench.outputs == first + model.update(1000, 3)[0]
+
+
+@CONFIG
+@pytest.mark.parametrize("words", [1, 2])
+def test_parameter_written_after_a_fault(config: str, words: int) -> None:
+    """Early last, or missing last with the rest still to be swallowed: idle all the same."""
+    bench, model = Bench(config), Model()
+    address = register(bench.machine, PARAM, bench.machine.lanes - 1)
+
+    async def test(ctx):
+        await bench.put(ctx, *range(words), last=0 if words == 1 else None)
+        assert await bench.write(ctx, address, 9 << 16) < 5
+        if words == 2:
+            await bench.put(ctx, 0)
+        await bench.put(ctx, 1000, 5)
+        await bench.drain(ctx, 2)
+
+    bench.run(test)
+    model.param = 9 << 16
+    assert bench.outputs == model.update(1000, 5)[0]
+
+
+def test_parameter_goes_to_one_bank_only() -> None:
+    bench, model = Bench("fast"), Model()
+
+    async def test(ctx):
+        await bench.write(ctx, register(bench.machine, ONE, 1), 999)
+        await bench.write(ctx, register(bench.machine, PARAM, 0), 999)
+        for x, y in ((1 << 16, 5), (1 << 16, 7)):
+            await bench.put(ctx, x, y)
+        await bench.drain(ctx, 4)
+
+    bench.run(test)
+    assert bench.outputs == model.update(1 << 16, 5)[0] + model.update(1 << 16, 7)[0]
+
+
+@CONFIG
 def test_states_cannot_be_written(config: str) -> None:
     bench, model = Bench(config), Model()
 

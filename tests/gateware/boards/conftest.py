@@ -34,6 +34,12 @@ def leaky() -> Core:
 
 
 @pytest.fixture(scope="session")
+def leaky_of() -> Callable[[str, int], Core]:
+    """The tiny core of any configuration and word."""
+    return lambda config, word: build_core(Leaky().compile(word=word), config, restarts=2)
+
+
+@pytest.fixture(scope="session")
 def complementary() -> Core:
     """The complementary filter."""
     return build_core(Complementary().compile(), "fast", restarts=2)

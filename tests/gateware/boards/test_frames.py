@@ -25,7 +25,7 @@ def test_crc_is_that_of_smbus() -> None:
 def test_round_trip(word: int) -> None:
     rng = random.Random(word)
     half = 1 << word - 1
-    frames = [(rng.choice(list(Kind)), [rng.randrange(-half, half) for _ in range(rng.randrange(9))])
+    frames = [(rng.choice(list(Kind)), rng.choices(range(-half, half), k=rng.randrange(9)))
               for _ in range(100)]
     frames.append((Kind.RECORD, [int.from_bytes(bytes([END, ESC, END]), "little") - 2**24]))
     decoder = Decoder(word=word)

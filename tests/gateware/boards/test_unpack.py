@@ -165,7 +165,7 @@ def test_same_verdict_as_the_software(simulate) -> None:
     """Random bytes that are rich in what matters."""
     rng = random.Random(8)
     dut = Unpacker(word=24, inputs=2)
-    pieces = [bytes([END]), bytes([END]), bytes([ESC]), b"\xdc", b"\xdd", b"\1", b"\2", b"\3", b"\0"]
+    pieces = [bytes([c]) for c in (END, END, ESC, 0xDC, 0xDD, 0, 1, 2, 3)]
     stream = []
     for _ in range(300):
         if rng.random() < 0.5:

@@ -1,0 +1,105 @@
+"""The report as one HTML file that needs nothing else: styles, charts and curves are inside it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from importlib.resources import files
+from typing import Any
+
+from sim.report_chart import CHART_COLOURS, schedule_chart
+from sim.report_data import source_of
+from sim.report_plots import euler_plot, float_difference_plot, log_difference_plot
+
+__all__ = ["render_html"]
+
+#: What stands where nothing is known.
+UNKNOWN = "\N{EM DASH}"
+
+
+def number(x: Any, digits: int = 4) -> str:
+    """A number for people: thousands apart, no more digits than say something."""
+    if x is None:
+        return UNKNOWN
+    if isinstance(x, int) or float(x).is_integer() and abs(x) < 1e12:
+        return f"{int(x):,}".replace(",", "\N{NARROW NO-BREAK SPACE}").replace("-", "\N{MINUS SIGN}")
+    if not 1e-3 <= abs(x) < 1e5:
+        mantissa, exponent = f"{x:.{digits - 1}e}".split("e")
+        mantissa = mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa
+        return f"{mantissa}e{int(exponent)}".replace("-", "\N{MINUS SIGN}")
+    return f"{x:.{digits}g}".replace("-", "\N{MINUS SIGN}")
+
+
+def _range_bar(row: Mapping[str, Any]) -> dict[str, float] | None:
+    """Where the observed range lies within the format, both ends in percent of the bar."""
+    low, high = row["observed_min"], row["observed_max"]
+    if low is None or high is None:
+        return None
+    bottom, top = row["format_min"], row["format_max"]
+    left, right = (100.0 * (x["value"] - bottom) / (top - bottom) for x in (low, high))
+    left, right = max(0.0, left), min(100.0, right)
+    return {"left": round(min(left, 99.0), 2), "width": round(max(right - left, 1.0), 2)}
+
+
+def _plots(log: Mapping[str, Any], k: int) -> dict[str, str | None]:
+    series = log["series"]
+    t = series["t_s"]
+    other = log["reference"] or "comparison"
+    return {
+        "euler": euler_plot(t, series["fixed_deg"], series.get("log_deg"), other,
+                            salt=f"euler{k}") if "fixed_deg" in series else None,
+        "vs_float": float_difference_plot(t, series["vs_float_deg"], log["word"],
+                                          salt=f"float{k}") if "vs_float_deg" in series else None,
+        "vs_log": log_difference_plot(t, series["vs_log_deg"], other,
+                                      salt=f"log{k}") if "vs_log_deg" in series else None,
+    }
+
+
+def _named(row: Mapping[str, Any]) -> bool:
+    """Whether a value is part of the estimator's interface or needs attention."""
+    return (row["kind"] in ("input", "param", "state") or row["output"]
+            or row["state"] in ("saturated", "tight"))
+
+
+def _finite(data: Mapping[str, Any]) -> None:
+    """ValueError if the data holds what JSON cannot."""
+    def walk(x: Any, path: str) -> None:
+        if isinstance(x, Mapping):
+            for key, value in x.items():
+                walk(value, f"{path}.{key}")
+        elif isinstance(x, list | tuple):
+            for k, value in enumerate(x):
+                walk(value, f"{path}.{k}")
+        elif isinstance(x, float) and not math.isfinite(x):
+            raise ValueError(f"{path[1:]} must be finite, not {x!r}")
+    walk(data, "")
+
+
+def render_html(data: Mapping[str, Any]) -> str:
+    """HTML text of the dict that `sim.report_data.report_data` builds.
+
+    The file is self-contained: no script, no address outside, printable.
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite.
+    """
+    import jinja2
+
+    _finite(data)
+    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined,
+                                     trim_blocks=True, lstrip_blocks=True,
+                                     keep_trailing_newline=True)
+    environment.filters["number"] = number
+    template = environment.from_string(
+        files("sim").joinpath("report.html").read_text(encoding="utf-8"))
+    rows = data["numerics"]
+    return template.render(
+        d=data, unknown=UNKNOWN, source=lambda path: source_of(data, path) or "",
+        chart=schedule_chart(data["schedule"]), colours=CHART_COLOURS,
+        plots=[_plots(log, k) for k, log in enumerate(data["accuracy"]["logs"])],
+        tables=[("Inputs, parameters, states, outputs, and what needs attention", True,
+                 [(r, _range_bar(r)) for r in rows if _named(r)]),
+                ("All other values", False,
+                 [(r, _range_bar(r)) for r in rows if not _named(r)])])

@@ -1,0 +1,79 @@
+"""Records and answers to frames, read back by the software's decoder."""
+
+import random
+
+import pytest
+from amaranth.sim import Simulator
+
+from gateware.boards.frames import Decoder, Kind, encode
+from gateware.boards.pack import Packer
+
+
+def run(word: int, records: list[list[int]], replies: list[tuple[Kind, int]],
+        stalls: float, seed: int) -> bytes:
+    dut, out, rng = Packer(word=word), bytearray(), random.Random(seed)
+    mask = (1 << word) - 1
+    done = set()
+
+    async def put(ctx, port, payloads):
+        for payload in payloads:
+            while rng.random() < stalls:
+                await ctx.tick()
+            ctx.set(port.payload, payload)
+            ctx.set(port.valid, 1)
+            while True:
+                _, _, ready = await ctx.tick().sample(port.ready)
+                if ready:
+                    break
+            ctx.set(port.valid, 0)
+
+    async def put_records(ctx):
+        await put(ctx, dut.i, [{"data": w & mask, "last": k == len(words) - 1}
+                               for words in records for k, w in enumerate(words)])
+        done.add("records")
+
+    async def put_replies(ctx):
+        await put(ctx, dut.i_reply, [{"data": w & mask, "kind": k} for k, w in replies])
+        done.add("replies")
+
+    async def sink(ctx):
+        idle = 0
+        while len(done) < 2 or idle < 20:
+            ready = rng.random() >= stalls
+            ctx.set(dut.o.ready, ready)
+            _, _, valid, byte = await ctx.tick().sample(dut.o.valid, dut.o.payload)
+            if valid and ready:
+                out.append(byte)
+            idle = 0 if valid else idle + 1
+
+    sim = Simulator(dut)
+    sim.add_clock(1e-8)
+    sim.add_testbench(put_records)
+    sim.add_testbench(put_replies)
+    sim.add_testbench(sink)
+    sim.run()
+    return bytes(out)
+
+
+@pytest.mark.parametrize("word", [18, 24, 25, 32])
+@pytest.mark.parametrize("stalls", [0.0, 0.5])
+def test_records_are_the_softwares_frames(word: int, stalls: float) -> None:
+    rng = random.Random(word)
+    half = 1 << word - 1
+    special = int.from_bytes(b"\xc0\xdb\xc0", "little") - (1 << 24)
+    records = [[rng.choice([rng.randrange(-half, half), special if word >= 24 else 0xDBC0, -1])
+                for _ in range(rng.randrange(1, 9))] for _ in range(20)]
+    assert run(word, records, [], stalls, seed=word) == b"".join(
+        encode(Kind.RECORD, words, word=word) for words in records)
+
+
+@pytest.mark.parametrize("stalls", [0.0, 0.5])
+def test_answers_come_between_records(stalls: float) -> None:
+    rng = random.Random(3)
+    records = [[rng.getrandbits(31) for _ in range(3)] for _ in range(10)]
+    replies = [(rng.choice([Kind.READ, Kind.WRITE]), rng.getrandbits(31)) for _ in range(10)]
+    decoder = Decoder(word=32)
+    frames = list(decoder.feed(run(32, records, replies, stalls, seed=4)))
+    assert decoder.dropped == 0
+    assert [words for kind, words in frames if kind is Kind.RECORD] == records
+    assert [(kind, words[0]) for kind, words in frames if kind is not Kind.RECORD] == replies

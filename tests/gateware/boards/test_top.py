@@ -1,0 +1,236 @@
+"""The board's core end to end, through the serial line: equal to the C model; nothing stops it."""
+
+import random
+
+import numpy as np
+import pytest
+from amaranth.sim import Simulator
+
+from firmware.build import CModel
+from gateware.boards.frames import END, ESC, Decoder, Kind, encode
+from gateware.boards.top import Top
+from gateware.core import Core
+from model.estimator import input_words
+
+DIVISOR = 8
+STATUS, UPDATES, BUILD = 512, 513, 514
+
+
+class Line:
+    """A `Top` and both ends of its serial line."""
+
+    def __init__(self, core: Core, send, listen, heartbeat_bits: int = 1) -> None:
+        self.core = core
+        self.word = core.machine.arithmetic.word
+        self.dut = Top(core=core, clock_hz=DIVISOR * 1e6, baud=1e6, heartbeat_bits=heartbeat_bits)
+        self._send, self._listen = send, listen
+        self._received = bytearray()
+        self._decoder = Decoder(word=self.word)
+        self._frames: list[tuple[Kind, list[int]]] = []
+
+    def run(self, test) -> None:
+        sim = Simulator(self.dut)
+        sim.add_clock(1e-8)
+        sim.add_testbench(self._listen(self.dut.tx, DIVISOR, self._received), background=True)
+        sim.add_testbench(test)
+        sim.run()
+        assert self._decoder.dropped == 0
+
+    async def send(self, ctx, data: bytes, **options) -> None:
+        await self._send(ctx, self.dut.rx, DIVISOR, data, **options)
+
+    async def answer(self, ctx, limit: int = 20_000) -> tuple[Kind, list[int]] | None:
+        """Next frame from the board; None if there is none for a while."""
+        for _ in range(limit):
+            self._frames += self._decoder.feed(bytes(self._received))
+            self._received.clear()
+            if self._frames:
+                return self._frames.pop(0)
+            await ctx.tick()
+        return None
+
+    async def ask(self, ctx, kind: Kind, words: list[int]) -> list[int]:
+        await self.send(ctx, encode(kind, words, word=self.word))
+        answer = await self.answer(ctx)
+        assert answer is not None and answer[0] is kind
+        return answer[1]
+
+
+@pytest.fixture
+def line(send, listen):
+    return lambda core, **options: Line(core, send, listen, **options)
+
+
+def random_words(core: Core, count: int, seed: int) -> np.ndarray:
+    """Records of input words inside the declared ranges."""
+    rng = np.random.default_rng(seed)
+    values = [core.program.values[n] for n in core.program.inputs]
+    real = np.stack([rng.uniform(v.low, v.high, (count, 1)) for v in values], axis=1)
+    return input_words(core.program, real)[..., 0]
+
+
+@pytest.mark.parametrize("config, word", [("small", 18), ("small", 32), ("fast", 25)])
+def test_small_program(config: str, word: int, leaky_of, line) -> None:
+    core = leaky_of(config, word)
+    bench = line(core)
+    inputs = random_words(core, 6, seed=1)
+    expected = CModel(core.program).update(inputs)[0]
+
+    async def test(ctx):
+        for words, wanted in zip(inputs, expected, strict=True):
+            assert await bench.ask(ctx, Kind.RECORD, words.tolist()) == wanted.tolist()
+
+    bench.run(test)
+
+
+def test_complementary_filter(complementary: Core, line) -> None:
+    bench = line(complementary)
+    program = complementary.program
+    rng = np.random.default_rng(2)
+    # At rest and level, facing north-east, then turning.
+    mean = np.array([0.01, 0.02, -0.01, 0.3, 14.0, 14.0, -40.0, 0.1, -0.2, 9.8])
+    noise = np.array([0.0, 0.01, 0.01, 0.01, 0.5, 0.5, 0.5, 0.05, 0.05, 0.05])
+    inputs = input_words(program, (mean + noise * rng.standard_normal((3, 10)))[..., None])[..., 0]
+    expected, saturated = CModel(program).update(inputs)
+    assert len({tuple(row) for row in expected.tolist()}) == len(inputs)
+
+    async def test(ctx):
+        for words, wanted, flag in zip(inputs, expected, saturated, strict=True):
+            assert await bench.ask(ctx, Kind.RECORD, words.tolist()) == wanted.tolist()
+            assert ctx.get(bench.dut.saturated) == flag
+        assert await bench.ask(ctx, Kind.READ, [UPDATES]) == [len(inputs)]
+
+    bench.run(test)
+
+
+def test_parameters_and_status(leaky: Core, line) -> None:
+    bench, model = line(leaky), CModel(leaky.program)
+    address = leaky.parameter_addresses["gain"]
+    gain = int(leaky.program.format(leaky.program.find("gain")).quantise(-0.25))
+    inputs = random_words(leaky, 2, seed=3)
+    mask = (1 << bench.word) - 1
+
+    async def test(ctx):
+        wanted = model.update(inputs[:1])[0][0].tolist()
+        assert await bench.ask(ctx, Kind.RECORD, inputs[0].tolist()) == wanted
+        assert await bench.ask(ctx, Kind.WRITE, [address, gain]) == [address]
+        model.set_param("gain", gain)
+        wanted = model.update(inputs[1:])[0][0].tolist()
+        assert await bench.ask(ctx, Kind.RECORD, inputs[1].tolist()) == wanted
+        assert await bench.ask(ctx, Kind.READ, [UPDATES]) == [2]
+        assert await bench.ask(ctx, Kind.READ, [STATUS]) == [0b0100]  # idle, twice committed
+        low, = await bench.ask(ctx, Kind.READ, [BUILD])
+        high, = await bench.ask(ctx, Kind.READ, [BUILD + 1])
+        assert (low & mask) | (high & mask) << bench.word == (
+            leaky.image.digest & (1 << 2 * bench.word) - 1)
+
+    bench.run(test)
+
+
+def test_two_frames_ahead(leaky: Core, line) -> None:
+    """Records sent without a pause; requests among them are answered in order."""
+    bench, model = line(leaky), CModel(leaky.program)
+    inputs = random_words(leaky, 5, seed=4)
+    expected = model.update(inputs)[0].tolist()
+
+    async def test(ctx):
+        await bench.send(ctx, encode(Kind.RECORD, inputs[0], word=32)
+                         + encode(Kind.READ, [UPDATES], word=32))
+        assert await bench.answer(ctx) == (Kind.RECORD, expected[0])
+        kind, words = await bench.answer(ctx)
+        assert kind is Kind.READ and words[0] in (0, 1)
+        for record, wanted in zip(inputs[1:].tolist(), expected[1:], strict=True):
+            assert await bench.ask(ctx, Kind.RECORD, record) == wanted
+
+    bench.run(test)
+
+
+def test_heartbeat(leaky: Core, line) -> None:
+    bench = line(leaky, heartbeat_bits=2)
+
+    async def test(ctx):
+        seen = []
+        for record in random_words(leaky, 8, seed=5).tolist():
+            await bench.ask(ctx, Kind.RECORD, record)
+            seen.append(ctx.get(bench.dut.heartbeat))
+        assert seen == [0, 1, 1, 0, 0, 1, 1, 0]
+
+    bench.run(test)
+
+
+def test_saturated(leaky: Core, line) -> None:
+    bench, model = line(leaky), CModel(leaky.program)
+    one = int(leaky.program.format(leaky.program.inputs[0]).quantise(1.0))
+    inputs = np.array([[one, -one]] * 6 + [[0, 0]])
+    flags = model.update(inputs)[1].tolist()
+    seen = []
+
+    async def test(ctx):
+        for record in inputs.tolist():
+            await bench.ask(ctx, Kind.RECORD, record)
+            seen.append(bool(ctx.get(bench.dut.saturated)))
+
+    bench.run(test)
+    assert seen == flags and set(flags) <= {False, True}
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_nothing_stops_it(seed: int, leaky: Core, line) -> None:
+    """Noise, then a record: always one answer, and states that only whole records have changed."""
+    bench, model = line(leaky), CModel(leaky.program)
+    rng = random.Random(seed)
+    pieces = [bytes([c]) for c in (END, ESC, 0xDC, 0xDD, 0, 1, 2, 3, 0xFF)]
+    records = random_words(leaky, 8, seed).tolist()
+
+    async def test(ctx):
+        for record in records:
+            match rng.randrange(5):
+                case 0:
+                    noise = bytes(rng.getrandbits(8) for _ in range(rng.randrange(40)))
+                    await bench.send(ctx, noise)
+                case 1:
+                    await bench.send(ctx, b"".join(rng.choices(pieces, k=rng.randrange(30))))
+                case 2:  # a frame of which something is lost or doubled
+                    frame = encode(Kind.RECORD, record, word=32)
+                    place = rng.randrange(1, len(frame) - 1)
+                    lost = frame[:place] + frame[place + rng.choice([-1, 1]):]
+                    await bench.send(ctx, lost)
+                case 3:  # a line held low, then high in the middle of a byte
+                    ctx.set(bench.dut.rx, 0)
+                    await ctx.tick().repeat(rng.randrange(1, 300))
+                    ctx.set(bench.dut.rx, 1)
+                    await ctx.tick().repeat(10 * DIVISOR)
+                case 4:  # bytes at another rate
+                    for _ in range(rng.randrange(300)):
+                        ctx.set(bench.dut.rx, rng.getrandbits(1))
+                        await ctx.tick().repeat(rng.randrange(1, 12))
+                    ctx.set(bench.dut.rx, 1)
+                    await ctx.tick().repeat(10 * DIVISOR)
+            wanted = model.update(np.array([record]))[0][0].tolist()
+            assert await bench.ask(ctx, Kind.RECORD, record) == wanted
+        assert await bench.answer(ctx, limit=3000) is None
+
+    bench.run(test)
+
+
+@pytest.mark.parametrize("options, error, message", [
+    ({"core": "core"}, TypeError, r"^core must be a Core, not 'core'$"),
+    ({"heartbeat_bits": 0}, ValueError, r"^heartbeat_bits must be 1 to 24, not 0$"),
+    ({"baud": 1e6}, ValueError, r"^baud must be at most clock_hz / 8 "),
+    ({"clock_hz": 0}, ValueError, r"^clock_hz must be a positive number, not 0$")])
+def test_parameters_are_checked(options: dict, error, message: str, leaky: Core) -> None:
+    with pytest.raises(error, match=message):
+        Top(**{"core": leaky, "clock_hz": 1e6, "baud": 9600, **options})
+
+
+def test_order_when_a_register_is_read_during_an_update(complementary: Core, line) -> None:
+    """The shortest frame behind a record, with one END between them, does not overtake it."""
+    bench = line(complementary)
+    record = [0] * len(complementary.program.inputs)
+
+    async def test(ctx):
+        await bench.send(ctx, encode(Kind.RECORD, record, word=32)[:-1]
+                         + encode(Kind.READ, [UPDATES], word=32))
+        assert [(await bench.answer(ctx))[0] for _ in range(2)] == [Kind.RECORD, Kind.READ]
+
+    bench.run(test)
