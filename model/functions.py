@@ -11,7 +11,6 @@ term's scale (`model.program.Scale`) where the result is used.
 from __future__ import annotations
 
 from model import tables
-from model.fixed import Format
 from model.forms import Form, Product
 from model.groups import Groups, Target
 from model.program import Negate, Overflow, Scale
@@ -49,8 +48,7 @@ class Functions:
         for first, part in ((2, "t"), (0, "w")):
             low = float((c[:, first] + c[:, first + 1].clip(max=0.0)).min())
             high = float((c[:, first] + c[:, first + 1].clip(min=0.0)).max())
-            frac = min(Format.for_range(arith.word, low, high).frac,
-                       table.result_format(arith).frac + arith.guard)
+            frac = tables.part_format(table, arith, low, high).frac
             one = groups.one(arith.word - 2)
             parts[part] = groups.group(
                 Form([Product(one, coefficient=first),

@@ -28,7 +28,7 @@ import numpy.typing as npt
 from model.fixed import Arithmetic, Format
 
 __all__ = ["ASIN", "BLOCK_WORDS", "RECIPROCAL", "RSQRT", "SIN", "TABLES", "Table",
-           "coefficient_formats", "table_memory"]
+           "coefficient_formats", "part_format", "table_memory"]
 
 Array = npt.NDArray[np.float64]
 
@@ -76,18 +76,22 @@ RECIPROCAL = Table("reciprocal", 2, 64, 127, 128, lambda m: 1.0 / m, 2, 1.0, 2.0
 TABLES = (SIN, RSQRT, ASIN, RECIPROCAL)
 
 
+def part_format(table: Table, arith: Arithmetic, low: float, high: float) -> Format:
+    """Format of a coefficient or a partial sum: the finest that holds its range.
+
+    A range that ends at a power of two (1/m at m = 1/2) gives up its last bit there for one bit
+    more everywhere else. No format is finer than the accumulator can use: that keeps shifts legal.
+    """
+    almost = 1.0 - 2.0 ** (2 - arith.word)
+    fmt = Format.for_range(arith.word, low * almost, high * almost)
+    return Format(arith.word, min(fmt.frac, table.result_format(arith).frac + arith.guard))
+
+
 @lru_cache
 def coefficient_formats(table: Table, arith: Arithmetic) -> tuple[Format, ...]:
-    """Format of each of the four coefficients: the finest that holds all segments.
-
-    c0 and c1 are no finer than the accumulator can use, which keeps shifts legal.
-    """
-    result = table.result_format(arith)
-    formats = []
-    for column in table.coefficients().T:
-        fmt = Format.for_range(arith.word, float(column.min()), float(column.max()))
-        formats.append(Format(arith.word, min(fmt.frac, result.frac + arith.guard)))
-    return tuple(formats)
+    """Format of each of the four coefficients, common to all segments."""
+    return tuple(part_format(table, arith, float(column.min()), float(column.max()))
+                 for column in table.coefficients().T)
 
 
 @lru_cache

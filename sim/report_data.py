@@ -28,6 +28,7 @@ _PAPER = ("Ma Long et al. (2014), body text and conclusion: float software on a 
           "100 MHz in an XC6SLX9")
 _PAPER_MHZ = 100
 
+_NETS = {"median": "median", "p75": "upper-quartile"}
 _AREA = {"lut": "lut", "reg": "ff", "dsp": "dsp", "blkmem": "ramb16"}
 
 Warn = Callable[[str], None]
@@ -110,7 +111,7 @@ def _timing(core: Core, estimate: Estimate | None, rows: Sequence[Mapping[str, A
                    for g in sorted({g for g, _ in corners})}
         for (g, nets), f in corners.items():
             if g == grade and f is not None and f < clock_mhz:
-                warn(f"clock: the estimate at grade -{g}, {nets} nets is {f:g} MHz, below the "
+                warn(f"clock: the estimate at grade -{g}, {_NETS.get(nets, nets)} nets, is {f:g} MHz, below the "
                      f"{clock_mhz:g} MHz of the target")
     counted = {end: _counted(rows, "cycles", end) for end in ("min", "max")}
     if counted["min"] is None:

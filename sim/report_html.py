@@ -10,6 +10,7 @@ from typing import Any
 from sim.report_chart import CHART_COLOURS, schedule_chart
 from sim.report_data import source_of
 from sim.report_plots import euler_plot, float_difference_plot, log_difference_plot
+from sim.report_schedule import KINDS
 
 __all__ = ["render_html"]
 
@@ -21,13 +22,28 @@ def number(x: Any, digits: int = 4) -> str:
     """A number for people: thousands apart, no more digits than say something."""
     if x is None:
         return UNKNOWN
-    if isinstance(x, int) or float(x).is_integer() and abs(x) < 1e12:
-        return f"{int(x):,}".replace(",", "\N{NARROW NO-BREAK SPACE}").replace("-", "\N{MINUS SIGN}")
-    if not 1e-3 <= abs(x) < 1e5:
-        mantissa, exponent = f"{x:.{digits - 1}e}".split("e")
-        mantissa = mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa
-        return f"{mantissa}e{int(exponent)}".replace("-", "\N{MINUS SIGN}")
-    return f"{x:.{digits}g}".replace("-", "\N{MINUS SIGN}")
+    if x == 0 or 1e-3 <= abs(x) < 1e9:
+        whole = isinstance(x, int) or float(x).is_integer() or abs(x) >= 10**(digits - 1)
+        text = f"{x:,.0f}".replace(",", "\N{NARROW NO-BREAK SPACE}") if whole else f"{x:.{digits}g}"
+    else:
+        mantissa, exponent = f"{x:.{min(digits, 3) - 1}e}".split("e")
+        text = f"{mantissa}\N{MULTIPLICATION SIGN}10" + str(int(exponent)).translate(_RAISED)
+    return text.replace("-", "\N{MINUS SIGN}")
+
+
+_RAISED = str.maketrans("-0123456789", "\N{SUPERSCRIPT MINUS}" + "".join(
+    chr(c) for c in (0x2070, 0xB9, 0xB2, 0xB3, 0x2074, 0x2075, 0x2076, 0x2077, 0x2078, 0x2079)))
+
+
+def unit(text: str) -> str:
+    """A unit as people write it."""
+    text = "half turns" if text == "ht" else text
+    return text.replace("^2", "\N{SUPERSCRIPT TWO}").replace("uT", "\N{MICRO SIGN}T")
+
+
+def net_name(text: str) -> str:
+    """A name out of the netlist; those that synthesis made up say nothing."""
+    return "(made by synthesis)" if text.startswith("$") else text
 
 
 def _range_bar(row: Mapping[str, Any]) -> dict[str, float] | None:
@@ -91,13 +107,13 @@ def render_html(data: Mapping[str, Any]) -> str:
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined,
                                      trim_blocks=True, lstrip_blocks=True,
                                      keep_trailing_newline=True)
-    environment.filters["number"] = number
+    environment.filters |= {"number": number, "unit": unit, "net_name": net_name}
     template = environment.from_string(
         files("sim").joinpath("report.html").read_text(encoding="utf-8"))
     rows = data["numerics"]
     return template.render(
         d=data, unknown=UNKNOWN, source=lambda path: source_of(data, path) or "",
-        chart=schedule_chart(data["schedule"]), colours=CHART_COLOURS,
+        chart=schedule_chart(data["schedule"]), colours=CHART_COLOURS, kinds=KINDS,
         plots=[_plots(log, k) for k, log in enumerate(data["accuracy"]["logs"])],
         tables=[("Inputs, parameters, states, outputs, and what needs attention", True,
                  [(r, _range_bar(r)) for r in rows if _named(r)]),

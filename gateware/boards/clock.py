@@ -5,15 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from amaranth.hdl import (
-    ClockDomain,
-    ClockSignal,
-    Const,
-    Elaboratable,
-    Instance,
-    Module,
-    Signal,
-)
+from amaranth.hdl import ClockSignal, Const, Elaboratable, Instance, Module, Signal
 from amaranth.lib import io
 
 from model.errors import InputError
@@ -58,9 +50,10 @@ def pll_for(*, oscillator_hz: int, clock_hz: int) -> Pll | None:
 
 
 class PllClock(Elaboratable):
-    """Clock domain ``sync`` from the board's oscillator through a PLL.
+    """Drives the clock of domain ``sync`` from the board's oscillator through a PLL.
 
-    The clock starts when the configuration has ended and the PLL is locked.
+    The domain is to be defined by the parent, without reset. The clock starts when the
+    configuration has ended and the PLL is locked.
 
     Parameters
     ----------
@@ -83,7 +76,6 @@ class PllClock(Elaboratable):
             i_CLKIN=pad.i, i_CLKFBIN=feedback, i_RST=Const(0, 1),
             o_CLKFBOUT=feedback, o_CLKOUT0=fast, o_LOCKED=locked)
         m.submodules.startup = Instance("STARTUP_SPARTAN6", o_EOS=started)
-        m.domains.sync = ClockDomain(reset_less=True)
         m.submodules.gate = Instance(
             "BUFGCE", i_CE=locked & started, i_I=fast, o_O=ClockSignal("sync"))
         return m

@@ -20,8 +20,9 @@ class Dispatcher(wiring.Component):
     """Does what the frame in the `Unpacker` asks for, one frame at a time.
 
     Register accesses wait until the record before them has been put out, so that answers come in
-    the order of the frames. A record is whole before its first word goes out, so the core never waits inside an update for
-    the serial line. Everything that the core and its bus see comes out of flip-flops.
+    the order of the frames. A record is whole before its first word goes out, so the core never
+    waits inside an update for the serial line. Everything that the core and its bus see comes out
+    of flip-flops.
 
     **Latency** 2 cycles per word of a record.
 

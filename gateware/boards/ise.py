@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from amaranth.build import Attrs, Pins, Resource, Subsignal
-from amaranth.hdl import Elaboratable, Module
+from amaranth.hdl import ClockDomain, Elaboratable, Module
 from amaranth_boards.numato_mimas import NumatoMimasPlatform
 from amaranth_boards.resources import LEDResources
 from amaranth_boards.sk_xc6slx9 import SK_XC6SLX9Platform
@@ -77,6 +77,7 @@ class _Shell(Elaboratable):
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         if self.pll is not None:
+            m.domains.sync = ClockDomain(reset_less=True)
             m.submodules.clock = PllClock(pll=self.pll)
         m.submodules.board = top = self.top
         uart = platform.request("uart", 0)

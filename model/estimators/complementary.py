@@ -32,6 +32,8 @@ HEADING_STEP_LIMIT = 0.25  #: half turns, heading step of one prediction.
 RESIDUAL_LIMIT = 0.0625  #: half turns, heading residual that a correction uses.
 BIAS_LIMIT = 1.0 / 32.0  #: rad/s, largest gyro bias that is learnt.
 BIAS_STEP_LIMIT = 2.0**-10  #: rad/s, largest change of the learnt bias in one sample.
+VECTOR_LIMIT = 64.0  #: largest component of the vector whose direction is taken.
+FIELD_SCALE = 0.25  #: 1/uT; so that field (0.25 |m|) and force (|f| in m/s^2) are of a size there.
 FIELD_UNKNOWN = -1024.0  #: uT^2, mean squared field that says: heading not aligned yet.
 
 #: Bits of the output ``status``.
@@ -146,10 +148,10 @@ class Complementary(Estimator):
         leveling = restart | (x.tilt_unknown < 0.0)
         force_x, force_y, force_z = level(force)
         field_x, field_y, _ = level(field)
-        opposite = ops.where(leveling, ops.where(leveling_roll, -u.ax, u.ay), field_x)
-        adjacent = ops.where(leveling, ops.where(leveling_roll, u.az, force_z), field_y)
-        opposite = ops.bounded(opposite, -512.0, 511.9, "a rotated field")
-        adjacent = ops.bounded(adjacent, -512.0, 511.9, "a rotated field")
+        opposite = ops.saturated(ops.where(
+            leveling, ops.where(leveling_roll, -u.ax, u.ay), FIELD_SCALE * field_x), VECTOR_LIMIT)
+        adjacent = ops.saturated(ops.where(
+            leveling, ops.where(leveling_roll, u.az, force_z), FIELD_SCALE * field_y), VECTOR_LIMIT)
         reference = ops.named("reference", ops.wrap_ht(
             ops.where(leveling, 0.0, x.heading_ht - p.declination_ht)))
         # Residual of the heading before the step, psi - psi_m, eq. (7); while levelling: -angle.

@@ -1,0 +1,140 @@
+"""The command line: exit codes, one-line errors, nothing half-written, JSON alone on stdout."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import pytest
+
+from boresight.cli import main
+from sim.bundled import bundled
+
+HEADER = "t,gx,gy,gz,ax,ay,az,mx,my,mz\n"
+ROW = "{t},0.01,0.02,0.03,0.1,0.2,9.8,1,20,-40\n"
+GOOD = HEADER + "".join(ROW.format(t=k / 100) for k in range(20))
+
+
+@pytest.fixture
+def log(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text(GOOD)
+    return path
+
+
+def refused(capsys, *argv):
+    """Run; expect exit code 2 and one line on stderr, nothing on stdout."""
+    try:
+        code = main([str(a) for a in argv])
+    except SystemExit as stop:
+        code = stop.code
+    out = capsys.readouterr()
+    assert code == 2, out
+    assert out.out == ""
+    assert out.err.count("\n") == 1 and out.err.startswith("error: "), out.err
+    return out.err
+
+
+@pytest.mark.parametrize(("text", "message"), [
+    (GOOD.replace("gz", "gq"), "gq"),
+    (GOOD.replace(",mz\n", "\n").replace(",-40\n", "\n"), "mz"),
+    (HEADER + ROW.format(t="zero"), "zero"),
+    (HEADER + ROW.format(t=0).replace("9.8", "nan"), "nan"),
+    (HEADER + ROW.format(t=1) + ROW.format(t=0), "increas"),
+    (HEADER, "row"),
+    ("", "empty"),
+])
+def test_bad_logs(tmp_path, capsys, text, message):
+    path = tmp_path / "bad.csv"
+    path.write_text(text)
+    error = refused(capsys, "run", "complementary", path, "-o", tmp_path / "out.csv")
+    assert message in error and "bad.csv" in error
+    assert not (tmp_path / "out.csv").exists()
+
+
+def test_bad_names_and_widths(log, capsys, tmp_path):
+    assert "complementary" in refused(capsys, "run", "kalman", log)
+    assert "mimas" in refused(capsys, "compile", "complementary", "--board", "arty",
+                              "-o", tmp_path / "x")
+    assert "18 to 32" in refused(capsys, "compile", "complementary", "--word", "17",
+                                 "-o", tmp_path / "x")
+    assert "small" in refused(capsys, "compile", "complementary", "--config", "huge",
+                              "-o", tmp_path / "x")
+    assert "0 to 32" in refused(capsys, "run", "complementary", log, "--param",
+                                "kp_pitch_per_s=33")
+    assert "NAME=NUMBER" in refused(capsys, "run", "complementary", log, "--param", "kp=x")
+    assert "float, fixed" in refused(capsys, "run", "complementary", log, "--on", "gpu")
+    assert "absent.csv" in refused(capsys, "check", "complementary", tmp_path / "absent.csv")
+    refused(capsys, "check", "complementary")
+    refused(capsys, "fly")
+    assert not list((tmp_path / "x").glob("*")) if (tmp_path / "x").exists() else True
+
+
+def test_output_that_cannot_be_written(log, capsys, tmp_path):
+    blocker = tmp_path / "file"
+    blocker.write_text("")
+    assert "file" in refused(capsys, "compile", "complementary", "-o", blocker)
+    assert "file" in refused(capsys, "run", "complementary", log, "-q", "-o", blocker / "out.csv")
+    assert blocker.read_text() == ""
+
+
+def test_run_writes_a_row_per_row(log, capsys, tmp_path):
+    out = tmp_path / "out.csv"
+    rows = {}
+    for level in ("float", "fixed", "c"):
+        assert main(["run", "complementary", str(log), "--on", level, "-o", str(out)]) == 0
+        lines = out.read_text().splitlines()
+        assert lines[0] == "t,qw,qx,qy,qz,heading_deg,pitch_deg,roll_deg,status"
+        assert len(lines) == 21
+        rows[level] = lines
+    assert rows["fixed"] == rows["c"]
+    for a, b in zip(rows["float"][1:], rows["fixed"][1:], strict=True):
+        assert float(a.split(",")[5]) == pytest.approx(float(b.split(",")[5]), abs=1e-4)
+    capsys.readouterr()
+
+
+def test_check_json_is_one_object(log, capsys):
+    assert main(["check", "complementary", str(log), "--levels", "fixed,c", "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["good"] is True
+    assert [v["n_mismatch"] for v in data["results"][0]["verification"]] == [0, 0]
+
+
+def test_check_prints_a_line_per_level(log, capsys):
+    assert main(["check", "complementary", str(log), "--levels", "fixed,c", "-q"]) == 0
+    text = capsys.readouterr().out
+    assert len(re.findall(r"\[0/20\] mismatches", text)) == 2
+    assert text.rstrip().endswith("good")
+
+
+def test_compile_writes_everything(capsys, tmp_path):
+    out = tmp_path / "build"
+    assert main(["compile", "complementary", "--board", "mimas", "-q", "-o", str(out)]) == 0
+    names = {p.name for p in out.iterdir()}
+    assert {"core.v", "core_sim.v", "microcode.lst", "program.json", "schedule.json",
+            "report.json", "firmware", "ise-mimas"} <= names
+    assert not [n for n in names if n.startswith(".")]
+    assert "DSP48A1" in (out / "core.v").read_text()
+    assert "DSP48A1 " not in (out / "core_sim.v").read_text()
+    data = json.loads((out / "report.json").read_text())
+    assert data["timing"]["latency_cycles"]["predicted"] <= 300
+    capsys.readouterr()
+
+
+def test_list_and_doctor(capsys):
+    assert main(["list", "--json"]) == 0
+    names = [e["name"] for e in json.loads(capsys.readouterr().out)["estimators"]]
+    assert names == ["complementary", "complementary_as_printed"]
+    assert main(["doctor", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["good"] is True
+
+
+def test_bench_compares(capsys):
+    from boresight.bench import bench
+    data = bench(updates=4000, runs=400)
+    assert data["updates_compared"] == 4000 and data["mismatches"] == 0
+    capsys.readouterr()
+
+
+def test_bundled_logs_are_found():
+    assert bundled("ximu_walk").exists()

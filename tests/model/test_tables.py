@@ -1,0 +1,121 @@
+"""Function tables against numpy's float64 functions."""
+
+import numpy as np
+import pytest
+
+from model.fixed import Arithmetic, fraction, table_index
+from model.tables import (
+    ASIN,
+    BLOCK_WORDS,
+    RECIPROCAL,
+    RSQRT,
+    SIN,
+    TABLES,
+    coefficient_formats,
+    table_memory,
+)
+
+#: Largest error of the cubic alone (coefficients in float64), in the function's unit.
+CUBIC = {"sin": 1.3e-10, "rsqrt": 4.0e-9, "asin": 6.6e-10, "reciprocal": 9.4e-10}
+
+
+def domain(table, count=60_000):
+    """Arguments over all segments in use, dense, with the borders."""
+    x = np.linspace(table.first, table.last + 1, count, endpoint=False) / table.segments_per_unit
+    borders = np.arange(table.first, table.last + 1) / table.segments_per_unit
+    return np.sort(np.concatenate([x, borders, np.nextafter(borders[1:], 0.0)]))
+
+
+def cubic(c, table, x):
+    """The piecewise cubic with coefficients ``c`` in float64."""
+    position = x * table.segments_per_unit
+    segment = np.minimum(np.floor(position).astype(int), table.last)
+    p = position - segment
+    return (c[segment - table.first] * np.stack([p**0, p, p**2, p**3], axis=1)).sum(axis=1)
+
+
+@pytest.mark.parametrize("table", TABLES, ids=lambda t: t.name)
+def test_the_cubic_is_within_its_bound(table):
+    x = domain(table)
+    error = np.abs(cubic(table.coefficients(), table, x) - table.function(x)).max()
+    assert 0.8 * CUBIC[table.name] < error < CUBIC[table.name]
+
+
+@pytest.mark.parametrize("word", range(18, 33))
+@pytest.mark.parametrize("table", TABLES, ids=lambda t: t.name)
+def test_quantised_coefficients_cost_little(table, word):
+    arith = Arithmetic(word=word)
+    formats = coefficient_formats(table, arith)
+    memory = np.array(table_memory(arith)).reshape(-1, BLOCK_WORDS // 4, 4)
+    words = memory[table.block, table.first:table.last + 1]
+    c = np.stack([f.real(words[:, k]) for k, f in enumerate(formats)], axis=1)
+    lsb = table.result_format(arith).lsb
+    # half a unit of each coefficient, all of one sign at worst
+    quantisation = sum(0.5 * f.lsb for f in formats)
+    assert quantisation < 0.6 * lsb
+    x = domain(table, 20_000)
+    error = np.abs(cubic(c, table, x) - table.function(x)).max()
+    assert error < CUBIC[table.name] + quantisation
+
+
+@pytest.mark.parametrize("word", [18, 24, 32])
+@pytest.mark.parametrize("table", TABLES, ids=lambda t: t.name)
+def test_segments_meet_at_their_borders(table, word):
+    c = table.coefficients()
+    end, start = c[:-1].sum(axis=1), c[1:, 0]
+    assert np.abs(end - start).max() < 2 * CUBIC[table.name]
+    formats = coefficient_formats(table, Arithmetic(word=word))
+    quantised = np.stack([f.real(f.quantise(c[:, k])) for k, f in enumerate(formats)], axis=1)
+    jump = np.abs(quantised[:-1].sum(axis=1) - quantised[1:, 0]).max()
+    assert jump < 2 * CUBIC[table.name] + sum(f.lsb for f in formats)
+
+
+@pytest.mark.parametrize("word", range(18, 33))
+def test_coefficients_fit_their_formats_unsaturated(word):
+    arith = Arithmetic(word=word)
+    for table in TABLES:
+        for fmt, column in zip(coefficient_formats(table, arith), table.coefficients().T,
+                               strict=True):
+            assert fmt.min <= column.min() and column.max() <= fmt.max + 2 * fmt.lsb
+            assert fmt.frac <= table.result_format(arith).frac + arith.guard
+
+
+@pytest.mark.parametrize("word", [18, 24, 32])
+def test_unused_segments_repeat_the_nearest_edge(word):
+    arith = Arithmetic(word=word)
+    memory = np.array(table_memory(arith)).reshape(3, BLOCK_WORDS // 4, 4)
+    assert len(table_memory(arith)) == 3 * BLOCK_WORDS
+    for block, unused, table, edge in (
+            (1, slice(0, RSQRT.first), RSQRT, 2.0),
+            (2, slice(ASIN.last + 1, RECIPROCAL.first), ASIN, np.arcsin(46 / 64) / np.pi)):
+        c0 = coefficient_formats(table, arith)[0]
+        assert np.all(memory[block, unused, 1:] == 0)
+        assert np.abs(c0.real(memory[block, unused, 0]) - edge).max() <= c0.lsb
+    used = np.zeros((3, 128), dtype=bool)
+    for table in TABLES:
+        assert not used[table.block, table.first:table.last + 1].any()
+        used[table.block, table.first:table.last + 1] = True
+    assert np.all(memory[used].any(axis=-1))
+
+
+@pytest.mark.parametrize("word", [18, 24, 32])
+def test_words_within_the_domain_reach_their_own_segment(word):
+    arith = Arithmetic(word=word)
+    for table in TABLES:
+        # segments_per_unit 128: argument word 2^(W-1); 64: 2^(W-2)
+        scale = table.segments_per_unit << arith.fraction_bits
+        x = domain(table, 500)
+        words = np.floor(x * scale).astype(np.int64)
+        index = table_index(words, arith, False)
+        assert index.min() == table.first and index.max() == table.last
+        rebuilt = (index + fraction(words, arith) / (1 << arith.fraction_bits))
+        assert np.abs(rebuilt / table.segments_per_unit - x).max() < 1.0 / scale
+
+
+def test_bounds_of_the_results_are_declared():
+    for table in TABLES:
+        y = table.function(domain(table))
+        assert table.low <= y.min() and y.max() <= table.high
+        fmt = table.result_format(Arithmetic(word=32))
+        assert table.high <= fmt.max + fmt.lsb
+    assert SIN.function(np.array([0.5]))[0] == 1.0

@@ -1,0 +1,166 @@
+"""The proof itself: it passes on the shipped filter and fails on every kind of fault."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+import sim.check
+import sim.segments
+from model.errors import InputError
+from model.estimators import estimator
+from sim.bundled import bundled
+from sim.check import LevelResult, check
+from sim.divergence import load_reproducer, replay_reproducer
+from sim.log import read_log
+
+
+@pytest.fixture(scope="module")
+def log():
+    return read_log(bundled("ximu_walk"))
+
+
+@pytest.mark.parametrize("config", ["small", "fast"])
+def test_all_levels_agree_on_recorded_data(log, config):
+    result = check(estimator("complementary"), log, config=config, steps=1500)
+    assert result.good
+    levels = {(r.level, r.simulator): r for r in result.levels}
+    assert levels["fixed", "interpreter"].n_total == 1500
+    assert levels["c", "gcc"].n_total == 1500
+    rtl = levels["rtl", "verilator"]
+    assert (rtl.n_total, rtl.n_mismatch) == (1500, 0)
+    assert rtl.cycles_min == rtl.cycles_max == rtl.cycles_predicted
+    assert result.vs_float_max_deg < 1e-4
+    assert result.saturated_updates == 0
+
+
+def test_as_printed_agrees_too(log):
+    result = check(estimator("complementary_as_printed"), log, steps=200, simulator="verilator")
+    assert result.good
+
+
+def fault(pattern, change):
+    def hook(verilog):
+        out, count = re.subn(pattern, change, verilog)
+        assert count, "the fault must be there"
+        return out
+    return hook
+
+
+def test_a_wrong_table_word_is_found_by_name_step_and_cycle(log, tmp_path):
+    file = tmp_path / "reproducer.json"
+    hook = fault(r"(tables\[(?:5\d\d|[6-9]\d\d)\] = 32'd)(\d+);",
+                 lambda m: f"{m[1]}{int(m[2]) ^ 64};")
+    result = check(estimator("complementary"), log, config="fast", steps=30,
+                   simulator="verilator", verilog_hook=hook, reproducer=file)
+    assert not result.good
+    rtl = result.levels[-1]
+    assert rtl.n_mismatch > 0
+    assert re.fullmatch(r"rtl: first difference in value rsqrt_\w+, step \d+, cycle \d+: "
+                        r"wanted -?\d+, found -?\d+", rtl.divergence)
+    data = load_reproducer(file)
+    assert data["level"] == "rtl" and len(data["inputs"]) == 1
+    assert replay_reproducer(file) == []  # the core itself is sound
+
+
+def test_a_late_output_fails_even_with_right_words(log):
+    # One more word in the ROM: the program is a cycle longer than the schedule says.
+    result = check(estimator("complementary"), log, steps=5, simulator="verilator",
+                   levels=("rtl",))
+    level = result.levels[0]
+    assert level.good
+    assert not LevelResult(**{**vars(level), "cycles_max": level.cycles_max + 1}).good
+    assert not LevelResult(**{**vars(level), "interval_max": level.interval_max + 1}).good
+    assert not LevelResult(**{**vars(level), "n_total": 0}).good
+
+
+def test_a_hanging_core_fails(log):
+    # Without its clock enable the sequencer never moves.
+    hook = fault(r"(initial begin\n    rom\[0\] = \d+'d)\d+;", r"\g<1>0;")
+    result = check(estimator("complementary"), log, steps=3, simulator="verilator",
+                   levels=("rtl",), verilog_hook=hook)
+    assert not result.good
+    assert result.levels[0].error
+
+
+def test_a_wrong_c_model_is_found_by_name(log, monkeypatch):
+    class Wrong(sim.check.CModel):
+        def update(self, inputs):
+            out, flags = super().update(inputs)
+            out[7, 0] ^= 1
+            return out, flags
+
+    monkeypatch.setattr(sim.check, "CModel", Wrong)
+    result = check(estimator("complementary"), log, steps=20, levels=("c",))
+    assert not result.good
+    assert result.levels[0].n_mismatch == 1
+    assert result.levels[0].divergence.startswith("c: first difference in value")
+
+
+def test_segments_must_join(log, monkeypatch):
+    class Wrong(sim.segments.CModel):
+        def update(self, inputs):
+            out, flags = super().update(inputs)
+            out[11, -1] ^= 1
+            return out, flags
+
+    monkeypatch.setattr(sim.segments, "CModel", Wrong)
+    result = check(estimator("complementary"), log, steps=96, levels=("fixed",))
+    assert not result.good
+    assert "after step" in result.levels[0].divergence
+
+
+def test_missing_simulator_fails(log, monkeypatch):
+    monkeypatch.setattr("sim.simulators._missing", lambda name: f"{name} not found: install it")
+    result = check(estimator("complementary"), log, steps=3, simulator="icarus", levels=("rtl",))
+    assert not result.good
+    assert result.levels[0].error == "icarus not found: install it"
+    assert result.levels[0].line().endswith("FAILED    icarus not found: install it")
+
+
+@pytest.mark.parametrize(("options", "message"), [
+    ({"levels": ("rtl", "silicon")}, r"^levels: wanted some of .*, found 'silicon'; .*$"),
+    ({"simulator": "modelsim"}, r"^simulator: wanted one of .*, found 'modelsim'; .*$"),
+    ({"steps": 0}, r"^steps: wanted 1 or more, found 0; .*$"),
+    ({"word": 17}, r"^word: wanted 18 to 32 bits, found 17; .*$"),
+    ({"params": {"kp_roll_per_s": -1.0}}, r"^parameter kp_roll_per_s: wanted 0 to 32 1/s, .*$"),
+    ({"params": {"kp_roll_per_s": float("nan")}}, r"^parameter kp_roll_per_s: wanted .*nan.*$"),
+    ({"params": {"gain": 1.0}}, r"^parameter gain: wanted one of .*, found 'gain'; .*$"),
+])
+def test_bad_options_are_refused(log, options, message):
+    with pytest.raises(InputError, match=message):
+        check(estimator("complementary"), log, **{"steps": 3, **options})
+
+
+def test_parameters_reach_every_level(log):
+    plain = check(estimator("complementary"), log, steps=60, simulator="verilator")
+    moved = check(estimator("complementary"), log, steps=60, simulator="verilator",
+                  params={"kp_roll_per_s": 4.0, "declination_ht": 0.1})
+    assert moved.good
+    assert not np.array_equal(plain.outputs, moved.outputs)
+
+
+@pytest.mark.parametrize("word", [18, 24])
+def test_other_widths(log, word):
+    result = check(estimator("complementary"), log, word=word, steps=300, levels=("fixed", "c"))
+    assert result.good
+
+
+def test_stalls_change_no_word(log):
+    from gateware.core import build_core
+    from model.estimator import input_words
+    from sim.cosim import RtlSimulation
+    from sim.feed import inputs_of
+    from sim.segments import interpret
+
+    e = estimator("complementary")
+    program = e.compile()
+    words = input_words(program, inputs_of(e, log)[:60, :, None])[:, :, 0]
+    core = build_core(program, "small", urgent=e.urgent)
+    run = RtlSimulation(core.verilog(instances=False), word=32, n_inputs=len(program.inputs),
+                        n_outputs=len(program.outputs), lanes=1).run(
+        words, max_interval=core.schedule.interval, stall=9)
+    assert np.array_equal(run.outputs, interpret(program, words).outputs)
+    assert run.interval_cycles.min() > core.schedule.interval
