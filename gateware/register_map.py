@@ -9,17 +9,20 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from enum import Enum
 
+from firmware.names import unique
 from gateware.core import Core
 from model.program import Program
 
 __all__ = ["Access", "BitField", "Port", "Register", "RegisterMap", "register_map"]
 
-#: Legal accesses, as CMSIS-SVD names them.
-Access = str
-READ_ONLY: Access = "read-only"
-WRITE_ONLY: Access = "write-only"
-READ_WRITE: Access = "read-write"
+class Access(str, Enum):
+    """What the bus can do with a register, in the words of CMSIS-SVD."""
+
+    READ_ONLY = "read-only"
+    WRITE_ONLY = "write-only"
+    READ_WRITE = "read-write"
 
 
 @dataclass(frozen=True)
@@ -71,15 +74,15 @@ class Register:
 
 #: Registers of every core, after the parameters: what `gateware.registers` decodes.
 FIXED = (
-    Register("status", 512, READ_WRITE, "state of the core", fields=(
+    Register("status", 512, Access.READ_WRITE, "state of the core", fields=(
         BitField("saturated", 0, "a result has been clamped to its word", clear=True),
         BitField("framing", 1, "a record had the wrong length and was dropped", clear=True),
         BitField("idle", 2, "waiting for the first word of a record"),
         BitField("parity", 3, "which copy of the states is the current one"),
     )),
-    Register("updates", 513, READ_ONLY, "completed updates, modulo 2^W"),
-    Register("build_low", 514, READ_ONLY, "build identifier, bits W-1 to 0"),
-    Register("build_high", 515, READ_ONLY, "build identifier, bits 2W-1 to W"),
+    Register("updates", 513, Access.READ_ONLY, "completed updates, modulo 2^W"),
+    Register("build_low", 514, Access.READ_ONLY, "build identifier, bits W-1 to 0"),
+    Register("build_high", 515, Access.READ_ONLY, "build identifier, bits 2W-1 to W"),
 )
 
 
@@ -99,6 +102,11 @@ class RegisterMap:
     outputs: tuple[Port, ...]
 
     @property
+    def mask(self) -> int:
+        """All bits of a word."""
+        return (1 << self.word) - 1
+
+    @property
     def parameters(self) -> tuple[Register, ...]:
         """The estimator's parameters."""
         return tuple(r for r in self.registers if r.is_parameter)
@@ -109,6 +117,13 @@ class RegisterMap:
             if register.name == name:
                 return register
         raise KeyError(name)
+
+    @property
+    def identifiers(self) -> dict[str, str]:
+        """C identifier of every register, by name; unique even when case does not count."""
+        ordered = sorted(self.registers, key=lambda r: r.is_parameter)  # the fixed names first
+        names = [r.name for r in ordered]
+        return dict(zip(names, unique(names, fold=True), strict=True))
 
     def to_json(self) -> str:
         """The map as JSON, the same text for the same map."""
@@ -151,7 +166,7 @@ def _parameter(program: Program, name: str, address: int, meaning: str) -> Regis
     number = program.find(name)
     value, form = program.values[number], program.format(number)
     return Register(
-        name, address, WRITE_ONLY, meaning or "parameter", unit=value.unit, frac=value.frac,
+        name, address, Access.WRITE_ONLY, meaning or "parameter", unit=value.unit, frac=value.frac,
         low=value.low, high=value.high, minimum=int(form.quantise(value.low)),
         maximum=int(form.quantise(value.high)), reset=value.initial)
 
