@@ -8,17 +8,19 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from gateware.boards.ise import BOARDS, write_ise_project
-from gateware.register_map import register_map_files
-from sim.report_data import report_data
-
 from boresight.output import output_folder
 from firmware.emit import emit_c
+from gateware.boards.ise import BOARDS, write_ise_project
 from gateware.core import Core, build_core
+from gateware.register_header import to_header
+from gateware.register_map import register_map
+from gateware.register_page import to_markdown
+from gateware.register_svd import to_svd
 from gateware.synthesis.estimate import Estimate, estimate
 from model.errors import InputError
 from model.estimators import estimator as find_estimator
 from sim.check import with_params
+from sim.report_data import report_data
 
 __all__ = ["check_board", "compile", "core_for", "estimate_core"]
 
@@ -79,7 +81,7 @@ def compile(name: str, *, config: str = "small", board: str | None = None, word:
         Unknown name, illegal width or parameter, folder that cannot be written.
     """
     say = progress or (lambda text: None)
-    find_estimator(name)
+    estimator = find_estimator(name)
     check_board(board)
     with output_folder(Path(output)) as folder:
         start = time.perf_counter()
@@ -92,8 +94,11 @@ def compile(name: str, *, config: str = "small", board: str | None = None, word:
         (folder / "microcode.lst").write_text(core.listing)
         (folder / "program.json").write_text(core.program.to_json() + "\n")
         (folder / "schedule.json").write_text(core.schedule.to_json() + "\n")
-        for file, text in register_map_files(core).items():
-            (folder / file).write_text(text)
+        registers = register_map(core, meanings={p.name: p.meaning for p in estimator.params})
+        (folder / "registers.json").write_text(registers.to_json())
+        (folder / "registers.svd").write_text(to_svd(registers))
+        (folder / "registers.h").write_text(to_header(registers))
+        (folder / "registers.md").write_text(to_markdown(registers))
         (folder / "firmware").mkdir()
         for file, text in emit_c(core.program).items():
             (folder / "firmware" / file).write_text(text)
@@ -104,7 +109,7 @@ def compile(name: str, *, config: str = "small", board: str | None = None, word:
         if synth:
             say("synthesis (yosys) and clock estimate")
             area = estimate_core(core)
-        data = report_data(core, find_estimator(name), area=area)
+        data = report_data(core, estimator, area=area)
         data["compile_seconds"] = round(seconds, 2)
         (folder / "report.json").write_text(json.dumps(data, indent=1) + "\n")
     return data

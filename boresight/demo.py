@@ -48,7 +48,7 @@ def demo(name: str = "complementary", *, output: str | Path = "build", steps: in
             write_report(folder, name, core, result, log, area, comparison=True)
         latencies = dict(zip(core.program.output_names, core.schedule.latencies, strict=True))
         euler = max(latencies[k] for k in ("pitch", "roll", "heading"))
-        corner = area.corner(grade=2, nets="median")
+        fmax = area.corner(grade=2, nets="median").fmax_mhz
         rows.append({
             "config": config,
             "cycles_euler": euler,
@@ -58,7 +58,7 @@ def demo(name: str = "complementary", *, output: str | Path = "build", steps: in
             "speedup": round(PAPER_CYCLES / max(core.schedule.latencies[:estimator.urgent]), 1),
             "lut": area.area.lut, "ff": area.area.ff, "dsp": area.area.dsp,
             "ramb16": area.area.ramb16,
-            "clock_mhz_estimate": round(corner.fmax_mhz, 1),
+            "clock_mhz_estimate": None if fmax is None else round(fmax, 1),
             "updates_proven": {x.simulator: x.n_total for x in result.levels},
             "mismatches": sum(x.n_mismatch for x in result.levels),
             "vs_float_max_deg": result.vs_float_max_deg,

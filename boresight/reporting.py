@@ -7,9 +7,6 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from sim.report_data import report_data
-from sim.report_html import render_html
-
 from boresight.compiling import core_for, estimate_core
 from boresight.output import output_folder
 from gateware.core import Core
@@ -18,6 +15,8 @@ from model.estimators import estimator as find_estimator
 from sim.check import CheckResult
 from sim.check import check as check_log
 from sim.log import Log, read_log
+from sim.report_data import report_data
+from sim.report_html import render_html
 
 __all__ = ["report", "write_report"]
 

@@ -73,8 +73,8 @@ def _observe(body: Body) -> str:
         track += [f"    if (words[n] {sign} {end}[n]) {{", f"        {end}[n] = words[n];",
                   f"        {end}_at[n] = (int64_t) k;", "    }"]
     track.append("}")
-    return (f"// Runs updates of inputs[n_updates][{n_in}]; for each of the {n} values: narrows low "
-            "and high to its\n// least and largest word, with the update that first had it, and "
+    return (f"// Runs updates: inputs[n_updates][{n_in}]; for each of the {n} values: narrows low "
+            "and high to\n// its least and largest word, with the update that first had it, and "
             "counts its saturations.\n") + block(
         f"void {name}_observe({name}_t *const self, const size_t n_updates, "
         "const int32_t *const inputs,\n    int32_t *const low, int32_t *const high, "

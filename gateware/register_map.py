@@ -1,175 +1,34 @@
-"""The register map of a core, declared once: JSON here, other forms in `gateware.register_text`.
-
-The addresses are those of the core's bus (`gateware.registers`): one per word. Where a bridge puts
-the bus into a memory, word address k stands at byte 4 k, in the low W bits of 32; the SVD says so.
-"""
+"""The register map of a core as files: JSON, C header, CMSIS-SVD, Markdown; one declaration."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
-from enum import Enum
 
-from firmware.names import unique
+from firmware.names import identifier
 from gateware.core import Core
-from model.program import Program
+from gateware.register_header import to_header
+from gateware.register_model import RegisterMap, register_map
+from gateware.register_page import to_markdown
+from gateware.register_svd import to_svd
 
-__all__ = ["Access", "BitField", "Port", "Register", "RegisterMap", "register_map"]
-
-class Access(str, Enum):
-    """What the bus can do with a register, in the words of CMSIS-SVD."""
-
-    READ_ONLY = "read-only"
-    WRITE_ONLY = "write-only"
-    READ_WRITE = "read-write"
+__all__ = ["RegisterMap", "register_map", "register_map_files"]
 
 
-@dataclass(frozen=True)
-class BitField:
-    """One bit of a register. ``clear``: writing 1 clears it."""
-
-    name: str
-    bit: int
-    meaning: str
-    clear: bool = False
-
-
-@dataclass(frozen=True)
-class Port:
-    """One word of the input or output records: value = word * 2^-frac."""
-
-    name: str
-    frac: int
-    unit: str
-
-
-@dataclass(frozen=True)
-class Register:
-    """One word of the bus.
-
-    For parameters ``frac`` is the number of fraction bits, and ``minimum``, ``maximum`` and
-    ``reset`` are the signed words of ``low``, ``high`` and the default, rounded as
-    `Format.quantise` does. All of them are None for the other registers, whose words are unsigned.
-    """
-
-    name: str
-    address: int
-    access: Access
-    meaning: str
-    unit: str = ""
-    frac: int | None = None
-    low: float | None = None
-    high: float | None = None
-    minimum: int | None = None
-    maximum: int | None = None
-    reset: int | None = None
-    fields: tuple[BitField, ...] = ()
-
-    @property
-    def is_parameter(self) -> bool:
-        """Whether it is a parameter of the estimator."""
-        return self.frac is not None
-
-
-#: Registers of every core, after the parameters: what `gateware.registers` decodes.
-FIXED = (
-    Register("status", 512, Access.READ_WRITE, "state of the core", fields=(
-        BitField("saturated", 0, "a result has been clamped to its word", clear=True),
-        BitField("framing", 1, "a record had the wrong length and was dropped", clear=True),
-        BitField("idle", 2, "waiting for the first word of a record"),
-        BitField("parity", 3, "which copy of the states is the current one"),
-    )),
-    Register("updates", 513, Access.READ_ONLY, "completed updates, modulo 2^W"),
-    Register("build_low", 514, Access.READ_ONLY, "build identifier, bits W-1 to 0"),
-    Register("build_high", 515, Access.READ_ONLY, "build identifier, bits 2W-1 to W"),
-)
-
-
-@dataclass(frozen=True)
-class RegisterMap:
-    """All registers of a core, in the order of addresses, and the words of its streams.
-
-    ``build`` holds the words that ``build_low`` and ``build_high`` read.
-    """
-
-    name: str
-    digest: str
-    word: int
-    build: tuple[int, int]
-    registers: tuple[Register, ...]
-    inputs: tuple[Port, ...]
-    outputs: tuple[Port, ...]
-
-    @property
-    def mask(self) -> int:
-        """All bits of a word."""
-        return (1 << self.word) - 1
-
-    @property
-    def parameters(self) -> tuple[Register, ...]:
-        """The estimator's parameters."""
-        return tuple(r for r in self.registers if r.is_parameter)
-
-    def find(self, name: str) -> Register:
-        """The register called ``name``; KeyError if there is none."""
-        for register in self.registers:
-            if register.name == name:
-                return register
-        raise KeyError(name)
-
-    @property
-    def identifiers(self) -> dict[str, str]:
-        """C identifier of every register, by name; unique even when case does not count."""
-        ordered = sorted(self.registers, key=lambda r: r.is_parameter)  # the fixed names first
-        names = [r.name for r in ordered]
-        return dict(zip(names, unique(names, fold=True), strict=True))
-
-    def to_json(self) -> str:
-        """The map as JSON, the same text for the same map."""
-        def plain(register: Register) -> dict[str, object]:
-            kept = {k: v for k, v in asdict(register).items() if v is not None and v != ()}
-            return {**kept, "byte_offset": 4 * register.address}
-
-        return json.dumps({
-            "name": self.name, "digest": self.digest, "word": self.word, "build": self.build,
-            "registers": [plain(r) for r in self.registers],
-            "inputs": [asdict(p) for p in self.inputs],
-            "outputs": [asdict(p) for p in self.outputs],
-        }, indent=1) + "\n"
-
-
-def register_map(core: Core, *, meanings: Mapping[str, str] | None = None) -> RegisterMap:
-    """The register map of a compiled core.
+def register_map_files(core: Core, *, meanings: Mapping[str, str] | None = None) -> dict[str, str]:
+    """Texts by file name: ``<name>_registers`` with .h, .json, .md and .svd.
 
     Parameters
     ----------
     core : Core
-        The core.
+        The compiled core.
     meanings : mapping, optional
         What each parameter does, by name: ``{p.name: p.meaning for p in Estimator.params}``.
     """
-    program, word = core.program, core.machine.arithmetic.word
-    mask = (1 << word) - 1
-    parameters = [_parameter(program, name, address, (meanings or {}).get(name, ""))
-                  for name, address in core.parameter_addresses.items()]
-    outputs = zip(program.output_names, program.outputs, strict=True)
-    return RegisterMap(
-        name=program.name, digest=program.digest, word=word,
-        build=(core.image.digest & mask, core.image.digest >> word & mask),
-        registers=(*sorted(parameters, key=lambda r: r.address), *FIXED),
-        inputs=tuple(_port(program, program.values[n].name, n) for n in program.inputs),
-        outputs=tuple(_port(program, name, n) for name, n in outputs))
-
-
-def _parameter(program: Program, name: str, address: int, meaning: str) -> Register:
-    number = program.find(name)
-    value, form = program.values[number], program.format(number)
-    return Register(
-        name, address, Access.WRITE_ONLY, meaning or "parameter", unit=value.unit, frac=value.frac,
-        low=value.low, high=value.high, minimum=int(form.quantise(value.low)),
-        maximum=int(form.quantise(value.high)), reset=value.initial)
-
-
-def _port(program: Program, name: str, number: int) -> Port:
-    return Port(name, program.values[number].frac, program.values[number].unit)
+    registers = register_map(core, meanings=meanings)
+    stem = f"{identifier(registers.name)}_registers"
+    return {
+        f"{stem}.h": to_header(registers),
+        f"{stem}.json": registers.to_json(),
+        f"{stem}.md": to_markdown(registers),
+        f"{stem}.svd": to_svd(registers),
+    }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 
 from model import tables
@@ -20,7 +21,9 @@ CONDITIONAL = {Negate.NO: Negate.IF, Negate.YES: Negate.UNLESS}
 class Product:
     """A term before its shift is known: sign * a * b * 2^exponent.
 
-    ``b`` None without ``coefficient`` means "times one". The rest is as in `model.program.Term`.
+    ``b`` None without ``coefficient`` means "times one". ``limit`` is the product's largest
+    magnitude where that is less than its factors' ranges say. The rest is as in
+    `model.program.Term`.
     """
 
     a: int
@@ -32,11 +35,18 @@ class Product:
     fraction_a: bool = False
     fraction_b: bool = False
     scale: Scale = Scale.NONE
+    limit: float = math.inf
 
     @property
     def times_one(self) -> bool:
         """Whether there is no second factor."""
         return self.b is None and self.coefficient is None
+
+    def times_power(self, power: float) -> Product:
+        """The product times a power of two of either sign."""
+        return replace(self, exponent=self.exponent + int(math.log2(abs(power))),
+                       limit=self.limit * abs(power),
+                       negate=OPPOSITE[self.negate] if power < 0 else self.negate)
 
 
 @dataclass

@@ -185,8 +185,12 @@ class Graph:
             return self.mul(a, self.const(sign_a + sign_b))
         terms = [(n, s) for n, s in ((a, sign_a), (b, sign_b))
                  if not (n.kind == "const" and n.value == 0.0)]
-        if len(terms) == 1 and terms[0][1] == 1:
-            return terms[0][0]
+        if len(terms) == 1:
+            node, sign = terms[0]
+            if sign == 1:
+                return node
+            if node.kind == "sum" and node.signs == (-1,) and node.name is None:
+                return node.args[0]
         nodes = tuple(n for n, _ in terms)
         signs = tuple(s for _, s in terms)
         low = sum(n.low if s > 0 else -n.high for n, s in terms)
@@ -270,8 +274,11 @@ class Graph:
             raise ValueError(f"limit must be a power of two, not {limit!r}")
         if -limit <= a.low and a.high < limit:
             return a
-        return self._new("saturated", (a,), key=limit, value=limit, low=max(a.low, -limit),
-                         high=min(a.high, limit), source="saturated on purpose", unit=a.unit)
+        low, high = (min(max(edge, -limit), limit) for edge in (a.low, a.high))
+        if low == high:
+            return self.const(low)
+        return self._new("saturated", (a,), key=limit, value=limit, low=low, high=high,
+                         source="saturated on purpose", unit=a.unit)
 
     def function(self, kind: str, a: Node, *, quarter: bool = False) -> Node:
         """sin (cosine with ``quarter``), asin, rsqrt, reciprocal of one argument.

@@ -108,6 +108,10 @@ class Groups:
         while True:
             placed = self._place(form, products, frac)
             if isinstance(placed, int):
+                if len(products) == 1:
+                    raise InputError(f"{self.name}: value {target.name} would pass 63 bits: a root "
+                                     "or reciprocal in it varies too much for one format; declare "
+                                     "its range with model.ops.bounded")
                 products[placed] = self._separate(form, products[placed], target.name)
             elif placed is not None:
                 return self._append(form, placed, target, frac)
@@ -258,7 +262,7 @@ class Groups:
             size *= math.ldexp(bound_b, -frac_b)
         elif p.b is not None and not p.fraction_b:
             size *= max(abs(self.values[p.b].low), abs(self.values[p.b].high))
-        return math.ldexp(size, p.exponent + self._slack(p.scale))
+        return min(math.ldexp(size, p.exponent + self._slack(p.scale)), p.limit)
 
 
 def _ceil_shift(magnitude: int, shift: int) -> int:

@@ -14,11 +14,11 @@ from dataclasses import replace
 from model import tables
 from model.errors import InputError
 from model.fixed import Arithmetic, Format
-from model.forms import CONDITIONAL, OPPOSITE, Form, Product
+from model.forms import CONDITIONAL, Form, Product
 from model.functions import Functions
 from model.graph import LEAVES, Node
 from model.groups import Groups, Target
-from model.program import Kind, Negate, Overflow, Program, Scale, Value, When
+from model.program import Kind, Negate, Op, Overflow, Program, Scale, Value, When
 
 __all__ = ["lower"]
 
@@ -117,18 +117,14 @@ class _Lowering:
 
     def _form_mul(self, node: Node, wrapped: bool) -> Form:
         args, power = self._peel(node)
-        exponent = int(math.log2(abs(power)))
         if len(args) == 1 and self._fuses(args[0], False):
             form = self.form(args[0])
             form.constant *= power
-            form.products = [replace(p, exponent=p.exponent + exponent,
-                                     negate=OPPOSITE[p.negate] if power < 0 else p.negate)
-                             for p in form.products]
+            form.products = [p.times_power(power) for p in form.products]
             return form
         form = Form()
         factors: list[int] = []
-        scale = Scale.NONE
-        negate = Negate.YES if power < 0 else Negate.NO
+        exponent, scale, negate = 0, Scale.NONE, Negate.NO
         for arg in args:
             fresh = arg.number not in self._of_node
             if fresh and form.norm is None and (
@@ -146,8 +142,9 @@ class _Lowering:
                 negate = CONDITIONAL[negate]
             else:
                 factors.append(self.word(arg))
-        form.products.append(Product(factors[0], factors[1] if len(factors) > 1 else None,
-                                     exponent, negate=negate, scale=scale))
+        product = Product(factors[0], factors[1] if len(factors) > 1 else None, exponent,
+                          negate=negate, scale=scale).times_power(power)
+        form.products.append(replace(product, limit=max(-node.low, node.high)))
         return form
 
     def _peel(self, node: Node) -> tuple[list[Node], float]:
@@ -255,6 +252,31 @@ def _power_of_two(c: float) -> bool:
     return math.frexp(abs(c))[0] == 0.5
 
 
+def _pruned(program: Program) -> Program:
+    """``program`` without the operations and constants that nothing needs."""
+    used = {*program.outputs, *(after for _, after in program.states)}
+    ops: list[Op] = []
+    for op in reversed(program.ops):
+        if op.dest in used:
+            ops.append(op)
+            used.update(op.operands())
+    keep = [n for n, v in enumerate(program.values)
+            if n in used or v.kind not in (Kind.OP, Kind.CONST)]
+    new = {old: number for number, old in enumerate(keep)}
+
+    def renumber(op: Op) -> Op:
+        terms = tuple(replace(t, a=new[t.a], b=None if t.b is None else new[t.b])
+                      for t in op.terms)
+        flag, norm, index = (None if v is None else new[v] for v in (op.flag, op.norm, op.index))
+        return replace(op, dest=new[op.dest], terms=terms, flag=flag, norm=norm, index=index)
+    return replace(
+        program, values=tuple(program.values[n] for n in keep),
+        ops=tuple(renumber(op) for op in reversed(ops)),
+        inputs=tuple(new[n] for n in program.inputs),
+        outputs=tuple(new[n] for n in program.outputs),
+        states=tuple((new[a], new[b]) for a, b in program.states))
+
+
 def _count_uses(roots: Sequence[Node]) -> None:
     """Set `Node.uses`: by how many live nodes and roots each node is used."""
     seen: set[int] = set()
@@ -298,5 +320,6 @@ def lower(name: str, *, arithmetic: Arithmetic, inputs: Sequence[Node],
     output_values = tuple(low.word(n) for n in outputs.values())
     next_values = tuple((s, low.word(nxt, frac=low.groups.frac(s)))
                         for s, (_, _, nxt) in zip(state_values, states, strict=True))
-    return Program(name, arithmetic, tuple(low.groups.values), tuple(low.groups.ops), input_values,
-                   output_values, tuple(outputs), next_values, tables.table_memory(arithmetic))
+    return _pruned(Program(
+        name, arithmetic, tuple(low.groups.values), tuple(low.groups.ops), input_values,
+        output_values, tuple(outputs), next_values, tables.table_memory(arithmetic)))

@@ -98,8 +98,8 @@ def coefficient_formats(table: Table, arith: Arithmetic) -> tuple[Format, ...]:
 def table_memory(arith: Arithmetic) -> tuple[int, ...]:
     """The flat table memory: word address = 512 * block + 4 * segment + coefficient.
 
-    Unused segments repeat the value at the nearest edge of the segments in use (c0 only), so that
-    an argument outside the domain gives a bounded, monotone result.
+    Unused segments hold the value at the nearest edge of the segments in use (c0 only, saturated to
+    its format), so that an argument outside the domain gives a bounded result.
     """
     memory = np.zeros((_BLOCKS, BLOCK_WORDS // 4, 4), dtype=np.int64)
     for table in TABLES:

@@ -28,7 +28,7 @@ from sim.simulators import SIMULATORS, available
 __all__ = ["LEVELS", "CheckResult", "LevelResult", "check", "with_params"]
 
 #: Levels in order; each is compared with the integer interpreter.
-LEVELS = ("fixed", "c", "rtl", "netlist")
+LEVELS = ("fixed", "c", "rtl")
 
 Progress = Callable[[str], None]
 
@@ -192,25 +192,15 @@ def check(estimator: Estimator, log: Log, *, config: str = "small", word: int = 
     if "c" in levels:
         say("C")
         results.append(_check_c(program, words, run.outputs, run.states, run.saturated))
-    if "rtl" in levels or "netlist" in levels:
+    if "rtl" in levels:
         say("compiling the core")
         if core is None or core.program != program:
             core = build_core(program, config, urgent=estimator.urgent)
-    if "rtl" in levels:
-        assert core is not None
         for name in (simulator,) if simulator else _default_simulators():
             m = n if name == "verilator" or simulator else min(n, 30)
             say(f"RTL in {name}, {m} updates")
             results.append(_check_rtl(core, estimator, words[:m], run.outputs[:m],
                                       run.saturated[:m], name, verilog_hook))
-    if "netlist" in levels:
-        from sim.netlist_level import check_netlist
-
-        assert core is not None
-        m = min(n, 20)
-        say(f"netlist, {m} updates")
-        results.append(check_netlist(core, estimator, words[:m], run.outputs[:m],
-                                     run.saturated[:m]))
     bad = next((r for r in results if not r.good and r.divergence and not r.error), None)
     if bad is not None and reproducer is not None:
         step = int(bad.divergence.split("step ")[1].split(",")[0].split()[0])

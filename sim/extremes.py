@@ -111,12 +111,12 @@ def observe(program: Program, runs: Mapping[str, IntArray], *,
         seen[name] = model.observe(words)
     values = []
     for n in range(len(program.values)):
-        fmt = program.format(n)
-        low = min(((int(r.low[n]), name, int(r.low_at[n])) for name, r in seen.items()),
-                  key=lambda x: x[0])
-        high = max(((int(r.high[n]), name, int(r.high_at[n])) for name, r in seen.items()),
-                   key=lambda x: x[0])
-        values.append(Observed(
-            *(Extreme(word, float(fmt.real(word)), name, at) for word, name, at in (low, high)),
-            sum(int(r.saturations[n]) for r in seen.values())))
+        low = min((int(r.low[n]), k) for k, r in enumerate(seen.values()))
+        high = max((int(r.high[n]), -k) for k, r in enumerate(seen.values()))
+        ends = []
+        for word, k, at in ((low[0], low[1], "low_at"), (high[0], -high[1], "high_at")):
+            name = list(seen)[k]
+            ends.append(Extreme(word, float(program.format(n).real(word)), name,
+                                int(getattr(seen[name], at)[n])))
+        values.append(Observed(ends[0], ends[1], sum(int(r.saturations[n]) for r in seen.values())))
     return Extremes(program, {name: len(words) for name, words in runs.items()}, tuple(values))

@@ -1,26 +1,39 @@
 """The report as data: everything known about one core, each number with its source.
 
-`report_data` builds the dict that is written as ``report.json`` and that `sim.report_html` shows.
+`report_data` builds the dict that is written as ``report.json`` and that `sim.report_html` shows,
+from a core and, where there is one, a check on a log; `assemble` builds it from the single parts.
 What is not known is null and named in ``warnings``; nothing is filled in.
 """
 
 from __future__ import annotations
 
+import dataclasses
+import time
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from firmware.build import CFLAGS, CModel
 from firmware.emit import emit_c
 from gateware.core import Core
 from gateware.synthesis.device import XC6SLX9, Device
 from gateware.synthesis.estimate import Estimate
 from gateware.synthesis.timing import NOTE
+from model.estimator import Estimator, input_words
+from model.fixed import IntArray
 from model.program import Kind, Program
-from sim.extremes import Extremes
+from sim.extremes import Extremes, observe
+from sim.feed import inputs_of
+from sim.log import Log
 from sim.report_accuracy import Replay, accuracy_section
 from sim.report_numerics import numerics_section
 from sim.report_schedule import schedule_section
 
-__all__ = ["PAPER_US", "report_data", "source_of"]
+if TYPE_CHECKING:
+    from sim.check import CheckResult
+
+__all__ = ["PAPER_US", "assemble", "measure_c", "report_data", "source_of"]
 
 #: Published times of the same filter as software on a soft processor at 100 MHz, by estimator.
 PAPER_US = {"complementary": 316.0, "complementary_as_printed": 316.0}
@@ -111,8 +124,8 @@ def _timing(core: Core, estimate: Estimate | None, rows: Sequence[Mapping[str, A
                    for g in sorted({g for g, _ in corners})}
         for (g, nets), f in corners.items():
             if g == grade and f is not None and f < clock_mhz:
-                warn(f"clock: the estimate at grade -{g}, {_NETS.get(nets, nets)} nets, is {f:g} MHz, below the "
-                     f"{clock_mhz:g} MHz of the target")
+                warn(f"clock: the estimate at grade -{g}, {_NETS.get(nets, nets)} nets, is {f:g} "
+                     f"MHz, below the {clock_mhz:g} MHz of the target")
     counted = {end: _counted(rows, "cycles", end) for end in ("min", "max")}
     if counted["min"] is None:
         warn("cycles: predicted by the schedule, not counted in a simulation")
@@ -218,13 +231,12 @@ def _sources(data: Mapping[str, Any], estimate: Estimate | None, extremes: Extre
     return sources
 
 
-def report_data(core: Core, *, estimate: Estimate | None = None,
-                verification: Sequence[Mapping[str, Any]] = (),
-                replays: Sequence[Replay] = (), extremes: Extremes | None = None,
-                firmware: Mapping[str, Any] | None = None, clock_mhz: float = 100.0,
-                grade: int = 2, device: Device = XC6SLX9, command: str | None = None,
-                verified_by: str = "boresight check") -> dict[str, Any]:
-    """Build the report of a core.
+def assemble(core: Core, *, estimate: Estimate | None = None,
+             verification: Sequence[Mapping[str, Any]] = (), replays: Sequence[Replay] = (),
+             extremes: Extremes | None = None, firmware: Mapping[str, Any] | None = None,
+             clock_mhz: float = 100.0, grade: int = 2, device: Device = XC6SLX9,
+             command: str | None = None, verified_by: str = "boresight check") -> dict[str, Any]:
+    """Build the report of a core from its parts.
 
     Parameters
     ----------
@@ -290,3 +302,59 @@ def report_data(core: Core, *, estimate: Estimate | None = None,
     }
     data["sources"] = _sources(data, estimate, extremes, device, verified_by)
     return data
+
+
+def measure_c(program: Program, words: IntArray, *, seconds: float = 0.05) -> dict[str, Any]:
+    """Rate of the C on this computer: the best of repeated runs over the words of a log."""
+    model = CModel(program)
+    best, spent = np.inf, 0.0
+    while spent < seconds:
+        model.reset()
+        start = time.perf_counter()
+        model.update(words)
+        took = time.perf_counter() - start
+        best, spent = min(best, took), spent + took
+    return {"updates_per_s": float(f"{len(words) / best:.3g}"),
+            "source": f"measured: best run of the C on this computer, one core, gcc "
+                      f"{' '.join(CFLAGS)}, {len(words)} updates"}
+
+
+def report_data(core: Core, estimator: Estimator, *, area: Estimate | None = None,
+                check: CheckResult | None = None, log: Log | None = None,
+                comparison: bool = False, clock_mhz: float = 100.0, grade: int = 2,
+                command: str | None = None) -> dict[str, Any]:
+    """Build the report of a core: `assemble` with the parts that a check on a log gives.
+
+    Parameters
+    ----------
+    area : Estimate, optional
+        Area and clock.
+    check, log : CheckResult and Log, optional
+        The check of this core and the log it ran on. Ranges are observed and the rate of the C is
+        measured on the same samples.
+    comparison : bool
+        The log's reference is another device's estimate, not truth.
+    clock_mhz, grade, command
+        See `assemble`.
+
+    Raises
+    ------
+    ValueError
+        If only one of ``check`` and ``log`` is given.
+    """
+    if (check is None) != (log is None):
+        raise ValueError("check and log must be given together")
+    parts: dict[str, Any] = {}
+    if check is not None and log is not None:
+        program = core.program
+        real = inputs_of(estimator, log)[:len(check.outputs)]
+        words = input_words(program, real[:, :, None])[:, :, 0]
+        parts = {
+            "verification": [dataclasses.asdict(level) for level in check.levels],
+            "replays": [Replay.of_words(program, log, check.outputs,
+                                        reference=check.float_outputs, truth=not comparison)],
+            "extremes": observe(program, {log.name: words}),
+            "firmware": measure_c(program, words),
+        }
+    return assemble(core, estimate=area, clock_mhz=clock_mhz, grade=grade, command=command,
+                    **parts)

@@ -27,6 +27,7 @@ def number(x: Any, digits: int = 4) -> str:
         text = f"{x:,.0f}".replace(",", "\N{NARROW NO-BREAK SPACE}") if whole else f"{x:.{digits}g}"
     else:
         mantissa, exponent = f"{x:.{min(digits, 3) - 1}e}".split("e")
+        mantissa = mantissa.rstrip("0").rstrip(".")
         text = f"{mantissa}\N{MULTIPLICATION SIGN}10" + str(int(exponent)).translate(_RAISED)
     return text.replace("-", "\N{MINUS SIGN}")
 

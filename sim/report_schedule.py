@@ -29,18 +29,20 @@ def _label(schedule: Schedule, slot: Slot) -> str:
     """What the slot does, with the names of its values."""
     program = schedule.program
     name = [v.name for v in program.values]
+    sent = "" if slot.emit is None else f"emit {program.output_names[slot.emit]}"
     if slot.op is None:
-        return f"emit {name[slot.a]}"
+        return sent
+    sent = sent and f"; {sent}"
     op = program.ops[slot.op]
     if slot.term is None:
         what = [w for w, on in (("sign", slot.cap_flag), ("segment", slot.cap_index),
                                 ("normalisation count", slot.cap_norm)) if on]
-        return f"{name[op.dest]}: capture {', '.join(what)} of {name[slot.a]}"
+        return f"{name[op.dest]}: capture {', '.join(what)} of {name[slot.a]}{sent}"
     term = op.terms[slot.term]
     b = f"c{term.coefficient}[table {op.table}]" if term.b is None else name[term.b]
     when = "" if term.when.value == "always" else f" {term.when.value} flag"
     return (f"{name[op.dest]}: term {slot.term + 1} of {len(op.terms)}, "
-            f"{_SIGN[term.negate.value]} {name[term.a]} * {b}{when}")
+            f"{_SIGN[term.negate.value]} {name[term.a]} * {b}{when}{sent}")
 
 
 def schedule_section(core: Core) -> dict[str, Any]:

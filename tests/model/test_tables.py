@@ -26,6 +26,14 @@ def domain(table, count=60_000):
     return np.sort(np.concatenate([x, borders, np.nextafter(borders[1:], 0.0)]))
 
 
+def quantisation(table, arith):
+    """Largest effect of rounding the coefficients, all of one sign at worst."""
+    formats = coefficient_formats(table, arith)
+    c0 = table.coefficients()[:, 0].max()
+    return (sum(0.5 * f.lsb for f in formats)
+            + 0.5 * formats[0].lsb * (c0 > formats[0].max))  # a range that ends at a power of two
+
+
 def cubic(c, table, x):
     """The piecewise cubic with coefficients ``c`` in float64."""
     position = x * table.segments_per_unit
@@ -49,13 +57,10 @@ def test_quantised_coefficients_cost_little(table, word):
     memory = np.array(table_memory(arith)).reshape(-1, BLOCK_WORDS // 4, 4)
     words = memory[table.block, table.first:table.last + 1]
     c = np.stack([f.real(words[:, k]) for k, f in enumerate(formats)], axis=1)
-    lsb = table.result_format(arith).lsb
-    # half a unit of each coefficient, all of one sign at worst
-    quantisation = sum(0.5 * f.lsb for f in formats)
-    assert quantisation < 0.6 * lsb
+    assert quantisation(table, arith) < 1.1 * table.result_format(arith).lsb
     x = domain(table, 20_000)
     error = np.abs(cubic(c, table, x) - table.function(x)).max()
-    assert error < CUBIC[table.name] + quantisation
+    assert error < CUBIC[table.name] + quantisation(table, arith)
 
 
 @pytest.mark.parametrize("word", [18, 24, 32])
@@ -67,7 +72,7 @@ def test_segments_meet_at_their_borders(table, word):
     formats = coefficient_formats(table, Arithmetic(word=word))
     quantised = np.stack([f.real(f.quantise(c[:, k])) for k, f in enumerate(formats)], axis=1)
     jump = np.abs(quantised[:-1].sum(axis=1) - quantised[1:, 0]).max()
-    assert jump < 2 * CUBIC[table.name] + sum(f.lsb for f in formats)
+    assert jump < 2 * CUBIC[table.name] + 2 * quantisation(table, Arithmetic(word=word))
 
 
 @pytest.mark.parametrize("word", range(18, 33))
@@ -81,13 +86,13 @@ def test_coefficients_fit_their_formats_unsaturated(word):
 
 
 @pytest.mark.parametrize("word", [18, 24, 32])
-def test_unused_segments_repeat_the_nearest_edge(word):
+def test_unused_segments_hold_the_nearest_edge(word):
     arith = Arithmetic(word=word)
     memory = np.array(table_memory(arith)).reshape(3, BLOCK_WORDS // 4, 4)
     assert len(table_memory(arith)) == 3 * BLOCK_WORDS
     for block, unused, table, edge in (
             (1, slice(0, RSQRT.first), RSQRT, 2.0),
-            (2, slice(ASIN.last + 1, RECIPROCAL.first), ASIN, np.arcsin(46 / 64) / np.pi)):
+            (2, slice(ASIN.last + 1, RECIPROCAL.first), ASIN, 0.25)):
         c0 = coefficient_formats(table, arith)[0]
         assert np.all(memory[block, unused, 1:] == 0)
         assert np.abs(c0.real(memory[block, unused, 0]) - edge).max() <= c0.lsb

@@ -21,7 +21,7 @@ from sim.extremes import Extremes, observe
 from sim.feed import inputs_of
 from sim.log import read_log
 from sim.report_accuracy import Replay
-from sim.report_data import report_data
+from sim.report_data import assemble
 
 STEPS = 300
 
@@ -97,7 +97,7 @@ def verification(core: Core) -> list[dict[str, Any]]:
 def report(core: Core, estimate: Estimate, verification: list[dict[str, Any]], replay: Replay,
            extremes: Extremes) -> dict[str, Any]:
     """A report with every part; tests must not change it."""
-    return report_data(
+    return assemble(
         core, estimate=estimate, verification=verification, replays=[replay], extremes=extremes,
         firmware={"updates_per_s": 4.5e6, "source": "measured: boresight bench"},
         command="boresight report complementary <log>")

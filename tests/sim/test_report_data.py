@@ -8,12 +8,17 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
 import pytest
 
 from gateware.core import Core
 from gateware.synthesis.estimate import Estimate
+from model.estimators.complementary import Complementary
+from sim.bundled import bundled
+from sim.check import check
 from sim.extremes import Extremes
-from sim.report_data import report_data, source_of
+from sim.log import read_log
+from sim.report_data import assemble, measure_c, report_data, source_of
 
 #: The fields of the contract.
 FIELDS = {
@@ -57,7 +62,7 @@ def test_complete_and_plain_json(report: dict[str, Any], core: Core) -> None:
 
 
 def test_every_number_has_a_source(report: dict[str, Any], core: Core) -> None:
-    for data in (report, report_data(core)):
+    for data in (report, assemble(core)):
         found = dict(numbers({k: v for k, v in data.items() if k != "sources"}))
         assert len(found) > 1000
         assert [path for path in found if not source_of(data, path)] == []
@@ -96,7 +101,7 @@ def test_resources(report: dict[str, Any]) -> None:
 
 
 def test_what_is_missing_is_null_and_named(core: Core) -> None:
-    data = report_data(core)
+    data = assemble(core)
     t, r = data["timing"], data["resources"]
     assert [r[k] for k in ("lut", "reg", "dsp", "blkmem", "source", "command")] == [None] * 6
     assert set(r["percent"].values()) == {None} and r["more"] == {}
@@ -118,7 +123,7 @@ def test_what_is_missing_is_null_and_named(core: Core) -> None:
 
 def test_another_filter_has_no_published_time(core: Core) -> None:
     other = dataclasses.replace(core, program=dataclasses.replace(core.program, name="other"))
-    t = report_data(other)["timing"]
+    t = assemble(other)["timing"]
     assert t["paper_us"] is None and t["paper_cycles"] is None and t["speedup"] is None
 
 
@@ -133,7 +138,7 @@ def test_levels_that_failed_are_warned_about(core: Core) -> None:
         {"level": "fixed", "simulator": "interpreter", "n_total": 0, "n_mismatch": 0,
          "seconds": 0.0},
     ]
-    data = report_data(core, verification=levels)
+    data = assemble(core, verification=levels)
     assert [v["good"] for v in data["verification"]] == [False] * 4
     for text in ("verification: c (gcc) failed, 2 of 9 updates differ",
                  "verification: rtl (icarus) failed: not found",
@@ -145,14 +150,14 @@ def test_levels_that_failed_are_warned_about(core: Core) -> None:
 def test_a_level_cannot_call_itself_good(core: Core) -> None:
     level = {"level": "c", "simulator": "gcc", "n_total": 9, "n_mismatch": 1, "seconds": 1.0,
              "good": True}
-    assert report_data(core, verification=[level])["verification"][0]["good"] is False
+    assert assemble(core, verification=[level])["verification"][0]["good"] is False
 
 
 def test_saturations_are_named(core: Core, extremes: Extremes) -> None:
     values = list(extremes.values)
     n = core.program.find("residual")
     values[n] = dataclasses.replace(values[n], saturations=4)
-    data = report_data(core, extremes=dataclasses.replace(extremes, values=tuple(values)))
+    data = assemble(core, extremes=dataclasses.replace(extremes, values=tuple(values)))
     assert "numerics: 4 saturations, in residual" in data["warnings"]
 
 
@@ -160,10 +165,38 @@ def test_extremes_of_another_program_are_refused(core: Core, extremes: Extremes)
     other = dataclasses.replace(extremes,
                                 program=dataclasses.replace(core.program, name="other"))
     with pytest.raises(ValueError, match=r"^extremes must belong to program [0-9a-f]{12}, not "):
-        report_data(core, extremes=other)
+        assemble(core, extremes=other)
 
 
 def test_same_inputs_same_report(core: Core, estimate: Estimate) -> None:
-    first, second = (json.dumps(report_data(core, estimate=estimate)) for _ in range(2))
+    first, second = (json.dumps(assemble(core, estimate=estimate)) for _ in range(2))
     assert first == second
     assert all(math.isfinite(x) for _, x in numbers(json.loads(first)))
+
+
+def test_from_a_check(core: Core, estimate: Estimate) -> None:
+    log, estimator = read_log(bundled("ximu_walk")), Complementary()
+    result = check(estimator, log, config="fast", steps=60, levels=("fixed", "c"), core=core)
+    data = report_data(core, estimator, area=estimate, check=result, log=log, comparison=True)
+    assert [(v["level"], v["n_total"], v["good"]) for v in data["verification"]] == [
+        ("fixed", 60, True), ("c", 60, True)]
+    assert data["accuracy"]["reference"] == "comparison"
+    assert data["accuracy"]["vs_float_max_deg"] == pytest.approx(result.vs_float_max_deg, rel=1e-5)
+    assert data["accuracy"]["vs_float_until_80_deg"] == pytest.approx(
+        result.vs_float_until_80_deg, rel=1e-5)
+    row = next(r for r in data["numerics"] if r["signal"] == "az")
+    assert row["observed_max"]["log"] == "ximu_walk" and row["observed_max"]["sample"] < 60
+    assert data["firmware"]["updates_per_s"] > 1000
+    assert "60 updates" in (source_of(data, "firmware.updates_per_s") or "")
+    assert not any(w.startswith(("numerics", "accuracy", "firmware")) for w in data["warnings"])
+
+
+def test_a_check_needs_its_log(core: Core) -> None:
+    with pytest.raises(ValueError, match=r"^check and log must be given together$"):
+        report_data(core, Complementary(), log=read_log(bundled("ximu_walk")))
+    assert report_data(core, Complementary()) == assemble(core)
+
+
+def test_rate_of_the_c(core: Core, words: np.ndarray) -> None:
+    found = measure_c(core.program, words, seconds=0.001)
+    assert found["updates_per_s"] > 1000 and found["source"].startswith("measured: ")

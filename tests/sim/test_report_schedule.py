@@ -16,7 +16,8 @@ def test_units_add_up(core: Core) -> None:
     kinds = {k: sum(u["count"] for u in s["units"] if u["op"] == k and u["unit"] != "output")
              for k in KINDS}
     assert kinds["multiply-add"] + kinds["function table"] == terms
-    assert kinds["emit"] == len(core.program.outputs)
+    # A slot may send its operand and multiply it too.
+    assert kinds["emit"] <= len(core.program.outputs)
     by_unit = {u["unit"]: u for u in s["units"]}
     assert by_unit["input"]["count"] == len(core.program.inputs)
     assert all(u["utilisation"] == round(u["busy_cycles"] / s["cycles"], 4) for u in s["units"])
@@ -30,7 +31,9 @@ def test_chart_names_what_happens(small_core: Core) -> None:
     assert sorted(name for _, name, _ in chart["outputs"]) == sorted(program.output_names)
     assert {name: c for _, name, c in chart["outputs"]} == dict(
         zip(program.output_names, small_core.schedule.latencies, strict=True))
+    sent = [label.rsplit("emit ", 1)[1] for *_, label, _ in chart["slots"] if "emit " in label]
+    assert sorted(sent) == sorted(program.output_names)
     by_kind = {kind: label for _, _, kind, label, _ in chart["slots"]}
-    assert set(by_kind) == set(KINDS)
-    assert by_kind["emit"].startswith("emit ") and ": capture " in by_kind["capture"]
+    assert set(by_kind) - {"emit"} == set(KINDS) - {"emit"}
+    assert ": capture " in by_kind["capture"]
     assert "[table " in by_kind["function table"] and ": term " in by_kind["multiply-add"]

@@ -121,8 +121,8 @@ void golden_words(golden_t *const self, const int32_t *const inputs, int32_t *co
     golden_every_word(self, inputs, words, saturations);
 }
 
-// Runs updates of inputs[n_updates][1]; for each of the 7 values: narrows low and high to its
-// least and largest word, with the update that first had it, and counts its saturations.
+// Runs updates: inputs[n_updates][1]; for each of the 7 values: narrows low and high to
+// its least and largest word, with the update that first had it, and counts its saturations.
 void golden_observe(golden_t *const self, const size_t n_updates, const int32_t *const inputs,
     int32_t *const low, int32_t *const high, int64_t *const low_at, int64_t *const high_at,
     int64_t *const saturations) {

@@ -1,0 +1,70 @@
+"""The register map as CMSIS-SVD."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+
+from firmware.names import identifier
+from gateware.register_model import Access, Register, RegisterMap
+
+__all__ = ["to_svd"]
+
+
+def to_svd(registers: RegisterMap, *, base_address: int = 0) -> str:
+    """A CMSIS-SVD 1.3 description, for a bus that is mapped to memory at ``base_address``."""
+    if not isinstance(base_address, int) or not 0 <= base_address < 2**32 or base_address % 4:
+        raise ValueError(f"base_address must be a multiple of 4 from 0 to 2^32 - 4, "
+                         f"not {base_address!r}")
+    name, names = identifier(registers.name), registers.identifiers
+    device = ET.Element("device", {
+        "schemaVersion": "1.3", "xmlns:xs": "http://www.w3.org/2001/XMLSchema-instance",
+        "xs:noNamespaceSchemaLocation": "CMSIS-SVD.xsd"})
+    _add(device, vendor="Boresight", name=f"{name}_core", version="1.0",
+         description=f"core {registers.name}, program {registers.digest}", addressUnitBits=8,
+         width=32, size=32, access="read-write", resetValue="0x0", resetMask="0x0")
+    peripheral = ET.SubElement(ET.SubElement(device, "peripherals"), "peripheral")
+    _add(peripheral, name=name.upper(), description="parameters and status",
+         baseAddress=f"{base_address:#010x}")
+    _add(ET.SubElement(peripheral, "addressBlock"), offset="0x0", size="0x1000", usage="registers")
+    parent = ET.SubElement(peripheral, "registers")
+    known = dict(zip(("build_low", "build_high"), registers.build, strict=True))
+    for register in registers.registers:
+        element = ET.SubElement(parent, "register")
+        _add(element, name=names[register.address].upper(), description=_description(register),
+             addressOffset=f"{4 * register.address:#x}", size=32, access=register.access.value)
+        reset = known.get(register.name) if register.reset is None else register.reset
+        if reset is not None:
+            _add(element, resetValue=f"{reset & registers.mask:#x}",
+                 resetMask=f"{registers.mask:#x}")
+        if register.minimum is not None and register.minimum >= 0:  # SVD has no negative limits
+            limits = ET.SubElement(ET.SubElement(element, "writeConstraint"), "range")
+            _add(limits, minimum=register.minimum, maximum=register.maximum)
+        fields = ET.SubElement(element, "fields")
+        if not register.fields:
+            _add(ET.SubElement(fields, "field"), name="WORD", bitOffset=0, bitWidth=registers.word)
+        for bit in register.fields:
+            field = ET.SubElement(fields, "field")
+            access = Access.READ_WRITE if bit.clear else Access.READ_ONLY
+            _add(field, name=bit.name.upper(), description=bit.meaning, bitOffset=bit.bit,
+                 bitWidth=1, access=access.value)
+            if bit.clear:
+                _add(field, modifiedWriteValues="oneToClear")
+    ET.indent(device)
+    text = ET.tostring(device, encoding="unicode")
+    return f'<?xml version="1.0" encoding="utf-8"?>\n{text}\n'
+
+
+def _add(parent: ET.Element, **children: object) -> None:
+    """Child elements with a text each."""
+    for tag, value in children.items():
+        ET.SubElement(parent, tag).text = str(value)
+
+
+def _description(register: Register) -> str:
+    """Meaning, format and range in words."""
+    text = register.meaning
+    if register.frac is not None:
+        unit = f" {register.unit}" if register.unit else ""
+        text += (f"; value = signed word * 2^{-register.frac}{unit}, {register.low:g} to "
+                 f"{register.high:g}")
+    return text

@@ -1,0 +1,221 @@
+"""The operations, from trace through fixed point against float64.
+
+Bounds are in units of the result's last bit; where the argument's own rounding dominates, they
+carry its term.
+"""
+
+import numpy as np
+import pytest
+
+from model import ops
+from model.fixed import Arithmetic
+
+WIDTHS = (18, 20, 23, 24, 27, 28, 31, 32)
+
+
+def turns_apart(a, b):
+    """|a - b| of angles in half turns."""
+    return np.abs((a - b + 1.0) % 2.0 - 1.0)
+
+
+@pytest.mark.parametrize("word", WIDTHS)
+def test_sincos(trace, word):
+    t = trace(lambda x: ops.sincos_ht(x), [(-1.0, 1.0)], word, "ht")
+    x = np.concatenate([np.random.default_rng(word).uniform(-1, 1, 4000), np.arange(-256, 256) / 256])
+    fixed, floats, saturated = t.run(x)
+    lsb = 2.0 ** (2 - word)
+    for y, want in zip(fixed, floats, strict=True):
+        assert np.abs(y - want).max() < 1.5 * lsb
+    assert not saturated.any()
+    quadrants = [-1.0, -0.5, 0.0, 0.5]
+    (sine, cosine), _, _ = t.run(quadrants)
+    assert np.abs(sine - [0, -1, 0, 1]).max() <= lsb
+    assert np.abs(cosine - [-1, 0, 1, 0]).max() <= lsb
+
+
+@pytest.mark.parametrize("word", [18, 25, 32])
+def test_sincos_of_any_number_of_half_turns(trace, word):
+    """The argument wraps: also a full turn that is no binary angle yet."""
+    t = trace(lambda x: (*ops.sincos_ht(4.0 * x), *ops.sincos_ht(ops.flip(x < 0.0, x))),
+              [(-1.0, 1.0)], word)
+    x = np.concatenate([np.random.default_rng(word).uniform(-1, 1, 500), [-1.0, 1.0, -0.5, 0.5]])
+    fixed, floats, saturated = t.run(x)
+    for y, want in zip(fixed, floats, strict=True):
+        assert np.abs(y - want).max() < 1.5 * 2.0 ** (2 - word)
+    assert not saturated.any()
+
+
+@pytest.mark.parametrize("word", WIDTHS)
+@pytest.mark.parametrize("size", [1.0, 0.3, 0.1, 0.04])
+def test_atan2_all_octants(trace, word, size):
+    """Squares of a vector of length m carry an error of 1/m^2: so does the angle."""
+    t = trace(lambda y, x: ops.atan2_ht(y, x), [(-1.0, 1.0)] * 2, word)
+    angle = np.concatenate([np.random.default_rng(1).uniform(-1, 1, 4000), np.arange(-16, 16) / 16])
+    fixed, floats, saturated = t.run(size * np.sin(np.pi * angle), size * np.cos(np.pi * angle))
+    assert not saturated.any()
+    units = turns_apart(fixed[0], floats[0]) * 2.0 ** (word - 1)
+    assert units.max() < 3.0 + 0.35 / size**2
+
+
+@pytest.mark.parametrize("word", WIDTHS)
+def test_atan2_on_the_axes_and_diagonals(trace, word):
+    t = trace(lambda y, x: ops.atan2_ht(y, x), [(-1.0, 1.0)] * 2, word)
+    y = [0.0, 0.5, 0.0, -0.5, 0.5, 0.5, -0.5, -0.5, 0.0]
+    x = [0.5, 0.0, -0.5, 0.0, 0.5, -0.5, 0.5, -0.5, 0.0]
+    (angle,), floats, _ = t.run(y, x)
+    want = [0.0, 0.5, -1.0, -0.5, 0.25, 0.75, -0.25, -0.75, 0.0]
+    assert np.array_equal(floats[0], want)
+    assert turns_apart(angle, want).max() <= 2.0 * 2.0 ** (1 - word)
+    assert np.array_equal(angle[[0, 2, 8]], [0.0, -1.0, 0.0])
+
+
+@pytest.mark.parametrize("word", [18, 24, 32])
+def test_atan2_of_tiny_vectors_stays_in_the_right_half(trace, word):
+    """Too short to be normalised: the angle is drawn to the x axis, never across it."""
+    t = trace(lambda y, x: ops.atan2_ht(y, x), [(-1.0, 1.0)] * 2, word)
+    lsb = t.program.format(t.program.inputs[0]).lsb
+    y, x = (v.ravel() * lsb for v in np.meshgrid(*2 * [np.arange(-40.0, 41.0)]))
+    (angle,), (want,), saturated = t.run(y, x)
+    assert not saturated.any()
+    assert turns_apart(angle, want).max() <= 0.5
+    off = (y != 0.0) & (angle != 0.0) & (angle != -1.0)
+    assert np.all(np.sign(angle[off]) == np.sign(y[off]))
+
+
+def test_float_atan2_of_negative_zeros_is_zero():
+    zeros = np.array([0.0, -0.0, 0.0, -0.0])
+    assert np.array_equal(ops.atan2_ht(zeros, zeros[::-1]), np.zeros(4))
+
+
+@pytest.mark.parametrize("word", WIDTHS)
+def test_sqrt(trace, word):
+    t = trace(ops.sqrt, [(0.0, 0.999)], word)
+    arith = Arithmetic(word=word)
+    x = np.concatenate([2.0 ** np.random.default_rng(2).uniform(-2 - arith.norm_max, 0, 4000), [0]])
+    x = np.minimum(x, 0.999)
+    fixed, floats, saturated = t.run(x)
+    assert not saturated.any()
+    # cubic 2^-28 relative, the table's word and the mantissa's, the result's rounding
+    units = np.abs(fixed[0] - floats[0]) / t.formats()[0].lsb
+    inside = x >= 2.0**-arith.norm_max
+    assert units[inside].max() < 2.5 + (6.5 if word > 30 else 0.0)
+    assert fixed[0][-1] == 0.0
+    # below, the argument counts as the smallest that can be normalised: off by up to the root
+    assert np.all(fixed[0][~inside] <= floats[0][~inside] + t.formats()[0].lsb)
+
+
+@pytest.mark.parametrize("word", WIDTHS)
+def test_sqrt_of_a_value_whose_binary_point_must_move(trace, word):
+    """[0, 1] needs one more integer bit; rounding the argument costs 1/(2 sqrt x) of that."""
+    t = trace(ops.sqrt, [(0.0, 1.0)], word)
+    x = np.random.default_rng(3).uniform(0.01, 1.0, 4000)
+    fixed, floats, _ = t.run(x)
+    lsb = t.formats()[0].lsb
+    assert np.all(np.abs(fixed[0] - floats[0]) < (4.0 + 1.0 / np.sqrt(x)) * lsb)
+
+
+@pytest.mark.parametrize("word", WIDTHS)
+def test_rsqrt(trace, word):
+    t = trace(lambda x: ops.bounded(ops.rsqrt(x), 0.0, 64.0, "x >= 2^-12"), [(2.0**-12, 0.999)],
+              word)
+    x = np.minimum(2.0 ** np.random.default_rng(4).uniform(-12, 0, 4000), 0.999)
+    fixed, floats, saturated = t.run(x)
+    assert not saturated.any()
+    # the mantissa's error is relative: counted where the result is largest
+    assert np.abs(fixed[0] / floats[0] - 1.0).max() < 65.0 * 2.0 ** (2 - word) + 2.0**-28
+    assert np.abs(fixed[0] - floats[0]).max() / t.formats()[0].lsb < 2.0 + 1.0 * (word > 30)
+
+
+@pytest.mark.parametrize("word", WIDTHS)
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_reciprocal(trace, word, sign):
+    low, high = sorted((sign / 64.0, sign))
+    t = trace(lambda x: (1.0 / x, 0.3 / x), [(low, high)], word)
+    x = sign * 2.0 ** np.random.default_rng(5).uniform(-6, 0, 4000)
+    fixed, floats, saturated = t.run(x)
+    assert not saturated.any()
+    for y, want, fmt in zip(fixed, floats, t.formats(), strict=True):
+        assert np.abs(y - want).max() / fmt.lsb < 2.2
+    assert np.sign(fixed[0]).min() == np.sign(fixed[0]).max() == sign
+
+
+@pytest.mark.parametrize("word", [18, 32])
+def test_wrap_is_exact_everywhere(trace, word):
+    """Sums of binary angles wrap as integers do: no error at +-1, none anywhere."""
+    t = trace(lambda a, b: (ops.wrap_ht(a + b), ops.wrap_ht(a - b), ops.wrap_ht(2.0 * a),
+                            ops.wrap_ht(a + 1.0), ops.wrap_ht(ops.wrap_ht(a + b) - 0.5)),
+              [(-1.0, 1.0)] * 2, word, "ht")
+    unit = 2.0 ** (1 - word)
+    edge = np.array([-1.0, -1.0 + unit, -unit, 0.0, unit, 0.5, 1.0 - 2 * unit, 1.0 - unit])
+    a, b = (v.ravel() for v in np.meshgrid(edge, edge))
+    fixed, floats, saturated = t.run(a, b)
+    for y, want in zip(fixed, floats, strict=True):
+        assert np.array_equal(y, want)
+    assert not saturated.any()
+
+
+@pytest.mark.parametrize("span", [3.0, 1e3, 2.0**24])
+def test_wrap_of_large_values(trace, span):
+    """Many turns, also so many that the value needs a format far coarser than the angle's."""
+    t = trace(ops.wrap_ht, [(-span, span)])
+    x = np.random.default_rng(6).uniform(-span, span, 2000)
+    fixed, floats, saturated = t.run(x)
+    assert np.array_equal(fixed[0], floats[0])
+    assert not saturated.any()
+
+
+@pytest.mark.parametrize("word", [18, 25, 32])
+def test_selections_and_limits_are_exact(trace, word):
+    """Choosing words does not change them, so long as the format is the same."""
+    def function(a, b):
+        return (ops.minimum(a, b), ops.maximum(a, b), ops.absolute(a), ops.flip(a < 0.0, b),
+                ops.flip(a >= b, b), ops.where(a <= b, a, b), ops.where(a > b, a, 0.25),
+                ops.clip(a, -1.5, 2.5), ops.saturated(a, 2.0), ops.clip(a, -4.0, 4.0))
+    t = trace(function, [(-3.0, 3.0)] * 2, word)
+    rng = np.random.default_rng(7)
+    a, b = rng.uniform(-3, 3, (2, 2000))
+    a[:4], b[:4] = [-3.0, 3.0, 0.0, 1.0], [3.0, -3.0, 0.0, 1.0]
+    fixed, floats, saturated = t.run(a, b)
+    assert not saturated.any()
+    for k, (y, want) in enumerate(zip(fixed, floats, strict=True)):
+        tolerance = t.formats()[k].lsb if k == 8 else 0.0  # +limit is one bit out of reach
+        assert np.abs(y - want).max() <= tolerance, k
+
+
+@pytest.mark.parametrize("word", [18, 32])
+def test_a_clamp_inside_a_wider_bound_still_clamps(trace, word):
+    t = trace(lambda a: ops.bounded(ops.saturated(8.0 * a, 1.0), -4.0, 4.0, "wider"), [(-1.0, 1.0)],
+              word)
+    fixed, floats, saturated = t.run([-1.0, -0.06, 0.06, 1.0])
+    assert np.abs(fixed[0] - floats[0]).max() <= 2 * t.formats()[0].lsb
+    assert not saturated.any()
+
+
+@pytest.mark.parametrize("limit", [2.0**-10, 2.0**-20])
+def test_a_clamp_far_below_the_range(trace, limit):
+    """The result's binary point lies beyond one shift: raised step by step."""
+    t = trace(lambda a: ops.saturated(a, limit), [(-1e6, 1e6)])
+    fixed, floats, saturated = t.run([-1e6, -1.0, -0.25 * limit, 0.0, 0.25 * limit, 1.0, 1e6])
+    assert np.abs(fixed[0] - floats[0]).max() <= t.formats()[0].lsb
+    assert not saturated.any()
+    assert t.formats()[0].max < limit
+
+
+def test_bounds_do_nothing_on_floats():
+    x = np.array([5.0])
+    assert ops.bounded(x, 0.0, 1.0, "wrong") is x
+    assert ops.named("five", x) is x
+
+
+def test_a_wrong_bound_raises_the_sticky_flag(trace):
+    t = trace(lambda a: ops.bounded(2.0 * a, -1.0, 0.999, "wrong on purpose"), [(-1.0, 0.999)])
+    fixed, _, saturated = t.run([0.25, 0.75, -0.75])
+    assert np.array_equal(saturated, [False, True, True])
+    assert np.abs(fixed[0] - [0.5, 1.0, -1.0]).max() < 2.0**-30
+
+
+def test_clip_costs_no_flag(trace):
+    t = trace(lambda a: ops.clip(2.0 * a, -0.999, 0.999), [(-1.0, 0.999)])
+    fixed, floats, saturated = t.run([0.25, 0.75, -0.75])
+    assert not saturated.any()
+    assert np.abs(fixed[0] - floats[0]).max() < 2.0**-30
