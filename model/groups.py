@@ -108,7 +108,8 @@ class Groups:
         while True:
             placed = self._place(form, products, frac)
             if isinstance(placed, int):
-                if len(products) == 1:
+                alone = len(products) == 1 and form.constant == 0.0
+                if alone and products[placed].scale is not Scale.NONE:
                     raise InputError(f"{self.name}: value {target.name} would pass 63 bits: a root "
                                      "or reciprocal in it varies too much for one format; declare "
                                      "its range with model.ops.bounded")

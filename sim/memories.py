@@ -1,8 +1,8 @@
 """Memory contents of a core's Verilog, taken out so that one built simulation runs any program.
 
-Two programs on the same machine differ in nothing but the contents of their memories. The simulation
-is built once from the Verilog with every ``initial begin mem[0] = ...`` replaced by ``$readmemh``, and
-each run puts its own files beside it.
+Two programs on the same machine differ in nothing but the contents of their memories. The
+simulation is built once from the Verilog with every ``initial begin mem[0] = ...`` replaced by
+``$readmemh``, and each run puts its own files beside it.
 """
 
 from __future__ import annotations

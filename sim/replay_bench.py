@@ -1,7 +1,7 @@
 """The cocotb side of the replay: clock, reset, and waiting for the end.
 
-The stimulus itself is fed and recorded by `replay.sv`, so that a long log runs at the simulator's own
-speed and not at Python's.
+The stimulus itself is fed and recorded by `replay.sv`, so that a long log runs at the simulator's
+own speed and not at Python's.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """The integer interpreter over one long log: many segments at once.
 
 numpy is fast over many runs, not over many steps. So the log is cut into segments that run side by
-side; each starts from the state words that the C model had there. That is no short cut: every segment
-must end in exactly the state words the next one starts from, so by induction the interpreter's own run
-from the first sample is the same.
+side; each starts from the state words that the C model had there. That is no short cut: every
+segment must end in exactly the state words the next one starts from, so by induction the
+interpreter's own run from the first sample is the same.
 """
 
 from __future__ import annotations

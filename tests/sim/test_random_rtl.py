@@ -26,7 +26,8 @@ def inputs_for(program: Program, steps: int, seed: int) -> IntArray:
     rng = np.random.default_rng(seed)
     low, high = program.arithmetic.min_int, program.arithmetic.max_int
     words = rng.integers(low, high + 1, (steps, len(program.inputs)))
-    words >>= rng.integers(0, program.arithmetic.word, words.shape) * rng.integers(0, 2, words.shape)
+    small = rng.integers(0, 2, words.shape)
+    words >>= rng.integers(0, program.arithmetic.word, words.shape) * small
     extreme = rng.random(words.shape) < 0.1
     return np.where(extreme, rng.choice([low, high, 0, -1, 1], words.shape), words)
 
