@@ -1,0 +1,15 @@
+"""The engine in Amaranth and the compiler that feeds it.
+
+| module | what |
+|---|---|
+| `machine` | description of the machine: lanes, stages, microword |
+| `schedule`, `list_*`, `priorities`, `arrange`, `captures`, `copies`, `slots` | scheduling |
+| `check_schedule` | independent proof of a schedule |
+| `allocate`, `microcode`, `listing`, `image` | registers, assembler, listing, memory contents |
+| `emulator` | the machine cycle by cycle in Python |
+| `engine`, `sequencer`, `operands`, `lane`, `multiplier`, `shifter`, ... | the hardware |
+| `core`, `verilog` | a program as a core; Verilog text |
+| `registers`, `register_*` | register bus and its generated descriptions |
+| `synthesis` | area and clock estimate |
+| `boards` | tops and ISE projects |
+"""

@@ -106,7 +106,7 @@ def test_random_expressions_stay_within_their_formats_error(seed, word):
         assert np.abs(got - want.value).max() <= want.error
 
 
-# -- one operation against Python's integers --------------------------------------------------------
+# -- one operation against Python's integers ------------------------------------------------------
 
 def magnitudes(program, op):
     """Largest |product|, and largest magnitude of each term whatever the words: by its extremes."""
@@ -130,9 +130,9 @@ def magnitudes(program, op):
         term = 0
         for n in counts:
             less = {Scale.NONE: 0, Scale.FULL: n, Scale.EVEN: n & ~1, Scale.HALF: n >> 1}[t.scale]
-            assert t.shift - less >= 0 and 0 <= t.shift <= arith.shift_max
+            assert less <= t.shift <= arith.shift_max
             first = extremes(t.a, t.fraction_a)
-            if t.a == op.norm and n < arith.norm_max or t.a == op.norm:  # so normalised it is no larger than this
+            if t.a == op.norm:  # its count n says how large it can be
                 first = (-1 << (arith.word - 1 - n), (1 << (arith.word - 1 - n)) - 1)
             for a, b in itertools.product(first, second):
                 largest = max(largest, abs(a * b))
@@ -226,7 +226,7 @@ def test_rounding_is_half_up(trace):
     assert abs(units.mean()) < 0.04  # truncated guard bits: 2^-5
 
 
-# -- structure --------------------------------------------------------------------------------------
+# -- structure ------------------------------------------------------------------------------------
 
 @pytest.mark.parametrize("cls", [Complementary, ComplementaryAsPrinted])
 @pytest.mark.parametrize("word", range(18, 33))
@@ -325,7 +325,7 @@ def test_states_exchange_their_values():
     assert seen == [[0.5, -2.0], [-0.5, 2.0], [0.5, -2.0]]
 
 
-# -- refusals ---------------------------------------------------------------------------------------
+# -- refusals -------------------------------------------------------------------------------------
 
 def test_unbounded_ranges_are_refused_by_name(trace):
     with pytest.raises(InputError, match=r"^test: value inverse_root: range \[1, inf\] is not "
@@ -343,8 +343,8 @@ def test_an_unbounded_next_state_is_refused_by_name():
 
 
 def test_more_than_63_bits_is_refused_by_name(trace):
-    with pytest.raises(InputError, match=r"^test: value monster would pass 63 bits: no binary point "
-                                         r"keeps its terms inside the accumulator$"):
+    with pytest.raises(InputError, match=r"^test: value monster would pass 63 bits: no binary "
+                                         r"point keeps its terms inside the accumulator$"):
         trace(lambda a: ops.named("monster", ops.bounded(a * 2.0**300, -1.0, 1.0, "wrong")),
               [(-1.0, 1.0)])
 
@@ -355,6 +355,14 @@ def test_an_unbounded_factor_under_a_prescribed_format_is_refused_by_name(trace)
                                          r"model\.ops\.bounded first$"):
         trace(lambda a, b: ops.named("clamped", ops.saturated(b * ops.rsqrt(a), 2.0**-12)),
               [(0.0, 1.0), (-1.0, 1.0)])
+
+
+def test_a_root_that_varies_too_much_is_refused_by_name(trace):
+    with pytest.raises(InputError, match=r"^test: value product_part would pass 63 bits: a root or "
+                                         r"reciprocal in it varies too much for one format; "
+                                         r"declare its range with model\.ops\.bounded$"):
+        trace(lambda a, b, c: ops.named("product", c + a * ops.rsqrt(b)),
+              [(-1.0, 1.0), (2.0**-21, 1.0), (-1e9, 1e9)])
 
 
 @pytest.mark.parametrize("word", [18, 32])
