@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from firmware.layout import END, banner
-from firmware.names import comment, identifier, literal, unique
 from gateware.register_model import Register, RegisterMap
+from gateware.register_names import comment, identifier, unique
 from model.fixed import Format
 
 __all__ = ["to_header"]
+
+_RULE = "//" + 78 * "-"
 
 _ACCESSORS = """\
 // The word in the low {word} bits of a register, sign-extended.
@@ -53,12 +54,12 @@ def to_header(registers: RegisterMap) -> str:
     macro = name.upper()
     names = registers.identifiers
     lines = [
-        "/**", f" * @file {name}_registers.h",
+        "/**", " * @file registers.h",
         " * @brief Registers of the core: word k of its bus, at byte 4 k of a memory map.", " *",
         f" * Generated from the program \"{comment(registers.name)}\"; do not edit.",
         f" * Program digest: {registers.digest}", " */", "",
         f"#ifndef {macro}_REGISTERS_H", f"#define {macro}_REGISTERS_H", "",
-        banner("Includes"), "", "#include <stdint.h>", "", banner("Definitions"), "",
+        _RULE, "// Includes", "", "#include <stdint.h>", "", _RULE, "// Definitions", "",
         f"#define {macro}_WORD {registers.word} // bits of a word",
     ]
     for register in registers.registers:
@@ -75,13 +76,13 @@ def to_header(registers: RegisterMap) -> str:
     for title, kind, ports in (("input", "IN", registers.inputs),
                                ("output", "OUT", registers.outputs)):
         lines += ["", f"// Words of an {title} record: fraction bits"]
-        stems = unique([f"{kind}_{port.name}" for port in ports], taken=names.values(), fold=True)
+        stems = unique((f"{kind}_{port.name}" for port in ports), taken=names.values())
         for port, stem in zip(ports, stems, strict=True):
             lines.append(f"#define {macro}_{stem.upper()}_FRAC {_number(port.frac)}"
                          f"{' // ' + comment(port.unit) if port.unit else ''}")
-    lines += ["", banner("Functions"), "", _ACCESSORS.format(
+    lines += ["", _RULE, "// Functions", "", _ACCESSORS.format(
         name=name, word=registers.word, mask=registers.mask, extend=_extension(registers.word))]
-    return "\n".join([*lines, "#endif", "", END, ""])
+    return "\n".join([*lines, "#endif", "", _RULE, "// End of file", ""])
 
 
 def _title(register: Register) -> str:
@@ -103,7 +104,7 @@ def _ranges(stem: str, register: Register) -> Iterable[str]:
         assert word is not None
         real = Format(32, register.frac).real(word) if value is None else value
         unit = f" {comment(register.unit)}" if register.unit else ""
-        text = literal(word) if word >= 0 or word == -(2**31) else f"({word})"
+        text = "INT32_MIN" if word == -(2**31) else _number(word)
         yield f"#define {stem}_{suffix} {text} // {real:.6g}{unit}"
 
 

@@ -11,8 +11,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from enum import StrEnum
 
-from firmware.names import unique
 from gateware.core import Core
+from gateware.register_names import unique
 from model.program import Program
 
 __all__ = ["Access", "BitField", "Port", "Register", "RegisterMap", "register_map"]
@@ -122,7 +122,7 @@ class RegisterMap:
     def identifiers(self) -> dict[int, str]:
         """C identifier of every register, by address; unique even when case does not count."""
         ordered = sorted(self.registers, key=lambda r: r.is_parameter)  # the fixed names first
-        names = unique([r.name for r in ordered], fold=True)
+        names = unique(r.name for r in ordered)
         return {r.address: name for r, name in zip(ordered, names, strict=True)}
 
     def to_json(self) -> str:

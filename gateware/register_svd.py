@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 
-from firmware.names import identifier
 from gateware.register_model import Access, Register, RegisterMap
+from gateware.register_names import identifier
 
 __all__ = ["to_svd"]
 

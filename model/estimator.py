@@ -20,7 +20,8 @@ from model.graph import Graph, Node
 from model.lower import lower
 from model.program import Kind, Program
 
-__all__ = ["Estimator", "FloatRun", "Input", "Output", "Param", "State", "input_words"]
+__all__ = ["Estimator", "FloatRun", "Input", "Output", "Param", "State", "input_words",
+           "param_words"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -176,13 +177,15 @@ class Estimator:
         if set(out) != {o.name for o in self.outputs}:
             raise ValueError(f"step of {self.name} must return the declared outputs, "
                              f"not {sorted(out)}")
-        program = lower(
+        if set(after) != {s.name for s in self.states}:
+            raise ValueError(f"step of {self.name} must return the declared states, "
+                             f"not {sorted(after)}")
+        return lower(
             self.name, arithmetic=Arithmetic(word=word), inputs=u,
             params=[(n, i.default) for n, i in zip(p, self.params, strict=True)],
             states=[(n, s.initial, g.lift(after[s.name]))
                     for n, s in zip(x, self.states, strict=True)],
             outputs={o.name: g.lift(out[o.name]) for o in self.outputs})
-        return program
 
 
 def input_words(program: Program, inputs: FloatArray) -> npt.NDArray[np.int64]:

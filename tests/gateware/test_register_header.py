@@ -54,7 +54,7 @@ def test_every_parameter_of_the_complementary_filter(tmp_path) -> None:
     registers = register_map(core)
     text = to_header(registers)
     assert text == to_header(register_map(core))
-    (tmp_path / "complementary_registers.h").write_text(text)
+    (tmp_path / "registers.h").write_text(text)
     names, expected = [], []
     for param, register in zip(Complementary.params, registers.parameters, strict=True):
         form = core.program.format(core.program.find(param.name))
@@ -70,18 +70,18 @@ def test_every_parameter_of_the_complementary_filter(tmp_path) -> None:
               "COMPLEMENTARY_UPDATES_ADDR", "COMPLEMENTARY_IN_DT_FRAC", "COMPLEMENTARY_OUT_QW_FRAC"]
     expected += [core.image.digest & 0xFFFFFFFF, 2, 513, registers.inputs[0].frac,
                  registers.outputs[3].frac]
-    assert run(tmp_path, '#include "complementary_registers.h"\n' + show(names)) == expected
+    assert run(tmp_path, '#include "registers.h"\n' + show(names)) == expected
 
 
 @pytest.mark.parametrize("first", [0, 1])
 def test_beside_the_firmware(first: int, tmp_path) -> None:
     program = Complementary().compile(word=28)
     files = emit_c(program)
-    files["complementary_registers.h"] = to_header(
+    files["registers.h"] = to_header(
         register_map(build_core(program, "small", restarts=2)))
     for name, text in files.items():
         (tmp_path / name).write_text(text)
-    headers = ["complementary.h", "complementary_registers.h"]
+    headers = ["complementary.h", "registers.h"]
     includes = "".join(f'#include "{headers[k]}"\n' for k in (first, 1 - first, first))
     assert run(tmp_path, includes + show(["COMPLEMENTARY_WORD"])) == [28]
 
@@ -89,8 +89,8 @@ def test_beside_the_firmware(first: int, tmp_path) -> None:
 @pytest.mark.parametrize("word", WORDS)
 def test_hard_names_and_ranges(word: int, tmp_path) -> None:
     registers = by_hand(word)
-    (tmp_path / "n3_names_registers.h").write_text(to_header(registers))
-    stems = ["STATUS_2", "STATUS_3", "IN_U", "INT_"]
+    (tmp_path / "registers.h").write_text(to_header(registers))
+    stems = ["STATUS_2", "STATUS_3", "IN_U", "INT"]
     names = [f"N3_NAMES_{stem}_{suffix}" for stem, suffix in itertools.product(
         stems, ("ADDR", "FRAC", "MIN", "MAX", "DEFAULT"))]
     expected = [value for r in registers.parameters
@@ -98,7 +98,7 @@ def test_hard_names_and_ranges(word: int, tmp_path) -> None:
     names += ["N3_NAMES_STATUS_ADDR", "N3_NAMES_IN_U_2_FRAC", "N3_NAMES_IN_U_3_FRAC",
               "N3_NAMES_BUILD_LOW_VALUE"]
     expected += [512, 17, -2, (1 << word) - 1]
-    assert run(tmp_path, '#include "n3_names_registers.h"\n' + show(names)) == expected
+    assert run(tmp_path, '#include "registers.h"\n' + show(names)) == expected
 
 
 @pytest.mark.parametrize("word", WORDS)

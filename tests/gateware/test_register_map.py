@@ -30,10 +30,10 @@ def test_the_same_in_another_process() -> None:
 
 def test_all_forms_have_the_same_registers() -> None:
     texts = files()
-    assert list(texts) == [f"complementary_registers.{end}" for end in ("h", "json", "md", "svd")]
-    data = json.loads(texts["complementary_registers.json"])
-    svd = ET.fromstring(texts["complementary_registers.svd"])
-    header, page = texts["complementary_registers.h"], texts["complementary_registers.md"]
+    assert list(texts) == [f"registers.{end}" for end in ("h", "json", "md", "svd")]
+    data = json.loads(texts["registers.json"])
+    svd = ET.fromstring(texts["registers.svd"])
+    header, page = texts["registers.h"], texts["registers.md"]
     assert [r.findtext("name") for r in svd.iter("register")] == [
         r["name"].upper() for r in data["registers"]]
     for register in data["registers"]:

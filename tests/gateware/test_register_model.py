@@ -152,7 +152,7 @@ def test_json(complementary: Core) -> None:
 def test_identifiers_are_unique() -> None:
     names = register_map(awkward(32)).identifiers
     assert [names[r.address] for r in FIXED] == [r.name for r in FIXED]
-    assert [names[k] for k in range(4)] == ["status_2", "STATUS_3", "in_u", "int_"]
+    assert [names[k] for k in range(4)] == ["status_2", "STATUS_3", "in_u", "int"]
     assert len({name.upper() for name in names.values()}) == len(names)
 
 

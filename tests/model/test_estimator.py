@@ -1,0 +1,181 @@
+"""The estimator's frame: parameters, float runs, compilation, quantised inputs."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from model import ops
+from model.errors import InputError
+from model.estimator import Estimator, Input, Output, Param, State, input_words, param_words
+from model.estimators import ESTIMATORS, estimator
+from model.estimators.complementary import Complementary
+from model.interpreter import Interpreter
+from model.program import Kind
+
+
+class Leaky(Estimator):
+    """y' = y + rate * (u - y): small enough to follow by hand."""
+
+    name = "leaky"
+    summary = "first-order low pass"
+    inputs = (Input("u", -2.0, 2.0, "m"), Input("v", -1.0, 1.0, "m"))
+    params = (Param("rate", 0.5, 0.0, 1.0, "1", "small follows slowly"),
+              Param("offset", 0.0, -1.0, 1.0, "m", "added to the output"))
+    states = (State("y", -2.0, 2.0, "m", 1.0),)
+    outputs = (Output("y", "m"), Output("sum", "m"))
+    urgent = 1
+
+    def step(self, x, u, p):
+        y = x.y + p.rate * (u.u - x.y)
+        return {"y": y}, {"y": y, "sum": y + u.v + p.offset}
+
+
+def test_defaults_and_given_parameters():
+    assert Leaky().param_values() == {"rate": 0.5, "offset": 0.0}
+    assert Leaky().param_values({"rate": 1}) == {"rate": 1.0, "offset": 0.0}
+    assert Leaky().param_values({"offset": -1.0})["offset"] == -1.0
+
+
+@pytest.mark.parametrize("value", [-0.1, 1.1, math.nan, math.inf])
+def test_parameters_outside_their_range_are_refused(value):
+    with pytest.raises(InputError, match=rf"^parameter rate: wanted 0 to 1 1, found {value!r}; "
+                                         rf"choose a value inside the range$"):
+        Leaky().param_values({"rate": value})
+
+
+def test_unknown_parameters_are_refused():
+    with pytest.raises(InputError, match=r"^parameter ratio: wanted one of rate, offset, found "
+                                         r"'ratio'; estimator leaky has no such one$"):
+        Leaky().param_values({"ratio": 0.5})
+
+
+def test_float_run():
+    inputs = np.array([[[1.0, 0.0], [0.0, 0.25]], [[1.0, 2.0], [0.5, 0.0]]])
+    heard = []
+    out = Leaky().run_float(inputs, params={"rate": 0.25, "offset": 0.125},
+                            progress=heard.append).outputs
+    assert heard == [0, 1]
+    assert np.array_equal(out["y"], [[1.0, 0.75], [1.0, 1.0625]])
+    assert np.array_equal(out["sum"], [[1.125, 1.125], [1.625, 1.1875]])
+
+
+def test_float_runs_are_independent():
+    rng = np.random.default_rng(1)
+    inputs = rng.uniform(-1, 1, (20, 2, 4))
+    together = Leaky().run_float(inputs).outputs["sum"]
+    for k in range(4):
+        alone = Leaky().run_float(inputs[:, :, k:k + 1]).outputs["sum"]
+        assert np.array_equal(alone[:, 0], together[:, k])
+
+
+def test_inputs_of_the_wrong_width_are_refused():
+    with pytest.raises(ValueError, match=r"^inputs must have 2 columns, not 3$"):
+        Leaky().run_float(np.zeros((5, 3, 1)))
+
+
+def test_fixed_equals_float():
+    program = Leaky().compile()
+    assert [program.values[n].name for n in program.inputs] == ["u", "v"]
+    assert program.output_names == ("y", "sum")
+    machine = Interpreter(program, 3)
+    given = {"rate": 0.3, "offset": -0.7}
+    machine.params.update(param_words(program, Leaky().param_values(given)))
+    inputs = np.random.default_rng(2).uniform(-1, 1, (50, 2, 3))
+    out, saturated = machine.run(input_words(program, inputs))
+    want = Leaky().run_float(inputs, params=given).outputs
+    for k, name in enumerate(program.output_names):
+        fmt = program.format(program.outputs[k])
+        assert np.abs(fmt.real(out[:, k]) - want[name]).max() < 4 * fmt.lsb
+    assert not saturated.any()
+
+
+def test_initial_values_reach_the_program():
+    program = Leaky().compile()
+    assert program.format(program.find("rate")).real(
+        program.values[program.find("rate")].initial) == 0.5
+    (state,) = program.of_kind(Kind.STATE)
+    assert program.format(state).real(program.values[state].initial) == 1.0
+
+
+def test_input_words_saturate():
+    program = Leaky().compile(word=18)
+    words = input_words(program, np.array([[[9.0, -9.0, 0.5], [1.0, -1.0, 0.25]]]))
+    assert words.tolist() == [[[131071, -131072, 1 << 14], [1 << 16, -(1 << 16), 1 << 14]]]
+
+
+def test_param_words_name_every_parameter():
+    program = Leaky().compile()
+    words = param_words(program, {"rate": 1.0, "offset": 0.5})
+    assert words == {program.find("rate"): 1 << 30, program.find("offset"): 1 << 29}
+
+
+@pytest.mark.parametrize("word", [17, 33])
+def test_width_is_checked(word):
+    with pytest.raises(InputError, match=rf"^word: wanted 18 to 32 bits, found {word}; choose a "
+                                         rf"width inside the range$"):
+        Leaky().compile(word=word)
+
+
+def test_step_must_return_what_is_declared():
+    class Wrong(Leaky):
+        def step(self, x, u, p):
+            return {"y": x.y}, {"z": x.y}
+
+    class Stateless(Leaky):
+        def step(self, x, u, p):
+            return {}, {"y": x.y, "sum": x.y}
+    with pytest.raises(ValueError, match=r"^step of leaky must return the declared outputs, "
+                                         r"not \['z'\]$"):
+        Wrong().compile()
+    with pytest.raises(ValueError, match=r"^step of leaky must return the declared states, "
+                                         r"not \[\]$"):
+        Stateless().compile()
+
+
+def test_step_must_be_written():
+    with pytest.raises(NotImplementedError):
+        Estimator().step(SimpleNamespace(), SimpleNamespace(), SimpleNamespace())
+
+
+def test_an_if_on_a_traced_value_is_refused():
+    class Branching(Leaky):
+        def step(self, x, u, p):
+            y = u.u if x.y < 0.0 else x.y
+            return {"y": y}, {"y": y, "sum": y}
+    with pytest.raises(TypeError, match=r"^a traced condition has no truth value: use "
+                                        r"model\.ops\.where$"):
+        Branching().compile()
+
+
+def test_unbounded_values_are_refused_by_name():
+    class Unbounded(Leaky):
+        def step(self, x, u, p):
+            y = ops.named("slope", ops.rsqrt(u.u * u.u))
+            return {"y": y}, {"y": y, "sum": y}
+    with pytest.raises(InputError, match=r"^leaky: value slope: range \[0\.5, inf\] is not finite; "
+                                         r"declare it with model\.ops\.bounded$"):
+        Unbounded().compile()
+
+
+@pytest.mark.parametrize("name", sorted(ESTIMATORS))
+def test_every_estimator_declares_itself(name):
+    e = estimator(name)
+    assert e.name == name and e.summary
+    assert 0 < e.urgent <= len(e.outputs)
+    for group in (e.inputs, e.params, e.states, e.outputs):
+        names = [item.name for item in group]
+        assert len(set(names)) == len(names)
+    for p in e.params:
+        assert p.low <= p.default <= p.high and p.meaning
+    for s in e.states:
+        assert s.low <= s.initial <= s.high
+    assert e.compile(word=18).output_names == tuple(o.name for o in e.outputs)
+
+
+def test_unknown_estimators_are_refused():
+    with pytest.raises(InputError, match=r"^estimator: wanted one of complementary, .*, found "
+                                         r"'kalman'; boresight list shows them all$"):
+        estimator("kalman")
+    assert isinstance(estimator("complementary"), Complementary)
