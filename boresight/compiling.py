@@ -85,8 +85,8 @@ def compile(name: str, *, config: str = "small", board: str | None = None, word:
     check_board(board)
     with output_folder(Path(output)) as folder:
         start = time.perf_counter()
-        say(f"compiling {name} for {config}")
         core = core_for(name, config=config, word=word, params=params, urgent=urgent)
+        say(f"{name} for {config}: Verilog")
         verilog = core.verilog(instances=True)
         seconds = time.perf_counter() - start
         (folder / "core.v").write_text(verilog)

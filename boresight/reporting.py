@@ -51,7 +51,6 @@ def report(name: str, log_path: str | Path, *, config: str = "small", word: int 
     estimator = find_estimator(name)
     log = read_log(log_path)
     with output_folder(Path(output)) as folder:
-        say(f"compiling {name} for {config}")
         core = core_for(name, config=config, word=word, params=params)
         result = check_log(estimator, log, config=config, word=word, steps=steps, params=params,
                            core=core, progress=progress)

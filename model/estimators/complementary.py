@@ -153,7 +153,7 @@ class Complementary(Estimator):
         adjacent = ops.saturated(ops.where(
             leveling, ops.where(leveling_roll, u.az, force_z), FIELD_SCALE * field_y), VECTOR_LIMIT)
         reference = ops.named("reference", ops.wrap_ht(
-            ops.where(leveling, 0.0, x.heading_ht - p.declination_ht)))
+            ops.where(leveling, 0.0, x.heading_ht + p.declination_ht)))
         # Residual of the heading before the step, psi - psi_m, eq. (7); while levelling: -angle.
         residual = ops.named("residual",
                              ops.wrap_ht(reference - ops.atan2_ht(opposite, adjacent)))

@@ -20,7 +20,8 @@ def small():
              Value("y", Kind.OP, 15, -4.0, 4.0, "interval"),
              Value("z", Kind.OP, 15, -4.0, 4.0, "table"))
     ops = (Op(4, (Term(0, 1, 3), Term(2, 3, 14, negate=Negate.IF, when=When.UNLESS),
-                  Term(0, 3, 7, scale=Scale.HALF)), Overflow.SAT, flag=2, flag_quarter=True, norm=0),
+                  Term(0, 3, 7, scale=Scale.HALF)),
+              Overflow.SAT, flag=2, flag_quarter=True, norm=0),
            Op(5, (Term(3, None, 2, coefficient=1, negate=Negate.YES),
                   Term(4, 4, 9, fraction_a=True, fraction_b=True)),
               Overflow.WRAP, index=4, index_quarter=True, table=2))
