@@ -108,7 +108,7 @@ def rsqrt(x: Any) -> Any:
 
 
 def sqrt(x: Any) -> Any:
-    """Square root of x >= 0, as x * rsqrt(x)."""
+    """Square root of x >= 0, as x * rsqrt(x): too small below the least argument of `rsqrt`."""
     if isinstance(x, Node):
         if x.kind == "const":
             return x.graph.const(x.value ** 0.5)

@@ -119,9 +119,6 @@ class Complementary(Estimator):
     )
     urgent = 7  # Euler angles and quaternion; the status word may follow
 
-    #: Whether eq. (3) is used as printed.
-    as_printed = False
-
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         """One sample: see the module docstring; equation numbers are the paper's."""
         sp, cp, sr, cr = x.sin_pitch, x.cos_pitch, x.sin_roll, x.cos_roll
@@ -284,7 +281,6 @@ class ComplementaryAsPrinted(Complementary):
 
     name = "complementary_as_printed"
     summary = "the same with the paper's eq. (3) as printed (heading wrong by 2 to 4 deg)"
-    as_printed = True
 
     def _predict(self, x: Any, r: tuple[Any, ...], r_ht: tuple[Any, ...]) -> tuple[Any, Any, Any]:
         """Eq. (3) as printed, Euler rates of Rz Ry Rx, at the start of the step::

@@ -2,6 +2,7 @@
 
 import math
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -27,33 +28,33 @@ class Leaky(Estimator):
     outputs = (Output("y", "m"), Output("sum", "m"))
     urgent = 1
 
-    def step(self, x, u, p):
+    def step(self, x: Any, u: Any, p: Any) -> Any:
         y = x.y + p.rate * (u.u - x.y)
         return {"y": y}, {"y": y, "sum": y + u.v + p.offset}
 
 
-def test_defaults_and_given_parameters():
+def test_defaults_and_given_parameters() -> None:
     assert Leaky().param_values() == {"rate": 0.5, "offset": 0.0}
     assert Leaky().param_values({"rate": 1}) == {"rate": 1.0, "offset": 0.0}
     assert Leaky().param_values({"offset": -1.0})["offset"] == -1.0
 
 
 @pytest.mark.parametrize("value", [-0.1, 1.1, math.nan, math.inf])
-def test_parameters_outside_their_range_are_refused(value):
+def test_parameters_outside_their_range_are_refused(value: Any) -> None:
     with pytest.raises(InputError, match=rf"^parameter rate: wanted 0 to 1 1, found {value!r}; "
                                          rf"choose a value inside the range$"):
         Leaky().param_values({"rate": value})
 
 
-def test_unknown_parameters_are_refused():
+def test_unknown_parameters_are_refused() -> None:
     with pytest.raises(InputError, match=r"^parameter ratio: wanted one of rate, offset, found "
                                          r"'ratio'; estimator leaky has no such one$"):
         Leaky().param_values({"ratio": 0.5})
 
 
-def test_float_run():
+def test_float_run() -> None:
     inputs = np.array([[[1.0, 0.0], [0.0, 0.25]], [[1.0, 2.0], [0.5, 0.0]]])
-    heard = []
+    heard: list[int] = []
     out = Leaky().run_float(inputs, params={"rate": 0.25, "offset": 0.125},
                             progress=heard.append).outputs
     assert heard == [0, 1]
@@ -61,7 +62,7 @@ def test_float_run():
     assert np.array_equal(out["sum"], [[1.125, 1.125], [1.625, 1.1875]])
 
 
-def test_float_runs_are_independent():
+def test_float_runs_are_independent() -> None:
     rng = np.random.default_rng(1)
     inputs = rng.uniform(-1, 1, (20, 2, 4))
     together = Leaky().run_float(inputs).outputs["sum"]
@@ -70,12 +71,12 @@ def test_float_runs_are_independent():
         assert np.array_equal(alone[:, 0], together[:, k])
 
 
-def test_inputs_of_the_wrong_width_are_refused():
+def test_inputs_of_the_wrong_width_are_refused() -> None:
     with pytest.raises(ValueError, match=r"^inputs must have 2 columns, not 3$"):
         Leaky().run_float(np.zeros((5, 3, 1)))
 
 
-def test_fixed_equals_float():
+def test_fixed_equals_float() -> None:
     program = Leaky().compile()
     assert [program.values[n].name for n in program.inputs] == ["u", "v"]
     assert program.output_names == ("y", "sum")
@@ -91,7 +92,7 @@ def test_fixed_equals_float():
     assert not saturated.any()
 
 
-def test_initial_values_reach_the_program():
+def test_initial_values_reach_the_program() -> None:
     program = Leaky().compile()
     assert program.format(program.find("rate")).real(
         program.values[program.find("rate")].initial) == 0.5
@@ -99,32 +100,32 @@ def test_initial_values_reach_the_program():
     assert program.format(state).real(program.values[state].initial) == 1.0
 
 
-def test_input_words_saturate():
+def test_input_words_saturate() -> None:
     program = Leaky().compile(word=18)
     words = input_words(program, np.array([[[9.0, -9.0, 0.5], [1.0, -1.0, 0.25]]]))
     assert words.tolist() == [[[131071, -131072, 1 << 14], [1 << 16, -(1 << 16), 1 << 14]]]
 
 
-def test_param_words_name_every_parameter():
+def test_param_words_name_every_parameter() -> None:
     program = Leaky().compile()
     words = param_words(program, {"rate": 1.0, "offset": 0.5})
     assert words == {program.find("rate"): 1 << 30, program.find("offset"): 1 << 29}
 
 
 @pytest.mark.parametrize("word", [17, 33])
-def test_width_is_checked(word):
+def test_width_is_checked(word: int) -> None:
     with pytest.raises(InputError, match=rf"^word: wanted 18 to 32 bits, found {word}; choose a "
                                          rf"width inside the range$"):
         Leaky().compile(word=word)
 
 
-def test_step_must_return_what_is_declared():
+def test_step_must_return_what_is_declared() -> None:
     class Wrong(Leaky):
-        def step(self, x, u, p):
+        def step(self, x: Any, u: Any, p: Any) -> Any:
             return {"y": x.y}, {"z": x.y}
 
     class Stateless(Leaky):
-        def step(self, x, u, p):
+        def step(self, x: Any, u: Any, p: Any) -> Any:
             return {}, {"y": x.y, "sum": x.y}
     with pytest.raises(ValueError, match=r"^step of leaky must return the declared outputs, "
                                          r"not \['z'\]$"):
@@ -134,14 +135,14 @@ def test_step_must_return_what_is_declared():
         Stateless().compile()
 
 
-def test_step_must_be_written():
+def test_step_must_be_written() -> None:
     with pytest.raises(NotImplementedError):
         Estimator().step(SimpleNamespace(), SimpleNamespace(), SimpleNamespace())
 
 
-def test_an_if_on_a_traced_value_is_refused():
+def test_an_if_on_a_traced_value_is_refused() -> None:
     class Branching(Leaky):
-        def step(self, x, u, p):
+        def step(self, x: Any, u: Any, p: Any) -> Any:
             y = u.u if x.y < 0.0 else x.y
             return {"y": y}, {"y": y, "sum": y}
     with pytest.raises(TypeError, match=r"^a traced condition has no truth value: use "
@@ -149,9 +150,9 @@ def test_an_if_on_a_traced_value_is_refused():
         Branching().compile()
 
 
-def test_unbounded_values_are_refused_by_name():
+def test_unbounded_values_are_refused_by_name() -> None:
     class Unbounded(Leaky):
-        def step(self, x, u, p):
+        def step(self, x: Any, u: Any, p: Any) -> Any:
             y = ops.named("slope", ops.rsqrt(u.u * u.u))
             return {"y": y}, {"y": y, "sum": y}
     with pytest.raises(InputError, match=r"^leaky: value slope: range \[0\.5, inf\] is not finite; "
@@ -160,7 +161,7 @@ def test_unbounded_values_are_refused_by_name():
 
 
 @pytest.mark.parametrize("name", sorted(ESTIMATORS))
-def test_every_estimator_declares_itself(name):
+def test_every_estimator_declares_itself(name: str) -> None:
     e = estimator(name)
     assert e.name == name and e.summary
     assert 0 < e.urgent <= len(e.outputs)
@@ -174,7 +175,7 @@ def test_every_estimator_declares_itself(name):
     assert e.compile(word=18).output_names == tuple(o.name for o in e.outputs)
 
 
-def test_unknown_estimators_are_refused():
+def test_unknown_estimators_are_refused() -> None:
     with pytest.raises(InputError, match=r"^estimator: wanted one of complementary, .*, found "
                                          r"'kalman'; boresight list shows them all$"):
         estimator("kalman")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import apytypes
 import numpy as np
 import pytest
@@ -30,7 +32,7 @@ def word_strategy(word: int) -> st.SearchStrategy[int]:
 
 
 @st.composite
-def groups(draw):
+def groups(draw: Any) -> Any:
     word = draw(WORDS)
     n = draw(st.integers(1, 5))
     products = [(draw(word_strategy(word)), draw(word_strategy(word)), draw(st.integers(8, 31)),
@@ -38,7 +40,7 @@ def groups(draw):
     return word, products, draw(st.sampled_from(list(Overflow)))
 
 
-def run_group(word, products, overflow):
+def run_group(word: int, products: Any, overflow: Any) -> Any:
     """The group through the interpreter: (result, saturated)."""
     values = [Value(f"v{k}", Kind.INPUT, 0, 0, 0, "test") for k in range(2 * len(products))]
     values.append(Value("q", Kind.OP, 0, 0, 0, "test"))
@@ -56,7 +58,7 @@ def run_group(word, products, overflow):
 @given(groups())
 @example((32, [(-(1 << 31), -(1 << 31), 8, False)] * 5, Overflow.SAT))
 @example((32, [(-(1 << 31), (1 << 31) - 1, 8, True)] * 5, Overflow.WRAP))
-def test_group_is_what_apytypes_says(case):
+def test_group_is_what_apytypes_says(case: Any) -> None:
     word, products, overflow = case
     arith = Arithmetic(word=word)
     guard = arith.guard
@@ -83,7 +85,7 @@ def test_group_is_what_apytypes_says(case):
 
 @settings(deadline=None)
 @given(st.integers(18, 32), st.floats(-1e9, 1e9), st.integers(-3, 40))
-def test_quantise_is_rnd_sat(word, value, frac):
+def test_quantise_is_rnd_sat(word: int, value: Any, frac: int) -> None:
     fmt = Format(word, frac)
     want = APyFixed.from_float(value, int_bits=40, frac_bits=60).cast(
         int_bits=word - frac, frac_bits=frac, quantization=QuantizationMode.RND,
@@ -94,7 +96,8 @@ def test_quantise_is_rnd_sat(word, value, frac):
 
 
 @given(st.integers(18, 32), st.floats(-1e6, 1e6), st.floats(0, 1e6))
-def test_for_range_holds_the_range_and_no_finer_format_does(word, low, width):
+def test_for_range_holds_the_range_and_no_finer_format_does(word: int, low: float,
+                                                            width: float) -> None:
     fmt = Format.for_range(word, low, low + width)
     assert fmt.min <= low and low + width <= fmt.max
     finer = Format(word, fmt.frac + 1)
@@ -103,7 +106,7 @@ def test_for_range_holds_the_range_and_no_finer_format_does(word, low, width):
 
 
 @pytest.mark.parametrize("word", [18, 24, 32])
-def test_leading_sign_count_by_definition(word):
+def test_leading_sign_count_by_definition(word: int) -> None:
     arith = Arithmetic(word=word)
     rng = np.random.default_rng(1)
     x = rng.integers(arith.min_int, arith.max_int + 1, 2000) >> rng.integers(0, word, 2000)
@@ -115,7 +118,7 @@ def test_leading_sign_count_by_definition(word):
 
 
 @pytest.mark.parametrize("word", [18, 24, 32])
-def test_index_and_fraction_split_the_word(word):
+def test_index_and_fraction_split_the_word(word: int) -> None:
     arith = Arithmetic(word=word)
     rng = np.random.default_rng(2)
     x = rng.integers(arith.min_int, arith.max_int + 1, 2000)
@@ -125,7 +128,7 @@ def test_index_and_fraction_split_the_word(word):
     assert np.array_equal(table_index(x, arith, True), table_index(moved, arith, False))
 
 
-def test_wrap_and_saturate():
+def test_wrap_and_saturate() -> None:
     assert wrap(1 << 17, 18) == -(1 << 17)
     assert wrap(-(1 << 17) - 1, 18) == (1 << 17) - 1
     assert saturate(1 << 17, 18) == (1 << 17) - 1
@@ -133,12 +136,12 @@ def test_wrap_and_saturate():
 
 
 @pytest.mark.parametrize("word", [17, 33, 0, -1])
-def test_word_outside_18_to_32_is_refused(word):
+def test_word_outside_18_to_32_is_refused(word: int) -> None:
     with pytest.raises(ValueError, match=rf"^word must be 18 to 32 bits, not {word}$"):
         Arithmetic(word=word)
 
 
-def test_formats_are_written_as_ap_fixed():
+def test_formats_are_written_as_ap_fixed() -> None:
     assert str(Format(32, 31)) == "fixed<32,1>"
     assert str(Format(18, 20)) == "fixed<18,-2>"
     assert apytypes.__version__

@@ -2,6 +2,8 @@
 
 import math
 import operator
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,15 +16,15 @@ from model.graph import Graph, Node
 
 
 @pytest.fixture
-def g():
+def g() -> Any:
     return Graph("unit")
 
 
-def leaf(g, name="x", low=-2.0, high=3.0):
+def leaf(g: Any, name: str = "x", low: float = -2.0, high: float = 3.0) -> Any:
     return g.leaf("input", name, low, high)
 
 
-def test_constants_fold(g):
+def test_constants_fold(g: Any) -> None:
     two = g.const(2.0)
     assert (two + 3.0).value == 5.0
     assert (two - 3.0).value == -1.0
@@ -41,7 +43,7 @@ def test_constants_fold(g):
     assert g.nodes and all(n.kind == "const" for n in g.nodes)
 
 
-def test_structural_zeros_and_ones_disappear(g):
+def test_structural_zeros_and_ones_disappear(g: Any) -> None:
     x = leaf(g)
     zero, one = g.const(0.0), g.const(1.0)
     assert x + 0.0 is x and 0.0 + x is x and x - 0.0 is x
@@ -54,7 +56,7 @@ def test_structural_zeros_and_ones_disappear(g):
     assert x + x is x * 2.0
 
 
-def test_equal_expressions_are_one_node(g):
+def test_equal_expressions_are_one_node(g: Any) -> None:
     x, y = leaf(g, "x"), leaf(g, "y")
     assert x * y is y * x
     assert x + y is x + y
@@ -69,14 +71,14 @@ def test_equal_expressions_are_one_node(g):
     assert grown > count and len(g.nodes) == grown
 
 
-def test_a_named_product_keeps_its_constant(g):
+def test_a_named_product_keeps_its_constant(g: Any) -> None:
     named = ops.named("double", leaf(g) * 2.0)
     assert (named * 3.0).args[0] is named and named.label == "double"
     assert ops.named("again", named).name == "double"
     assert ops.named("leaf", leaf(g)).name == "x"
 
 
-def test_certain_conditions_choose_at_once(g):
+def test_certain_conditions_choose_at_once(g: Any) -> None:
     x, y = leaf(g, "x", 1.0, 2.0), leaf(g, "y")
     assert ops.where(x < 0.0, y, x) is x
     assert ops.where(x > 0.0, y, x) is y
@@ -89,23 +91,25 @@ def test_certain_conditions_choose_at_once(g):
     assert ops.saturated(x, 0.5).value == 0.5
 
 
-def test_squares_are_not_negative(g):
+def test_squares_are_not_negative(g: Any) -> None:
     x = leaf(g)
     assert (x * x).low == 0.0 and (x * x).high == 9.0
     away = leaf(g, "a", -3.0, -2.0)
     assert (away * away).low == 4.0
 
 
-def test_zero_times_unbounded_is_zero(g):
+def test_zero_times_unbounded_is_zero(g: Any) -> None:
     root = g.function("rsqrt", leaf(g, "p", 0.0, 4.0))
     assert (root.low, root.high) == (0.5, math.inf)
     product = root * leaf(g, "n", -1.0, 0.0)
     assert (product.low, product.high) == (-math.inf, 0.0)
+    scaled = product * leaf(g, "u", 0.0, 1.0)
+    assert (scaled.low, scaled.high) == (-math.inf, 0.0)
 
 
 # -- intervals ------------------------------------------------------------------------------------
 
-BINARY = {
+BINARY: dict[str, Callable[..., Any]] = {
     "add": operator.add, "sub": operator.sub, "mul": operator.mul, "min": ops.minimum,
     "max": ops.maximum,
     "pick": lambda a, b: ops.where(a < b, a, 0.5 * b),
@@ -113,7 +117,7 @@ BINARY = {
     "both": lambda a, b: ops.where((a < 1.0) & ~(b < 0.0), a, b),
     "over": lambda a, b: a / ops.clip(b, 0.5, 9.0),
 }
-UNARY = {
+UNARY: dict[str, Callable[..., Any]] = {
     "neg": operator.neg, "abs": ops.absolute, "wrap": ops.wrap_ht,
     "clip": lambda a: ops.clip(a, -0.75, 1.5), "sat": lambda a: ops.saturated(a, 0.5),
     "sin": lambda a: ops.sincos_ht(a)[0], "cos": lambda a: ops.sincos_ht(a)[1],
@@ -128,7 +132,7 @@ tree = st.recursive(
     max_leaves=10)
 
 
-def evaluate(t, leaves, const):
+def evaluate(t: Any, leaves: Any, const: Any) -> Any:
     if t[0] == "leaf":
         return leaves[t[1]]
     if t[0] == "const":
@@ -138,7 +142,7 @@ def evaluate(t, leaves, const):
 
 @settings(max_examples=300, deadline=None)
 @given(tree, st.integers(0, 2**32 - 1))
-def test_intervals_hold_every_value(t, seed):
+def test_intervals_hold_every_value(t: Any, seed: int) -> None:
     g = Graph("unit")
     node = g.lift(evaluate(t, [g.leaf("input", f"x{k}", *r) for k, r in enumerate(LEAF_RANGES)],
                            g.const))
@@ -152,7 +156,7 @@ def test_intervals_hold_every_value(t, seed):
 
 # -- refusals -------------------------------------------------------------------------------------
 
-def test_traced_values_have_no_truth(g):
+def test_traced_values_have_no_truth(g: Any) -> None:
     x = leaf(g)
     with pytest.raises(TypeError, match=r"^a traced value has no truth value: use "
                                         r"model\.ops\.where instead of if$"):
@@ -167,7 +171,7 @@ def test_traced_values_have_no_truth(g):
     assert x == same and len({x, same}) == 1
 
 
-def test_numpy_scalars_leave_the_operators_to_the_node(g):
+def test_numpy_scalars_leave_the_operators_to_the_node(g: Any) -> None:
     x = leaf(g)
     assert isinstance(np.float64(2.0) * x, Node) and np.float64(2.0) * x is x * 2.0
     assert np.float64(1.0) - x is 1.0 - x
@@ -175,61 +179,61 @@ def test_numpy_scalars_leave_the_operators_to_the_node(g):
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
-def test_constants_are_finite(g, value):
+def test_constants_are_finite(g: Any, value: Any) -> None:
     with pytest.raises(InputError, match=rf"^unit: constants must be finite, not {value!r}$"):
         leaf(g) + value
 
 
 @pytest.mark.parametrize(("low", "high"), [(-1.0, 1.0), (0.0, 1.0), (-1.0, 0.0)])
-def test_reciprocal_through_zero_is_refused_by_name(g, low, high):
+def test_reciprocal_through_zero_is_refused_by_name(g: Any, low: float, high: float) -> None:
     with pytest.raises(InputError, match=rf"^unit: reciprocal of speed: its range \[{low:g}, "
                                          rf"{high:g}\] must exclude 0; clip it first$"):
         1.0 / leaf(g, "speed", low, high)
 
 
 @pytest.mark.parametrize(("low", "high"), [(1.0, -1.0), (0.0, math.inf), (math.nan, 1.0)])
-def test_bounds_are_finite_and_ordered(g, low, high):
+def test_bounds_are_finite_and_ordered(g: Any, low: float, high: float) -> None:
     with pytest.raises(InputError, match=r"^unit: the range of speed must be finite and ordered, "
                                          r"not \[.*\]$"):
         ops.bounded(leaf(g, "speed"), low, high, "because")
 
 
 @pytest.mark.parametrize("limit", [3.0, 0.0, 0.75])
-def test_saturation_limits_are_powers_of_two(g, limit):
+def test_saturation_limits_are_powers_of_two(g: Any, limit: float) -> None:
     with pytest.raises(ValueError, match=rf"^limit must be a power of two, not {limit!r}$"):
         ops.saturated(leaf(g), limit)
 
 
-def test_unknown_function(g):
+def test_unknown_function(g: Any) -> None:
     with pytest.raises(ValueError, match=r"^unknown function 'tan'$"):
         g.function("tan", leaf(g))
 
 
-def test_nodes_describe_themselves(g):
+def test_nodes_describe_themselves(g: Any) -> None:
     assert repr(leaf(g, "speed")) == "<speed input [-2, 3]>"
     assert repr(leaf(g) * leaf(g, "y")) == "<mul_3 mul [-6, 9]>"
 
 
 # -- conditions, through fixed point --------------------------------------------------------------
 
-def compare(kind, a, b):
+def compare(kind: Any, a: Any, b: Any) -> Any:
     return {"<": lambda: a < b, ">": lambda: a > b, "<=": lambda: a <= b,
             ">=": lambda: a >= b}[kind]()
 
 
-def invert(c, yes):
+def invert(c: Any, yes: Any) -> Any:
     """Logical not of a traced condition or an array, if asked for."""
     return ~c if yes else c
 
 
 @pytest.mark.parametrize("word", [18, 25, 32])
 @pytest.mark.parametrize("kinds", [("<", ">"), (">=", "<"), ("<=", ">="), (">", "<=")])
-def test_conditions_are_boolean_logic(trace, word, kinds):
+def test_conditions_are_boolean_logic(trace: Any, word: int, kinds: Any) -> None:
     """Every inversion of & and |, on integers, so that no comparison is near."""
     cases = [(p, q, r, f) for p in (0, 1) for q in (0, 1) for r in (0, 1)
              for f in (operator.and_, operator.or_)]
 
-    def function(x0, x1):
+    def function(x0: Any, x1: Any) -> Any:
         out = []
         for p, q, r, combine in cases:
             c = combine(invert(compare(kinds[0], x0, 1.0), p),
@@ -247,9 +251,9 @@ def test_conditions_are_boolean_logic(trace, word, kinds):
 
 @pytest.mark.parametrize("word", [18, 32])
 @pytest.mark.parametrize("span", [1e-3, 4.0, 3e5])
-def test_conditions_of_unlike_size_combine(trace, word, span):
+def test_conditions_of_unlike_size_combine(trace: Any, word: int, span: float) -> None:
     """A condition on a coarse value & one on a fine value, each decided well outside its LSB."""
-    def function(x0, x1):
+    def function(x0: Any, x1: Any) -> Any:
         big, small = x0 < 0.25 * span, x1 < 0.25e-6 * span
         return tuple(ops.where(c, 1.0, 0.0) for c in (
             big & small, big & ~small, ~big & small, ~big & ~small,
@@ -263,8 +267,8 @@ def test_conditions_of_unlike_size_combine(trace, word, span):
         assert np.array_equal(y, want)
 
 
-def test_a_condition_on_a_constant_combines(trace):
-    def function(x0):
+def test_a_condition_on_a_constant_combines(trace: Any) -> None:
+    def function(x0: Any) -> Any:
         zero = x0 - x0
         never, always = zero < 0.0, ~(zero < 0.0)
         if not isinstance(x0, Node):

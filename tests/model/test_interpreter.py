@@ -1,5 +1,7 @@
 """The interpreter: shapes, refusals, runs side by side, flags and counters."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -11,7 +13,7 @@ from model.lower import lower
 from model.program import Kind, Op, Overflow, Program, Term, Value
 
 
-def machine(overflow=Overflow.SAT, runs=1):
+def machine(overflow: Any = Overflow.SAT, runs: int = 1) -> Any:
     """An interpreter of: sum' = sum + step * gain, in 18 bits."""
     word, arith = 18, Arithmetic(word=18)
     values = (Value("step", Kind.INPUT, 0, -1e5, 1e5, "declared"),
@@ -25,7 +27,7 @@ def machine(overflow=Overflow.SAT, runs=1):
                                ("before", "after"), ((2, 4),), ()), runs)
 
 
-def test_states_parameters_and_outputs():
+def test_states_parameters_and_outputs() -> None:
     m = machine()
     seen = [m.update([[s]])[0].ravel().tolist() for s in (10, 0, -4)]
     assert seen == [[7, 27], [27, 27], [27, 19]]
@@ -36,7 +38,7 @@ def test_states_parameters_and_outputs():
     assert m.update([[1]])[0].ravel().tolist() == [19, 24]
 
 
-def test_before_the_first_update_states_are_initial():
+def test_before_the_first_update_states_are_initial() -> None:
     m = machine()
     assert m.values_before_commit()[2].tolist() == [7]
 
@@ -45,7 +47,7 @@ def test_before_the_first_update_states_are_initial():
     (Overflow.SAT, [131071, -131072, 47], [True, True, False]),
     (Overflow.CLIP, [131071, -131072, 47], [False] * 3),
     (Overflow.WRAP, [7 + 200_000 - 262_144, 7 - 200_000 + 262_144, 47], [False] * 3)])
-def test_overflow_flags_and_counters(overflow, after, flagged):
+def test_overflow_flags_and_counters(overflow: Any, after: Any, flagged: Any) -> None:
     m = machine(overflow, runs=3)
     out, saturated = m.update([[100_000, -100_000, 20]])
     assert out[1].tolist() == after
@@ -58,7 +60,7 @@ def test_overflow_flags_and_counters(overflow, after, flagged):
     assert m.saturations[4] == sum(flagged) + flagged[0]
 
 
-def test_many_runs_equal_single_runs():
+def test_many_runs_equal_single_runs() -> None:
     program = Complementary().compile()
     rng = np.random.default_rng(1)
     arith = program.arithmetic
@@ -77,18 +79,18 @@ def test_many_runs_equal_single_runs():
     assert out.shape == (30, 8, 5) and saturated.shape == (30, 5) and out.dtype == np.int64
 
 
-def test_run_is_update_in_a_loop():
+def test_run_is_update_in_a_loop() -> None:
     words = np.array([[[3]], [[4]], [[-5]]])
     a = machine()
     b = machine()
-    heard = []
+    heard: list[int] = []
     out, _ = a.run(words, progress=heard.append)
     assert heard == [0, 1, 2]
     assert np.array_equal(out, np.stack([b.update(w)[0] for w in words]))
     assert a.run(words[:0])[0].shape == (0, 2, 1)
 
 
-def test_the_callers_arrays_are_left_alone():
+def test_the_callers_arrays_are_left_alone() -> None:
     m = machine()
     words = np.array([[3]], dtype=np.int64)
     m.update(words)
@@ -96,12 +98,12 @@ def test_the_callers_arrays_are_left_alone():
     assert m.values[0].tolist() == [3]
 
 
-def test_small_integer_types_do_not_overflow():
+def test_small_integer_types_do_not_overflow() -> None:
     m = machine()
     assert m.update(np.array([[100]], dtype=np.int8))[0].ravel().tolist() == [7, 207]
 
 
-def test_the_last_output_of_a_state_is_the_old_word():
+def test_the_last_output_of_a_state_is_the_old_word() -> None:
     g = Graph("old")
     s = g.leaf("state", "s", -1.0, 1.0)
     u = g.leaf("input", "u", -1.0, 1.0)
@@ -111,7 +113,7 @@ def test_the_last_output_of_a_state_is_the_old_word():
     assert out.ravel().tolist() == [0, 5, 6]
 
 
-def test_refusals():
+def test_refusals() -> None:
     m = machine(runs=2)
     with pytest.raises(ValueError, match=r"^inputs must have shape \(1, 2\), not \(2, 1\)$"):
         m.update([[1], [2]])

@@ -2,6 +2,7 @@
 
 import itertools
 import random
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from model import ops
 from model.errors import InputError
 from model.estimators.complementary import Complementary, ComplementaryAsPrinted
 from model.fixed import Arithmetic, Format, leading_sign_count
-from model.graph import Graph, Node
+from model.graph import Graph
 from model.interpreter import Interpreter
 from model.lower import lower
 from model.program import Kind, Negate, Overflow, Scale, When
@@ -21,17 +22,17 @@ RANGES = ((-1.0, 1.0), (-3.0, 3.0), (-0.05, 0.02), (0.0, 200.0), (-2.0**-9, 2.0*
 class Bounded:
     """A float with a bound of its error when every node is rounded to its own format."""
 
-    def __init__(self, value, error, low, high, word):
+    def __init__(self, value: Any, error: Any, low: float, high: float, word: int) -> None:
         fmt = Format.for_range(word, low, high)
         # half a unit, the guard's share, and one unit more where a group had to be split
         self.value, self.low, self.high, self.word = value, low, high, word
         self.error = error + 2.0 * fmt.lsb
 
-    def _new(self, value, error, node):
+    def _new(self, value: Any, error: Any, node: Any) -> Any:
         return Bounded(value, error, node.low, node.high, self.word)
 
 
-def expression(rng, leaves, depth):
+def expression(rng: Any, leaves: Any, depth: int) -> Any:
     """A random smooth expression over ``leaves``: pairs (traced node, Bounded)."""
     if depth == 0 or rng.random() < 0.1:
         return rng.choice(leaves)
@@ -75,7 +76,8 @@ def expression(rng, leaves, depth):
     return out, a._new(value, a.error + b.error, out)
 
 
-def random_expressions(seed, word, count=4, depth=5, points=200):
+def random_expressions(seed: int, word: int, count: int = 4, depth: int = 5,
+                       points: int = 200) -> Any:
     """A program of random expressions, its input words, and the float results with bounds."""
     rng = random.Random(seed)
     g = Graph("random")
@@ -97,7 +99,7 @@ def random_expressions(seed, word, count=4, depth=5, points=200):
 
 @pytest.mark.parametrize("word", [18, 24, 32])
 @pytest.mark.parametrize("seed", range(40))
-def test_random_expressions_stay_within_their_formats_error(seed, word):
+def test_random_expressions_stay_within_their_formats_error(seed: int, word: int) -> None:
     program, words, wanted = random_expressions(seed, word)
     out, saturated = Interpreter(program, words.shape[1]).update(words)
     assert not saturated.any()
@@ -108,12 +110,12 @@ def test_random_expressions_stay_within_their_formats_error(seed, word):
 
 # -- one operation against Python's integers ------------------------------------------------------
 
-def magnitudes(program, op):
+def magnitudes(program: Any, op: Any) -> Any:
     """Largest |product|, and largest magnitude of each term whatever the words: by its extremes."""
     arith = program.arithmetic
     table = np.array(program.table_memory)
 
-    def extremes(number, is_fraction):
+    def extremes(number: Any, is_fraction: Any) -> Any:
         if is_fraction:
             return (0, (1 << arith.fraction_bits) - 1)
         v = program.values[number]
@@ -141,15 +143,21 @@ def magnitudes(program, op):
     return largest, out
 
 
-def programs():
+def programs() -> Any:
     for word in (18, 21, 22, 24, 27, 28, 32):
         yield Complementary().compile(word=word)
         yield ComplementaryAsPrinted().compile(word=word)
         for seed in range(4):
             yield random_expressions(seed, word)[0]
+        for turns in range(12, 26):  # prescribed formats, up to and beyond what one group can do
+            g = Graph("close")
+            x = g.leaf("input", "x", -(2.0**turns), 2.0**turns * 0.999)
+            yield lower("close", arithmetic=Arithmetic(word=word), inputs=[x], params=[], states=[],
+                        outputs={"wrap": ops.wrap_ht(x), "clamp": ops.saturated(x + 0.5, 1.0),
+                                 "both": ops.wrap_ht(x + 0.5 * x)})
 
 
-def test_no_accumulator_can_overflow():
+def test_no_accumulator_can_overflow() -> None:
     """For every operation, for all words: products fit int64, sums fit the accumulator."""
     closest = 0.0
     for program in programs():
@@ -160,16 +168,16 @@ def test_no_accumulator_can_overflow():
             total = (1 << (arith.guard - 1)) + sum(terms)
             assert total < 1 << (arith.acc_width - 1), program.values[op.dest].name
             closest = max(closest, total / (1 << (arith.acc_width - 1)))
-    assert closest > 2.0**-12  # the check is not about a limit out of sight
+    assert closest > 0.5  # the check is not about a limit out of sight
 
 
-def run_in_integers(program, op, words):
+def run_in_integers(program: Any, op: Any, words: Any) -> Any:
     """The operation in Python's integers, straight from the definition in `model.fixed`."""
     arith = program.arithmetic
     half, modulus = 1 << (arith.word - 1), 1 << arith.word
     mask = (1 << arith.fraction_bits) - 1
 
-    def plus_quarter(x, yes):
+    def plus_quarter(x: Any, yes: Any) -> Any:
         return (x + yes * (half >> 1) + half) % modulus - half
 
     flag = op.flag is not None and plus_quarter(words[op.flag], op.flag_quarter) < 0
@@ -196,7 +204,7 @@ def run_in_integers(program, op, words):
 
 
 @pytest.mark.parametrize("word", [18, 24, 32])
-def test_every_operation_on_extreme_words(word):
+def test_every_operation_on_extreme_words(word: int) -> None:
     """All operands at their extremes, at random signs: equal to exact integers, step by step."""
     rng = np.random.default_rng(word)
     runs = 24
@@ -216,7 +224,7 @@ def test_every_operation_on_extreme_words(word):
                 assert (False if clamped is None else bool(clamped[k])) == flag
 
 
-def test_rounding_is_half_up(trace):
+def test_rounding_is_half_up(trace: Any) -> None:
     """One product, rounded once: within half a unit, and the mean error is nil."""
     t = trace(lambda a, b: a * b, [(-0.999, 0.999)] * 2, 18)
     rng = np.random.default_rng(9)
@@ -226,11 +234,21 @@ def test_rounding_is_half_up(trace):
     assert abs(units.mean()) < 0.04  # truncated guard bits: 2^-5
 
 
+@pytest.mark.parametrize("word", [18, 22, 32])
+def test_constants_are_as_fine_as_the_accumulator(trace: Any, word: int) -> None:
+    t = trace(lambda a: (a + 0.1, ops.where(a < 0.0, a, a + 0.1), ops.flip(a < 0.0, a - 1 / 3)),
+              [(-40.0, 40.0)], word)
+    fixed, floats, _ = t.run(np.random.default_rng(10).uniform(-39, 39, 500))
+    for y, want, fmt in zip(fixed, floats, t.formats(), strict=True):
+        guard = 2.0 ** -t.program.arithmetic.guard
+        assert np.abs(y - want).max() <= (0.5 + 2 * guard) * fmt.lsb
+
+
 # -- structure ------------------------------------------------------------------------------------
 
 @pytest.mark.parametrize("cls", [Complementary, ComplementaryAsPrinted])
 @pytest.mark.parametrize("word", range(18, 33))
-def test_structure(cls, word):
+def test_structure(cls: Any, word: int) -> None:
     program = cls().compile(word=word)
     names = [v.name for v in program.values]
     assert len(set(names)) == len(names)
@@ -260,28 +278,28 @@ def test_structure(cls, word):
         assert (op.table is not None) == any(t.coefficient is not None for t in op.terms)
 
 
-def test_equal_names_become_distinct(trace):
+def test_equal_names_become_distinct(trace: Any) -> None:
     t = trace(lambda a: (ops.named("x0", a * a), ops.named("twice", a + 0.5),
                          ops.named("twice", a - 0.5)), [(-1.0, 1.0)])
     names = [v.name for v in t.program.values if v.kind in (Kind.INPUT, Kind.OP)]
     assert names == ["x0", "x0_2", "twice", "twice_2"]
 
 
-def test_products_fuse_into_their_sum(trace):
+def test_products_fuse_into_their_sum(trace: Any) -> None:
     t = trace(lambda a, b: a * b - 0.5 * b + ops.absolute(a) + 0.25, [(-1.0, 1.0)] * 2)
     (op,) = t.program.ops
     assert len(op.terms) == 4 and op.flag == t.program.inputs[0]
     assert [term.negate for term in op.terms] == [Negate.NO, Negate.YES, Negate.IF, Negate.NO]
 
 
-def test_two_flags_do_not_fuse(trace):
+def test_two_flags_do_not_fuse(trace: Any) -> None:
     t = trace(lambda a, b: ops.absolute(a) + ops.absolute(b), [(-1.0, 0.9)] * 2)
     assert len(t.program.ops) == 2
     fixed, floats, _ = t.run([-0.5, 0.5, -0.5], [-0.25, 0.25, 0.25])
     assert np.array_equal(fixed[0], floats[0])
 
 
-def test_a_constant_or_an_input_may_be_an_output(trace):
+def test_a_constant_or_an_input_may_be_an_output(trace: Any) -> None:
     t = trace(lambda a: (a, 0.75, a), [(-1.0, 1.0)])
     fixed, floats, _ = t.run([0.5, -0.25])
     assert not t.program.ops
@@ -290,7 +308,7 @@ def test_a_constant_or_an_input_may_be_an_output(trace):
 
 
 @pytest.mark.parametrize("word", [18, 32])
-def test_a_tiny_term_in_a_huge_sum(trace, word):
+def test_a_tiny_term_in_a_huge_sum(trace: Any, word: int) -> None:
     """Products below the last bit are left out or computed apart, and leave no dead values."""
     t = trace(lambda a, b, c: (c + a * b, c + 2.0 * a, c + a * ops.rsqrt(b),
                                ops.bounded(a * 2.0**-80, 0.0, 1.0, "nothing")),
@@ -304,7 +322,16 @@ def test_a_tiny_term_in_a_huge_sum(trace, word):
     assert all(op.terms for op in t.program.ops)
 
 
-def test_unit_ht_is_the_words_own_format_only_within_one_turn():
+@pytest.mark.parametrize("word", [18, 32])
+def test_terms_below_the_last_bit_still_add_up(trace: Any, word: int) -> None:
+    small = 0.45 * 2.0 ** (31 - word)
+    t = trace(lambda a, b, c, d: a + b + c + d, [(-1e9, 1e9), *[(0.0, 2 * small)] * 3], word)
+    assert t.formats()[0].lsb == 2.0 ** (31 - word)
+    fixed, floats, _ = t.run([0.0, 1e6], *[[2 * small] * 2] * 3)
+    assert np.abs(fixed[0] - floats[0]).max() <= (0.5 + 2.0**-2) * t.formats()[0].lsb
+
+
+def test_unit_ht_is_the_words_own_format_only_within_one_turn() -> None:
     g = Graph("angles")
     angle, turns = g.leaf("input", "angle", -1.0, 1.0, "ht"), g.leaf("input", "turns", -8, 8, "ht")
     program = lower("angles", arithmetic=Arithmetic(), inputs=[angle, turns], params=[], states=[],
@@ -312,7 +339,7 @@ def test_unit_ht_is_the_words_own_format_only_within_one_turn():
     assert [program.values[n].frac for n in program.inputs] == [31, 27]
 
 
-def test_states_exchange_their_values():
+def test_states_exchange_their_values() -> None:
     """A state may be replaced by another state as it was before the update."""
     g = Graph("swap")
     a, b = g.leaf("state", "a", -1.0, 1.0), g.leaf("state", "b", -4.0, 4.0)
@@ -327,13 +354,13 @@ def test_states_exchange_their_values():
 
 # -- refusals -------------------------------------------------------------------------------------
 
-def test_unbounded_ranges_are_refused_by_name(trace):
+def test_unbounded_ranges_are_refused_by_name(trace: Any) -> None:
     with pytest.raises(InputError, match=r"^test: value inverse_root: range \[1, inf\] is not "
                                          r"finite; declare it with model\.ops\.bounded$"):
         trace(lambda a: ops.named("inverse_root", ops.rsqrt(a)), [(0.0, 1.0)])
 
 
-def test_an_unbounded_next_state_is_refused_by_name():
+def test_an_unbounded_next_state_is_refused_by_name() -> None:
     g = Graph("grow")
     a = g.leaf("state", "a", 0.0, 1.0)
     with pytest.raises(InputError, match=r"^grow: value root: range \[1, inf\] is not finite; "
@@ -342,14 +369,14 @@ def test_an_unbounded_next_state_is_refused_by_name():
               states=[(a, 0.5, ops.named("root", ops.rsqrt(a)))], outputs={"a": a})
 
 
-def test_more_than_63_bits_is_refused_by_name(trace):
+def test_more_than_63_bits_is_refused_by_name(trace: Any) -> None:
     with pytest.raises(InputError, match=r"^test: value monster would pass 63 bits: no binary "
                                          r"point keeps its terms inside the accumulator$"):
         trace(lambda a: ops.named("monster", ops.bounded(a * 2.0**300, -1.0, 1.0, "wrong")),
               [(-1.0, 1.0)])
 
 
-def test_an_unbounded_factor_under_a_prescribed_format_is_refused_by_name(trace):
+def test_an_unbounded_factor_under_a_prescribed_format_is_refused_by_name(trace: Any) -> None:
     with pytest.raises(InputError, match=r"^test: value clamped would pass 63 bits: a factor of it "
                                          r"has no upper bound; declare the product's range with "
                                          r"model\.ops\.bounded first$"):
@@ -357,7 +384,7 @@ def test_an_unbounded_factor_under_a_prescribed_format_is_refused_by_name(trace)
               [(0.0, 1.0), (-1.0, 1.0)])
 
 
-def test_a_root_that_varies_too_much_is_refused_by_name(trace):
+def test_a_root_that_varies_too_much_is_refused_by_name(trace: Any) -> None:
     with pytest.raises(InputError, match=r"^test: value product_part would pass 63 bits: a root or "
                                          r"reciprocal in it varies too much for one format; "
                                          r"declare its range with model\.ops\.bounded$"):
@@ -366,13 +393,9 @@ def test_a_root_that_varies_too_much_is_refused_by_name(trace):
 
 
 @pytest.mark.parametrize("word", [18, 32])
-def test_a_reciprocals_range_may_not_pass_what_can_be_normalised(trace, word):
+def test_a_reciprocals_range_may_not_pass_what_can_be_normalised(trace: Any, word: int) -> None:
     most = Arithmetic(word=word).norm_max
     trace(lambda a: 1.0 / a, [(2.0 ** (1 - most), 1.0)], word)
     with pytest.raises(InputError, match=rf"^test: reciprocal of x0: its range \[.*, 1\] must not "
                                          rf"span more than 2\^{most}; clip it first$"):
         trace(lambda a: 1.0 / a, [(2.0 ** (-2 - most), 1.0)], word)
-
-
-def test_nodes_of_one_graph():
-    assert isinstance(Graph("g").const(1.0), Node)

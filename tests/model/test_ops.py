@@ -4,6 +4,8 @@ Bounds are in units of the result's last bit; where the argument's own rounding 
 carry its term.
 """
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -13,13 +15,13 @@ from model.fixed import Arithmetic
 WIDTHS = (18, 20, 23, 24, 27, 28, 31, 32)
 
 
-def turns_apart(a, b):
+def turns_apart(a: Any, b: Any) -> Any:
     """|a - b| of angles in half turns."""
     return np.abs((a - b + 1.0) % 2.0 - 1.0)
 
 
 @pytest.mark.parametrize("word", WIDTHS)
-def test_sincos(trace, word):
+def test_sincos(trace: Any, word: int) -> None:
     t = trace(lambda x: ops.sincos_ht(x), [(-1.0, 1.0)], word, "ht")
     x = np.random.default_rng(word).uniform(-1, 1, 4000)
     x = np.concatenate([x, np.arange(-256, 256) / 256])
@@ -35,7 +37,7 @@ def test_sincos(trace, word):
 
 
 @pytest.mark.parametrize("word", [18, 25, 32])
-def test_sincos_of_any_number_of_half_turns(trace, word):
+def test_sincos_of_any_number_of_half_turns(trace: Any, word: int) -> None:
     """The argument wraps: also a full turn that is no binary angle yet."""
     t = trace(lambda x: (*ops.sincos_ht(4.0 * x), *ops.sincos_ht(ops.flip(x < 0.0, x))),
               [(-1.0, 1.0)], word)
@@ -48,7 +50,7 @@ def test_sincos_of_any_number_of_half_turns(trace, word):
 
 @pytest.mark.parametrize("word", WIDTHS)
 @pytest.mark.parametrize("size", [1.0, 0.3, 0.1, 0.04])
-def test_atan2_all_octants(trace, word, size):
+def test_atan2_all_octants(trace: Any, word: int, size: float) -> None:
     """Squares of a vector of length m carry an error of 1/m^2: so does the angle."""
     t = trace(lambda y, x: ops.atan2_ht(y, x), [(-1.0, 1.0)] * 2, word)
     angle = np.concatenate([np.random.default_rng(1).uniform(-1, 1, 4000), np.arange(-16, 16) / 16])
@@ -59,7 +61,7 @@ def test_atan2_all_octants(trace, word, size):
 
 
 @pytest.mark.parametrize("word", WIDTHS)
-def test_atan2_on_the_axes_and_diagonals(trace, word):
+def test_atan2_on_the_axes_and_diagonals(trace: Any, word: int) -> None:
     t = trace(lambda y, x: ops.atan2_ht(y, x), [(-1.0, 1.0)] * 2, word)
     y = [0.0, 0.5, 0.0, -0.5, 0.5, 0.5, -0.5, -0.5, 0.0]
     x = [0.5, 0.0, -0.5, 0.0, 0.5, -0.5, 0.5, -0.5, 0.0]
@@ -71,7 +73,7 @@ def test_atan2_on_the_axes_and_diagonals(trace, word):
 
 
 @pytest.mark.parametrize("word", [18, 24, 32])
-def test_atan2_of_tiny_vectors_stays_in_the_right_half(trace, word):
+def test_atan2_of_tiny_vectors_stays_in_the_right_half(trace: Any, word: int) -> None:
     """Too short to be normalised: the angle is drawn to the x axis, never across it."""
     t = trace(lambda y, x: ops.atan2_ht(y, x), [(-1.0, 1.0)] * 2, word)
     lsb = t.program.format(t.program.inputs[0]).lsb
@@ -83,13 +85,13 @@ def test_atan2_of_tiny_vectors_stays_in_the_right_half(trace, word):
     assert np.all(np.sign(angle[off]) == np.sign(y[off]))
 
 
-def test_float_atan2_of_negative_zeros_is_zero():
+def test_float_atan2_of_negative_zeros_is_zero() -> None:
     zeros = np.array([0.0, -0.0, 0.0, -0.0])
     assert np.array_equal(ops.atan2_ht(zeros, zeros[::-1]), np.zeros(4))
 
 
 @pytest.mark.parametrize("word", WIDTHS)
-def test_sqrt(trace, word):
+def test_sqrt(trace: Any, word: int) -> None:
     t = trace(ops.sqrt, [(0.0, 0.999)], word)
     arith = Arithmetic(word=word)
     x = np.concatenate([2.0 ** np.random.default_rng(2).uniform(-2 - arith.norm_max, 0, 4000), [0]])
@@ -106,7 +108,7 @@ def test_sqrt(trace, word):
 
 
 @pytest.mark.parametrize("word", WIDTHS)
-def test_sqrt_of_a_value_whose_binary_point_must_move(trace, word):
+def test_sqrt_of_a_value_whose_binary_point_must_move(trace: Any, word: int) -> None:
     """[0, 1] needs one more integer bit; rounding the argument costs 1/(2 sqrt x) of that."""
     t = trace(ops.sqrt, [(0.0, 1.0)], word)
     x = np.random.default_rng(3).uniform(0.01, 1.0, 4000)
@@ -116,7 +118,7 @@ def test_sqrt_of_a_value_whose_binary_point_must_move(trace, word):
 
 
 @pytest.mark.parametrize("word", WIDTHS)
-def test_rsqrt(trace, word):
+def test_rsqrt(trace: Any, word: int) -> None:
     t = trace(lambda x: ops.bounded(ops.rsqrt(x), 0.0, 64.0, "x >= 2^-12"), [(2.0**-12, 0.999)],
               word)
     x = np.minimum(2.0 ** np.random.default_rng(4).uniform(-12, 0, 4000), 0.999)
@@ -129,7 +131,7 @@ def test_rsqrt(trace, word):
 
 @pytest.mark.parametrize("word", WIDTHS)
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_reciprocal(trace, word, sign):
+def test_reciprocal(trace: Any, word: int, sign: float) -> None:
     low, high = sorted((sign / 64.0, sign))
     t = trace(lambda x: (1.0 / x, 0.3 / x), [(low, high)], word)
     x = sign * 2.0 ** np.random.default_rng(5).uniform(-6, 0, 4000)
@@ -141,7 +143,7 @@ def test_reciprocal(trace, word, sign):
 
 
 @pytest.mark.parametrize("word", [18, 32])
-def test_wrap_is_exact_everywhere(trace, word):
+def test_wrap_is_exact_everywhere(trace: Any, word: int) -> None:
     """Sums of binary angles wrap as integers do: no error at +-1, none anywhere."""
     t = trace(lambda a, b: (ops.wrap_ht(a + b), ops.wrap_ht(a - b), ops.wrap_ht(2.0 * a),
                             ops.wrap_ht(a + 1.0), ops.wrap_ht(ops.wrap_ht(a + b) - 0.5)),
@@ -156,7 +158,7 @@ def test_wrap_is_exact_everywhere(trace, word):
 
 
 @pytest.mark.parametrize("span", [3.0, 1e3, 2.0**24])
-def test_wrap_of_large_values(trace, span):
+def test_wrap_of_large_values(trace: Any, span: float) -> None:
     """Many turns, also so many that the value needs a format far coarser than the angle's."""
     t = trace(ops.wrap_ht, [(-span, span)])
     x = np.random.default_rng(6).uniform(-span, span, 2000)
@@ -165,10 +167,17 @@ def test_wrap_of_large_values(trace, span):
     assert not saturated.any()
 
 
+def test_wrap_keeps_the_fine_part_of_a_large_sum(trace: Any) -> None:
+    """Whole turns fall away before the format is chosen, not after."""
+    t = trace(lambda a, b: ops.wrap_ht(2.0**24 * a + b), [(-0.999, 0.999)] * 2)
+    fixed, floats, _ = t.run(*np.random.default_rng(8).uniform(-0.99, 0.99, (2, 2000)))
+    assert turns_apart(fixed[0], floats[0]).max() < 2.0**-26
+
+
 @pytest.mark.parametrize("word", [18, 25, 32])
-def test_selections_and_limits_are_exact(trace, word):
+def test_selections_and_limits_are_exact(trace: Any, word: int) -> None:
     """Choosing words does not change them, so long as the format is the same."""
-    def function(a, b):
+    def function(a: Any, b: Any) -> Any:
         return (ops.minimum(a, b), ops.maximum(a, b), ops.absolute(a), ops.flip(a < 0.0, b),
                 ops.flip(a >= b, b), ops.where(a <= b, a, b), ops.where(a > b, a, 0.25),
                 ops.clip(a, -1.5, 2.5), ops.saturated(a, 2.0), ops.clip(a, -4.0, 4.0))
@@ -184,7 +193,7 @@ def test_selections_and_limits_are_exact(trace, word):
 
 
 @pytest.mark.parametrize("word", [18, 32])
-def test_a_clamp_inside_a_wider_bound_still_clamps(trace, word):
+def test_a_clamp_inside_a_wider_bound_still_clamps(trace: Any, word: int) -> None:
     t = trace(lambda a: ops.bounded(ops.saturated(8.0 * a, 1.0), -4.0, 4.0, "wider"), [(-1.0, 1.0)],
               word)
     fixed, floats, saturated = t.run([-1.0, -0.06, 0.06, 1.0])
@@ -193,7 +202,7 @@ def test_a_clamp_inside_a_wider_bound_still_clamps(trace, word):
 
 
 @pytest.mark.parametrize("limit", [2.0**-10, 2.0**-20])
-def test_a_clamp_far_below_the_range(trace, limit):
+def test_a_clamp_far_below_the_range(trace: Any, limit: float) -> None:
     """The result's binary point lies beyond one shift: raised step by step."""
     t = trace(lambda a: ops.saturated(a, limit), [(-1e6, 1e6)])
     fixed, floats, saturated = t.run([-1e6, -1.0, -0.25 * limit, 0.0, 0.25 * limit, 1.0, 1e6])
@@ -202,20 +211,20 @@ def test_a_clamp_far_below_the_range(trace, limit):
     assert t.formats()[0].max < limit
 
 
-def test_bounds_do_nothing_on_floats():
+def test_bounds_do_nothing_on_floats() -> None:
     x = np.array([5.0])
     assert ops.bounded(x, 0.0, 1.0, "wrong") is x
     assert ops.named("five", x) is x
 
 
-def test_a_wrong_bound_raises_the_sticky_flag(trace):
+def test_a_wrong_bound_raises_the_sticky_flag(trace: Any) -> None:
     t = trace(lambda a: ops.bounded(2.0 * a, -1.0, 0.999, "wrong on purpose"), [(-1.0, 0.999)])
     fixed, _, saturated = t.run([0.25, 0.75, -0.75])
     assert np.array_equal(saturated, [False, True, True])
     assert np.abs(fixed[0] - [0.5, 1.0, -1.0]).max() < 2.0**-30
 
 
-def test_clip_costs_no_flag(trace):
+def test_clip_costs_no_flag(trace: Any) -> None:
     t = trace(lambda a: ops.clip(2.0 * a, -0.999, 0.999), [(-1.0, 0.999)])
     fixed, floats, saturated = t.run([0.25, 0.75, -0.75])
     assert not saturated.any()

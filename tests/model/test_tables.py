@@ -1,5 +1,7 @@
 """Function tables against numpy's float64 functions."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,7 @@ from model.tables import (
     RSQRT,
     SIN,
     TABLES,
+    Table,
     coefficient_formats,
     table_memory,
 )
@@ -19,14 +22,14 @@ from model.tables import (
 CUBIC = {"sin": 1.3e-10, "rsqrt": 4.0e-9, "asin": 6.6e-10, "reciprocal": 9.4e-10}
 
 
-def domain(table, count=60_000):
+def domain(table: Table, count: int = 60_000) -> Any:
     """Arguments over all segments in use, dense, with the borders."""
     x = np.linspace(table.first, table.last + 1, count, endpoint=False) / table.segments_per_unit
     borders = np.arange(table.first, table.last + 1) / table.segments_per_unit
     return np.sort(np.concatenate([x, borders, np.nextafter(borders[1:], 0.0)]))
 
 
-def quantisation(table, arith):
+def quantisation(table: Table, arith: Any) -> Any:
     """Largest effect of rounding the coefficients, all of one sign at worst."""
     formats = coefficient_formats(table, arith)
     c0 = table.coefficients()[:, 0].max()
@@ -34,7 +37,7 @@ def quantisation(table, arith):
             + 0.5 * formats[0].lsb * (c0 > formats[0].max))  # a range that ends at a power of two
 
 
-def cubic(c, table, x):
+def cubic(c: Any, table: Table, x: Any) -> Any:
     """The piecewise cubic with coefficients ``c`` in float64."""
     position = x * table.segments_per_unit
     segment = np.minimum(np.floor(position).astype(int), table.last)
@@ -43,7 +46,7 @@ def cubic(c, table, x):
 
 
 @pytest.mark.parametrize("table", TABLES, ids=lambda t: t.name)
-def test_the_cubic_is_within_its_bound(table):
+def test_the_cubic_is_within_its_bound(table: Table) -> None:
     x = domain(table)
     error = np.abs(cubic(table.coefficients(), table, x) - table.function(x)).max()
     assert 0.8 * CUBIC[table.name] < error < CUBIC[table.name]
@@ -51,7 +54,7 @@ def test_the_cubic_is_within_its_bound(table):
 
 @pytest.mark.parametrize("word", range(18, 33))
 @pytest.mark.parametrize("table", TABLES, ids=lambda t: t.name)
-def test_quantised_coefficients_cost_little(table, word):
+def test_quantised_coefficients_cost_little(table: Table, word: int) -> None:
     arith = Arithmetic(word=word)
     formats = coefficient_formats(table, arith)
     memory = np.array(table_memory(arith)).reshape(-1, BLOCK_WORDS // 4, 4)
@@ -65,7 +68,7 @@ def test_quantised_coefficients_cost_little(table, word):
 
 @pytest.mark.parametrize("word", [18, 24, 32])
 @pytest.mark.parametrize("table", TABLES, ids=lambda t: t.name)
-def test_segments_meet_at_their_borders(table, word):
+def test_segments_meet_at_their_borders(table: Table, word: int) -> None:
     c = table.coefficients()
     end, start = c[:-1].sum(axis=1), c[1:, 0]
     assert np.abs(end - start).max() < 2 * CUBIC[table.name]
@@ -76,7 +79,7 @@ def test_segments_meet_at_their_borders(table, word):
 
 
 @pytest.mark.parametrize("word", range(18, 33))
-def test_coefficients_fit_their_formats_unsaturated(word):
+def test_coefficients_fit_their_formats_unsaturated(word: int) -> None:
     arith = Arithmetic(word=word)
     for table in TABLES:
         for fmt, column in zip(coefficient_formats(table, arith), table.coefficients().T,
@@ -86,7 +89,7 @@ def test_coefficients_fit_their_formats_unsaturated(word):
 
 
 @pytest.mark.parametrize("word", [18, 24, 32])
-def test_unused_segments_hold_the_nearest_edge(word):
+def test_unused_segments_hold_the_nearest_edge(word: int) -> None:
     arith = Arithmetic(word=word)
     memory = np.array(table_memory(arith)).reshape(3, BLOCK_WORDS // 4, 4)
     assert len(table_memory(arith)) == 3 * BLOCK_WORDS
@@ -104,7 +107,7 @@ def test_unused_segments_hold_the_nearest_edge(word):
 
 
 @pytest.mark.parametrize("word", [18, 24, 32])
-def test_words_within_the_domain_reach_their_own_segment(word):
+def test_words_within_the_domain_reach_their_own_segment(word: int) -> None:
     arith = Arithmetic(word=word)
     for table in TABLES:
         # segments_per_unit 128: argument word 2^(W-1); 64: 2^(W-2)
@@ -117,7 +120,7 @@ def test_words_within_the_domain_reach_their_own_segment(word):
         assert np.abs(rebuilt / table.segments_per_unit - x).max() < 1.0 / scale
 
 
-def test_bounds_of_the_results_are_declared():
+def test_bounds_of_the_results_are_declared() -> None:
     for table in TABLES:
         y = table.function(domain(table))
         assert table.low <= y.min() and y.max() <= table.high
