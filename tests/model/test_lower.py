@@ -299,6 +299,22 @@ def test_two_flags_do_not_fuse(trace: Any) -> None:
     assert np.array_equal(fixed[0], floats[0])
 
 
+def test_a_moved_binary_point_is_shared(trace: Any) -> None:
+    """[0, 1] needs an odd binary point for the root: one copy serves all its users."""
+    t = trace(lambda a, b: (b * ops.rsqrt(a + 0.0), ops.sqrt(a), ops.rsqrt(a) * (a * b)),
+              [(0.01, 1.0), (-1.0, 1.0)])
+    assert [v.name for v in t.program.values].count("x0_aligned") == 1
+    assert not any(v.name == "x0_aligned_2" for v in t.program.values)
+
+
+def test_a_root_of_a_fresh_sum_has_an_even_exponent(trace: Any) -> None:
+    t = trace(lambda a, b: ops.bounded(ops.rsqrt(a + b), 1.0, 8.0, "sum >= 1/50"),
+              [(0.01, 0.5)] * 2)
+    fixed, floats, saturated = t.run([0.01, 0.4, 0.5], [0.01, 0.5, 0.5])
+    assert np.abs(fixed[0] / floats[0] - 1.0).max() < 2.0**-26
+    assert not saturated.any()
+
+
 def test_a_constant_or_an_input_may_be_an_output(trace: Any) -> None:
     t = trace(lambda a: (a, 0.75, a), [(-1.0, 1.0)])
     fixed, floats, _ = t.run([0.5, -0.25])
@@ -325,10 +341,12 @@ def test_a_tiny_term_in_a_huge_sum(trace: Any, word: int) -> None:
 @pytest.mark.parametrize("word", [18, 32])
 def test_terms_below_the_last_bit_still_add_up(trace: Any, word: int) -> None:
     small = 0.45 * 2.0 ** (31 - word)
-    t = trace(lambda a, b, c, d: a + b + c + d, [(-1e9, 1e9), *[(0.0, 2 * small)] * 3], word)
+    t = trace(lambda a, b, c, d: (a + b + c + d, a + 8.0 * (b * (c * (0.1 / small)))),
+              [(-1e9, 1e9), *[(0.0, 2 * small)] * 3], word)
     assert t.formats()[0].lsb == 2.0 ** (31 - word)
     fixed, floats, _ = t.run([0.0, 1e6], *[[2 * small] * 2] * 3)
-    assert np.abs(fixed[0] - floats[0]).max() <= (0.5 + 2.0**-2) * t.formats()[0].lsb
+    for y, want, fmt in zip(fixed, floats, t.formats(), strict=True):
+        assert np.abs(y - want).max() <= (0.5 + 2.0**-2) * fmt.lsb
 
 
 def test_unit_ht_is_the_words_own_format_only_within_one_turn() -> None:

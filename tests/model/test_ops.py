@@ -143,6 +143,17 @@ def test_reciprocal(trace: Any, word: int, sign: float) -> None:
 
 
 @pytest.mark.parametrize("word", [18, 32])
+def test_quotients_of_either_sign(trace: Any, word: int) -> None:
+    """The reciprocal's sign and exponent fused into the product that uses it."""
+    for low, high in ((0.5, 4.0), (-4.0, -0.5)):
+        t = trace(lambda a, b: a / b, [(-3.0, 3.0), (low, high)], word)
+        rng = np.random.default_rng(11)
+        fixed, floats, saturated = t.run(rng.uniform(-3, 3, 2000), rng.uniform(low, high, 2000))
+        assert np.abs(fixed[0] - floats[0]).max() < 3.0 * t.formats()[0].lsb
+        assert not saturated.any()
+
+
+@pytest.mark.parametrize("word", [18, 32])
 def test_wrap_is_exact_everywhere(trace: Any, word: int) -> None:
     """Sums of binary angles wrap as integers do: no error at +-1, none anywhere."""
     t = trace(lambda a, b: (ops.wrap_ht(a + b), ops.wrap_ht(a - b), ops.wrap_ht(2.0 * a),
@@ -155,6 +166,13 @@ def test_wrap_is_exact_everywhere(trace: Any, word: int) -> None:
     for y, want in zip(fixed, floats, strict=True):
         assert np.array_equal(y, want)
     assert not saturated.any()
+
+
+def test_half_a_wrapped_angle_is_wrapped_first(trace: Any) -> None:
+    """Modulo one turn is not modulo two: only there may the wrap be left to the result."""
+    t = trace(lambda a, b: 0.5 * ops.wrap_ht(a + b), [(-1.0, 1.0)] * 2, 32, "ht")
+    fixed, floats, _ = t.run(*np.random.default_rng(12).uniform(-1, 1, (2, 500)))
+    assert np.abs(fixed[0] - floats[0]).max() <= 0.5 * t.formats()[0].lsb
 
 
 @pytest.mark.parametrize("span", [3.0, 1e3, 2.0**24])

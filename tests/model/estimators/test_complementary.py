@@ -348,14 +348,27 @@ def test_a_disturbed_field_is_not_used_until_it_lasts(run: Any) -> None:
 
 
 @both
+def test_the_fields_mean_follows_in_time_not_in_samples(run: Any) -> None:
+    """With every fifth sample only it takes as long."""
+    x = static(degrees(10.0, -15.0, 40.0)[None], 120)
+    x[20:, MAG] *= 2.0
+    x[np.arange(120) % 5 != 0, MAG] = 0.0
+    status = bits(run(x, {"mag_rate_per_s": 1.0}))[:, 0]
+    used_again = 0.05 * np.flatnonzero(status[20:] & 0b10000)[-1]
+    assert used_again == pytest.approx(math.log(3 / (4 - 4 / 1.4)), abs=0.3)
+
+
+@both
 def test_accelerometer_gate(run: Any) -> None:
     """Closed at 0.5 g and 2 g: a saturated accelerometer is left out, bit 2; open it is used."""
     q = degrees(0.0, 0.0, 0.0)[None]
     x = static(q, 12)
     x[5:8, ACC] = np.array([160.0, 0.0, 160.0])[:, None]
     x[9, ACC] = 0.4 * x[9, ACC]
+    x[10, ACC] = 2.1 * x[10, ACC]
+    x[11, ACC] = 1.9 * x[11, ACC]
     out = run(x, CLOSED)
-    assert bits(out)[:, 0].tolist() == [3, 3, 0, 0, 0, 4, 4, 4, 0, 4, 0, 0]
+    assert bits(out)[:, 0].tolist() == [3, 3, 0, 0, 0, 4, 4, 4, 0, 4, 4, 0]
     assert apart(out, q)[2:].max() < 1e-4
     used = run(x)
     assert bits(used)[5, 0] == 0
