@@ -37,8 +37,9 @@ Progress = Callable[[str], None]
 class LevelResult:
     """One level's verdict.
 
-    ``n_mismatch`` counts updates whose outputs, states or saturation flag differ; ``error`` says
-    why a level could not run (that fails too). Cycles are None for levels without a clock.
+    ``n_mismatch`` counts updates whose outputs, states or saturation flag differ and
+    ``first_wrong`` is the first of them; ``error`` says why a level could not run (that fails
+    too). Cycles are None for levels without a clock.
     """
 
     level: str
@@ -53,6 +54,7 @@ class LevelResult:
     interval_max: int | None = None
     error: str = ""
     divergence: str = ""
+    first_wrong: int | None = None
 
     @property
     def good(self) -> bool:
@@ -170,6 +172,9 @@ def check(estimator: Estimator, log: Log, *, config: str = "small", word: int = 
                             found=repr(simulator), fix="choose one of these")
     if steps is not None and steps < 1:
         raise InputError.at("steps", wanted="1 or more", found=str(steps), fix="give more steps")
+    if not {"pitch", "roll", "heading"} <= {o.name for o in estimator.outputs}:
+        raise InputError.at(estimator.name, wanted="outputs pitch, roll, heading", found="others",
+                            fix="this estimator cannot be checked against float in degrees")
     say = progress or (lambda text: None)
     program = with_params(estimator.compile(word=word), estimator, params)
     real = inputs_of(estimator, log)[:steps]
@@ -188,26 +193,24 @@ def check(estimator: Estimator, log: Log, *, config: str = "small", word: int = 
         if run.broken_at is not None:
             divergence = f"fixed: states differ from C after step {run.broken_at}"
         results.append(LevelResult("fixed", "interpreter", n, int(run.broken_at is not None),
-                                   time.perf_counter() - start, divergence=divergence))
+                                   time.perf_counter() - start, divergence=divergence,
+                                   first_wrong=run.broken_at))
     if "c" in levels:
         say("C")
         results.append(_check_c(program, words, run.outputs, run.states, run.saturated))
     if "rtl" in levels:
-        say("compiling the core")
         if core is None or core.program != program:
+            say("compiling the core")
             core = build_core(program, config, urgent=estimator.urgent)
         for name in (simulator,) if simulator else _default_simulators():
             m = n if name == "verilator" or simulator else min(n, 30)
             say(f"RTL in {name}, {m} updates")
             results.append(_check_rtl(core, estimator, words[:m], run.outputs[:m],
                                       run.saturated[:m], name, verilog_hook))
-    bad = next((r for r in results if not r.good and r.divergence and not r.error), None)
-    if bad is not None and reproducer is not None:
-        step = int(bad.divergence.split("step ")[1].split(",")[0].split()[0])
-        write_reproducer(reproducer, program, words, step, config=config, level=bad.level)
-    if "pitch" not in reference:
-        raise InputError.at(estimator.name, wanted="outputs pitch, roll, heading", found="others",
-                            fix="this estimator cannot be checked against float in degrees")
+    bad = next((r for r in results if r.first_wrong is not None), None)
+    if bad is not None and bad.first_wrong is not None and reproducer is not None:
+        write_reproducer(reproducer, program, words, bad.first_wrong, config=config,
+                         level=bad.level)
     difference = euler_difference_deg(program, run.outputs, reference)
     steep = np.abs(reference["pitch"]) * 180.0 > 80.0
     until = int(np.argmax(steep)) if steep.any() else n
@@ -235,12 +238,12 @@ def _check_c(program: Program, words: IntArray, outputs: IntArray, states: IntAr
     n_out = len(program.outputs)
     wrong = ((plain != outputs).any(axis=1) | (full[:, :n_out] != outputs).any(axis=1)
              | (full[:, n_out:] != states).any(axis=1) | (flags != saturated))
-    text = ""
+    text, step = "", None
     if wrong.any():
         step = int(np.argmax(wrong))
         text = str(_divergence_c(program, words, step))
     return LevelResult("c", "gcc", len(words), int(wrong.sum()), time.perf_counter() - start,
-                       divergence=text)
+                       divergence=text, first_wrong=step)
 
 
 def _divergence_c(program: Program, words: IntArray, step: int) -> Divergence:
@@ -273,7 +276,7 @@ def _check_rtl(core: Core, estimator: Estimator, words: IntArray, outputs: IntAr
         return LevelResult("rtl", simulator, len(words), 0, time.perf_counter() - start,
                            error=str(error).strip().splitlines()[0])
     wrong = (run.outputs != outputs).any(axis=1) | (run.saturated != saturated)
-    text = ""
+    text, step = "", None
     if wrong.any():
         step = int(np.argmax(wrong))
         found = first_divergence_rtl(core, verilog, words, step, simulator=simulator)
@@ -285,4 +288,5 @@ def _check_rtl(core: Core, estimator: Estimator, words: IntArray, outputs: IntAr
         "rtl", simulator, len(words), int(wrong.sum()), time.perf_counter() - start,
         predicted, int(counted.min()), int(counted.max()), core.schedule.interval,
         int(run.interval_cycles.max()),
-        error="" if timing_ok else "output cycles differ from the schedule", divergence=text)
+        error="" if timing_ok else "output cycles differ from the schedule", divergence=text,
+        first_wrong=step)

@@ -62,6 +62,7 @@ def test_a_wrong_table_word_is_found_by_name_step_and_cycle(log, tmp_path):
                         r"wanted -?\d+, found -?\d+", rtl.divergence)
     data = load_reproducer(file)
     assert data["level"] == "rtl" and len(data["inputs"]) == 1
+    assert data["step"] == rtl.first_wrong
     assert replay_reproducer(file) == []  # the core itself is sound
 
 
