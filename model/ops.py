@@ -15,8 +15,8 @@ import numpy as np
 
 from model.graph import LEAVES, Condition, Node
 
-__all__ = ["absolute", "atan2_ht", "bounded", "clip", "flip", "maximum", "minimum", "named",
-           "rsqrt", "saturated", "sincos_ht", "sqrt", "where", "wrap_ht"]
+__all__ = ["absolute", "asin_ht", "atan2_ht", "bounded", "clip", "flip", "maximum", "minimum",
+           "named", "rsqrt", "saturated", "sincos_ht", "sqrt", "where", "wrap_ht"]
 
 
 def named(name: str, x: Any) -> Any:
@@ -116,6 +116,13 @@ def sqrt(x: Any) -> Any:
         root.low, root.high = max(x.low, 0.0) ** 0.5, max(x.high, 0.0) ** 0.5
         return root
     return np.sqrt(x)
+
+
+def asin_ht(x: Any) -> Any:
+    """Half turns whose sine is ``x`` in [0, 0.7188): up to an eighth of a turn and a little."""
+    if isinstance(x, Node):
+        return x.graph.function("asin", x)
+    return np.arcsin(np.clip(x, 0.0, 1.0)) / np.pi
 
 
 def atan2_ht(y: Any, x: Any) -> Any:

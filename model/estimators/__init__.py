@@ -5,11 +5,16 @@ from __future__ import annotations
 from model.errors import InputError
 from model.estimator import Estimator
 from model.estimators.complementary import Complementary, ComplementaryAsPrinted
+from model.estimators.ekf_bias import EkfBias
+from model.estimators.ekf_quaternion import EkfQuaternion
+from model.estimators.ekf_quaternion_vector import EkfQuaternionVector
+from model.estimators.mekf import Mekf
 
 __all__ = ["ESTIMATORS", "estimator"]
 
 ESTIMATORS: dict[str, type[Estimator]] = {
-    e.name: e for e in (Complementary, ComplementaryAsPrinted)
+    e.name: e for e in (Complementary, ComplementaryAsPrinted, EkfBias, EkfQuaternion,
+                        EkfQuaternionVector, Mekf)
 }
 
 

@@ -1,0 +1,314 @@
+"""Multiplicative extended Kalman filter of six error states in navigation axes.
+
+Nominal state: attitude q (body to navigation, ENU) and gyro bias b. Error state: a small rotation
+d about the *navigation* axes, C_true = (I + [d]x) C, and the bias error in body axes::
+
+    d' = -C db        Phi = [I, -C dt; 0, I]        Q = diag((gyro_sd^2 + gyro_scale_sd^2 |w|^2) dt,
+                                                             bias_sd^2 dt)
+
+Every measurement is a scalar along one axis of the error state, so no matrix is inverted:
+
+* tilt: the specific force, turned to navigation axes and low-passed there (its three states turn
+  with every correction), must point up: d_e = f_n/|f|, d_n = -f_e/|f|;
+* heading: the field, turned and low-passed likewise, must point north: d_u = m_e/m_h;
+* at rest: the low-passed gyro is the bias.
+
+One of them has its turn each time ``update_s`` has passed: tilt, tilt, heading, and at rest the
+three biases. A measurement that speaks for Dt seconds has the variance sd^2/Dt, so the same
+parameters hold at any sample rate::
+
+    S = P_hh Dt + sd^2      K = P_:h Dt / S      P <- P - K P_h:      dx = K z
+
+Evidence and alternatives: `docs/decisions/0006-mekf.md`.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from model import ops
+from model.covariance import Symmetric, symmetric
+from model.estimator import Estimator
+from model.estimators.mekf_interface import (
+    BIAS_SCALE,
+    INPUTS,
+    OUTPUTS,
+    PAIRS,
+    PARAMS,
+    START,
+    STATES,
+    STATUS_BITS,
+    covariance_name,
+)
+from model.quaternion import cross, dot, increment, matrix, multiply, turn
+
+__all__ = ["STATUS_BITS", "Mekf"]
+
+NOISE_FLOOR = 1e-4  #: least variance of a measurement: the square of the least legal sd.
+NOISE_LIMIT = 4.0  #: largest.
+SPAN_LIMIT = 0.5  #: s, longest time that one measurement speaks for.
+GAIN_LIMIT = 64.0  #: sqrt(P_ii Dt) / (2 sd) is less than that.
+TRACE_LIMIT = 2.5  #: rad^2 and scaled bias^2, trace of P from which on it grows no more.
+GROWTH_LIMIT = 0.125  #: largest growth of a variance in one prediction.
+BIAS_LIMIT = 0.25  #: rad/s.
+BIAS_ERROR_LIMIT = 16.0  #: scaled bias, largest difference that one update uses.
+CORRECTION_LIMIT = 0.5  #: rad, largest correction of one update.
+FORCE_STEP_LIMIT = 64.0  #: m/s^2, largest deviation from the mean force that counts.
+RATE_STEP_LIMIT = 4.0  #: rad/s, the same of the rate.
+RATE_WEIGHT = 256.0  #: (m/s^2)^2 of motion that (1 rad/s)^2 of the rate's deviation stand for.
+MEAN_WEIGHT = 32.0  #: the same for the mean rate: a body that keeps turning is not at rest.
+FIELD_AGE_LIMIT = 0.25  #: s, age from which on the field's direction is not used.
+NEVER_ZERO = 2.0**-20  #: keeps the alignment's quaternion from vanishing at half a turn.
+
+
+def _three(x: Any, name: str, axes: str) -> tuple[Any, Any, Any]:
+    first, second, third = (getattr(x, f"{name}_{a}") for a in axes)
+    return first, second, third
+
+
+def _angle_ht(y: Any, x: Any, inverse: Any = 1.0) -> Any:
+    """Angle of (x, y) in half turns with 1/sqrt(x^2 + y^2) = ``inverse`` known; unfolds octants.
+
+    As `model.ops.atan2_ht`, without its root.
+    """
+    swap = x * x < y * y
+    sine = ops.absolute(ops.where(swap, x, y)) * inverse
+    sine = ops.bounded(sine, 0.0, 0.7188, "smaller component of a unit vector")
+    sign = ops.flip(swap, ops.flip(x < 0.0, y))
+    base = ops.where(swap, ops.flip(y < 0.0, 0.5), ops.where(x < 0.0, -1.0, 0.0))
+    base = ops.bounded(base, -1.0, 0.5, "quadrant")
+    return ops.wrap_ht(base + ops.flip(sign < 0.0, ops.asin_ht(sine)))
+
+
+def _euler_ht(C: Any) -> tuple[Any, Any, Any]:
+    """Pitch, roll, heading [half turns] of C = Rz(heading) Rx(pitch) Ry(roll)."""
+    cosine_sq = C[2][2] * C[2][2] + C[2][0] * C[2][0]
+    secant = ops.rsqrt(cosine_sq)
+    cosine = ops.bounded(cosine_sq * secant, 0.0, 1.0, "cosine of the pitch")
+    return (_angle_ht(C[2][1], cosine), ops.wrap_ht(-_angle_ht(C[2][0], C[2][2], secant)),
+            ops.wrap_ht(-_angle_ht(C[0][1], C[1][1], secant)))
+
+
+def _element(value: Any) -> Any:
+    return ops.bounded(value, -3.9, 3.9, "element of P, of limited trace")
+
+
+def _below(a: Any, b: Any) -> Any:
+    """a < b, decided on a difference that keeps all its bits near zero."""
+    return ops.saturated(a - b, 1.0) < 0.0
+
+
+class Mekf(Estimator):
+    """Six-state error-state Kalman filter with soft trust in the magnetic field."""
+
+    name = "mekf"
+    summary = "multiplicative EKF: attitude and gyro bias, six error states, any sample rate"
+    inputs = INPUTS
+    params = PARAMS
+    states = STATES
+    outputs = OUTPUTS
+    urgent = 7  # Euler angles and quaternion; the status word may follow
+
+    def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+        """One sample: update with what earlier samples left, then predict with this one."""
+        gyro, field, force = (u.gx, u.gy, u.gz), (u.mx, u.my, u.mz), (u.ax, u.ay, u.az)
+        restart = u.dt < 0.0
+        dt = ops.named("step", ops.where(restart, 0.0, u.dt))
+        tilt_unknown, heading_unknown = x.rest_s < 0.0, x.horizontal < 0.0
+        leveling = restart | tilt_unknown
+        no_force = _below(dot(force, force), p.force_min_sq)
+        no_field = _below(dot(field, field), p.field_min_sq)
+        field_stale = x.since_field > FIELD_AGE_LIMIT
+
+        # Whose turn: one-hot weights (h_1, h_2, h_3) of the axis -1, 0, 1.
+        since = ops.named("since", ops.where(leveling, 0.0, x.since_update + dt))
+        due = since >= p.update_s
+        step = ops.named("update_step", ops.where(due, since, 0.0))
+        heading_turn = x.axis > 0.5
+        axis_sq = x.axis * x.axis
+        h = tuple(ops.bounded(w, 0.0, 1.0, "one of three") for w in (
+            0.5 * axis_sq - 0.5 * x.axis, 1.0 - axis_sq, 0.5 * axis_sq + 0.5 * x.axis))
+
+        # Directions of the low-passed force and field of the last sample.
+        f, m = _three(x, "force", "enu"), _three(x, "field", "enu")
+        f_sq, m_sq = dot(f, f), m[0] * m[0] + m[1] * m[1]
+        no_vertical = _below(f_sq, p.force_min_sq)
+        f_inverse, m_inverse = ops.rsqrt(f_sq), ops.rsqrt(m_sq)
+        up = tuple(ops.saturated(c * f_inverse, 1.0) for c in f)
+        sine, cosine = (ops.saturated(c * m_inverse, 1.0) for c in m[:2])
+        heading_error = ops.where(m[1] < 0.0, ops.flip(m[0] < 0.0, 1.0), sine)
+
+        # How odd the field is: squared deviation from the reference over the horizontal field,
+        # the most of late.
+        change = (ops.bounded(m_sq * m_inverse, 0.0, 440.0, "magnitude") - x.horizontal,
+                  m[2] - x.vertical)
+        odd = tuple(ops.saturated(d * m_inverse, 4.0) for d in change)
+        odd_now = ops.named("odd_now", ops.bounded(dot(odd, odd), 0.0, 32.0, "two squares"))
+        odd_past = x.odd_sq - ops.saturated(p.field_forget_per_s * dt, 1.0) * x.odd_sq
+        odd_past = ops.named("odd_past", ops.bounded(odd_past, 0.0, 32.0, "a part of it"))
+        odd_sq = ops.named("odd", ops.where(odd_now < odd_past, odd_past, odd_now))
+
+        # At rest the gyro's mean is the bias: b <- b + k (mean - b) with the gain k on every axis.
+        bias, rate = _three(x, "bias", "xyz"), _three(x, "rate", "xyz")
+        resting = p.rest_time_s < x.rest_s
+        rest_gain = ops.named("rest_gain", ops.where(
+            resting, ops.saturated(p.rest_rate_per_s * step, 0.5), 0.0))
+        keep = ops.named("rest_keep", 1.0 - rest_gain)
+
+        # Innovation, its variance and the time Dt it speaks for, for the axis whose turn it is.
+        innovation = ops.named("innovation", ops.bounded(
+            h[0] * up[1] - h[1] * up[0] + h[2] * heading_error, -1.0, 1.0, "one of three"))
+        heading_sq = p.heading_sd * p.heading_sd
+        variance = ops.where(
+            heading_turn,
+            ops.saturated(heading_sq + p.field_trust_s * odd_sq, NOISE_LIMIT),
+            p.tilt_sd * p.tilt_sd)
+        span = ops.named("span", ops.saturated(3.0 * step, SPAN_LIMIT))
+        span = ops.where(heading_turn, ops.where(heading_unknown | field_stale, 0.0, span),
+                         ops.where(no_force, 0.0, span))
+
+        # Scalar update: gain and correction; P itself below.
+        P = symmetric(6, lambda i, j: getattr(x, covariance_name(i, j)))
+        column = [_element(dot(h, P[i][:3])) for i in range(3)]
+        column += [_element(keep * _element(dot(h, P[i][:3]))) for i in range(3, 6)]
+        total = ops.bounded(dot(h, column[:3]) * span + variance, NOISE_FLOOR, 7.9,
+                            "at least the noise")
+        inverse = ops.bounded(1.0 / total, 0.0, 1.0 / NOISE_FLOOR, "1 / S")
+        scale = ops.bounded(span * inverse, 0.0, SPAN_LIMIT / NOISE_FLOOR, "Dt / S")
+        gain = [ops.bounded(c * scale, -GAIN_LIMIT, GAIN_LIMIT, "sqrt(P_ii Dt) / (2 sd)")
+                for c in column]
+        turned = tuple(ops.saturated(k * innovation, CORRECTION_LIMIT) for k in gain[:3])
+        learnt = [ops.saturated(ops.where(
+            leveling, 0.0,
+            b * keep + r * rest_gain + k * (1.0 / BIAS_SCALE) * innovation), BIAS_LIMIT)
+            for b, r, k in zip(bias, rate, gain[3:], strict=True)]
+
+        # Attitude: correction (or alignment), then the gyro's step, then |q| = 1.
+        unknown = leveling | (heading_unknown & field_stale)
+        correction = self._correction(up, sine, cosine, turned, tilt_unknown,
+                                      heading_unknown & ~unknown)
+        half = tuple(ops.bounded(0.5 * (w * dt - b * dt), -1.0, 1.0, "at most 2 rad a sample")
+                     for w, b in zip(gyro, bias, strict=True))
+        before = [ops.where(restart, c, getattr(x, f"q{a}"))
+                  for a, c in zip("wxyz", START, strict=True)]
+        q = [ops.bounded(c, -2.0, 2.0, "at most twice a unit quaternion")
+             for c in multiply(correction, multiply(before, increment(half)))]
+        norm = ops.rsqrt(ops.bounded(dot(q, q), 0.0, 4.5, "at most twice a unit quaternion"))
+        q = [ops.bounded(c * norm, -1.0, 1.0, "unit quaternion") for c in q]
+        C = matrix(q)
+        pitch, roll, heading = _euler_ht(C)
+
+        after = self._covariance(P, gain, column, C, step, leveling, keep, rest_gain, gyro, p)
+
+        # Low-passes: force and field in navigation axes, rate in body axes.
+        f_change = [ops.saturated(a - c, FORCE_STEP_LIMIT)
+                    for a, c in zip(turn(C, force), f, strict=True)]
+        r_change = [ops.saturated(w - c, RATE_STEP_LIMIT)
+                    for w, c in zip(gyro, rate, strict=True)]
+        m_change = [a - c for a, c in zip(turn(C, field), m, strict=True)]
+        since_field = ops.named("field_age", ops.saturated(
+            ops.where(restart, 1.0, x.since_field + dt), 1.0))
+        f_follow, m_follow, r_follow = (ops.saturated(rate * age, 1.0) for rate, age in (
+            (p.force_rate_per_s, dt), (p.field_rate_per_s, since_field), (p.gyro_rate_per_s, dt)))
+        f_follow = ops.where(leveling, 1.0, ops.where(no_force, 0.0, f_follow))
+        m_follow = ops.where(no_field, 0.0, ops.where(heading_unknown, 1.0, m_follow))
+        r_follow = ops.where(leveling, 1.0, r_follow)
+        f_after = [ops.bounded(c + f_follow * d + t, -278.0, 278.0, "a mean of forces")
+                   for c, d, t in zip(f, f_change, cross(turned, f), strict=True)]
+        m_after = [ops.bounded(c + m_follow * d, -444.0, 444.0, "a mean of fields")
+                   for c, d in zip(m, m_change, strict=True)]
+        r_after = [ops.saturated(c + r_follow * d, RATE_STEP_LIMIT)
+                   for c, d in zip(rate, r_change, strict=True)]
+
+        # Reference of the field; its horizontal part is negative until the heading is known.
+        follow = ops.where(heading_unknown, 1.0, ops.saturated(p.field_follow_per_s * dt, 1.0))
+        horizontal = ops.bounded(ops.where(unknown, -1.0, x.horizontal + follow * change[0]),
+                                 -1.0, 450.0, "a mean of magnitudes")
+        vertical = ops.bounded(x.vertical + follow * change[1], -450.0, 450.0, "a mean of fields")
+
+        # Rest: rate and force keep near their means, and the mean rate can be a bias.
+        motion = (dot(f_change, f_change) + RATE_WEIGHT * dot(r_change, r_change)
+                  + MEAN_WEIGHT * dot(rate, rate))
+        at_rest = _below(motion, p.rest_motion * p.rest_motion)
+        rest_s = ops.where(at_rest, ops.saturated(x.rest_s + dt, 32.0), 0.0)
+        rest_s = ops.where(leveling, ops.where(restart | no_vertical, -1.0, 0.0), rest_s)
+
+        flags = (leveling, unknown, no_force, no_field, heading_sq < p.field_trust_s * odd_sq,
+                 dot(gyro, gyro) >= p.gyro_max_sq, resting)
+        status: Any = 0.0
+        for bit, flag in enumerate(flags):
+            status = status + ops.where(flag, float(1 << bit), 0.0)
+
+        states = {
+            **{f"q{a}": c for a, c in zip("wxyz", q, strict=True)},
+            **{f"bias_{a}": b for a, b in zip("xyz", learnt, strict=True)},
+            **{covariance_name(i, j): after[i][j] for i, j in PAIRS},
+            **{f"force_{a}": v for a, v in zip("enu", f_after, strict=True)},
+            **{f"field_{a}": v for a, v in zip("enu", m_after, strict=True)},
+            **{f"rate_{a}": v for a, v in zip("xyz", r_after, strict=True)},
+            "horizontal": horizontal, "vertical": vertical,
+            "odd_sq": ops.where(heading_unknown, 0.0, odd_sq),
+            "since_update": ops.where(due, 0.0, since),
+            "axis": ops.bounded(ops.where(due, x.axis + 1.0 - 3.0 * h[2], x.axis), -1.0, 1.0,
+                                "one of three"),
+            "rest_s": rest_s,
+            "since_field": ops.where(no_field, since_field, 0.0),
+        }
+        out = {"pitch": pitch, "roll": roll, "heading": heading,
+               "qw": q[0], "qx": q[1], "qy": q[2], "qz": q[3], "status": status}
+        return states, out
+
+    @staticmethod
+    def _correction(up: Any, sine: Any, cosine: Any, turned: Any, tilt_unknown: Any,
+                    aligning_heading: Any) -> list[Any]:
+        """Quaternion, not yet normalised, that turns the attitude about navigation axes.
+
+        * in general (1, d/2);
+        * tilt not known: the shortest turn of the measured vertical (e, n, u) to the top,
+          (1 + u, n, -e, 0);
+        * heading not known: the turn about the vertical by the angle of (cosine, sine),
+          (1 + c, 0, 0, s).
+        """
+        level = ((1.0 + NEVER_ZERO) + up[2], up[1], -up[0], 0.0)
+        around = ((1.0 + NEVER_ZERO) + cosine, 0.0, 0.0, sine)
+        small = (1.0, *(0.5 * d for d in turned))
+        return [ops.where(tilt_unknown, a, ops.where(aligning_heading, b, c))
+                for a, b, c in zip(level, around, small, strict=True)]
+
+    @staticmethod
+    def _covariance(P: Symmetric, gain: Any, column: Any, C: Any, step: Any, start: Any, keep: Any,
+                    rest_gain: Any, gyro: Any, p: Any) -> Symmetric:
+        """Update, then predict: Phi (P - K P_h:) Phi^T + Q, Phi = [I, -A; 0, I], A = C step.
+
+        P0 where ``start``. No growth from a trace of `TRACE_LIMIT` on.
+        """
+        trace = P[0][0] + P[1][1] + P[2][2] + P[3][3] + P[4][4] + P[5][5]
+        step = ops.named("growth_step", ops.where(trace > TRACE_LIMIT, 0.0, step))
+        A = [[c * (step * (1.0 / BIAS_SCALE)) for c in row] for row in C]
+        attitude = p.gyro_sd * p.gyro_sd + p.gyro_scale_sd * p.gyro_scale_sd * dot(gyro, gyro)
+        attitude = ops.saturated(attitude * step, GROWTH_LIMIT)
+        walk, p0_bias = p.bias_sd * BIAS_SCALE, p.p0_bias * BIAS_SCALE
+        rest_sd = p.rest_sd * BIAS_SCALE
+        walk = ops.bounded(walk * walk * step + rest_sd * rest_sd * (p.rest_rate_per_s * rest_gain),
+                           0.0, 16.0, "")
+        p0 = (p.p0_tilt * p.p0_tilt, p.p0_tilt * p.p0_tilt, p.p0_heading * p.p0_heading,
+              *(p0_bias * p0_bias,) * 3)
+
+        factor = (1.0, keep, ops.named("rest_keep_sq", keep * keep))
+
+        def updated(i: int, j: int) -> Any:
+            return P[i][j] * factor[(i > 2) + (j > 2)] - gain[i] * column[j]
+
+        # P_bb' = P_bb + Q_b, P_tb' = P_tb - A P_bb', P_tt' = P_tt - A P_tb^T - P_tb' A^T + Q_t
+        bias = symmetric(3, lambda i, j: _element(ops.where(
+            start, p0[3 + i] if i == j else 0.0,
+            updated(3 + i, 3 + j) + (walk if i == j else 0.0))))
+        across = [[_element(updated(i, 3 + k)) for k in range(3)] for i in range(3)]
+        across_after = [[_element(ops.where(start, 0.0, across[i][k] - dot(A[i], bias[k])))
+                         for k in range(3)] for i in range(3)]
+        tilt = symmetric(3, lambda i, j: _element(ops.where(
+            start, p0[i] if i == j else 0.0,
+            updated(i, j) - dot(A[i], across[j]) - dot(across_after[i], A[j])
+            + (attitude if i == j else 0.0))))
+        return [[*tilt[i], *across_after[i]] for i in range(3)] + [
+            [*(across_after[i][k] for i in range(3)), *bias[k]] for k in range(3)]
