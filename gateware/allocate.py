@@ -1,23 +1,25 @@
 """Register allocation: every value of a schedule gets a register, for as long as it is needed.
 
-The lower half of a bank holds, from offset 0 of bank 0 on, the parameters in the order of the
-program (their addresses depend on nothing else: the host writes them), then what lives for a while
-(inputs in bank 0, results in the bank of their lane), then the constants. Constants with the same
-word share a register. The upper half holds the states, current ones at ``1 0 ...`` and next ones
-at ``1 1 ...``, in the bank of the lane that computes the next value.
+The lower half of the banks holds the parameters of all programs of a core, in order (their
+addresses depend on nothing else: the host writes them; `Machine.parameter_register`), then what
+lives for a while (inputs in bank 0, results in the bank of their lane), then the constants. Only
+one program runs at a time, so all share the registers of inputs and results; constants with the
+same word share a register too. The upper half holds the states, current ones at ``1 0 ...`` and
+next ones at ``1 1 ...``, in the bank of the lane that computes the next value; no two programs
+share them, so a program that does not run keeps its own.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 
 from gateware.machine import Machine
 from gateware.slots import Schedule, ScheduleError
 from model.program import Kind
 
-__all__ = ["Allocation", "Tenant", "allocate", "parameter_addresses", "result_bank"]
+__all__ = ["Allocation", "Tenant", "allocate", "allocate_together", "result_bank"]
 
 
 @dataclass(frozen=True)
@@ -35,10 +37,10 @@ class Tenant:
 
 @dataclass(frozen=True)
 class Allocation:
-    """Where every value lives.
+    """Where every value of a program lives.
 
     ``tenants`` has one entry for each value that has a register, in the order of values;
-    ``initial`` are the unsigned words of all registers before the first update.
+    ``initial`` are the unsigned words of all registers of the core before the first update.
     """
 
     tenants: tuple[Tenant, ...]
@@ -56,7 +58,7 @@ class Allocation:
         return None
 
     def used(self, machine: Machine) -> tuple[tuple[int, int], ...]:
-        """Registers in use per bank: lower half, state pairs."""
+        """Registers that the program uses, per bank: lower half, state pairs."""
         depth = machine.bank_depth
         lower: list[set[int]] = [set() for _ in range(machine.lanes)]
         state: list[set[int]] = [set() for _ in range(machine.lanes)]
@@ -79,53 +81,75 @@ class Allocation:
         return cls(tuple(Tenant(**t) for t in d["tenants"]), tuple(d["initial"]))
 
 
-def parameter_addresses(schedule: Schedule) -> dict[str, int]:
-    """Register of each parameter by name: what the host writes to."""
-    program = schedule.program
-    return {program.values[n].name: k for k, n in enumerate(program.of_kind(Kind.PARAM))}
-
-
 def result_bank(schedule: Schedule, op: int) -> int:
     """Bank that the result of an op is written to: that of its lane."""
     return schedule.ends[op].lane
 
 
 def allocate(schedule: Schedule) -> Allocation:
-    """Give every value of the schedule a register.
+    """Registers of a program that has the core for itself; see `allocate_together`."""
+    return allocate_together([schedule])[0]
+
+
+def allocate_together(schedules: Sequence[Schedule]) -> tuple[Allocation, ...]:
+    """Give every value of the schedules, all on one machine, a register.
 
     Raises
     ------
     ScheduleError
         If a bank is full; the message counts what was wanted and what there is.
     """
-    return _Allocator(schedule).run()
+    core = _Core(schedules[0].machine)
+    parts = [_Allocator(schedule, core) for schedule in schedules]
+    for part in parts:
+        part.parameters()
+    for part in parts:
+        part.states()
+    shared = [part.temporaries() for part in parts]
+    core.top = [max(tops) for tops in zip(*shared, strict=True)]
+    for part in parts:
+        part.constants()
+    initial = [0] * (core.machine.bank_depth * core.machine.lanes)
+    for part in parts:
+        part.fill(initial)
+    return tuple(part.result(initial) for part in parts)
+
+
+class _Core:
+    """What the programs of a core share: how far each bank is taken."""
+
+    def __init__(self, machine: Machine) -> None:
+        self.machine = machine
+        self.half = machine.bank_depth // 2
+        self.parameters = 0
+        #: State pairs of each bank.
+        self.states = [0] * machine.lanes
+        #: First offset of each bank's lower half that nobody has owned yet.
+        self.top = [0] * machine.lanes
+        #: Register of each constant word.
+        self.constants: dict[int, int] = {}
 
 
 class _Allocator:
-    def __init__(self, schedule: Schedule) -> None:
+    """One program's part."""
+
+    def __init__(self, schedule: Schedule, core: _Core) -> None:
         self.schedule = schedule
+        self.core = core
         self.program = schedule.program
         self.machine = schedule.machine
         self.last_read = _last_reads(schedule)
         self.tenants: dict[int, Tenant] = {}
-        self.half = self.machine.bank_depth // 2
-        #: First offset of each bank's lower half that nobody has owned yet.
-        self.top = [0] * self.machine.lanes
         self.end = schedule.length - 1
 
-    def run(self) -> Allocation:
+    def result(self, initial: Iterable[int]) -> Allocation:
+        """Where everything is."""
+        return Allocation(tuple(self.tenants[n] for n in sorted(self.tenants)), tuple(initial))
+
+    def fill(self, initial: list[int]) -> None:
+        """Put this program's first words into the core's."""
         program = self.program
-        params = program.of_kind(Kind.PARAM)
-        if len(params) > self.half:
-            raise self.full("parameters", 0, len(params), self.half)
-        for n in params:
-            self.own(n, self.top[0], 0, self.end)
-            self.top[0] += 1
-        self.states()
-        self.temporaries()
-        self.constants()
         mask = (1 << self.machine.arithmetic.word) - 1
-        initial = [0] * (self.machine.bank_depth * self.machine.lanes)
         following = dict(program.states)
         for n, t in self.tenants.items():
             value = program.values[n]
@@ -133,7 +157,6 @@ class _Allocator:
                 initial[t.address] = value.initial & mask
             if value.kind is Kind.STATE:  # both copies: whatever the parity is
                 initial[self.tenants[following[n]].address] = value.initial & mask
-        return Allocation(tuple(self.tenants[n] for n in sorted(self.tenants)), tuple(initial))
 
     def own(self, value: int, address: int, start: int, end: int) -> None:
         self.tenants[value] = Tenant(value, address, start, end)
@@ -142,56 +165,70 @@ class _Allocator:
         return ScheduleError(f"{self.program.name}: {what} need {wanted} registers of bank {bank}, "
                              f"the {self.machine.name} machine has {there} for them")
 
+    def parameters(self) -> None:
+        """Fixed registers, after those of the programs before this one."""
+        core, machine = self.core, self.machine
+        for n in self.program.of_kind(Kind.PARAM):
+            address = machine.parameter_register(core.parameters)
+            bank, offset = divmod(address, machine.bank_depth)
+            if bank >= machine.lanes or offset >= core.half:
+                raise self.full("parameters", machine.lanes - 1, offset + 1, core.half)
+            core.parameters += 1
+            core.top[bank] = offset + 1
+            self.own(n, address, 0, self.end)
+
     def states(self) -> None:
         """Pairs of current and next states."""
-        machine = self.machine
+        machine, core = self.machine, self.core
         producer = {op.dest: k for k, op in enumerate(self.program.ops)}
-        count = [0] * machine.lanes
         for state, after in self.program.states:
             bank = result_bank(self.schedule, producer[after])
-            base = bank * machine.bank_depth + self.half + count[bank]
+            base = bank * machine.bank_depth + core.half + core.states[bank]
             self.own(state, base, 0, self.end)
             written = self.schedule.write_cycle(producer[after])
             self.own(after, base + machine.state_slots, written + 1, self.end)
-            count[bank] += 1
-        for bank, n in enumerate(count):
+            core.states[bank] += 1
+        for bank, n in enumerate(core.states):
             if n > machine.state_slots:
                 raise self.full("states", bank, n, machine.state_slots)
 
-    def temporaries(self) -> None:
-        """Inputs and results, in the order in which they are written; registers are reused."""
+    def temporaries(self) -> list[int]:
+        """Inputs and results, in the order in which they are written; registers are reused.
+
+        Returns how far each bank is taken.
+        """
         schedule, program = self.schedule, self.program
         births = [(g, n, 0) for g, n in zip(schedule.gets, program.inputs, strict=True)]
         births += [(schedule.write_cycle(k), op.dest, result_bank(schedule, k))
                    for k, op in enumerate(program.ops) if op.dest not in self.tenants]
-        start = list(self.top)
-        busy: list[dict[int, int]] = [{} for _ in start]  # offset -> last read of its owner
+        top = list(self.core.top)
+        busy: list[dict[int, int]] = [{} for _ in top]  # offset -> last read of its owner
         for written, n, bank in sorted(births):
-            offset = next((k for k, end in sorted(busy[bank].items()) if end < written),
-                          self.top[bank])
-            self.top[bank] = max(self.top[bank], offset + 1)
+            offset = next((k for k, end in sorted(busy[bank].items()) if end < written), top[bank])
+            top[bank] = max(top[bank], offset + 1)
             end = max(self.last_read.get(n, 0), written)
             busy[bank][offset] = end
             self.own(n, bank * self.machine.bank_depth + offset, written + 1, end)
-        for bank, top in enumerate(self.top):
-            if top > self.half:
-                raise self.full("parameters, inputs and results", bank, top, self.half)
+        for bank, taken in enumerate(top):
+            if taken > self.core.half:
+                raise self.full("parameters, inputs and results", bank, taken, self.core.half)
+        return top
 
     def constants(self) -> None:
         """Constants that are read: one register for each word, in the emptiest bank."""
-        owner: dict[int, int] = {}
+        core, owner = self.core, self.core.constants
         wanted = [n for n in self.program.of_kind(Kind.CONST) if n in self.last_read]
-        words = {self.program.values[n].initial for n in wanted}
-        room = sum(self.half - top for top in self.top)
+        words = {self.program.values[n].initial for n in wanted} - owner.keys()
+        room = sum(core.half - top for top in core.top)
         if len(words) > room:
             raise ScheduleError(f"{self.program.name}: {len(words)} constants, {room} registers of "
                                 f"the {self.machine.name} machine left for them")
         for n in wanted:
             word = self.program.values[n].initial
             if word not in owner:
-                bank = min(range(len(self.top)), key=self.top.__getitem__)
-                owner[word] = bank * self.machine.bank_depth + self.top[bank]
-                self.top[bank] += 1
+                bank = min(range(len(core.top)), key=core.top.__getitem__)
+                owner[word] = bank * self.machine.bank_depth + core.top[bank]
+                core.top[bank] += 1
             self.own(n, owner[word], 0, self.end)
 
 

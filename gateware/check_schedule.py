@@ -20,7 +20,8 @@ __all__ = ["check_schedule"]
 _READ, _WRITE = 1, 6
 
 
-def check_schedule(program: Program, schedule: Schedule, allocation: Allocation) -> None:
+def check_schedule(program: Program, schedule: Schedule, allocation: Allocation, *,
+                   parameters_before: int = 0) -> None:
     """Pass, or raise `ScheduleError` with the op and the cycle of the first fault.
 
     Parameters
@@ -29,9 +30,12 @@ def check_schedule(program: Program, schedule: Schedule, allocation: Allocation)
         The source program.
     schedule, allocation
         What was made of it.
+    parameters_before : int
+        Parameters of the programs that come before it in the core. What programs must leave to
+        each other is the matter of `gateware.check_core`.
     """
     _check_copies(program, schedule)
-    _check_registers(schedule, allocation)
+    _check_registers(schedule, allocation, parameters_before)
     _check_groups(schedule)
     _check_streams(schedule)
     _Replay(schedule, allocation).run()
@@ -83,7 +87,7 @@ def _copies(program: Program, op: Op | None, value: int) -> bool:
     return program.values[t.b].initial == 1 << (t.shift + program.arithmetic.guard)
 
 
-def _check_registers(schedule: Schedule, allocation: Allocation) -> None:
+def _check_registers(schedule: Schedule, allocation: Allocation, before: int) -> None:
     """Fixed addresses, initial words, the layout of the states."""
     machine, program = schedule.machine, schedule.program
     depth, half = machine.bank_depth, machine.bank_depth // 2
@@ -104,9 +108,10 @@ def _check_registers(schedule: Schedule, allocation: Allocation) -> None:
             raise _fail(schedule, None, None, f"register {address} must start with the word of "
                         f"{name}")
     for k, n in enumerate(program.of_kind(Kind.PARAM)):
-        if where.get(n) != k:
+        fixed = _parameter_register(depth, machine.lanes, before + k)
+        if where.get(n) != fixed:
             raise _fail(schedule, None, None, f"parameter {_name(schedule, n)} must be in register "
-                        f"{k}, not {where.get(n)}")
+                        f"{fixed}, not {where.get(n)}")
     for state, after in program.states:
         current, following = where[state], where[after]
         if current % depth - half >= half // 2 or following != current + half // 2:
@@ -115,6 +120,14 @@ def _check_registers(schedule: Schedule, allocation: Allocation) -> None:
     owners = Counter(where[s] for s, _ in program.states)
     if any(n > 1 for n in owners.values()):
         raise _fail(schedule, None, None, "two states share a register")
+
+
+def _parameter_register(depth: int, lanes: int, number: int) -> int:
+    """Register of the core's parameter ``number``: 48 of 256 words of each bank but the last."""
+    if lanes == 1:
+        return number
+    room = depth * 48 // 256
+    return number if number < room else depth + number - room
 
 
 def _check_groups(schedule: Schedule) -> None:

@@ -1,25 +1,28 @@
-"""From a program to a core: schedule, check, allocate, assemble, Verilog."""
+"""From programs to a core: schedule, allocate, check, assemble, Verilog."""
 
 from __future__ import annotations
 
 import dataclasses
+import hashlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from gateware.allocate import Allocation, allocate, parameter_addresses
-from gateware.check_schedule import check_schedule
+from gateware.allocate import Allocation, allocate_together
+from gateware.check_core import check_core
 from gateware.engine import Engine
 from gateware.image import Image
 from gateware.listing import listing
 from gateware.machine import CONFIGS, Machine
 from gateware.microcode import assemble
 from gateware.schedule import schedule
-from gateware.slots import Schedule
+from gateware.slots import Schedule, ScheduleError
+from gateware.state_rooms import state_rooms
 from gateware.verilog import to_verilog
 from model.errors import InputError
-from model.program import Program
+from model.program import Kind, Program
 
-__all__ = ["Core", "build_core", "machine_for"]
+__all__ = ["Core", "Part", "build_core", "build_shared_core", "machine_for"]
 
 
 def machine_for(config: str, program: Program) -> Machine:
@@ -37,17 +40,74 @@ def machine_for(config: str, program: Program) -> Machine:
 
 
 @dataclass(frozen=True)
-class Core:
-    """A program on a machine, ready to become Verilog.
-
-    The schedule has been proven by `gateware.check_schedule`.
-    """
+class Part:
+    """A program in a core: its place in time and in the registers."""
 
     program: Program
-    machine: Machine
     schedule: Schedule
     allocation: Allocation
+
+
+@dataclass(frozen=True)
+class Core:
+    """Programs on a machine, ready to become Verilog; one of them is at hand.
+
+    All that is said of a program (`program`, `schedule`, `allocation`, `listing`,
+    `parameter_addresses`) is said of the one at hand; `select` takes up another. The schedules have
+    been proven by `gateware.check_core`.
+
+    Parameters
+    ----------
+    parts : tuple of Part
+        The programs, by their numbers in the core.
+    machine : Machine
+        Configuration.
+    image : Image
+        Contents of the memories.
+    number : int
+        The program at hand. The hardware begins with program 0 in any case.
+    """
+
+    parts: tuple[Part, ...]
+    machine: Machine
     image: Image
+    number: int = 0
+
+    @property
+    def program(self) -> Program:
+        """The source program."""
+        return self.parts[self.number].program
+
+    @property
+    def schedule(self) -> Schedule:
+        """The program laid out in time."""
+        return self.parts[self.number].schedule
+
+    @property
+    def allocation(self) -> Allocation:
+        """Where the program's values live."""
+        return self.parts[self.number].allocation
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the programs, by number."""
+        return tuple(part.program.name for part in self.parts)
+
+    @property
+    def name(self) -> str:
+        """Name of the only program, else "core"."""
+        return "core" if len(self.parts) > 1 else self.program.name
+
+    @property
+    def digest(self) -> str:
+        """Hexadecimal identifier of all programs in their order; of a single one, its own."""
+        return _digest([part.program for part in self.parts])
+
+    def select(self, number: int) -> Core:
+        """The same core with another program at hand."""
+        if not 0 <= number < len(self.parts):
+            raise ValueError(f"number must be 0 to {len(self.parts) - 1}, not {number!r}")
+        return dataclasses.replace(self, number=number)
 
     def verilog(self, *, instances: bool) -> str:
         """Verilog of module ``core``: with DSP48A1 primitives, or with their behaviour.
@@ -60,35 +120,69 @@ class Core:
 
     @cached_property
     def listing(self) -> str:
-        """The microcode as text, one line per cycle."""
-        return listing(self.image, self.schedule, self.allocation)
+        """The program's microcode as text, one line per cycle."""
+        return listing(self.image.program(self.number), self.schedule, self.allocation)
 
     @property
     def parameter_addresses(self) -> dict[str, int]:
-        """Bus address of every parameter."""
-        return parameter_addresses(self.schedule)
+        """Bus address of every parameter of the program."""
+        where = self.allocation.addresses()
+        return {self.program.values[n].name: where[n] for n in self.program.of_kind(Kind.PARAM)}
 
 
 def build_core(program: Program, config: str, *, urgent: int | None = None,
-               restarts: int = 300) -> Core:
-    """Compile a program for a configuration.
+               restarts: int | None = None) -> Core:
+    """Compile a program for a configuration; see `build_shared_core`."""
+    return build_shared_core([program], config, urgents=[urgent], restarts=restarts)
+
+
+def build_shared_core(programs: Sequence[Program], config: str, *,
+                      urgents: Sequence[int | None] | None = None,
+                      restarts: int | None = None) -> Core:
+    """Compile programs into one core for a configuration.
 
     Parameters
     ----------
-    urgent : int, optional
-        Leading outputs whose latency counts first; all by default.
-    restarts : int
-        Effort of the scheduler.
+    programs : sequence of Program
+        All with the same arithmetic and the same function tables.
+    urgents : sequence of int or None, optional
+        For each program, the leading outputs whose latency counts first; all by default.
+    restarts : int, optional
+        Effort of the scheduler; by default as much as takes a few seconds.
 
     Raises
     ------
     InputError
         Unknown configuration.
     ScheduleError
-        The program does not fit the machine.
+        The programs do not fit the machine.
     """
-    machine = machine_for(config, program)
-    plan = schedule(program, machine, urgent=urgent, restarts=restarts)
-    allocation = allocate(plan)
-    check_schedule(program, plan, allocation)
-    return Core(program, machine, plan, allocation, assemble(plan, allocation))
+    if len({p.name for p in programs}) < len(programs):
+        raise ValueError(f"programs must have different names, not {[p.name for p in programs]}")
+    machine = machine_for(config, programs[0])
+    rooms = state_rooms(programs, machine)
+    plans = [schedule(program, machine, urgent=urgent, restarts=restarts, state_room=room)
+             for program, urgent, room in zip(programs, urgents or [None] * len(programs), rooms,
+                                              strict=True)]
+    words = sum(plan.length for plan in plans)
+    if words > machine.rom_words:
+        raise ScheduleError(f"the programs take {words} microwords, the {machine.name} machine has "
+                            f"{machine.rom_words}")
+    allocations = allocate_together(plans)
+    check_core(programs, plans, allocations)
+    parts = tuple(map(Part, programs, plans, allocations))
+    images = [assemble(plan, allocation)
+              for plan, allocation in zip(plans, allocations, strict=True)]
+    try:
+        image = Image.join(images, digest=int(_digest(programs), 16))
+    except ValueError as error:
+        raise ScheduleError(f"{', '.join(p.name for p in programs)}: {error}") from None
+    image.check(machine)
+    return Core(parts, machine, image)
+
+
+def _digest(programs: Sequence[Program]) -> str:
+    if len(programs) == 1:
+        return programs[0].digest
+    return hashlib.sha256(" ".join(p.digest for p in programs).encode()).hexdigest()[
+        :len(programs[0].digest)]

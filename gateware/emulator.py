@@ -61,7 +61,7 @@ class _Lane:
 
 
 class Emulator:
-    """The machine with an image in its memories.
+    """The machine with an image in its memories; its first program runs until `select`.
 
     Parameters
     ----------
@@ -74,8 +74,10 @@ class Emulator:
     ----------
     registers : list of int
         The register file, signed words.
-    parity : int
-        Which copy of the states is the current one.
+    number : int
+        The program that runs.
+    parities : list of int
+        Which copy of each program's states is the current one.
     saturated, framing : bool
         Sticky flags.
     """
@@ -83,12 +85,14 @@ class Emulator:
     def __init__(self, machine: Machine, image: Image) -> None:
         self.machine = machine
         self.image = image
-        self.rom = [decode(machine, w) for w in image.rom[:image.length]]
-        self._fields = [[{n[:-1]: v for n, v in w.items() if n.endswith(str(k))}
-                         for k in range(machine.lanes)] for w in self.rom]
+        programs = range(len(image.lengths))
+        self._roms = [[decode(machine, w) for w in image.program(k)] for k in programs]
+        self._lane_roms = [[[{n[:-1]: v for n, v in w.items() if n.endswith(str(k))}
+                             for k in range(machine.lanes)] for w in rom] for rom in self._roms]
+        self.number = 0
+        self.parities = [0 for _ in programs]
         self.registers = [self._signed(w) for w in image.registers]
         self.tables = [self._signed(w) for w in image.tables]
-        self.parity = 0
         self.pc = 0
         self.cycle = 0
         self.saturated = False
@@ -100,6 +104,16 @@ class Emulator:
         bits = self.machine.arithmetic.word
         word &= (1 << bits) - 1
         return word - (word >> (bits - 1) << bits)
+
+    @property
+    def rom(self) -> list[dict[str, int]]:
+        """Decoded words of the program that runs."""
+        return self._roms[self.number]
+
+    @property
+    def parity(self) -> int:
+        """Which copy of the running program's states is the current one."""
+        return self.parities[self.number]
 
     def _physical(self, address: int) -> int:
         """Register address with the parity folded into bit c of the state region."""
@@ -113,6 +127,13 @@ class Emulator:
         if self.pc != 0:
             raise ValueError("parameters must be written between updates")
         self.registers[address] = self._signed(word)
+
+    def select(self, number: int) -> None:
+        """Host write of the program's number; only between updates."""
+        if self.pc != 0:
+            raise ValueError("the program must be selected between updates")
+        if 0 <= number < len(self._roms):
+            self.number = number
 
     def update(self, words: Sequence[int]) -> Record:
         """Feed one record, ``last`` with its last word, and run until the machine is idle again."""
@@ -149,7 +170,7 @@ class Emulator:
                 record.outputs.append(lane.a1)
                 record.emitted.append(self.cycle)
                 record.lasts.append(bool(word["emit_last"]))
-            field_of = self._fields[self.pc][k]
+            field_of = self._lane_roms[self.number][self.pc][k]
             written = self._stages(lane, field_of, taken[0] if taken and k == 0 else None)
             if written is not None:
                 address = k * self.machine.bank_depth + field_of["dest"]
@@ -164,8 +185,8 @@ class Emulator:
             self.swallowing = not taken[1]
             self.pc = 0
             return
-        if word["commit"]:
-            self.parity ^= 1
+        if word["home"]:
+            self.parities[self.number] ^= 1
         self.pc = 0 if word["home"] else self.pc + 1
 
     def _stages(self, lane: _Lane, f: dict[str, int], taken: int | None) -> int | None:

@@ -24,20 +24,20 @@ def word_layout(word: int) -> data.StructLayout:
 
 
 class Engine(wiring.Component):
-    """One estimator as a core: records of input words in, records of output words out.
+    """Estimators as a core: records of input words in, records of output words out.
 
-    `docs/engine.md` is the contract. The program stands still, all of it, while an input word is
-    missing or an output word is not taken.
+    `docs/engine.md` is the contract. One of the image's programs runs, as a register says. It
+    stands still, all of it, while an input word is missing or an output word is not taken.
 
-    **Latency** that of the program: word c of the ROM is at work c cycles after the first input
+    **Latency** that of the program: its word c is at work c cycles after the first input
     word of the record was taken, stalls not counted.
 
     Parameters
     ----------
     machine : Machine
-        Configuration: lanes, widths, depth of the ROM.
+        Configuration: lanes and widths.
     image : Image
-        Program and initial memory contents.
+        Programs and initial memory contents.
 
     Members
     -------
@@ -63,25 +63,19 @@ class Engine(wiring.Component):
             "saturated_update": Out(1),
         })
 
-    @property
-    def interval(self) -> int:
-        """Cycles from record to record when the streams never wait."""
-        return self.image.length
-
     def elaborate(self, platform: Any) -> Module:
         """Sequencer, operand memories, lanes, registers."""
         m = Module()
         machine = self.machine
         m.submodules.sequencer = sequencer = Sequencer(machine=machine, image=self.image)
         m.submodules.operands = operands = Operands(machine=machine, image=self.image)
-        m.submodules.registers = registers = Registers(machine=machine, digest=self.image.digest)
+        m.submodules.registers = registers = Registers(
+            machine=machine, digest=self.image.digest, programs=len(self.image.lengths))
         wiring.connect(m, wiring.flipped(self.bus), registers.bus)
         word, en = sequencer.word, sequencer.en
 
         # Streams and parity.
-        parity = Signal(reset_less=True)
-        with m.If(sequencer.commit):
-            m.d.sync += parity.eq(~parity)
+        parity = self._parity(m, sequencer, registers.program)
         m.d.comb += [
             sequencer.i_valid.eq(self.i.valid),
             sequencer.i_last.eq(self.i.payload.last),
@@ -90,7 +84,9 @@ class Engine(wiring.Component):
             self.o.valid.eq(sequencer.o_valid),
             self.o.payload.data.eq(operands.a[0]),
             self.o.payload.last.eq(word.emit_last),
+            sequencer.program.eq(registers.program),
             sequencer.request.eq(registers.request),
+            sequencer.switch.eq(registers.switch),
             registers.grant.eq(sequencer.grant),
             registers.framing.eq(sequencer.framing),
             registers.commit.eq(sequencer.commit),
@@ -137,3 +133,16 @@ class Engine(wiring.Component):
             ]
         m.d.comb += registers.saturated.eq(Cat(saturated).any())
         return m
+
+    def _parity(self, m: Module, sequencer: Sequencer, program: Signal) -> Signal:
+        """Which copy of the states is the current one: of the program that runs."""
+        parity = Signal(reset_less=True)
+        with m.If(sequencer.commit):
+            m.d.sync += parity.eq(~parity)
+        if len(self.image.lengths) > 1:
+            kept = Signal(len(self.image.lengths), reset_less=True)
+            with m.If(sequencer.commit):
+                m.d.sync += kept.bit_select(program, 1).eq(~parity)
+            with m.If(sequencer.start):
+                m.d.sync += parity.eq(kept.bit_select(program, 1))
+        return parity

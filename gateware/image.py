@@ -2,27 +2,42 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import accumulate
 
 from gateware.machine import Machine
 
-__all__ = ["Image"]
+__all__ = ["Image", "rom_pieces"]
+
+
+def rom_pieces(words: int) -> tuple[int, ...]:
+    """Depths of the memories that make a ROM of so many words, the deepest first.
+
+    Each is a power of two, as block RAM is, and half of the one before it or less: which of them
+    holds a word can be told from one address bit each.
+    """
+    if words <= 512:
+        return (512,)
+    blocks = -(-words // 256)
+    return tuple(256 << k for k in reversed(range(blocks.bit_length())) if blocks >> k & 1)
 
 
 @dataclass(frozen=True)
 class Image:
-    """Contents of an engine's memories for one program.
+    """Contents of an engine's memories for one program or several.
 
     Parameters
     ----------
     rom : list of int
-        Microwords in order, bits as in `Machine.fields`; at most ``Machine.rom_words``.
+        Microwords in order, bits as in `Machine.fields`: the programs one after another; at most
+        ``Machine.rom_words``.
     registers : list of int
         Initial register file, 512 unsigned words; index = bank * bank_depth + offset.
     tables : list of int
         Function tables, 1536 unsigned words; index = 512 * block + 4 * segment + coefficient.
-    length : int
-        Cycles of the program: words of the ROM that run.
+    lengths : tuple of int
+        Cycles of each program: words of the ROM that run.
     digest : int
         Identifier of the build; its low 2 W bits can be read on the bus.
     """
@@ -30,8 +45,37 @@ class Image:
     rom: list[int]
     registers: list[int]
     tables: list[int]
-    length: int
+    lengths: tuple[int, ...]
     digest: int = 0
+
+    @property
+    def bases(self) -> tuple[int, ...]:
+        """Address of the first word of each program."""
+        return tuple(accumulate(self.lengths, initial=0))[:-1]
+
+    def program(self, number: int) -> list[int]:
+        """Microwords of one program."""
+        base = self.bases[number]
+        return self.rom[base:base + self.lengths[number]]
+
+    @classmethod
+    def join(cls, images: Sequence[Image], *, digest: int) -> Image:
+        """One image of all programs; their registers are common already.
+
+        Raises
+        ------
+        ValueError
+            If registers differ, or tables that both are in use.
+        """
+        tables = next((x.tables for x in images if any(x.tables)), images[0].tables)
+        for image in images:
+            if image.registers != images[0].registers:
+                raise ValueError("registers of the programs must be common")
+            if any(image.tables) and image.tables != tables:
+                raise ValueError("function tables of the programs must be the same")
+        return replace(images[0], rom=[w for x in images for w in x.rom[:sum(x.lengths)]],
+                       tables=tables, lengths=tuple(n for x in images for n in x.lengths),
+                       digest=digest)
 
     def check(self, machine: Machine) -> None:
         """Raise ValueError unless the image fits ``machine``."""
@@ -48,21 +92,29 @@ class Image:
         if not len(self.rom) <= machine.rom_words:
             raise ValueError(f"rom must have at most {machine.rom_words} words, "
                              f"not {len(self.rom)!r}")
-        if not 2 <= self.length <= len(self.rom):
-            raise ValueError(f"length must be 2 to {len(self.rom)}, not {self.length!r}")
+        if not self.lengths or min(self.lengths) < 3:
+            raise ValueError(f"lengths must be 3 or more each, not {self.lengths!r}")
+        if sum(self.lengths) > len(self.rom):
+            raise ValueError(f"lengths must be {len(self.rom)} or less together, "
+                             f"not {sum(self.lengths)!r}")
         if self.digest < 0:
             raise ValueError(f"digest must not be negative, not {self.digest!r}")
+        for number in range(len(self.lengths)):
+            self._check_program(machine, number)
 
+    def _check_program(self, machine: Machine, number: int) -> None:
+        """Where the program returns, gets and emits."""
         bit = self._positions(machine)
-        for number, value in enumerate(self.rom[:self.length]):
+        base, words = self.bases[number], self.program(number)
+        for k, value in enumerate(words):
             home = value >> bit["home"] & 1
-            if home != (number == self.length - 1):
-                raise ValueError(f"rom[{number}] must have home = {1 - home}, not {home!r}: "
-                                 "only the last word of the program returns")
+            if home != (k == len(words) - 1):
+                raise ValueError(f"rom[{base + k}] must have home = {1 - home}, not {home!r}: "
+                                 "only the last word of a program returns")
             if value >> bit["get"] & value >> bit["emit"] & 1:
-                raise ValueError(f"rom[{number}] must not get and emit in the same cycle")
-        if not any(value >> bit["get"] & 1 for value in self.rom[:self.length]):
-            raise ValueError("rom must get at least one input word")
+                raise ValueError(f"rom[{base + k}] must not get and emit in the same cycle")
+        if not any(value >> bit["get"] & 1 for value in words):
+            raise ValueError(f"rom must get at least one input word in program {number}")
 
     @staticmethod
     def _positions(machine: Machine) -> dict[str, int]:
@@ -73,13 +125,17 @@ class Image:
             position += field.width
         return out
 
-    def rom_early_home(self, machine: Machine) -> list[int]:
-        """The ROM with ``home`` one word earlier, filled up to the ROM's depth.
+    def hardware_rom(self, machine: Machine) -> tuple[list[int], ...]:
+        """Contents of each of `rom_pieces`, with ``home`` two words earlier.
 
-        The program counter runs one word ahead of the ROM's output, so that it is the last word
-        but one that must send it back.
+        The program counter runs two words ahead of the word at work, so that it is the last word
+        but two that must send it back.
         """
         home = 1 << self._positions(machine)["home"]
         rom = [value & ~home for value in self.rom]
-        rom[self.length - 2] |= home
-        return rom + [0] * (machine.rom_words - len(rom))
+        for base, length in zip(self.bases, self.lengths, strict=True):
+            rom[base + length - 3] |= home
+        pieces = rom_pieces(len(rom))
+        rom += [0] * (sum(pieces) - len(rom))
+        ends = accumulate(pieces)
+        return tuple(rom[end - depth:end] for depth, end in zip(pieces, ends, strict=True))

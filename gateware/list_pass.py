@@ -95,6 +95,8 @@ class _Pass(ListState):
             for lane in reversed(lanes):  # lane 0 also serves gets and emits
                 if not is_op and (lane or t < last_get and t + 1 in self.gets):
                     continue
+                if is_op and not self.may_keep(node, lane):
+                    continue
                 need = self.need(node, lane)
                 found = self.fit(node, need)
                 for f in found:
@@ -156,7 +158,7 @@ class _Pass(ListState):
                     not in self.awake or self.p.needs[other][kind]:
                 continue
             f = self.fit(other, self.need(other, lane))[0]
-            if f[0] <= t and f[1] <= self.style.detour \
+            if self.may_keep(other, lane) and f[0] <= t and f[1] <= self.style.detour \
                     and (lane or self.may_write(t + f[1] - 1 + self.write)):
                 return other, f
         return None

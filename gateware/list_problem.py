@@ -61,10 +61,12 @@ class Attempt:
 class ListProblem:
     """Schedules one lowered program, as often as wanted, under changing priorities.
 
-    Nodes are the ops (0 ...), then the emits in stream order.
+    Nodes are the ops (0 ...), then the emits in stream order. ``state_room`` is the most next
+    states that each lane may compute; by default what its bank holds.
     """
 
-    def __init__(self, program: Program, machine: Machine, *, far: Paths, urgent: int) -> None:
+    def __init__(self, program: Program, machine: Machine, *, far: Paths, urgent: int,
+                 state_room: Sequence[int] | None = None) -> None:
         self.program = program
         self.machine = machine
         self.urgent = urgent
@@ -80,6 +82,9 @@ class ListProblem:
                 if k not in self.givers[g.kind, g.key]:
                     self.givers[g.kind, g.key].append(k)
         self.inputs = set(program.inputs)
+        self.state_room = tuple(state_room or [machine.state_slots] * machine.lanes)
+        after = {n for _, n in program.states}
+        self.makes_state = [op.dest in after for op in program.ops]
         self.consumers: list[list[int]] = [[] for _ in range(self.nodes)]
         self.producers: list[list[int]] = []
         self.waits = [0] * self.nodes

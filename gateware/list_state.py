@@ -62,6 +62,8 @@ class ListState:
             for kind, key in enumerate(wanted):
                 if key is not None:
                     self.pending[kind][key] += 1
+        #: Next states that each lane may still compute.
+        self.state_room = list(problem.state_room)
         self.writes0: set[int] = set()
         self.groups: list[tuple[int, int, int, Sequence[Slot]]] = []
         self.waits = list(problem.waits)
@@ -106,6 +108,10 @@ class ListState:
         return not self.gets or cycle > self.gets[-1] or cycle not in self.gets \
             or self.hold and cycle > self.horizon
 
+    def may_keep(self, node: int, lane: int) -> bool:
+        """Whether the lane's bank has room for the result of an op, if that is a state."""
+        return not self.p.makes_state[node] or self.state_room[lane] > 0
+
     def place(self, t: int, node: int, lane: int, fit: Fit, forced: tuple[int, Key] | None
               ) -> None:
         """Put a group into a lane."""
@@ -121,6 +127,8 @@ class ListState:
         if node < problem.n_ops:
             end = t + length - 1
             op = problem.program.ops[node]
+            if problem.makes_state[node]:
+                self.state_room[lane] -= 1
             self.ready[op.dest] = end + problem.machine.latency
             held = self.held[lane]
             for kind, key in enumerate(problem.keys[node]):
@@ -222,7 +230,7 @@ class ListState:
         """Times of everything placed."""
         problem = self.p
         read = problem.machine.STAGE_READ
-        length = max(self.gets[-1] + 1 if self.gets else 2, 2)
+        length = max(self.gets[-1] + 1 if self.gets else 3, 3)
         count = 0
         for node, _, start, slots in self.groups:
             count += len(slots)

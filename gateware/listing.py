@@ -1,4 +1,4 @@
-"""Listing: an image, read back from its bits, as text with the names of the values.
+"""Listing: microcode, read back from its bits, as text with the names of the values.
 
 One line per cycle: what each lane issues, gets, writes and emits in it. Fields of one slot are
 collected from the words in which they stand, so the listing shows what the machine will do, not
@@ -7,8 +7,9 @@ what the assembler was asked for.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from gateware.allocate import Allocation
-from gateware.image import Image
 from gateware.machine import Machine
 from gateware.microcode import decode
 from gateware.slots import Schedule
@@ -21,21 +22,20 @@ _WHEN = {(1, 0): "", (0, 1): " if", (1, 1): " unless"}
 _SCALE = ("", "-n", "-(n&~1)", "-(n>>1)")
 
 
-def listing(image: Image, schedule: Schedule, allocation: Allocation) -> str:
-    """Text of an assembled program.
+def listing(rom: Sequence[int], schedule: Schedule, allocation: Allocation) -> str:
+    """Text of an assembled program, ``rom`` its microwords.
 
     Registers appear by the value that owns them in that cycle, as ``name``; a register that nobody
     owns appears as ``r17``.
     """
-    return _Listing(image, schedule.machine, schedule.program, allocation).text()
+    return _Listing(rom, schedule.machine, schedule.program, allocation).text()
 
 
 class _Listing:
-    def __init__(self, image: Image, machine: Machine, program: Program,
+    def __init__(self, rom: Sequence[int], machine: Machine, program: Program,
                  allocation: Allocation) -> None:
-        self.image = image
         self.machine = machine
-        self.words = [decode(machine, w) for w in image.rom[:image.length]]
+        self.words = [decode(machine, w) for w in rom]
         self.stage = {f.name: f.stage for f in machine.fields()}
         self.names: dict[int, list[tuple[int, int, str]]] = {}
         for t in allocation.tenants:
@@ -115,5 +115,5 @@ class _Listing:
                 out.append(f"{self.written(k, word[f'dest{k}'], cycle)} = {mode}{k}")
         if word["emit"]:
             out.append("out" + (" (last)" if word["emit_last"] else ""))
-        out += [name for name in ("commit", "home") if word[name]]
+        out += ["home"] if word["home"] else []
         return ", ".join(out)

@@ -34,14 +34,14 @@ class Machine:
         Multiply-accumulate lanes.
     arithmetic : Arithmetic
         Word, guard and accumulator widths.
-    rom_words : int, power of two
-        Depth of the microcode ROM: the longest program.
+    rom_words : int, >= 16
+        Most microwords of all programs of a core together.
     """
 
     name: str
     lanes: int
     arithmetic: Arithmetic = Arithmetic()
-    rom_words: int = 512
+    rom_words: int = 4096
 
     #: Stages of the pipeline (see docs/engine.md).
     STAGE_READ = 1
@@ -57,8 +57,8 @@ class Machine:
     def __post_init__(self) -> None:
         if self.lanes not in (1, 2):
             raise ValueError(f"lanes must be 1 or 2, not {self.lanes!r}")
-        if self.rom_words & (self.rom_words - 1) or self.rom_words < 16:
-            raise ValueError(f"rom_words must be a power of two >= 16, not {self.rom_words!r}")
+        if self.rom_words < 16:
+            raise ValueError(f"rom_words must be 16 or more, not {self.rom_words!r}")
 
     @property
     def latency(self) -> int:
@@ -74,6 +74,16 @@ class Machine:
     def state_slots(self) -> int:
         """State registers of one bank (each exists twice)."""
         return self.bank_depth // 4
+
+    def parameter_register(self, number: int) -> int:
+        """Register of the parameter with this number, counted over all programs of a core.
+
+        They fill three eighths of a bank's lower half, then go on in the next bank; in the last
+        one they have no such limit.
+        """
+        room = 3 * self.bank_depth // 16
+        bank = min(number // room, self.lanes - 1)
+        return bank * self.bank_depth + number - bank * room
 
     @property
     def register_bits(self) -> int:
@@ -113,8 +123,7 @@ class Machine:
             Field("get_last", 1, 6, "this get is the last of the record"),
             Field("emit", 1, 1, "raw a of lane 0 goes to the output stream"),
             Field("emit_last", 1, 1, "this emit is the last of the record"),
-            Field("commit", 1, 6, "flip the state parity"),
-            Field("home", 1, 0, "last word: the program counter returns to 0"),
+            Field("home", 1, 6, "last word: the states' parity flips, the program begins anew"),
         ]
         return tuple(out)
 

@@ -46,7 +46,6 @@ def assemble(schedule: Schedule, allocation: Allocation) -> Image:
         for name, bits in (("get", 1), ("get_last", int(k == len(schedule.gets) - 1)),
                            ("dest0", registers[value] % machine.bank_depth)):
             put(cycle - stage[name], name, bits)
-    put(schedule.length - 1 - stage["commit"], "commit", 1)
     put(schedule.length - 1 - stage["home"], "home", 1)
     mask = (1 << machine.arithmetic.word) - 1
     size = Machine.TABLE_BLOCK * Machine.TABLE_BLOCKS
@@ -55,7 +54,7 @@ def assemble(schedule: Schedule, allocation: Allocation) -> Image:
                             f"{len(program.table_memory)!r}")
     tables = [w & mask for w in program.table_memory]
     image = Image(rom=[encode(machine, w) for w in words], registers=list(allocation.initial),
-                  tables=tables + [0] * (size - len(tables)), length=schedule.length,
+                  tables=tables + [0] * (size - len(tables)), lengths=(schedule.length,),
                   digest=int(schedule.source, 16))
     image.check(machine)
     return image

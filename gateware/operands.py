@@ -21,8 +21,9 @@ class Operands(wiring.Component):
 
     Lane i writes bank i; every lane has its own copy of every bank for each of its operands. With
     one lane the function tables share the memory of operand b, behind the registers; with two they
-    have their own memory with two read ports. The bit of a state's address that tells current from
-    next state is XORed with ``parity`` on every port.
+    have memories of their own with two read ports, blocks 0 and 1 in one and block 2 in another.
+    The bit of a state's address that tells current from next state is XORed with ``parity`` on
+    every port.
 
     **Latency** 1 cycle from address to operand; a word written in one cycle can be addressed in the
     next.
@@ -116,7 +117,9 @@ class Operands(wiring.Component):
 
     def _more_lanes(self, m: Module) -> None:
         lanes, depth = self.machine.lanes, self.machine.bank_depth
-        tables = self._memory(m, "tables", self.image.tables, 4 * self.machine.TABLE_BLOCK)
+        block = self.machine.TABLE_BLOCK
+        tables = [self._memory(m, "tables0", self.image.tables[:2 * block], 2 * block),
+                  self._memory(m, "tables1", self.image.tables[2 * block:], block)]
         for lane in range(lanes):
             for side, field, out in (("a", self.a_addr[lane], self.a[lane]),
                                      ("b", self.b_addr[lane], self.b[lane])):
@@ -131,9 +134,13 @@ class Operands(wiring.Component):
                     m.d.sync += bank_select.eq(field[-1])
                 operand = Mux(bank_select, words[1], words[0])
                 if side == "b":
+                    # Two select bits: bank 0 or 1, tables 0 or 1.
                     table = Signal(name=f"table{lane}_select", reset_less=True)
                     with m.If(self.en):
                         m.d.sync += table.eq(self.table[lane])
-                    address = Cat(field[:2], self.index[lane], field[2:4])
-                    operand = Mux(table, self._read(m, tables, address), operand)
+                        with m.If(self.table[lane]):
+                            m.d.sync += bank_select.eq(field[3])
+                    address = Cat(field[:2], self.index[lane], field[2])
+                    operand = Mux(table, Mux(bank_select, self._read(m, tables[1], address[:-1]),
+                                             self._read(m, tables[0], address)), operand)
                 m.d.comb += out.eq(operand)

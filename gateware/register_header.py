@@ -56,8 +56,9 @@ def to_header(registers: RegisterMap) -> str:
     lines = [
         "/**", " * @file registers.h",
         " * @brief Registers of the core: word k of its bus, at byte 4 k of a memory map.", " *",
-        f" * Generated from the program \"{comment(registers.name)}\"; do not edit.",
-        f" * Program digest: {registers.digest}", " */", "",
+        " * Generated from "
+        + ", ".join(f"\"{comment(s.program)}\"" for s in registers.streams) + "; do not edit.",
+        f" * Digest: {registers.digest}", " */", "",
         f"#ifndef {macro}_REGISTERS_H", f"#define {macro}_REGISTERS_H", "",
         _RULE, "// Includes", "", "#include <stdint.h>", "", _RULE, "// Definitions", "",
         f"#define {macro}_WORD {registers.word} // bits of a word",
@@ -70,16 +71,23 @@ def to_header(registers: RegisterMap) -> str:
         for bit in register.fields:
             lines.append(f"#define {stem}_{bit.name.upper()} UINT32_C({1 << bit.bit:#x}) // "
                          f"{comment(bit.meaning)}{'; write 1 to clear' if bit.clear else ''}")
+        for k, choice in enumerate(unique(register.names, taken=("ADDR",))):
+            lines.append(f"#define {stem}_{choice.upper()} {k}")
     lines += ["", "// What the build registers read"]
     lines += [f"#define {macro}_BUILD_{part}_VALUE UINT32_C({value:#010x})"
               for part, value in zip(("LOW", "HIGH"), registers.build, strict=True)]
-    for title, kind, ports in (("input", "IN", registers.inputs),
-                               ("output", "OUT", registers.outputs)):
-        lines += ["", f"// Words of an {title} record: fraction bits"]
-        stems = unique((f"{kind}_{port.name}" for port in ports), taken=names.values())
-        for port, stem in zip(ports, stems, strict=True):
-            lines.append(f"#define {macro}_{stem.upper()}_FRAC {_number(port.frac)}"
-                         f"{' // ' + comment(port.unit) if port.unit else ''}")
+    taken = set(names.values())
+    for streams in registers.streams:
+        of = "" if len(registers.streams) == 1 else f"{identifier(streams.program)}_"
+        for title, kind, ports in (("input", "IN", streams.inputs),
+                                   ("output", "OUT", streams.outputs)):
+            lines += ["", f"// Words of an {title} record" + (
+                f" of {comment(streams.program)}" if of else "") + ": fraction bits"]
+            stems = unique((f"{of}{kind}_{port.name}" for port in ports), taken=taken)
+            taken.update(stems)
+            for port, stem in zip(ports, stems, strict=True):
+                lines.append(f"#define {macro}_{stem.upper()}_FRAC {_number(port.frac)}"
+                             f"{' // ' + comment(port.unit) if port.unit else ''}")
     lines += ["", _RULE, "// Functions", "", _ACCESSORS.format(
         name=name, word=registers.word, mask=registers.mask, extend=_extension(registers.word))]
     return "\n".join([*lines, "#endif", "", _RULE, "// End of file", ""])

@@ -13,9 +13,10 @@ from enum import StrEnum
 
 from gateware.core import Core
 from gateware.register_names import unique
+from gateware.registers import PROGRAM
 from model.program import Program
 
-__all__ = ["Access", "BitField", "Port", "Register", "RegisterMap", "register_map"]
+__all__ = ["Access", "BitField", "Port", "Register", "RegisterMap", "Streams", "register_map"]
 
 class Access(StrEnum):
     """What the bus can do with a register, in the words of CMSIS-SVD."""
@@ -45,12 +46,23 @@ class Port:
 
 
 @dataclass(frozen=True)
+class Streams:
+    """The records of a program."""
+
+    program: str
+    digest: str
+    inputs: tuple[Port, ...]
+    outputs: tuple[Port, ...]
+
+
+@dataclass(frozen=True)
 class Register:
     """One word of the bus.
 
     For parameters ``frac`` is the number of fraction bits, and ``minimum``, ``maximum`` and
     ``reset`` are the signed words of ``low``, ``high`` and the default, rounded as
     `Format.quantise` does. All of them are None for the other registers, whose words are unsigned.
+    ``names`` are those of the numbers 0, 1, ... that the register may hold, if they have names.
     """
 
     name: str
@@ -65,6 +77,7 @@ class Register:
     maximum: int | None = None
     reset: int | None = None
     fields: tuple[BitField, ...] = ()
+    names: tuple[str, ...] = ()
 
     @property
     def is_parameter(self) -> bool:
@@ -88,9 +101,10 @@ FIXED = (
 
 @dataclass(frozen=True)
 class RegisterMap:
-    """All registers of a core, in the order of addresses, and the words of its streams.
+    """All registers of a core, and for each program the words of its streams.
 
-    ``build`` holds the words that ``build_low`` and ``build_high`` read.
+    ``build`` holds the words that ``build_low`` and ``build_high`` read. With several programs the
+    parameters' names begin with the program's: ``mekf.gain``.
     """
 
     name: str
@@ -98,8 +112,7 @@ class RegisterMap:
     word: int
     build: tuple[int, int]
     registers: tuple[Register, ...]
-    inputs: tuple[Port, ...]
-    outputs: tuple[Port, ...]
+    streams: tuple[Streams, ...]
 
     @property
     def mask(self) -> int:
@@ -134,8 +147,7 @@ class RegisterMap:
         return json.dumps({
             "name": self.name, "digest": self.digest, "word": self.word, "build": self.build,
             "registers": [plain(r) for r in self.registers],
-            "inputs": [asdict(p) for p in self.inputs],
-            "outputs": [asdict(p) for p in self.outputs],
+            "programs": [{"number": k, **asdict(s)} for k, s in enumerate(self.streams)],
         }, indent=1) + "\n"
 
 
@@ -147,28 +159,40 @@ def register_map(core: Core, *, meanings: Mapping[str, str] | None = None) -> Re
     core : Core
         The core.
     meanings : mapping, optional
-        What each parameter does, by name: ``{p.name: p.meaning for p in Estimator.params}``.
+        What each parameter does, by the register's name: with one program
+        ``{p.name: p.meaning for p in Estimator.params}``.
     """
-    program, word = core.program, core.machine.arithmetic.word
+    word, several = core.machine.arithmetic.word, len(core.parts) > 1
     mask = (1 << word) - 1
-    parameters = [_parameter(program, name, address, (meanings or {}).get(name, ""))
-                  for name, address in core.parameter_addresses.items()]
-    outputs = zip(program.output_names, program.outputs, strict=True)
+    parameters = []
+    for number, part in enumerate(core.parts):
+        for name, address in core.select(number).parameter_addresses.items():
+            full = f"{part.program.name}.{name}" if several else name
+            parameters.append(_parameter(part.program, name, address, full,
+                                         (meanings or {}).get(full, "")))
+    choice = Register("program", PROGRAM, Access.READ_WRITE, "number of the program that runs",
+                      names=core.names)
     return RegisterMap(
-        name=program.name, digest=program.digest, word=word,
+        name=core.name, digest=core.digest, word=word,
         build=(core.image.digest & mask, core.image.digest >> word & mask),
-        registers=(*sorted(parameters, key=lambda r: r.address), *FIXED),
-        inputs=tuple(_port(program, program.values[n].name, n) for n in program.inputs),
-        outputs=tuple(_port(program, name, n) for name, n in outputs))
+        registers=(*parameters, *FIXED, *([choice] if several else [])),
+        streams=tuple(_streams(part.program) for part in core.parts))
 
 
-def _parameter(program: Program, name: str, address: int, meaning: str) -> Register:
+def _parameter(program: Program, name: str, address: int, full: str, meaning: str) -> Register:
     number = program.find(name)
     value, form = program.values[number], program.format(number)
     return Register(
-        name, address, Access.WRITE_ONLY, meaning or "parameter", unit=value.unit, frac=value.frac,
+        full, address, Access.WRITE_ONLY, meaning or "parameter", unit=value.unit, frac=value.frac,
         low=value.low, high=value.high, minimum=int(form.quantise(value.low)),
         maximum=int(form.quantise(value.high)), reset=value.initial)
+
+
+def _streams(program: Program) -> Streams:
+    outputs = zip(program.output_names, program.outputs, strict=True)
+    return Streams(program.name, program.digest,
+                   tuple(_port(program, program.values[n].name, n) for n in program.inputs),
+                   tuple(_port(program, name, n) for name, n in outputs))
 
 
 def _port(program: Program, name: str, number: int) -> Port:

@@ -22,15 +22,24 @@ def to_markdown(registers: RegisterMap) -> str:
              f.meaning + ("; write 1 to clear" if f.clear else ""))
             for r in registers.registers for f in r.fields]
 
+    choices = [(f"`{r.name}`", str(k), f"`{name}`")
+               for r in registers.registers for k, name in enumerate(r.names)]
+
     def ports(words: Sequence[Port]) -> str:
         return _table(("word", "name", "format", "unit"),
                       [(str(k), f"`{p.name}`", _format(registers, p.frac), p.unit)
                        for k, p in enumerate(words)])
 
+    records = []
+    for streams in registers.streams:
+        of = f" of `{streams.program}`" if len(registers.streams) > 1 else ""
+        records += [f"## Input record{of}", "", ports(streams.inputs),
+                    f"## Output record{of}", "", ports(streams.outputs)]
+    programs = "Program" if len(registers.streams) == 1 else "Programs"
     return "\n".join([
         f"# Registers of the core `{registers.name}`", "",
-        f"Program `{registers.digest}`; words of {registers.word} bits. Addresses count words; in "
-        "a memory map word k stands at byte 4 k. `fixed<W,I>` has W bits, I of them before the "
+        f"{programs} `{registers.digest}`; words of {registers.word} bits. Addresses count words; "
+        "in a memory map word k stands at byte 4 k. `fixed<W,I>` has W bits, I of them before the "
         f"binary point, with the sign. `build_low` and `build_high` read {build}.", "",
         "## Parameters", "",
         "Write only. A write waits until the update at work has ended.", "",
@@ -38,8 +47,11 @@ def to_markdown(registers: RegisterMap) -> str:
         "## Status", "",
         _table(("address", "name", "access", "meaning"), others),
         _table(("register", "bit", "name", "meaning"), bits),
-        "## Input record", "", ports(registers.inputs),
-        "## Output record", "", ports(registers.outputs),
+        *([_table(("register", "value", "program"), choices),
+           "A write of `program` waits until the update at work has ended; a number without a "
+           "program is ignored. Each program keeps its states while others run.", ""]
+          if choices else []),
+        *records,
     ]).rstrip("\n") + "\n"
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 
 from gateware.register_model import Access, Register, RegisterMap
-from gateware.register_names import identifier
+from gateware.register_names import identifier, unique
 
 __all__ = ["to_svd"]
 
@@ -20,7 +20,7 @@ def to_svd(registers: RegisterMap, *, base_address: int = 0) -> str:
         "schemaVersion": "1.3", "xmlns:xs": "http://www.w3.org/2001/XMLSchema-instance",
         "xs:noNamespaceSchemaLocation": "CMSIS-SVD.xsd"})
     _add(device, vendor="Boresight", name=f"{name}_core", version="1.0",
-         description=f"core {registers.name}, program {registers.digest}", addressUnitBits=8,
+         description=f"core {registers.name}, digest {registers.digest}", addressUnitBits=8,
          width=32, size=32, access="read-write", resetValue="0x0", resetMask="0x0")
     peripheral = ET.SubElement(ET.SubElement(device, "peripherals"), "peripheral")
     _add(peripheral, name=name.upper(), description="parameters and status",
@@ -41,7 +41,12 @@ def to_svd(registers: RegisterMap, *, base_address: int = 0) -> str:
             _add(limits, minimum=register.minimum, maximum=register.maximum)
         fields = ET.SubElement(element, "fields")
         if not register.fields:
-            _add(ET.SubElement(fields, "field"), name="WORD", bitOffset=0, bitWidth=registers.word)
+            field = ET.SubElement(fields, "field")
+            _add(field, name="WORD", bitOffset=0, bitWidth=registers.word)
+            if register.names:
+                values = ET.SubElement(field, "enumeratedValues")
+                for k, choice in enumerate(unique(register.names)):
+                    _add(ET.SubElement(values, "enumeratedValue"), name=choice.upper(), value=k)
         for bit in register.fields:
             field = ET.SubElement(fields, "field")
             access = Access.READ_WRITE if bit.clear else Access.READ_ONLY

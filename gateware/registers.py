@@ -10,7 +10,10 @@ from amaranth.lib.wiring import In, Out
 
 from gateware.machine import Machine
 
-__all__ = ["BusSignature", "Registers"]
+__all__ = ["PROGRAM", "BusSignature", "Registers"]
+
+#: Address of the register that says which program runs.
+PROGRAM = 516
 
 
 class BusSignature(wiring.Signature):
@@ -52,8 +55,10 @@ class Registers(wiring.Component):
         513     completed updates, modulo 2^W
         514     build identifier, bits W-1:0
         515     build identifier, bits 2W-1:W
+        516     number of the program that runs; a write waits as for parameters. Writes of numbers
+                that no program has are ignored.
 
-    **Latency** 1 cycle for reading.
+    **Latency** 1 cycle for reading, 2 for writing to an idle machine.
 
     Parameters
     ----------
@@ -61,13 +66,20 @@ class Registers(wiring.Component):
         Configuration.
     digest : int
         Build identifier.
+    programs : int, >= 1
+        Number of programs.
 
     Members
     -------
     bus : In(BusSignature)
         The bus.
-    request : Out(1), grant : In(1)
-        A word waits for the register file, and is written in this cycle.
+    request : Out(1), switch : Out(1)
+        A word waits for the register file, or with ``switch`` for ``program``. Registered: what
+        follows from it is the machine's clock enable.
+    grant : In(1)
+        It is written in this cycle.
+    program : Out
+        The program that runs.
     saturated : In(1)
         A sticky result saturates in this cycle.
     framing : In(1)
@@ -80,15 +92,20 @@ class Registers(wiring.Component):
         The last completed update saturated.
     """
 
-    def __init__(self, *, machine: Machine, digest: int) -> None:
+    def __init__(self, *, machine: Machine, digest: int, programs: int = 1) -> None:
         if digest < 0:
             raise ValueError(f"digest must not be negative, not {digest!r}")
+        if programs < 1:
+            raise ValueError(f"programs must be 1 or more, not {programs!r}")
         self.machine = machine
         self.digest = digest
+        self.programs = programs
         super().__init__({
             "bus": In(BusSignature(word=machine.arithmetic.word)),
             "request": Out(1),
+            "switch": Out(1),
             "grant": In(1),
+            "program": Out(range(programs)),
             "saturated": In(1),
             "framing": In(1),
             "commit": In(1),
@@ -101,15 +118,24 @@ class Registers(wiring.Component):
         """Write decoding, flags, read multiplexer."""
         m = Module()
         bus, word = self.bus, self.machine.arithmetic.word
-        parameter = ~bus.addr[9] & ~bus.addr[(self.machine.bank_depth - 1).bit_length() - 1]
+        fixed = bus.addr[9]
+        waits = Signal()
         m.d.comb += [
-            self.request.eq(bus.w_stb & parameter),
-            bus.w_ack.eq(bus.w_stb & (~parameter | self.grant)),
+            waits.eq(~fixed & ~bus.addr[(self.machine.bank_depth - 1).bit_length() - 1]),
+            bus.w_ack.eq(bus.w_stb & (~waits | self.grant)),
         ]
+        if self.programs > 1:
+            # Without bit 8 of the address no other lane's bank is written either.
+            with m.If(fixed & ~bus.addr[8] & (bus.addr[:3] == 4)):
+                m.d.comb += waits.eq(bus.w_data < self.programs)
+            m.d.sync += self.switch.eq(fixed)
+            with m.If(self.grant & self.switch):
+                m.d.sync += self.program.eq(bus.w_data)
+        m.d.sync += self.request.eq(bus.w_stb & waits & ~self.grant)
 
         saturated, framing, pending = Signal(), Signal(), Signal()
         updates = Signal(word)
-        with m.If(bus.w_stb & bus.addr[9] & ~bus.addr[:2].any()):
+        with m.If(bus.w_stb & fixed & ~bus.addr[:3].any()):
             m.d.sync += [saturated.eq(saturated & ~bus.w_data[0]),
                          framing.eq(framing & ~bus.w_data[1])]
         with m.If(self.saturated):
@@ -123,7 +149,7 @@ class Registers(wiring.Component):
                 updates.eq(updates + 1),
             ]
 
-        with m.Switch(bus.addr[:2]):
+        with m.Switch(bus.addr[:3]):
             with m.Case(0):
                 m.d.sync += bus.r_data.eq(saturated | framing << 1 | self.idle << 2
                                           | self.parity << 3)
@@ -133,4 +159,6 @@ class Registers(wiring.Component):
                 m.d.sync += bus.r_data.eq(self.digest & ((1 << word) - 1))
             with m.Case(3):
                 m.d.sync += bus.r_data.eq(self.digest >> word & ((1 << word) - 1))
+            with m.Default():
+                m.d.sync += bus.r_data.eq(self.program)
         return m

@@ -30,12 +30,16 @@ _KEEP = (0.0, 4.0, 8.0)
 _PATIENCE = (None, 0.0, 4.0)
 _DETOUR = (1, 2, 3)
 _STAY = (0, 1, 2, 4)
+#: Fewest and most passes by default, and nodes placed in all of them.
+_PASSES = (20, 300)
+_EFFORT = 60_000
 #: Share of the passes that look for a style; the others keep the best one.
 _STYLE_SHARE = 0.2
 
 
 def schedule(program: Program, machine: Machine, *, urgent: int | None = None,
-             restarts: int = 400, seed: int = 0) -> Schedule:
+             restarts: int | None = None, seed: int = 0,
+             state_room: Sequence[int] | None = None) -> Schedule:
     """Lay out a program on a machine.
 
     Parameters
@@ -46,10 +50,13 @@ def schedule(program: Program, machine: Machine, *, urgent: int | None = None,
         Its arithmetic must be the program's.
     urgent : int, 0..number of outputs, optional
         Leading outputs whose latency counts first. Default: all.
-    restarts : int, >= 0
-        Passes beyond the first one: more time, a little better schedules.
+    restarts : int, >= 0, optional
+        Passes beyond the first one: more time, a little better schedules. Default: fewer for longer
+        programs, so that the time is a few seconds for any.
     seed : int
         Seed of the local search.
+    state_room : sequence of int, optional
+        For each lane, the most states whose next values it may compute. Default: what a bank holds.
 
     Raises
     ------
@@ -60,14 +67,19 @@ def schedule(program: Program, machine: Machine, *, urgent: int | None = None,
         urgent = len(program.outputs)
     if not 0 <= urgent <= len(program.outputs):
         raise ValueError(f"urgent must be 0 to {len(program.outputs)}, not {urgent!r}")
-    if restarts < 0:
+    if restarts is not None and restarts < 0:
         raise ValueError(f"restarts must be 0 or more, not {restarts!r}")
     if program.arithmetic != machine.arithmetic:
         raise ScheduleError(f"{program.name}: program and machine must have the same arithmetic, "
                             f"not {program.arithmetic} and {machine.arithmetic}")
     lowered = with_copies(program)
     far = paths(lowered, machine, urgent)
-    problem = ListProblem(lowered, machine, far=far, urgent=urgent)
+    problem = ListProblem(lowered, machine, far=far, urgent=urgent, state_room=state_room)
+    if sum(problem.state_room) < len(lowered.states):
+        raise ScheduleError(f"{program.name}: {len(lowered.states)} states, the {machine.name} "
+                            f"machine has room for {sum(problem.state_room)}")
+    if restarts is None:
+        restarts = max(_PASSES[0], min(_PASSES[1], _EFFORT // problem.nodes))
     best = _search(problem, restarts, random.Random(seed))
     if best.length > machine.rom_words:
         raise ScheduleError(f"{program.name}: program takes {best.length} microwords, the "

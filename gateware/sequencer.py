@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from amaranth.hdl import Module, Signal, Value
+from amaranth.hdl import Cat, Module, Mux, Signal, Value
 from amaranth.lib import memory, wiring
 from amaranth.lib.wiring import In, Out
 
 from gateware.bitwise import Bitwise, choose
-from gateware.image import Image
+from gateware.image import Image, rom_pieces
 from gateware.machine import Machine
 from gateware.microword import microword_layout
 
@@ -20,14 +20,17 @@ __all__ = ["Sequencer"]
 class Sequencer(wiring.Component):
     """Steps through the microcode, stands still for the streams, and starts over after faults.
 
-    The program counter addresses the ROM, whose registered output is the microword at work. In the
-    cycle after a reset or an abandoned update there is none yet: ``active`` is low.
+    The program counter addresses the ROM, whose registered output goes into one more register, the
+    microword at work: behind the ROM there may be a multiplexer of several memories, and what
+    decides about the clock enable must come early. In the cycles after a reset, an abandoned
+    update or a change of program there is none yet: ``active`` is low.
 
     A record is framed by ``last``: too early, or missing at ``get_last``, and the update is
     abandoned, ``framing`` pulses and the program begins anew; after a missing ``last`` words are
     swallowed up to the next one.
 
-    **Latency** one microword per cycle; a fault costs one cycle besides the words swallowed.
+    **Latency** one microword per cycle; a fault costs three cycles besides the words swallowed,
+    a change of program four.
 
     Parameters
     ----------
@@ -48,12 +51,19 @@ class Sequencer(wiring.Component):
         Handshake of the input stream.
     o_ready : In(1), o_valid : Out(1)
         Handshake of the output stream.
+    program : In
+        The program that runs.
     request : In(1)
-        Somebody wants the register file's write port while the machine is idle.
+        Somebody wants to write to the register file while the machine is idle.
+    switch : In(1)
+        With ``request``: not to the register file, but to ``program``.
     claim : Out(1)
         The next first word of a record waits for that somebody.
     grant : Out(1)
-        The write port is free for that somebody in this cycle; the machine stands still.
+        Somebody's turn is this cycle; the machine stands still. After a ``switch`` the program
+        begins anew: ``program`` has its new value in the next cycle.
+    start : Out(1)
+        The program counter is being set to the first word of ``program``.
     write : Out(lanes)
         The lane's bank is written: with a result, or that of lane 0 with an input word, or that of
         lane 0 on ``grant``.
@@ -77,7 +87,10 @@ class Sequencer(wiring.Component):
             "i_ready": Out(1),
             "o_ready": In(1),
             "o_valid": Out(1),
+            "program": In(range(len(image.lengths))),
             "request": In(1),
+            "switch": In(1),
+            "start": Out(1),
             "claim": Out(1),
             "grant": Out(1),
             "write": Out(machine.lanes),
@@ -89,20 +102,21 @@ class Sequencer(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         """ROM, counter, handshakes, framing."""
         m = Module()
-        depth = self.machine.rom_words
-        m.submodules.rom = rom = memory.Memory(
-            shape=self.machine.word_bits, depth=depth,
-            init=self.image.rom_early_home(self.machine), attrs={"rom_style": "block"})
-        port = rom.read_port()
-        pc = Signal(range(depth))
         word = self.word
-        m.d.comb += [port.addr.eq(pc), port.en.eq(self.en), word.eq(port.data)]
+        home = self.active & word.home
+        # Two words after ``home`` the last word of the program is at work.
+        homes = Signal(2, reset_less=True)
+        fill = Signal(3)  # first word: addressed, out of the ROM, at work
+        pc = Signal(range(sum(rom_pieces(len(self.image.rom)))))
+        base = Signal.like(pc)
+        with m.Switch(self.program):
+            for number, first in enumerate(self.image.bases):
+                with m.Case(number):
+                    m.d.comb += base.eq(first)
+        m.d.comb += [self.active.eq(fill[2]), self.start.eq(~fill[0])]
         with m.If(self.en):
-            m.d.sync += [pc.eq(pc + 1), self.active.eq(1)]
-            with m.If((self.active & word.home) | self.framing):
-                m.d.sync += pc.eq(0)
-            with m.If(self.framing):
-                m.d.sync += self.active.eq(0)
+            m.d.sync += [pc.eq(Mux(home | self.start, base, pc + 1)), homes.eq(Cat(home, homes))]
+        self._rom(m, pc)
 
         started, swallow = Signal(), Signal()
         # A get proceeds when an input word is there, unless it is to be swallowed, or the bus
@@ -127,17 +141,22 @@ class Sequencer(wiring.Component):
         m.d.comb += [
             self.en.eq(table("en", _enabled, self.active, word.get, blocked, word.emit,
                              self.o_ready)),
-            self.write[0].eq(table("write0", _written, self.active, word.get, claim | offered,
-                                word.we0, word.emit, self.o_ready)),
+            self.write[0].eq(table("write0", _written, self.active, word.get,
+                                Mux(claim, ~self.switch, offered), word.we0, word.emit,
+                                self.o_ready)),
             self.framing.eq(table("framing", _misframed, self.active, word.get, blocked,
                                   self.i_last, word.get_last)),
             self.grant.eq(self.active & word.get & claim),
             self.i_ready.eq(swallow | (self.active & word.get & ~claim)),
             self.o_valid.eq(self.active & word.emit),
             self.idle.eq(self.active & word.get & ~started & ~self.i_valid),
-            self.commit.eq(table("commit", _completed, self.active, word.commit, word.get, bad,
+            self.commit.eq(table("commit", _completed, self.active, homes[1], word.get, bad,
                                  word.emit, self.o_ready)),
         ]
+        m.d.sync += fill.eq(Cat(1, fill))
+        with m.If(table("again", _begun_anew, self.active, word.get, claim & self.switch, blocked,
+                        self.i_last, word.get_last)):
+            m.d.sync += fill.eq(0)
         with m.If(self.active & word.get & ~blocked):
             m.d.sync += [
                 started.eq(~(self.i_last | word.get_last)),
@@ -146,6 +165,30 @@ class Sequencer(wiring.Component):
         with m.If(swallow & self.i_valid & self.i_last):
             m.d.sync += swallow.eq(0)
         return m
+
+    def _rom(self, m: Module, pc: Signal) -> None:
+        """The memories, and the word at work two cycles after its address."""
+        contents = self.image.hardware_rom(self.machine)
+        chosen: Value | None = None
+        for k, words in reversed(list(enumerate(contents))):
+            m.submodules[f"rom{k}"] = rom = memory.Memory(
+                shape=self.machine.word_bits, depth=len(words), init=words,
+                attrs={"rom_style": "block"})
+            port = rom.read_port()
+            m.d.comb += [port.addr.eq(pc), port.en.eq(self.en)]
+            if chosen is None:
+                chosen = port.data
+                continue
+            # This memory holds all words up to the bit of its depth, those behind it the rest.
+            behind = Signal(name=f"behind{k}", reset_less=True)
+            with m.If(self.en):
+                m.d.sync += behind.eq(pc[(len(words) - 1).bit_length()])
+            chosen = Mux(behind, chosen, port.data)
+        word = Signal(self.machine.word_bits, reset_less=True)
+        assert chosen is not None
+        with m.If(self.en):
+            m.d.sync += word.eq(chosen)
+        m.d.comb += self.word.eq(word)
 
 
 def _enabled(active: Any, get: Any, blocked: Any, emit: Any, o_ready: Any) -> Any:
@@ -173,6 +216,11 @@ def _misframed(active: Any, get: Any, blocked: Any, last: Any, get_last: Any) ->
     return active & get & ~blocked & (last ^ get_last)
 
 
-def _completed(active: Any, commit: Any, get: Any, bad: Any, emit: Any, o_ready: Any) -> Any:
+def _begun_anew(active: Any, get: Any, switch: Any, blocked: Any, last: Any, get_last: Any) -> Any:
+    """The update is abandoned, or the program changes."""
+    return active & get & (switch | ~blocked & (last ^ get_last))
+
+
+def _completed(active: Any, last: Any, get: Any, bad: Any, emit: Any, o_ready: Any) -> Any:
     """The last word of the program is done, and without a fault."""
-    return active & commit & ~(get & bad) & ~(emit & ~o_ready)
+    return active & last & ~(get & bad) & ~(emit & ~o_ready)

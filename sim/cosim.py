@@ -7,7 +7,7 @@ import fcntl
 import hashlib
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,7 @@ from model.fixed import IntArray
 from sim.memories import split_memories
 from sim.simulators import BUILD_ARGS, simulator_environment, version
 
-__all__ = ["RegisterWrite", "RtlRun", "RtlSimulation", "SimulationFailed"]
+__all__ = ["BusWrite", "RegisterWrite", "RtlRun", "RtlSimulation", "SimulationFailed"]
 
 
 class SimulationFailed(RuntimeError):
@@ -28,6 +28,15 @@ class SimulationFailed(RuntimeError):
 
     The first line says what; further lines are the tool's own words.
     """
+
+
+@dataclass(frozen=True)
+class BusWrite:
+    """A word for the bus, written before the first word of ``record`` is offered."""
+
+    record: int
+    address: int
+    word: int
 
 
 @dataclass(frozen=True)
@@ -128,7 +137,8 @@ class RtlSimulation:
                 timescale=("1ns", "1ps"))
 
     def run(self, inputs: IntArray, *, max_interval: int, stall: int = 0,
-            trace: int | None = None, allow_unknown: bool = False) -> RtlRun:
+            trace: int | None = None, allow_unknown: bool = False,
+            bus_writes: Sequence[BusWrite] = ()) -> RtlRun:
         """Feed input words (steps, n_inputs).
 
         Parameters
@@ -141,6 +151,8 @@ class RtlSimulation:
             Update whose register writes are recorded.
         allow_unknown : bool
             Return the register writes even when the run fails (to find out why).
+        bus_writes : sequence of BusWrite
+            What the host writes meanwhile, in the order of records.
 
         Raises
         ------
@@ -155,9 +167,11 @@ class RtlSimulation:
             mask = (1 << self.word) - 1
             (folder / "input.hex").write_text(
                 "\n".join(f"{int(w) & mask:x}" for w in inputs.ravel()) + "\n")
+            (folder / "bus.txt").write_text("".join(
+                f"{w.record} {w.address:x} {w.word & mask:x}\n" for w in bus_writes))
             for file, text in self._memories.items():
                 (folder / file).write_text(text)
-            self._simulate(folder, steps, max_interval, stall, trace)
+            self._simulate(folder, steps, max_interval, stall, trace, len(bus_writes))
             out_file = folder / "output.txt"
             lines = out_file.read_text().splitlines() if out_file.exists() else []
             writes = _register_writes(lines)
@@ -170,8 +184,8 @@ class RtlSimulation:
                 return RtlRun(none, np.zeros(0, dtype=np.bool_), none, none[:, 0], writes)
 
     def _simulate(self, folder: Path, steps: int, max_interval: int, stall: int,
-                  trace: int | None) -> None:
-        limit = (steps + 4) * max_interval * (16 if stall else 1) + 1000
+                  trace: int | None, writes: int) -> None:
+        limit = (steps + 4) * max_interval * (16 if stall else 1) + 64 * writes + 1000
         root = str(Path(__file__).parent.parent)
         with _quiet(folder / "run.log", f"{self.simulator} run"), \
                 simulator_environment(self.simulator):
@@ -179,7 +193,8 @@ class RtlSimulation:
                 hdl_toplevel="replay", hdl_toplevel_lang="verilog",
                 test_module="sim.replay_bench", build_dir=self.build / "build",
                 results_xml=str(folder / "results.xml"), test_dir=str(folder), seed=1,
-                plusargs=[f"+input={folder / 'input.hex'}", f"+output={folder / 'output.txt'}",
+                plusargs=[f"+input={folder / 'input.hex'}", f"+bus={folder / 'bus.txt'}",
+                          f"+output={folder / 'output.txt'}",
                           f"+n_in={self.n_inputs}", f"+steps={steps}", f"+stall={stall}",
                           f"+trace={-1 if trace is None else trace}",
                           *(["+verilator+rand+reset+2", "+verilator+seed+7"]

@@ -1,6 +1,8 @@
 // Replays a log through the core and writes down what comes out.
 //
-// Input file: one word (hex) per line, n_in lines per record. Output file: lines
+// Input file: one word (hex) per line, n_in lines per record. Bus writes, if any: lines `record
+// address data` (address and data hex), done in order before the first word of that record is
+// offered. Output file: lines
 //   O record word data cycle     an output word was taken; cycle counts from the record's first input word
 //   U record saturated cycles    the record's update is complete; cycles until the next could begin
 //   R record lane address data cycle   the lane wrote a register (only for record +trace=K)
@@ -15,13 +17,17 @@ module replay #(
     input wire rst,
     output reg done
 );
-    integer fin, fout, n_in, steps, stall, scanned, trace;
-    string in_name, out_name;
+    integer fin, fout, fbus, n_in, steps, stall, scanned, trace;
+    string in_name, out_name, bus_name;
 
     reg [31:0] lfsr;
     reg [WORD-1:0] word, upcoming;
     integer in_record, in_word, out_record, out_word, cycle, update;
     reg counting;
+    integer w_record, w_next_record;
+    reg [9:0] w_addr, w_next_addr;
+    reg [WORD-1:0] w_data, w_next_data;
+    wire w_ack;
     reg offer;
     wire take;
 
@@ -29,7 +35,9 @@ module replay #(
     wire [WORD:0] o_payload;
     wire saturated;
     wire in_last = in_word == n_in - 1;
-    wire i_valid = offer && in_record < steps;
+    wire w_waits = in_word == 0 && w_record == in_record;
+    wire w_stb = w_waits && !counting && !rst;
+    wire i_valid = offer && in_record < steps && !w_waits;
     wire o_ready = take;
 
     // A stream must keep valid once raised: `offer` only rises between transfers.
@@ -39,14 +47,27 @@ module replay #(
         .clk(clk), .rst(rst),
         .i__payload({in_last, word}), .i__valid(i_valid), .i__ready(i_ready),
         .o__payload(o_payload), .o__valid(o_valid), .o__ready(o_ready),
-        .bus__addr(10'd0), .bus__w_data({WORD{1'b0}}), .bus__w_stb(1'b0),
-        .bus__w_ack(), .bus__r_data(), .saturated_update(saturated)
+        .bus__addr(w_addr), .bus__w_data(w_data), .bus__w_stb(w_stb),
+        .bus__w_ack(w_ack), .bus__r_data(), .saturated_update(saturated)
     );
 
     task next_word;
         begin
             scanned = $fscanf(fin, "%h", upcoming);
             word <= upcoming;
+        end
+    endtask
+
+    task next_write;
+        begin
+            w_next_record = -1;
+            if (fbus != 0) begin
+                scanned = $fscanf(fbus, "%d %h %h", w_next_record, w_next_addr, w_next_data);
+                if (scanned != 3) w_next_record = -1;
+            end
+            w_record <= w_next_record;
+            w_addr <= w_next_addr;
+            w_data <= w_next_data;
         end
     endtask
 
@@ -58,13 +79,17 @@ module replay #(
         if (!$value$plusargs("steps=%d", steps)) steps = 0;
         if (!$value$plusargs("stall=%d", stall)) stall = 0;
         if (!$value$plusargs("trace=%d", trace)) trace = -1;
+        fbus = 0;
+        if ($value$plusargs("bus=%s", bus_name)) fbus = $fopen(bus_name, "r");
         fin = $fopen(in_name, "r");
         fout = $fopen(out_name, "w");
         in_record = 0; in_word = 0; out_record = 0; out_word = 0; cycle = 0; update = 0;
         counting = 0;
         offer = 1;
         lfsr = 32'h2f6e2b1 + stall;
+        w_next_addr = 0; w_next_data = 0;
         next_word;
+        next_write;
     end
 
     // Register writes of one record, to find the first value that differs.
@@ -83,6 +108,7 @@ module replay #(
             cycle <= 0;
         end else if (!done) begin
             cycle <= cycle + 1;
+            if (w_stb && w_ack === 1'b1) next_write;
             if (i_ready === 1'b1 && in_word == 0 && counting && out_word == 0 && out_record == in_record) begin
                 // The core asks for the first word of the next record: the last update is complete.
                 $fwrite(fout, "U %0d %b %0d\n", update, saturated, cycle);

@@ -163,6 +163,10 @@ def write_ise_project(core: Core, board: str, folder: Path | str, *, clock_hz: i
                             fix="choose one of these")
     chosen = BOARDS[board]
     clock = chosen.oscillator_hz if clock_hz is None else clock_hz
+    if len({len(part.program.inputs) for part in core.parts}) > 1:
+        raise InputError.at("programs", wanted="equally many inputs", found=", ".join(
+            f"{len(p.program.inputs)} ({p.program.name})" for p in core.parts),
+            fix="put them into cores of their own")
     pll = pll_for(oscillator_hz=chosen.oscillator_hz, clock_hz=clock)
     try:
         top = Top(core=core, clock_hz=clock, baud=baud)

@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 
 from gateware.boards.frames import word_bytes
 from gateware.boards.top import Top
+from gateware.registers import PROGRAM
+from model.program import Program
 
 __all__ = ["BUILD_BAT", "BUILD_SH", "readme"]
 
@@ -59,7 +61,7 @@ _README = """\
 Core     {name}, configuration {config}, {lanes} lane(s), {word}-bit words,
          {inputs} inputs, {outputs} outputs, {interval} cycles per update
 Program  {digest}
-Part     {part}
+{programs}Part     {part}
 Clock    {clock}
 Line     {baud} baud, 8 data bits, no parity, 1 stop bit, 3.3 V levels
 
@@ -93,12 +95,30 @@ gateware/boards/frames.py has both directions in Python. Registers: the register
 A word is an integer n; its value is n * 2^-f.
 {streams}"""
 
+_PROGRAMS = """\
+
+The core holds these programs. It begins with number 0; write another number to register {register}
+(kind 2 below) to change. Each keeps its states while others run.
+{table}
+"""
+
 
 def _table(rows: Sequence[tuple[str, ...]]) -> str:
     """Columns, left-aligned."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return "\n".join("  " + "  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True))
                      .rstrip() for row in rows)
+
+
+def _streams(program: Program) -> str:
+    """Words of the records of a program."""
+    rows = [("", "name", "f", "unit")]
+    for label, numbers, names in (
+            ("in", program.inputs, [program.values[n].name for n in program.inputs]),
+            ("out", program.outputs, program.output_names)):
+        rows += [(label, name, str(program.values[n].frac), program.values[n].unit)
+                 for n, name in zip(numbers, names, strict=True)]
+    return _table(rows) + "\n"
 
 
 def _mhz(hz: int) -> str:
@@ -140,21 +160,23 @@ def readme(*, top: Top, title: str, part: str, pins: Mapping[str, str],
             rows.append((name, pin, place(name), meaning))
         else:
             rows.append(("clock", pin, "on the board", f"oscillator, {_mhz(oscillator_hz)}"))
-    streams = [("", "name", "f", "unit")]
-    for label, numbers, names in (
-            ("in", program.inputs, [program.values[n].name for n in program.inputs]),
-            ("out", program.outputs, program.output_names)):
-        streams += [(label, name, str(program.values[n].frac), program.values[n].unit)
-                    for n, name in zip(numbers, names, strict=True)]
+    parts = core.parts
+    streams = "\n".join((f"{p.program.name}\n" if len(parts) > 1 else "") + _streams(p.program)
+                        for p in parts)
+    programs = "" if len(parts) == 1 else _PROGRAMS.format(register=PROGRAM, table=_table(
+        [("number", "name", "cycles per update"),
+         *((str(k), p.program.name, str(p.schedule.interval)) for k, p in enumerate(parts))]))
+    cycles = sorted({p.schedule.interval for p in parts})
     own = clock_hz == oscillator_hz
-    heading = f"{program.name} on {title}"
+    heading = f"{core.name} on {title}"
     return _README.format(
-        name=program.name, title=title, rule="=" * len(heading), config=core.machine.name,
+        name=core.name, title=title, rule="=" * len(heading), config=core.machine.name,
         lanes=core.machine.lanes, word=core.machine.arithmetic.word,
         bytes=word_bytes(core.machine.arithmetic.word), inputs=len(program.inputs),
-        outputs=len(program.outputs), interval=core.image.length, digest=program.digest,
+        outputs=len(program.outputs), digest=core.digest, programs=programs,
+        interval=f"{cycles[0]} to {cycles[-1]}" if cycles[1:] else str(cycles[0]),
         part=part, baud=top.baud, connector=header,
         clock=f"{_mhz(clock_hz)}, " + ("the board's oscillator" if own else
                                        f"by PLL from the board's {_mhz(oscillator_hz)}"),
         derived="" if own else f",\nfrom which ISE derives {_mhz(clock_hz)} behind the PLL",
-        pins=_table(rows), streams=_table(streams) + "\n")
+        pins=_table(rows), streams=streams)

@@ -19,7 +19,7 @@ __all__ = ["Top"]
 
 
 class Top(wiring.Component):
-    """The engine with a program, its streams and registers on a serial line.
+    """The engine with its programs, its streams and registers on a serial line.
 
     ::
 
@@ -35,7 +35,7 @@ class Top(wiring.Component):
     Parameters
     ----------
     core : Core
-        The compiled program, with one output or more.
+        The compiled programs, each with one output or more, all with as many inputs.
     clock_hz : float, > 0
         Frequency of the clock.
     baud : float
@@ -59,8 +59,13 @@ class Top(wiring.Component):
                  heartbeat_bits: int = 6) -> None:
         if not isinstance(core, Core):
             raise TypeError(f"core must be a Core, not {core!r}")
-        if not core.program.outputs:
-            raise ValueError(f"core must have outputs, not none, as {core.program.name} has")
+        for part in core.parts:
+            if not part.program.outputs:
+                raise ValueError(f"core must have outputs, not none, as {part.program.name} has")
+        if len({len(part.program.inputs) for part in core.parts}) > 1:
+            raise ValueError("programs of the core must have equally many inputs, not "
+                             + ", ".join(f"{len(part.program.inputs)} ({part.program.name})"
+                                         for part in core.parts))
         if not isinstance(heartbeat_bits, int) or not 1 <= heartbeat_bits <= 24:
             raise ValueError(f"heartbeat_bits must be 1 to 24, not {heartbeat_bits!r}")
         self.divisor = divisor_for(clock_hz=clock_hz, baud=baud)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gateware.allocate import allocate, parameter_addresses
+from gateware.allocate import allocate
 from gateware.emulator import Emulator
 from gateware.machine import CONFIGS, Machine
 from gateware.microcode import assemble
@@ -74,9 +74,9 @@ def test_parameters(machine: Machine) -> None:
     p = random_program(seed)
     s, core = build(p, machine)
     model = Interpreter(p)
-    for number, (name, address) in enumerate(parameter_addresses(s).items()):
-        core.poke(address, 1 << 20 + number)
-        model.params[p.find(name)] = 1 << 20 + number
+    for number, n in enumerate(p.of_kind(Kind.PARAM)):
+        core.poke(number, 1 << 20 + number)
+        model.params[n] = 1 << 20 + number
     for words in random_inputs(p, 4, 3):
         out, _ = model.update(np.array(words)[:, None])
         assert core.update(words).outputs == out[:, 0].tolist()

@@ -80,12 +80,13 @@ def image(machine: Machine) -> Image:
     asm.word(5 + machine.latency, emit=1)
     asm.slot(5 + machine.latency, a_addr=register(machine, PRODUCT, other))
     asm.word(6 + machine.latency, emit=1, emit_last=1)
-    asm.word(8 + machine.latency, commit=1)
+    asm.word(8 + machine.latency, home=1)
     registers = [0] * 512
     registers[ONE] = 1 << 16
     registers[register(machine, PARAM, other)] = 3 << 16
     rom = asm.rom()
-    return Image(rom=rom, registers=registers, tables=[0] * 1536, length=len(rom), digest=DIGEST)
+    return Image(rom=rom, registers=registers, tables=[0] * 1536, lengths=(len(rom),),
+                 digest=DIGEST)
 
 
 @dataclass
@@ -226,7 +227,7 @@ def test_results_under_stalls(config: str, gaps: float, blocked: float) -> None:
 @CONFIG
 def test_cycles(config: str) -> None:
     bench = Bench(config)
-    length = bench.dut.interval
+    length = bench.dut.image.lengths[0]
     assert length == 9 + bench.machine.latency
 
     async def test(ctx):
@@ -315,6 +316,7 @@ def test_reset_in_mid_update_keeps_the_states(config: str, after: int) -> None:
         await bench.drain(ctx, 2)
         ctx.set(engine.i.valid, 1)
         ctx.set(engine.i.payload.data, 1 << 16)
+        ctx.set(engine.i.payload.last, 0)
         for _ in range(after):
             _, _, ready = await ctx.tick().sample(engine.i.ready)
             if ready:  # the words alternate between not last and last
@@ -325,12 +327,12 @@ def test_reset_in_mid_update_keeps_the_states(config: str, after: int) -> None:
         ctx.set(reset, 0)
         bench.outputs.clear()
         parity = await bench.read(ctx, STATUS) >> 3
-        assert parity == (0 if after > 16 else 1)
+        assert parity == (0 if after > 14 else 1)
         await bench.put(ctx, 1 << 16, 7)
         await bench.drain(ctx, 2)
 
     model.update(1 << 16, 5)
-    if after > 16:  # the second update ended before the reset
+    if after > 14:  # the second update ended before the reset
         model.update(1 << 16, 1 << 16)
     sim = Simulator(ResetInserter(reset)(engine))
     sim.add_clock(1e-8)
@@ -348,7 +350,7 @@ def test_parameter_written_while_idle_counts_at_once(config: str) -> None:
     async def test(ctx):
         await ctx.tick().repeat(5)
         assert await bench.read(ctx, STATUS) >> 2 & 1, "not idle"
-        assert await bench.write(ctx, address, 5 << 16) == 1
+        assert await bench.write(ctx, address, 5 << 16) == 2
         await bench.put(ctx, 1000, 5)
         await bench.drain(ctx, 2)
 
@@ -501,12 +503,12 @@ def table_image(machine: Machine) -> Image:
         asm.slot(cycle, a_addr=address)
         asm.word(cycle + 1, emit=1, emit_last=int(address == emits[-1]))
         cycle += 1
-    asm.word(cycle + 2, commit=1)
+    asm.word(cycle + 2, home=1)
     registers = [0] * 512
     registers[ONE] = 1 << 16
     rng = random.Random(9)
     rom = asm.rom()
-    return Image(rom=rom, registers=registers, length=len(rom),
+    return Image(rom=rom, registers=registers, lengths=(len(rom),),
                  tables=[rng.getrandbits(WORD) for _ in range(1536)])
 
 
@@ -540,9 +542,9 @@ def test_bad_images_are_refused(config: str) -> None:
     machine = CONFIGS[config]
     good = image(machine)
     for change, message in (
-            ({"rom": good.rom * 40}, r"^rom must have at most 512 words, not \d+$"),
-            ({"length": 1}, r"^length must be 2 to \d+, not 1$"),
-            ({"length": 9}, r"^rom\[8\] must have home = 1, not 0: only the last word"),
+            ({"rom": good.rom * 300}, r"^rom must have at most 4096 words, not \d+$"),
+            ({"lengths": (2,)}, r"^lengths must be 3 or more each, not \(2,\)$"),
+            ({"lengths": (9,)}, r"^rom\[8\] must have home = 1, not 0: only the last word"),
             ({"registers": [0]}, r"^registers must have 512 words, not 1$"),
             ({"registers": [-1] * 512}, r"^registers\[0\] must be below 0x100000000, not -1$"),
             ({"digest": -1}, r"^digest must not be negative, not -1$")):

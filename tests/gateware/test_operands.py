@@ -23,7 +23,7 @@ def test_random_traffic(config: str, simulate) -> None:
     registers = [rng.getrandbits(32) for _ in range(512)]
     tables = [rng.getrandbits(32) for _ in range(1536)]
     dut = Operands(machine=machine, image=Image(rom=[], registers=registers, tables=tables,
-                                                length=2))
+                                                lengths=(3,)))
     memory = list(registers)
 
     async def bench(ctx):

@@ -11,7 +11,15 @@ from firmware.build import find_compiler
 from firmware.emit import emit_c
 from gateware.core import build_core
 from gateware.register_header import to_header
-from gateware.register_model import FIXED, Access, Port, Register, RegisterMap, register_map
+from gateware.register_model import (
+    FIXED,
+    Access,
+    Port,
+    Register,
+    RegisterMap,
+    Streams,
+    register_map,
+)
 from model.estimators.complementary import Complementary
 
 FLAGS = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wconversion", "-Wshadow"]
@@ -32,7 +40,8 @@ def by_hand(word: int) -> RegisterMap:
         registers=(parameter("status", 0, 3), parameter("Status", 1, -7),
                    parameter("in_u", 2, 40, meaning="ends */ here \\", unit="?/*?\\"),
                    parameter("int", 3, 0, unit="m|s"), *FIXED),
-        inputs=(Port("u", 17, "m"), Port("U", -2, "")), outputs=(Port("int", 1, "*/"),))
+        streams=(Streams("3 names", "ab" * 32, (Port("u", 17, "m"), Port("U", -2, "")),
+                         (Port("int", 1, "*/"),)),))
 
 
 def run(folder: Path, source: str) -> list[int]:
@@ -68,8 +77,8 @@ def test_every_parameter_of_the_complementary_filter(tmp_path) -> None:
         assert f"_{param.name.upper()}_MAX {expected[-2]} // {param.high:g}{unit}\n" in text
     names += ["COMPLEMENTARY_BUILD_LOW_VALUE", "COMPLEMENTARY_STATUS_FRAMING",
               "COMPLEMENTARY_UPDATES_ADDR", "COMPLEMENTARY_IN_DT_FRAC", "COMPLEMENTARY_OUT_QW_FRAC"]
-    expected += [core.image.digest & 0xFFFFFFFF, 2, 513, registers.inputs[0].frac,
-                 registers.outputs[3].frac]
+    expected += [core.image.digest & 0xFFFFFFFF, 2, 513, registers.streams[0].inputs[0].frac,
+                 registers.streams[0].outputs[3].frac]
     assert run(tmp_path, '#include "registers.h"\n' + show(names)) == expected
 
 

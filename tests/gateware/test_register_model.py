@@ -62,9 +62,9 @@ def test_every_parameter_is_there_with_its_range(complementary: Core) -> None:
 
 def test_ports(complementary: Core) -> None:
     found = register_map(complementary)
-    assert [(p.name, p.unit) for p in found.inputs] == [
+    assert [(p.name, p.unit) for p in found.streams[0].inputs] == [
         (i.name, i.unit) for i in Complementary.inputs]
-    assert [p.name for p in found.outputs] == [o.name for o in Complementary.outputs]
+    assert [p.name for p in found.streams[0].outputs] == [o.name for o in Complementary.outputs]
 
 
 @pytest.mark.parametrize("word", [18, 32])

@@ -176,6 +176,10 @@ def test_errors() -> None:
     with pytest.raises(ScheduleError, match=r"^random_1_32_30: program takes \d+ microwords, the "
                                             r"fast machine has 16$"):
         schedule(p, dataclasses.replace(FAST, rom_words=16), restarts=0)
+    crowd = random_program(1, n_ops=10, n_states=9)
+    with pytest.raises(ScheduleError, match=r"^random_1_32_10: 9 states, the fast machine has room "
+                                            r"for 8$"):
+        schedule(crowd, FAST, state_room=(3, 5))
     with pytest.raises(ScheduleError, match=r"must have the same arithmetic"):
         schedule(p, dataclasses.replace(FAST, arithmetic=Arithmetic(24)))
     with pytest.raises(ValueError, match=r"^urgent must be 0 to \d+, not -1$"):

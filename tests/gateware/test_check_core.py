@@ -1,0 +1,104 @@
+"""The checker of a core catches programs that touch each other's words."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+
+from gateware.allocate import Allocation, allocate, allocate_together
+from gateware.check_core import check_core
+from gateware.machine import CONFIGS, Machine
+from gateware.schedule import schedule
+from gateware.slots import ScheduleError
+from model.program import Kind
+from sim.random_program import random_programs
+
+MACHINES = pytest.mark.parametrize("machine", CONFIGS.values(), ids=CONFIGS)
+
+
+def made(machine: Machine, seed: int = 3):
+    programs = random_programs(seed, 2, n_states=3, n_ops=30)
+    plans = [schedule(p, machine, restarts=0) for p in programs]
+    return programs, plans, list(allocate_together(plans))
+
+
+def moved(a: Allocation, old: int, new: int) -> Allocation:
+    """Everything that lives in register ``old`` lives in ``new``."""
+    return dataclasses.replace(a, tenants=tuple(
+        dataclasses.replace(t, address=new) if t.address == old else t for t in a.tenants))
+
+
+@MACHINES
+def test_what_is_allocated_together_passes(machine: Machine) -> None:
+    for seed in range(6):
+        check_core(*made(machine, seed))
+
+
+@MACHINES
+@pytest.mark.parametrize("kind", [Kind.CONST, Kind.PARAM])
+def test_a_temporary_over_a_lasting_word(machine: Machine, kind: Kind) -> None:
+    programs, plans, allocations = made(machine)
+    first, second = (a.addresses() for a in allocations)
+    lasting = [first[n] for n in programs[0].of_kind(kind)
+               if n in first and first[n] not in second.values()
+               and first[n] < machine.bank_depth]
+    assert lasting
+    victim = programs[1].inputs[0]
+    allocations[1] = moved(allocations[1], second[victim], lasting[0])
+    with pytest.raises(ScheduleError, match=rf"^random1 writes register {lasting[0]}, which "
+                                            r"random0 keeps a word in$"):
+        check_core(programs, plans, allocations)
+
+
+@MACHINES
+def test_states_in_the_same_registers(machine: Machine) -> None:
+    programs, plans, allocations = made(machine)
+    first, second = (a.addresses() for a in allocations)
+    after = plans[1].program.states[0]
+    bank = second[after[0]] // machine.bank_depth
+    mine = next((first[s] for s, _ in plans[0].program.states
+                 if first[s] // machine.bank_depth == bank), None)
+    if mine is None:
+        pytest.skip("no state of the first program in that bank")
+    a = moved(allocations[1], second[after[0]], mine)
+    allocations[1] = moved(a, second[after[1]], mine + machine.bank_depth // 4)
+    words = list(allocations[1].initial)
+    with pytest.raises(ScheduleError, match=r"keeps a word in$|must start with the word of"):
+        check_core(programs, plans, allocations)
+    # Also where the first words happen to be equal.
+    for offset in (0, machine.bank_depth // 4):
+        words[mine + offset] = words[second[after[0]]]
+    value = plans[0].program.find(next(
+        plans[0].program.values[s].name for s, _ in plans[0].program.states if first[s] == mine))
+    equal = plans[1].program.values[after[0]].initial
+    programs[0] = dataclasses.replace(programs[0], values=tuple(
+        dataclasses.replace(v, initial=equal) if n == value else v
+        for n, v in enumerate(programs[0].values)))
+    plans[0] = schedule(programs[0], machine, restarts=0)
+    allocations = [dataclasses.replace(a, initial=tuple(words)) for a in allocations]
+    with pytest.raises(ScheduleError, match=r"^random1 writes register \d+, which random0 keeps"):
+        check_core(programs, plans, allocations)
+
+
+@MACHINES
+def test_the_second_program_alone(machine: Machine) -> None:
+    """Allocated for itself its parameters are not where a second program's must be."""
+    programs, plans, allocations = made(machine)
+    assert programs[0].of_kind(Kind.PARAM) and programs[1].of_kind(Kind.PARAM)
+    allocations[1] = allocate(plans[1])
+    with pytest.raises(ScheduleError, match=r"^random1: parameter param0 must be in register \d+, "
+                                            r"not 0$"):
+        check_core(programs, plans, allocations)
+
+
+@MACHINES
+def test_other_first_words(machine: Machine) -> None:
+    programs, plans, allocations = made(machine)
+    used = {t.address for a in allocations for t in a.tenants}
+    words = list(allocations[1].initial)
+    words[max(set(range(512)) - used)] ^= 1
+    allocations[1] = dataclasses.replace(allocations[1], initial=tuple(words))
+    with pytest.raises(ScheduleError, match=r"^random0 and random1 must share the machine and its "
+                                            r"first words$"):
+        check_core(programs, plans, allocations)

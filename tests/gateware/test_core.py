@@ -1,0 +1,174 @@
+"""Several programs in one core: what they share, what they must not, each runs as if alone."""
+
+from __future__ import annotations
+
+import dataclasses
+import random
+
+import numpy as np
+import pytest
+
+from gateware.core import Core, build_core, build_shared_core
+from gateware.emulator import Emulator
+from gateware.machine import CONFIGS
+from gateware.slots import ScheduleError
+from model.interpreter import Interpreter
+from model.program import Kind
+from sim.random_program import random_inputs, random_program, random_programs
+
+CONFIG = pytest.mark.parametrize("config", sorted(CONFIGS))
+
+
+def shared(config: str, seed: int, count: int = 3, **options) -> Core:
+    return build_shared_core(random_programs(seed, count, **options), config, restarts=0)
+
+
+@CONFIG
+@pytest.mark.parametrize("seed", range(10))
+def test_taking_turns_changes_nothing(config: str, seed: int) -> None:
+    """Random turns, torn records, parameters written while their program runs or another does."""
+    core = shared(config, seed, count=2 + seed % 3)
+    rng = random.Random(seed)
+    emulator = Emulator(core.machine, core.image)
+    models = [Interpreter(p.program) for p in core.parts]
+    streams = [random_inputs(p.program, seed, 80) for p in core.parts]
+    for _ in range(80):
+        number = rng.randrange(len(models))
+        emulator.select(number)
+        emulator.select(rng.choice((-1, len(models))))  # no such program: stays
+        program, model = core.parts[number].program, models[number]
+        words = streams[number].pop()
+        other = rng.randrange(len(models))
+        for name, address in core.select(other).parameter_addresses.items():
+            if rng.random() < 0.3:
+                word = rng.getrandbits(20)
+                emulator.poke(address, word)
+                models[other].params[core.parts[other].program.find(name)] = word
+        if rng.random() < 0.3 and len(words) > 1:
+            emulator.update(words[:rng.randrange(1, len(words))])
+            continue
+        wanted, saturated = model.update(np.array(words)[:, None])
+        emulator.saturated = False
+        record = emulator.update(words)
+        assert record.outputs == wanted[:, 0].tolist()
+        assert emulator.saturated == saturated[0]
+        assert record.cycles == core.parts[number].schedule.length
+        assert len(program.outputs) == len(record.outputs)
+
+
+@CONFIG
+def test_the_program_at_hand(config: str) -> None:
+    core = shared(config, 1)
+    assert core.number == 0 and core.names == ("random0", "random1", "random2")
+    for number, part in enumerate(core.parts):
+        one = core.select(number)
+        assert (one.program, one.schedule, one.allocation) == (
+            part.program, part.schedule, part.allocation)
+        assert one.name == "core" and one.digest == core.digest
+        assert len(one.listing.splitlines()) == part.schedule.length + 1
+        assert " r" not in one.listing
+    assert core.image.lengths == tuple(p.schedule.length for p in core.parts)
+    for number in (-1, 3):
+        with pytest.raises(ValueError, match=rf"^number must be 0 to 2, not {number}$"):
+            core.select(number)
+
+
+@CONFIG
+def test_parameters_stand_in_order(config: str) -> None:
+    core = shared(config, 2, count=4, n_states=1)
+    found = [a for k in range(4) for a in core.select(k).parameter_addresses.values()]
+    assert len(found) > 4
+    assert found == list(range(len(found)))
+
+
+def test_parameters_go_on_in_the_next_bank() -> None:
+    small, fast = CONFIGS["small"], CONFIGS["fast"]
+    assert [small.parameter_register(k) for k in (0, 47, 48, 200)] == [0, 47, 48, 200]
+    assert [fast.parameter_register(k) for k in (0, 47, 48, 100)] == [0, 47, 256, 308]
+
+
+@CONFIG
+def test_many_parameters(config: str) -> None:
+    """So many that in ``fast`` they fill more than one bank's share."""
+    from model.fixed import Arithmetic
+    from model.program import Op, Program, Term, Value
+
+    def wide(name: str, n: int) -> Program:
+        values = [Value("x", Kind.INPUT, 31, -1, 1, "test")]
+        values += [Value(f"p{k}", Kind.PARAM, 31, -1, 1, "test", initial=1 << k % 30)
+                   for k in range(n)]
+        values.append(Value("y", Kind.OP, 31, -1, 1, "test"))
+        op = Op(n + 1, tuple(Term(0, k + 1, 23) for k in range(n)))
+        return Program(name, Arithmetic(), tuple(values), (op,), (0,), (n + 1,), ("y",), (), ())
+
+    programs = [wide("a", 40), wide("b", 50)]
+    core = build_shared_core(programs, config, restarts=0)
+    machine = core.machine
+    addresses = [list(core.select(k).parameter_addresses.values()) for k in range(2)]
+    assert addresses[0] + addresses[1] == [machine.parameter_register(k) for k in range(90)]
+    for number, program in enumerate(programs):
+        emulator = Emulator(machine, core.image)
+        emulator.select(number)
+        wanted, _ = Interpreter(program).update(np.array([[1 << 28]]))
+        assert emulator.update([1 << 28]).outputs == wanted[:, 0].tolist()
+
+
+@CONFIG
+def test_equal_constants_share_a_register(config: str) -> None:
+    first = random_program(3, n_inputs=2, n_outputs=1)
+    twin = dataclasses.replace(first, name="twin")
+    core = build_shared_core([first, twin], config, restarts=0)
+    where = [part.allocation.addresses() for part in core.parts]
+    for n, value in enumerate(first.values):
+        if n in where[0] and value.kind is Kind.CONST:
+            assert where[0][n] == where[1][n]
+        elif n in where[0] and value.kind in (Kind.STATE, Kind.PARAM):
+            assert where[0][n] != where[1][n]
+
+
+def test_digest_is_of_all_programs_in_order() -> None:
+    a, b = random_programs(4, 2)
+    both = build_shared_core([a, b], "small", restarts=0)
+    other = build_shared_core([b, a], "small", restarts=0)
+    assert both.digest != other.digest
+    assert both.image.digest == int(both.digest, 16)
+    alone = build_core(a, "small", restarts=0)
+    assert alone.digest == a.digest and alone.name == "random0"
+    assert len(both.digest) == len(alone.digest)
+
+
+def test_refused() -> None:
+    a, b = random_programs(4, 2)
+    with pytest.raises(ValueError, match=r"^programs must have different names, not \['random0', "
+                                         r"'random0'\]$"):
+        build_shared_core([a, a], "small")
+    tables = dataclasses.replace(b, table_memory=(1, *b.table_memory[1:]))
+    with pytest.raises(ScheduleError, match=r"^random0, random1: function tables of the programs "
+                                            r"must be the same$"):
+        build_shared_core([a, tables], "small", restarts=0)
+    crowd = random_programs(5, 3, n_states=43)
+    with pytest.raises(ScheduleError, match=r"^random0, random1, random2: 129 states, the fast "
+                                            r"machine has room for 128$"):
+        build_shared_core(crowd, "fast", restarts=0)
+
+
+def test_too_long_together(monkeypatch) -> None:
+    programs = random_programs(4, 2)
+    lengths = [build_core(p, "small", restarts=0).schedule.length for p in programs]
+    machine = dataclasses.replace(CONFIGS["small"], rom_words=sum(lengths) - 1)
+    monkeypatch.setitem(CONFIGS, "small", machine)
+    with pytest.raises(ScheduleError, match=rf"^the programs take {sum(lengths)} microwords, the "
+                                            rf"small machine has {sum(lengths) - 1}$"):
+        build_shared_core(programs, "small", restarts=0)
+
+
+@CONFIG
+def test_as_many_states_as_there_is_room_for(config: str) -> None:
+    programs = [random_program(7 + k, n_ops=60, n_inputs=2, n_outputs=1, n_states=n)
+                for k, n in enumerate((16, 20, 45, 47))]
+    programs = [dataclasses.replace(p, name=f"p{k}", table_memory=programs[0].table_memory)
+                for k, p in enumerate(programs)]
+    core = build_shared_core(programs, config, restarts=0)
+    used = [part.allocation.used(core.machine) for part in core.parts]
+    for bank in range(core.machine.lanes):
+        assert sum(u[bank][1] for u in used) == core.machine.state_slots
