@@ -8,22 +8,28 @@ Everything the command line does is one function here::
     boresight.run("complementary", "log.csv", on="fixed")
     boresight.check("complementary", "log.csv")
     boresight.report("complementary", "log.csv", output="build")
+    boresight.accuracy("folder", output="build")
+    boresight.tune("complementary", "folder", output="params.json")
+    boresight.experiment("ma2014", output="build")
     boresight.doctor()
 """
 
 from __future__ import annotations
 
+from boresight.accuracy import accuracy
 from boresight.bench import bench
 from boresight.compiling import compile
 from boresight.demo import demo
 from boresight.doctor import doctor
+from boresight.experiment import experiment
 from boresight.listing import list_estimators
 from boresight.proving import check
 from boresight.reporting import report
 from boresight.running import run
+from boresight.tuning import tune
 from model.errors import InputError, ToolMissing
 
-__all__ = ["InputError", "ToolMissing", "bench", "check", "compile", "demo", "doctor",
-           "list_estimators", "report", "run"]
+__all__ = ["InputError", "ToolMissing", "accuracy", "bench", "check", "compile", "demo", "doctor",
+           "experiment", "list_estimators", "report", "run", "tune"]
 
 __version__ = "0.1.0"

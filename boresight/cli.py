@@ -10,10 +10,16 @@ from collections.abc import Sequence
 from typing import Any
 
 import boresight
+from boresight.accuracy import accuracy_text, params_by_estimator
 from boresight.demo import summary_table
+from boresight.experiment import EXPERIMENTS, target_lines
+from boresight.parameters import values_for
+from boresight.sharing import estimator_names, params_for_each
+from boresight.tuning import tuning_text
 from gateware.slots import ScheduleError
 from gateware.synthesis.yosys import SynthesisError
 from model.errors import InputError, ToolMissing
+from model.estimators import ESTIMATORS
 from sim.check import LEVELS, CheckResult
 from sim.cosim import SimulationFailed
 from sim.divergence import replay_reproducer
@@ -29,16 +35,15 @@ class _Parser(argparse.ArgumentParser):
         self.exit(2, f"error: {message} (see {self.prog} --help)\n")
 
 
-def _params(items: Sequence[str]) -> dict[str, float]:
-    out = {}
-    for item in items:
-        name, _, text = item.partition("=")
-        try:
-            out[name] = float(text)
-        except ValueError:
-            raise InputError.at(f"--param {item}", wanted="NAME=NUMBER", found=repr(text),
-                                fix="write for example --param kp_pitch_per_s=0.5") from None
-    return out
+def _params(args: argparse.Namespace) -> dict[str, float]:
+    return values_for(args.estimator, args.params, args.param)
+
+
+def _params_of(args: argparse.Namespace, names: Sequence[str]) -> dict[str, Any]:
+    """Values of the only estimator, or by estimator."""
+    if len(names) > 1:
+        return dict(params_for_each(names, args.params, args.param))
+    return dict(values_for(names[0], args.params, args.param))
 
 
 def _parser() -> _Parser:
@@ -54,15 +59,21 @@ def _parser() -> _Parser:
         sub.add_argument("-q", "--quiet", action="store_true", help="no progress")
         return sub
 
+    def number_options(sub: argparse.ArgumentParser) -> None:
+        sub.add_argument("--word", type=int, default=32, help="word width, 18 to 32 bits")
+        sub.add_argument("--params", action="append", default=[], metavar="FILE.json",
+                         help="parameter values, as tune writes them, repeatable")
+        sub.add_argument("--param", action="append", default=[], metavar="NAME=NUMBER",
+                         help="parameter value, repeatable, on top of the files")
+
     def model_options(sub: argparse.ArgumentParser) -> None:
         sub.add_argument("--config", default="small", help="small (one lane) or fast (two lanes)")
-        sub.add_argument("--word", type=int, default=32, help="word width, 18 to 32 bits")
-        sub.add_argument("--param", action="append", default=[], metavar="NAME=NUMBER",
-                         help="parameter value, repeatable")
+        number_options(sub)
 
     verb("list", "Estimators, their parameters, configurations.")
     sub = verb("compile", "Write Verilog, ISE project, microcode, register map, C, report.json.")
-    sub.add_argument("estimator")
+    sub.add_argument("estimators", nargs="+", metavar="ESTIMATOR",
+                     help="several: one core that holds them all, a register says which runs")
     model_options(sub)
     sub.add_argument("--board", help="also write the ISE project: mimas or sk-xc6slx9")
     sub.add_argument("--synth", action="store_true", help="also estimate area and clock (yosys)")
@@ -78,7 +89,8 @@ def _parser() -> _Parser:
     sub.add_argument("-o", "--output", metavar="OUT.csv")
 
     sub = verb("check", "Prove integer model, C and RTL equal on logs, bit by bit.")
-    sub.add_argument("estimator", help="estimator, or the word replay")
+    sub.add_argument("estimator", metavar="ESTIMATOR[,ESTIMATOR...]",
+                     help="estimator; several: all in one core, in turns; or the word replay")
     sub.add_argument("logs", nargs="+", metavar="LOG", help="logs, or folders of logs")
     model_options(sub)
     sub.add_argument("--steps", type=int, help="leading samples of each log")
@@ -95,6 +107,36 @@ def _parser() -> _Parser:
     sub.add_argument("--no-synth", action="store_true", help="leave area and clock out")
     sub.add_argument("--comparison", action="store_true",
                      help="the log's reference is another device's estimate, not truth")
+    sub.add_argument("-o", "--output", default="build", metavar="DIR")
+
+    sub = verb("tune", "Fit parameters to logs with truth, in the open, with cross-validation.")
+    sub.add_argument("estimator")
+    sub.add_argument("logs", nargs="+", metavar="LOG", help="logs, or folders of logs")
+    sub.add_argument("--folds", type=int, default=3, help="of the cross-validation; 1: none")
+    sub.add_argument("--seed", type=int, help="shuffle the trials before they are dealt to folds")
+    sub.add_argument("--only", metavar="A,B,...", help="parameters to tune; default: all")
+    sub.add_argument("--rounds", type=int, default=12, help="most rounds of a search")
+    sub.add_argument("--detune", type=float, default=1.0, metavar="FACTOR",
+                     help="start off by this factor, so that folds do not inherit the start")
+    sub.add_argument("--jobs", type=int, help="threads; default: one for each processor")
+    number_options(sub)
+    sub.add_argument("-o", "--output", metavar="PARAMS.json", help="result, for --params")
+
+    sub = verb("accuracy", "Error of our estimators and of published ones on logs with truth.")
+    sub.add_argument("logs", nargs="*", metavar="LOG",
+                     help="logs, or folders of logs; default: the bundled logs")
+    sub.add_argument("--estimators", metavar="A,B,...", help="ours and published; default: all")
+    sub.add_argument("--no-peers", action="store_true", help="without the published ones")
+    sub.add_argument("--no-float", action="store_true", help="fixed point only")
+    sub.add_argument("--comparison", metavar="LOG,...", default="",
+                     help="logs whose reference is another device's estimate, not truth")
+    sub.add_argument("--jobs", type=int, help="processes; default: one for each processor")
+    number_options(sub)
+    sub.add_argument("-o", "--output", metavar="DIR", help="also write accuracy.html and .json")
+
+    sub = verb("experiment", "A published experiment in simulation: page and JSON.")
+    sub.add_argument("name", help=f"one of: {', '.join(EXPERIMENTS)}")
+    sub.add_argument("--seed", type=int, default=1, help="of the first run")
     sub.add_argument("-o", "--output", default="build", metavar="DIR")
 
     sub = verb("demo", "The main job: both configurations on the bundled recording.")
@@ -120,20 +162,24 @@ def _list(args: argparse.Namespace) -> tuple[int, Any, str]:
 
 
 def _compile(args: argparse.Namespace) -> tuple[int, Any, str]:
+    names = estimator_names(*args.estimators)
     data = boresight.compile(
-        args.estimator, config=args.config, board=args.board, word=args.word, synth=args.synth,
-        output=args.output, params=_params(args.param), urgent=args.urgent,
+        *names, config=args.config, board=args.board, word=args.word, synth=args.synth,
+        output=args.output, params=_params_of(args, names), urgent=args.urgent,
         progress=_progress(args))
-    timing = data["timing"]["latency_cycles_by_output"]
-    text = f"{args.output}: " + ", ".join(f"{k} {v}" for k, v in timing.items()) + " cycles"
-    return 0, data, text
+    lines = []
+    for name, report in data.get("programs", {"": data}).items():
+        timing = report["timing"]["latency_cycles_by_output"]
+        lines.append(f"{args.output}: {name and name + ': '}" + ", ".join(
+            f"{k} {v}" for k, v in timing.items()) + " cycles")
+    return 0, data, "\n".join(lines)
 
 
 def _run(args: argparse.Namespace) -> tuple[int, Any, str]:
     if args.output is None and not args.json:
         args.output = f"{args.estimator}-{args.on}.csv"
     data = boresight.run(args.estimator, args.log, on=args.on, config=args.config, word=args.word,
-                         params=_params(args.param), steps=args.steps, output=args.output)
+                         params=_params(args), steps=args.steps, output=args.output)
     plain = {k: v.tolist() if hasattr(v, "tolist") else v for k, v in data.items()}
     text = f"{len(data['t'])} rows to {args.output}"
     if data["rmse_deg"]:
@@ -157,10 +203,11 @@ def _check(args: argparse.Namespace) -> tuple[int, Any, str]:
         print(f"  fixed against float64: {result.vs_float_until_80_deg:.6f} deg until |pitch| "
               f"first passes 80 deg, {result.vs_float_max_deg:.6f} deg over all", flush=True)
 
+    names = estimator_names(args.estimator)
     results = boresight.check(
         args.estimator, *args.logs, config=args.config, word=args.word, steps=args.steps,
         levels=tuple(args.levels.split(",")), simulator=args.simulator,
-        params=_params(args.param), reproducer=args.reproducer, progress=_progress(args),
+        params=_params_of(args, names), reproducer=args.reproducer, progress=_progress(args),
         each=show)
     good = all(r.good for r in results)
     return (0 if good else 1, {"good": good, "results": [r.to_json() for r in results]},
@@ -171,9 +218,41 @@ def _report(args: argparse.Namespace) -> tuple[int, Any, str]:
     data = boresight.report(
         args.estimator, args.log, config=args.config, word=args.word, steps=args.steps,
         synth=not args.no_synth, output=args.output, comparison=args.comparison,
-        params=_params(args.param), progress=_progress(args))
+        params=_params(args), progress=_progress(args))
     good = all(v.get("good", True) for v in data["verification"])
     return 0 if good else 1, data, f"{args.output}/report.html"
+
+
+def _accuracy(args: argparse.Namespace) -> tuple[int, Any, str]:
+    names = None if args.estimators is None else args.estimators.split(",")
+    ours = [n for n in ESTIMATORS if names is None or n in names]
+    data = boresight.accuracy(
+        *args.logs, estimators=names, peers=not args.no_peers, floating=not args.no_float,
+        comparisons=[name for name in args.comparison.split(",") if name],
+        params=params_by_estimator(ours, args.params, args.param), word=args.word, jobs=args.jobs,
+        output=args.output, progress=_progress(args))
+    text = accuracy_text(data)
+    return 0, data, text if args.output is None else f"{text}\n\n{args.output}/accuracy.html"
+
+
+def _tune(args: argparse.Namespace) -> tuple[int, Any, str]:
+    data = boresight.tune(
+        args.estimator, *args.logs, folds=args.folds, seed=args.seed,
+        names=None if args.only is None else args.only.split(","), rounds=args.rounds,
+        detune=args.detune, params=_params(args), word=args.word, jobs=args.jobs,
+        output=args.output, progress=_progress(args))
+    text = tuning_text(data)
+    return 0, data, text if args.output is None else f"{text}\n  written: {args.output}"
+
+
+def _experiment(args: argparse.Namespace) -> tuple[int, Any, str]:
+    data = boresight.experiment(args.name, output=args.output, seed=args.seed,
+                                progress=_progress(args))
+    met = sum(t["good"] for t in data["targets"])
+    lines = [*target_lines(data), f"targets met: {met} of {len(data['targets'])}",
+             f"{args.output}/{args.name}.html"]
+    lines += [f"FAILED: {c['claim']}" for c in data["claims"] if not c["good"]]
+    return 0 if data["good"] else 1, data, "\n".join(lines)
 
 
 def _demo(args: argparse.Namespace) -> tuple[int, Any, str]:
@@ -208,7 +287,8 @@ def _progress(args: argparse.Namespace) -> Any:
 
 
 _VERBS = {"list": _list, "compile": _compile, "run": _run, "check": _check, "report": _report,
-          "demo": _demo, "bench": _bench, "doctor": _doctor}
+          "accuracy": _accuracy, "tune": _tune,
+          "demo": _demo, "experiment": _experiment, "bench": _bench, "doctor": _doctor}
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -4,22 +4,22 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from boresight.output import output_folder
+from boresight.sharing import estimator_names, params_of_each
 from firmware.emit import emit_c
 from gateware.boards.ise import BOARDS, write_ise_project
-from gateware.core import Core, build_core
-from gateware.register_header import to_header
-from gateware.register_map import register_map
-from gateware.register_page import to_markdown
-from gateware.register_svd import to_svd
+from gateware.core import Core
+from gateware.image import rom_pieces
+from gateware.register_map import register_map_files
 from gateware.synthesis.estimate import Estimate, estimate
 from model.errors import InputError
+from model.estimator import Estimator
 from model.estimators import estimator as find_estimator
-from sim.check import with_params
+from sim.check_shared import shared_core
 from sim.report_data import report_data
 
 __all__ = ["check_board", "compile", "core_for", "estimate_core"]
@@ -35,9 +35,8 @@ def check_board(board: str | None) -> None:
 def core_for(name: str, *, config: str = "small", word: int = 32,
              params: Mapping[str, float] | None = None, urgent: int | None = None) -> Core:
     """Compile an estimator to a core."""
-    estimator = find_estimator(name)
-    program = with_params(estimator.compile(word=word), estimator, params)
-    return build_core(program, config, urgent=estimator.urgent if urgent is None else urgent)
+    return shared_core([find_estimator(name)], config=config, word=word, params=[params],
+                       urgent=urgent)
 
 
 def estimate_core(core: Core) -> Estimate:
@@ -45,16 +44,19 @@ def estimate_core(core: Core) -> Estimate:
     return estimate(core.verilog(instances=True), "core")
 
 
-def compile(name: str, *, config: str = "small", board: str | None = None, word: int = 32,
-            synth: bool = False, output: str | Path = "build",
-            params: Mapping[str, float] | None = None, urgent: int | None = None,
+def compile(name: str, *others: str, config: str = "small", board: str | None = None,
+            word: int = 32, synth: bool = False, output: str | Path = "build",
+            params: Mapping[str, Any] | None = None, urgent: int | None = None,
             progress: Callable[[str], None] | None = None) -> dict[str, Any]:
-    """Compile an estimator and write everything about it.
+    """Compile one estimator or several into a core, and write everything about it.
+
+    With several estimators the core holds them all, a register says which runs, and the files of a
+    single program have its name in theirs: ``microcode-mekf.lst``.
 
     Parameters
     ----------
-    name : str
-        Estimator.
+    name, others : str
+        Estimators, in the order of their numbers in the core.
     config : str
         "small" or "fast".
     board : str, optional
@@ -66,42 +68,41 @@ def compile(name: str, *, config: str = "small", board: str | None = None, word:
     output : path
         Folder for the files.
     params : mapping, optional
-        Parameter values other than the defaults.
+        Parameter values other than the defaults; with several estimators, a mapping of such for
+        each of them by its name.
     urgent : int, optional
         Leading outputs whose latency counts first.
 
     Returns
     -------
     dict
-        The contents of report.json.
+        The contents of report.json; with several estimators, what concerns them all and under
+        ``programs`` the report of each.
 
     Raises
     ------
     InputError
-        Unknown name, illegal width or parameter, folder that cannot be written.
+        Unknown or repeated name, illegal width or parameter, folder that cannot be written.
+    ScheduleError
+        The programs do not fit into one core.
     """
     say = progress or (lambda text: None)
-    estimator = find_estimator(name)
+    names = estimator_names(name, *others)
+    estimators = [find_estimator(n) for n in names]
     check_board(board)
     with output_folder(Path(output)) as folder:
         start = time.perf_counter()
-        core = core_for(name, config=config, word=word, params=params, urgent=urgent)
-        say(f"{name} for {config}: Verilog")
+        core = shared_core(estimators, config=config, word=word, urgent=urgent,
+                           params=params_of_each(names, params))
+        say(f"{', '.join(names)} for {config}: Verilog")
         verilog = core.verilog(instances=True)
         seconds = time.perf_counter() - start
         (folder / "core.v").write_text(verilog)
         (folder / "core_sim.v").write_text(core.verilog(instances=False))
-        (folder / "microcode.lst").write_text(core.listing)
-        (folder / "program.json").write_text(core.program.to_json() + "\n")
-        (folder / "schedule.json").write_text(core.schedule.to_json() + "\n")
-        registers = register_map(core, meanings={p.name: p.meaning for p in estimator.params})
-        (folder / "registers.json").write_text(registers.to_json())
-        (folder / "registers.svd").write_text(to_svd(registers))
-        (folder / "registers.h").write_text(to_header(registers))
-        (folder / "registers.md").write_text(to_markdown(registers))
         (folder / "firmware").mkdir()
-        for file, text in emit_c(core.program).items():
-            (folder / "firmware" / file).write_text(text)
+        for number in range(len(names)):
+            _write_program(folder, core.select(number))
+        _write_registers(folder, core, estimators)
         if board is not None:
             say(f"ISE project for {board}")
             write_ise_project(core, board, folder / f"ise-{board}")
@@ -109,7 +110,45 @@ def compile(name: str, *, config: str = "small", board: str | None = None, word:
         if synth:
             say("synthesis (yosys) and clock estimate")
             area = estimate_core(core)
-        data = report_data(core, estimator, area=area)
+        reports = [report_data(core.select(k), e, area=area) for k, e in enumerate(estimators)]
+        data = reports[0] if len(names) == 1 else _together(core, reports)
         data["compile_seconds"] = round(seconds, 2)
         (folder / "report.json").write_text(json.dumps(data, indent=1) + "\n")
     return data
+
+
+def _write_program(folder: Path, core: Core) -> None:
+    """Microcode, program, schedule and C of the program at hand."""
+    of = f"-{core.program.name}" if len(core.parts) > 1 else ""
+    (folder / f"microcode{of}.lst").write_text(core.listing)
+    (folder / f"program{of}.json").write_text(core.program.to_json() + "\n")
+    (folder / f"schedule{of}.json").write_text(core.schedule.to_json() + "\n")
+    for file, text in emit_c(core.program).items():
+        (folder / "firmware" / file).write_text(text)
+
+
+def _write_registers(folder: Path, core: Core, estimators: Sequence[Estimator]) -> None:
+    """The register map in its written forms."""
+    meanings = {(f"{e.name}.{p.name}" if len(estimators) > 1 else p.name): p.meaning
+                for e in estimators for p in e.params}
+    for file, text in register_map_files(core, meanings=meanings).items():
+        (folder / file).write_text(text)
+
+
+def _together(core: Core, reports: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """The report of a core with several programs."""
+    depth = sum(rom_pieces(len(core.image.rom)))
+    return {
+        "core": core.name,
+        "config": core.machine.name,
+        "word": core.machine.arithmetic.word,
+        "digest": core.digest,
+        "resources": reports[0]["resources"],
+        "fmax_mhz": reports[0]["timing"]["fmax_mhz"],
+        "microcode": {"words": len(core.image.rom), "depth": depth,
+                      "bits": core.machine.word_bits,
+                      "first_word": dict(zip(core.names, core.image.bases, strict=True))},
+        "states": {"used": sum(len(p.program.states) for p in core.parts),
+                   "available": core.machine.lanes * core.machine.state_slots},
+        "programs": dict(zip(core.names, reports, strict=True)),
+    }

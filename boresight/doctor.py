@@ -15,7 +15,7 @@ from sim.simulators import available, version
 __all__ = ["doctor"]
 
 #: Python packages that must be there.
-PACKAGES = ("numpy", "amaranth", "amaranth-boards", "cocotb", "matplotlib", "jinja2")
+PACKAGES = ("numpy", "amaranth", "amaranth-boards", "cocotb", "matplotlib", "jinja2", "vqf", "ahrs")
 
 
 def _first_line(command: list[str]) -> str:

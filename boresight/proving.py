@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
+from boresight.sharing import estimator_names, params_of_each
 from model.errors import InputError
 from model.estimators import estimator as find_estimator
 from sim.check import CheckResult
 from sim.check import check as check_log
+from sim.check_shared import check_shared, shared_core
 from sim.log import read_log
 
 __all__ = ["check", "log_files"]
@@ -37,31 +40,44 @@ def log_files(paths: Iterable[str | Path]) -> list[Path]:
 
 def check(name: str, *logs: str | Path, config: str = "small", word: int = 32,
           steps: int | None = None, levels: Sequence[str] = ("fixed", "c", "rtl"),
-          simulator: str | None = None, params: Mapping[str, float] | None = None,
+          simulator: str | None = None, params: Mapping[str, Any] | None = None,
           reproducer: str | Path | None = None,
           progress: Callable[[str], None] | None = None,
           each: Callable[[CheckResult], None] | None = None) -> list[CheckResult]:
     """Check an estimator on logs; see `sim.check.check`.
 
-    ``each`` is called with every result as soon as it is there.
+    ``name`` may be several names with commas: then one core holds them all and they take turns
+    (`sim.check_shared.check_shared`); ``params`` is then a mapping by estimator. ``each`` is called
+    with every result as soon as it is there.
 
     Raises
     ------
     InputError
         Unknown names, bad logs. All logs are read before the first is checked.
     """
-    estimator = find_estimator(name)
+    names = estimator_names(name)
+    estimators = [find_estimator(n) for n in names]
+    chosen = params_of_each(names, params)
     read = [read_log(path) for path in log_files(logs)]
     if not read:
         raise InputError.at("logs", wanted="at least one log", found="none", fix="name a log file")
     results = []
+    core = None
     for log in read:
         say = None if progress is None else (lambda text, log=log: progress(f"{log.name}: {text}"))
-        result = check_log(estimator, log, config=config, word=word, steps=steps, levels=levels,
-                           simulator=simulator, params=params,
-                           reproducer=None if reproducer is None else Path(reproducer),
-                           progress=say)
-        results.append(result)
+        if len(names) > 1:
+            if core is None and "rtl" in levels:
+                core = shared_core(estimators, config=config, word=word, params=chosen)
+            found = check_shared(estimators, log, config=config, word=word, steps=steps,
+                                 levels=levels, simulator=simulator, params=chosen, core=core,
+                                 progress=say)
+        else:
+            found = [check_log(estimators[0], log, config=config, word=word, steps=steps,
+                               levels=levels, simulator=simulator, params=chosen[0],
+                               reproducer=None if reproducer is None else Path(reproducer),
+                               progress=say)]
+        results += found
         if each is not None:
-            each(result)
+            for result in found:
+                each(result)
     return results

@@ -6,7 +6,10 @@ from pathlib import Path
 
 from model.errors import InputError
 
-__all__ = ["bundled", "bundled_names"]
+__all__ = ["bundled", "bundled_names", "is_comparison"]
+
+#: Bundled logs whose attitude is another device's estimate, not truth.
+_COMPARISONS = ("ximu_walk",)
 
 
 def _folder() -> Path:
@@ -40,3 +43,9 @@ def bundled(name: str) -> Path:
         known = ", ".join(bundled_names())
         raise InputError(f"name must be one of the bundled logs ({known}), not {name!r}")
     return _folder() / f"{name}.csv"
+
+
+def is_comparison(path: str | Path) -> bool:
+    """Whether a path is that of a bundled log whose attitude is a comparison, not truth."""
+    path = Path(path)
+    return path.stem in _COMPARISONS and path.resolve().parent == _folder().resolve()

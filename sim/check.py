@@ -18,14 +18,16 @@ from model.errors import InputError, ToolMissing
 from model.estimator import Estimator, input_words, param_words
 from model.fixed import IntArray
 from model.program import Program
-from sim.cosim import RtlSimulation, SimulationFailed
+from sim.cosim import RtlRun, RtlSimulation, SimulationFailed
 from sim.divergence import Divergence, first_divergence_rtl, write_reproducer
 from sim.feed import inputs_of
 from sim.log import Log
 from sim.segments import interpret
+from sim.sharing import selection
 from sim.simulators import SIMULATORS, available
 
-__all__ = ["LEVELS", "CheckResult", "LevelResult", "check", "with_params"]
+__all__ = ["LEVELS", "CheckResult", "LevelResult", "check", "compare_rtl", "default_simulators",
+           "failed_rtl", "simulation_of", "with_params"]
 
 #: Levels in order; each is compared with the integer interpreter.
 LEVELS = ("fixed", "c", "rtl")
@@ -82,7 +84,8 @@ class LevelResult:
 class CheckResult:
     """All levels on one log, and the float comparison that goes with them.
 
-    ``vs_float_deg``: largest difference of each Euler angle and sample between fixed and float64.
+    ``vs_float_max_deg``: largest difference of each Euler angle and sample between fixed and
+    float64. ``outputs`` (steps, n_outputs) and ``saturated`` (steps,) are the interpreter's.
     """
 
     estimator: str
@@ -94,6 +97,7 @@ class CheckResult:
     vs_float_until_80_deg: float
     saturated_updates: int
     outputs: IntArray = field(repr=False)
+    saturated: npt.NDArray[np.bool_] = field(repr=False)
     float_outputs: Mapping[str, npt.NDArray[np.float64]] = field(repr=False)
 
     @property
@@ -202,7 +206,7 @@ def check(estimator: Estimator, log: Log, *, config: str = "small", word: int = 
         if core is None or core.program != program:
             say("compiling the core")
             core = build_core(program, config, urgent=estimator.urgent)
-        for name in (simulator,) if simulator else _default_simulators():
+        for name in (simulator,) if simulator else default_simulators():
             m = n if name == "verilator" or simulator else min(n, 30)
             say(f"RTL in {name}, {m} updates")
             results.append(_check_rtl(core, estimator, words[:m], run.outputs[:m],
@@ -217,10 +221,10 @@ def check(estimator: Estimator, log: Log, *, config: str = "small", word: int = 
     return CheckResult(
         estimator.name, log.name, config, word, tuple(results), float(difference.max()),
         float(difference[:until].max()) if until else 0.0, int(run.saturated.sum()), run.outputs,
-        reference)
+        run.saturated, reference)
 
 
-def _default_simulators() -> list[str]:
+def default_simulators() -> list[str]:
     """Verilator always (its absence is a failure), Icarus where it is."""
     return ["verilator"] + (["icarus"] if available("icarus") else [])
 
@@ -258,35 +262,51 @@ def _divergence_c(program: Program, words: IntArray, step: int) -> Divergence:
     return Divergence("c", step, "outputs", None, 0, None)
 
 
+def simulation_of(core: Core, simulator: str, verilog: str) -> RtlSimulation:
+    """The simulation of a core's Verilog."""
+    program = core.program
+    return RtlSimulation(verilog, word=program.arithmetic.word, n_inputs=len(program.inputs),
+                         n_outputs=len(program.outputs), lanes=core.machine.lanes,
+                         simulator=simulator)
+
+
 def _check_rtl(core: Core, estimator: Estimator, words: IntArray, outputs: IntArray,
                saturated: npt.NDArray[np.bool_], simulator: str,
                hook: Callable[[str], str] | None) -> LevelResult:
     start = time.perf_counter()
-    program = core.program
     verilog = core.verilog(instances=False)
     if hook is not None:
         verilog = hook(verilog)
-    predicted = max(core.schedule.latencies[:estimator.urgent])
     try:
-        simulation = RtlSimulation(verilog, word=program.arithmetic.word,
-                                   n_inputs=len(program.inputs), n_outputs=len(program.outputs),
-                                   lanes=core.machine.lanes, simulator=simulator)
-        run = simulation.run(words, max_interval=core.schedule.interval)
+        run = simulation_of(core, simulator, verilog).run(
+            words, max_interval=core.schedule.interval, bus_writes=selection(core))
     except (ToolMissing, SimulationFailed) as error:
-        return LevelResult("rtl", simulator, len(words), 0, time.perf_counter() - start,
-                           error=str(error).strip().splitlines()[0])
-    wrong = (run.outputs != outputs).any(axis=1) | (run.saturated != saturated)
-    text, step = "", None
-    if wrong.any():
-        step = int(np.argmax(wrong))
+        return failed_rtl(simulator, len(words), time.perf_counter() - start, error)
+    result = compare_rtl(core, estimator, run, outputs, saturated, simulator)
+    text, step = "", result.first_wrong
+    if step is not None:
         found = first_divergence_rtl(core, verilog, words, step, simulator=simulator)
         text = str(found) if found else f"rtl: outputs differ, step {step}, all values equal"
+    return dataclasses.replace(result, seconds=time.perf_counter() - start, divergence=text)
+
+
+def failed_rtl(simulator: str, updates: int, seconds: float, error: Exception) -> LevelResult:
+    """The level when nothing came out of the simulation."""
+    return LevelResult("rtl", simulator, updates, 0, seconds,
+                       error=str(error).strip().splitlines()[0])
+
+
+def compare_rtl(core: Core, estimator: Estimator, run: RtlRun, outputs: IntArray,
+                saturated: npt.NDArray[np.bool_], simulator: str) -> LevelResult:
+    """The level by its words, flags and cycles, against the interpreter and the schedule."""
+    wrong = (run.outputs != outputs).any(axis=1) | (run.saturated != saturated)
+    latencies = core.schedule.latencies
     counted = run.latency_cycles[:, :estimator.urgent].max(axis=1)
-    timing_ok = np.array_equal(run.latency_cycles.min(axis=0), core.schedule.latencies) and \
-        np.array_equal(run.latency_cycles.max(axis=0), core.schedule.latencies)
+    timing_ok = np.array_equal(run.latency_cycles.min(axis=0), latencies) and \
+        np.array_equal(run.latency_cycles.max(axis=0), latencies)
     return LevelResult(
-        "rtl", simulator, len(words), int(wrong.sum()), time.perf_counter() - start,
-        predicted, int(counted.min()), int(counted.max()), core.schedule.interval,
-        int(run.interval_cycles.max()),
-        error="" if timing_ok else "output cycles differ from the schedule", divergence=text,
-        first_wrong=step)
+        "rtl", simulator, len(outputs), int(wrong.sum()), 0.0,
+        max(latencies[:estimator.urgent]), int(counted.min()), int(counted.max()),
+        core.schedule.interval, int(run.interval_cycles.max()),
+        error="" if timing_ok else "output cycles differ from the schedule",
+        first_wrong=int(np.argmax(wrong)) if wrong.any() else None)

@@ -17,6 +17,7 @@ from model.fixed import IntArray
 from model.interpreter import Interpreter
 from model.program import Program
 from sim.cosim import RtlSimulation, SimulationFailed
+from sim.sharing import selection
 
 __all__ = ["Divergence", "first_divergence_rtl", "load_reproducer", "replay_reproducer",
            "write_reproducer"]
@@ -61,14 +62,17 @@ def words_of_step(program: Program, inputs: IntArray, step: int) -> tuple[Progra
 
 def first_divergence_rtl(core: Core, verilog: str, inputs: IntArray, step: int, *,
                          simulator: str) -> Divergence | None:
-    """Run up to ``step`` again, recording every register write of it, and compare by name."""
+    """Run up to ``step`` again, recording every register write of it, and compare by name.
+
+    Of a core with several programs the one at hand runs alone.
+    """
     program = core.schedule.program
     _, words = words_of_step(program, inputs, step)
     simulation = RtlSimulation(
         verilog, word=program.arithmetic.word, n_inputs=len(program.inputs),
         n_outputs=len(program.outputs), lanes=core.machine.lanes, simulator=simulator)
     run = simulation.run(inputs[:step + 1], max_interval=core.schedule.interval, trace=step,
-                         allow_unknown=True)
+                         allow_unknown=True, bus_writes=selection(core))
     sign = 1 << (program.arithmetic.word - 1)
     landed = {(core.schedule.ends[k].lane, core.schedule.write_cycle(k)): op.dest
               for k, op in enumerate(program.ops)}

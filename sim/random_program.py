@@ -6,12 +6,12 @@ The same seed gives the same program. Used to compare interpreter, C and core wo
 from __future__ import annotations
 
 import random
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from model.fixed import Arithmetic
 from model.program import Kind, Negate, Op, Overflow, Program, Scale, Term, Value, When
 
-__all__ = ["random_inputs", "random_program"]
+__all__ = ["random_inputs", "random_program", "random_programs"]
 
 
 def random_program(seed: int, *, word: int = 32, n_ops: int = 40, n_inputs: int | None = None,
@@ -40,6 +40,18 @@ def random_program(seed: int, *, word: int = 32, n_ops: int = 40, n_inputs: int 
         raise ValueError(f"recent must be 0 to 1, not {recent!r}")
     return _Builder(random.Random(seed), Arithmetic(word), recent).build(
         f"random_{seed}_{word}_{n_ops}", n_ops, n_inputs, n_outputs, n_states)
+
+
+def random_programs(seed: int, count: int, *, word: int = 32, n_ops: int = 20,
+                    n_states: int | None = None) -> list[Program]:
+    """Random programs for one core: the same function tables, records of the same length."""
+    rng = random.Random(seed)
+    n_inputs, n_outputs = rng.randint(1, 6), rng.randint(1, 4)
+    programs = [random_program(rng.getrandbits(32), word=word, n_ops=rng.randint(1, 2 * n_ops),
+                               n_inputs=n_inputs, n_outputs=n_outputs, n_states=n_states)
+                for _ in range(count)]
+    return [replace(p, name=f"random{k}", table_memory=programs[0].table_memory)
+            for k, p in enumerate(programs)]
 
 
 def random_inputs(program: Program, seed: int, steps: int) -> list[list[int]]:

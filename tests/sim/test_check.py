@@ -51,7 +51,7 @@ def fault(pattern, change):
 
 def test_a_wrong_table_word_is_found_by_name_step_and_cycle(log, tmp_path):
     file = tmp_path / "reproducer.json"
-    hook = fault(r"(tables\[(?:5\d\d|[6-9]\d\d)\] = 32'd)(\d+);",
+    hook = fault(r"(tables0\[(?:5\d\d|[6-9]\d\d)\] = 32'd)(\d+);",
                  lambda m: f"{m[1]}{int(m[2]) ^ 64};")
     result = check(estimator("complementary"), log, config="fast", steps=30,
                    simulator="verilator", verilog_hook=hook, reproducer=file)
@@ -79,7 +79,7 @@ def test_a_late_output_fails_even_with_right_words(log):
 
 def test_a_hanging_core_fails(log):
     # A program that never asks for input.
-    hook = fault(r"(    rom\[\d+\] = 55'[dh])[0-9a-f]+;", r"\g<1>0;")
+    hook = fault(r"(    rom0\[\d+\] = 54'[dh])[0-9a-f]+;", r"\g<1>0;")
     result = check(estimator("complementary"), log, steps=3, simulator="verilator",
                    levels=("rtl",), verilog_hook=hook)
     assert not result.good

@@ -15,14 +15,14 @@ def test_cores_of_one_machine_differ_in_memories_only(config):
     (a, files_a), (b, files_b) = (split_memories(c.verilog(instances=False)) for c in cores)
     assert a == b
     assert files_a.keys() == files_b.keys()
-    assert files_a["rom.hex"] != files_b["rom.hex"]
+    assert files_a["rom0.hex"] != files_b["rom0.hex"]
 
 
 def test_words_survive():
     core = build_core(random_program(3), "small", restarts=0)
     _, files = split_memories(core.verilog(instances=False))
-    words = [int(x, 16) for x in files["rom.hex"].split()]
-    assert words == core.image.rom_early_home(core.machine)
+    words = [int(x, 16) for x in files["rom0.hex"].split()]
+    assert (words,) == core.image.hardware_rom(core.machine)
     operands = [int(x, 16) for x in files["b0.hex"].split()]
     assert operands == list(core.image.registers) + list(core.image.tables)
 

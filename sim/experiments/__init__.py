@@ -1,0 +1,1 @@
+"""Published experiments, run again in simulation: one module per paper, one page per run."""

@@ -1,0 +1,180 @@
+"""The estimators of the experiment, with the paper's settings, in float64 and in fixed point."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from firmware.build import CModel
+from model.attitude import quaternion_to_euler, wrap_rad
+from model.estimator import Estimator, input_words
+from model.estimators import ESTIMATORS
+from model.estimators.complementary import per_sample_gains
+from model.program import Program
+from sim.check import with_params
+from sim.experiments.ma2014_letter import filter_to_the_letter, mag_acc_angles
+from sim.experiments.ma2014_paper import KI, KP
+from sim.experiments.ma2014_world import AVERAGED, FIELD_UT, LEAD, LOOP_HZ
+from sim.feed import inputs_of
+from sim.log import Log
+from sim.segments import interpret
+from sim.world.devices import GRAVITY, TABLE_2
+
+__all__ = ["METHODS", "Method", "available", "count_mismatches", "gains_per_s",
+           "kalman_parameters", "run_fixed", "run_float", "score"]
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Method:
+    """One row of Table 3.
+
+    ``estimator``: the registered estimator that computes it, None for a float reference.
+    ``row``: the row of the paper it stands beside, if any.
+    """
+
+    key: str
+    title: str
+    estimator: str | None
+    row: str | None = None
+
+
+METHODS = (
+    Method("gyro", "gyro alone", "complementary", "gyro"),
+    Method("mag_acc", "magnetometer and accelerometer alone", None, "mag_acc"),
+    Method("ekf_quaternion", "Kalman filter, quaternion measured", "ekf_quaternion", "kalman"),
+    Method("ekf_quaternion_vector", "Kalman filter, vectors measured", "ekf_quaternion_vector",
+           "kalman"),
+    Method("complementary", "complementary filter", "complementary", "complementary"),
+    Method("letter", "the paper's filter to the letter (float only)", None, "complementary"),
+    Method("complementary_as_printed", "complementary filter, eq. (3) as printed",
+           "complementary_as_printed"),
+    Method("gyro_as_printed", "gyro alone, eq. (3) as printed", "complementary_as_printed"),
+)
+
+
+def available() -> tuple[Method, ...]:
+    """The methods whose estimators are registered."""
+    return tuple(m for m in METHODS if m.estimator is None or m.estimator in ESTIMATORS)
+
+
+def gains_per_s(kp: Sequence[float] = KP, ki: Sequence[float] = KI,
+                rate_hz: float = LOOP_HZ) -> dict[str, float]:
+    """Parameters of the complementary filter for gains per sample."""
+    out = {}
+    for axis, p, i in zip(("pitch", "roll", "heading"), kp, ki, strict=True):
+        out[f"kp_{axis}_per_s"], out[f"ki_{axis}_per_s2"] = per_sample_gains(p, i, rate_hz)
+    return out
+
+
+def _params(method: Method) -> dict[str, float]:
+    """The paper's settings in the parameters of the method's estimator."""
+    assert method.estimator is not None
+    if method.key.startswith("gyro"):
+        return gains_per_s((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    if method.estimator.startswith("complementary"):
+        return gains_per_s()
+    return kalman_parameters(method.estimator)
+
+
+def kalman_parameters(name: str) -> dict[str, float]:
+    """Table 2 in the parameters of a quaternion EKF, by what it calls them.
+
+    Noise of the angles at rest, level and at heading 0, for the filter that measures a quaternion::
+
+        pitch  sd(f_y) / g        roll  sd(f_x) / g
+        heading^2 = (sd(m_x) / m_h)^2 + (roll m_z / m_h)^2
+    """
+    acc = [math.sqrt(v / AVERAGED) for v in TABLE_2.accelerometer]
+    mag = [math.sqrt(v) for v in TABLE_2.magnetometer]
+    level = math.hypot(FIELD_UT[0], FIELD_UT[1])
+    pitch, roll = acc[1] / GRAVITY, acc[0] / GRAVITY
+    heading = math.hypot(mag[0] / level, roll * FIELD_UT[2] / level)
+    known = {"scale": 64.0, "p0_sd": 0.01}
+    for k, axis in enumerate("xyz"):
+        known[f"gyro_sd_{axis}"] = math.sqrt(TABLE_2.gyro[k])
+        known[f"angle_sd_{axis}"] = (pitch, roll, heading)[k]
+        known[f"acc_sd_{axis}"] = acc[k]
+        known[f"mag_sd_{axis}"] = mag[k]
+    return {p.name: known[p.name] for p in ESTIMATORS[name].params if p.name in known}
+
+
+def _records(estimator: Estimator, logs: Sequence[Log]) -> FloatArray:
+    """(steps, n_inputs, runs)."""
+    return np.stack([inputs_of(estimator, log) for log in logs], axis=-1)
+
+
+def _angles(outputs: dict[str, Any]) -> FloatArray:
+    """Pitch, roll, heading [deg]."""
+    return 180.0 * np.stack([outputs[k] for k in ("pitch", "roll", "heading")], axis=-1)
+
+
+def run_float(method: Method, logs: Sequence[Log]) -> FloatArray:
+    """Angles [deg] of every log, float64: (steps, runs, 3)."""
+    if method.estimator is not None:
+        estimator = ESTIMATORS[method.estimator]()
+        run = estimator.run_float(_records(estimator, logs), params=_params(method))
+        return _angles(run.outputs)
+    acc, mag, gyr = (np.stack([getattr(log, k) for log in logs], axis=1)
+                     for k in ("acc", "mag", "gyr"))
+    measured = mag_acc_angles(acc, mag, FIELD_UT)
+    if method.key == "letter":
+        measured = filter_to_the_letter(measured, gyr, float(logs[0].dt[0]), KP, KI)
+    return np.degrees(measured)
+
+
+def program_of(method: Method, params: dict[str, float] | None = None) -> Program:
+    """The fixed-point program with the paper's settings (or others)."""
+    assert method.estimator is not None
+    estimator = ESTIMATORS[method.estimator]()
+    return with_params(estimator.compile(), estimator,
+                       _params(method) if params is None else params)
+
+
+def run_fixed(method: Method, logs: Sequence[Log], *,
+              params: dict[str, float] | None = None) -> tuple[FloatArray, int]:
+    """Angles [deg] of every log in fixed point (C model), and the number of saturated updates."""
+    program = program_of(method, params)
+    estimator = ESTIMATORS[method.estimator or ""]()
+    words = input_words(program, _records(estimator, logs))
+    model = CModel(program)
+    columns = [program.output_names.index(k) for k in ("pitch", "roll", "heading")]
+    formats = [program.format(program.outputs[k]) for k in columns]
+    out = np.empty((len(words), len(logs), 3))
+    saturated = 0
+    for run in range(len(logs)):
+        model.reset()
+        y, flags = model.update(words[:, :, run])
+        saturated += int(flags.sum())
+        for axis, (column, form) in enumerate(zip(columns, formats, strict=True)):
+            out[:, run, axis] = 180.0 * form.real(y[:, column])
+    return out, saturated
+
+
+def count_mismatches(method: Method, log: Log) -> tuple[int, int]:
+    """Updates in which C and the integer interpreter differ, and updates compared."""
+    program = program_of(method)
+    estimator = ESTIMATORS[method.estimator or ""]()
+    words = input_words(program, _records(estimator, [log]))[:, :, 0]
+    run = interpret(program, words)
+    y, flags = CModel(program).update(words)
+    wrong = (y != run.outputs).any(axis=1) | (flags != run.saturated)
+    return int(wrong.sum()) + int(run.broken_at is not None), len(words)
+
+
+def truth_deg(log: Log) -> FloatArray:
+    """Pitch, roll, heading [deg] of the truth (steps, 3)."""
+    assert log.q is not None
+    return np.degrees(quaternion_to_euler(log.q))
+
+
+def score(angles: FloatArray, logs: Sequence[Log]) -> FloatArray:
+    """Error [deg] of the samples from t = 0 on: (steps - LEAD, runs, 3)."""
+    truth = np.stack([truth_deg(log) for log in logs], axis=1)
+    return np.degrees(wrap_rad(np.radians(angles - truth)))[LEAD:]
