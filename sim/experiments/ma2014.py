@@ -24,6 +24,7 @@ from sim.experiments.ma2014_methods import (
     available,
     count_mismatches,
     gains_per_s,
+    kalman_parameters,
     run_fixed,
     run_float,
     score,
@@ -57,6 +58,7 @@ SIDE_RUNS = 10
 #: Runs, at most, of the heading test.
 HEADING_RUNS = 40
 JUDGED = ("noise", "C")
+KALMAN = ("ekf_quaternion", "ekf_quaternion_vector")
 #: Lines of the heading test [Hz]: its frequency, and below which the paper's gyro error lies.
 LINE_HZ, SLOW_HZ, SHOWN_HZ = 1.0 / 6.0, 0.02, 1.0
 
@@ -291,7 +293,7 @@ def run(*, seed: int = 1, runs: int = RUNS, progress: Say | None = None) -> dict
     timing = _timing(say)
     t, truth = first.t[LEAD:], _truth_deg(first)
     difference = {}
-    for key in ("ekf_quaternion", "ekf_quaternion_vector"):
+    for key in KALMAN:
         for case in ("C", "noise"):
             if f"{case}/{key}" in errors:
                 d = errors[f"{case}/complementary"] - errors[f"{case}/{key}"]
@@ -323,6 +325,7 @@ def run(*, seed: int = 1, runs: int = RUNS, progress: Say | None = None) -> dict
         "table_3": {"paper": {k: list(v) for k, v in paper.TABLE_3.items()}, "cases": rows,
                     "in_band": {case: entries_in_band(rows[case]) for case in JUDGED}},
         "table_4": {"kp": paper.KP, "ki": paper.KI, "parameters": gains_per_s()},
+        "kalman_parameters": {k: kalman_parameters(k) for k in KALMAN if k in ESTIMATORS},
         "spectra": spectra, "figures": figures, "difference": difference,
         "kinematics": kinematics, "calibration": _calibration(seed), "timing": timing,
         "paper_us": paper.TIME_US, "claims": claims,

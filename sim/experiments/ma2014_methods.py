@@ -90,19 +90,24 @@ def kalman_parameters(name: str) -> dict[str, float]:
 
         pitch  sd(f_y) / g        roll  sd(f_x) / g
         heading^2 = (sd(m_x) / m_h)^2 + (roll m_z / m_h)^2
+
+    A noise below a parameter's legal range is taken as the least one: that of f_z, which says
+    nothing about the attitude near level.
     """
     acc = [math.sqrt(v / AVERAGED) for v in TABLE_2.accelerometer]
     mag = [math.sqrt(v) for v in TABLE_2.magnetometer]
     level = math.hypot(FIELD_UT[0], FIELD_UT[1])
     pitch, roll = acc[1] / GRAVITY, acc[0] / GRAVITY
     heading = math.hypot(mag[0] / level, roll * FIELD_UT[2] / level)
-    known = {"scale": 64.0, "p0_sd": 0.01}
+    known = {"scale": 64.0, "p0_sd": 0.01,
+             **dict(zip(("field_east", "field_north", "field_up"), FIELD_UT, strict=True))}
     for k, axis in enumerate("xyz"):
         known[f"gyro_sd_{axis}"] = math.sqrt(TABLE_2.gyro[k])
         known[f"angle_sd_{axis}"] = (pitch, roll, heading)[k]
         known[f"acc_sd_{axis}"] = acc[k]
         known[f"mag_sd_{axis}"] = mag[k]
-    return {p.name: known[p.name] for p in ESTIMATORS[name].params if p.name in known}
+    return {p.name: max(known[p.name], p.low) for p in ESTIMATORS[name].params
+            if p.name in known}
 
 
 def _records(estimator: Estimator, logs: Sequence[Log]) -> FloatArray:
