@@ -248,13 +248,15 @@ def _count(value: int | None, width: int) -> str:
 
 
 def _table(rows: Sequence[Mapping[str, Any]], names: Sequence[str], title: str,
-           figure: Callable[[Mapping[str, Any], str], float | None]) -> list[str]:
-    """Trials (or folders) down, estimators across: one figure of each."""
+           figure: Callable[[Mapping[str, Any], str], float | None], reference: str = ""
+           ) -> list[str]:
+    """Trials (or folders) down, estimators across: one figure of each but the reference."""
     width = max(len(n) for n in names)
     lines = ["", title, f"  {'':{width}s}" + "".join(f"{f'[{k + 1}]':>7s}"
                                                      for k in range(len(rows)))]
-    return lines + [f"  {name:{width}s}" + "".join(_deg(figure(row, name)) for row in rows)
-                    for name in names]
+    return lines + [f"  {name:{width}s}" + "".join(
+        _deg(None if row["estimator"] == reference else figure(row, name)) for row in rows)
+        for name in names]
 
 
 def _total(row: Mapping[str, Any], trial: str) -> float | None:
@@ -302,8 +304,7 @@ def accuracy_text(data: Mapping[str, Any]) -> str:
         lines += _table(rows, names, "Not truth, outside the means: against the log's comparison"
                         if kind == "comparison" else
                         f"No reference, outside the means: difference to {kind}",
-                        lambda row, trial, kind=kind:
-                        None if row["estimator"] == kind else _total(row, trial))
+                        _total, kind)
     if data["left_out"]:
         lines += ["", "left out, no reference: " + ", ".join(data["left_out"])]
     return "\n".join(lines)

@@ -22,7 +22,7 @@ from model.estimators import estimator as find_estimator
 from sim.check_shared import shared_core
 from sim.report_data import report_data
 
-__all__ = ["check_board", "compile", "core_for", "estimate_core"]
+__all__ = ["check_board", "compile", "core_for", "estimate_core", "together", "write_core"]
 
 
 def check_board(board: str | None) -> None:
@@ -95,14 +95,8 @@ def compile(name: str, *others: str, config: str = "small", board: str | None = 
         core = shared_core(estimators, config=config, word=word, urgent=urgent,
                            params=params_of_each(names, params))
         say(f"{', '.join(names)} for {config}: Verilog")
-        verilog = core.verilog(instances=True)
+        write_core(folder, core, estimators)
         seconds = time.perf_counter() - start
-        (folder / "core.v").write_text(verilog)
-        (folder / "core_sim.v").write_text(core.verilog(instances=False))
-        (folder / "firmware").mkdir()
-        for number in range(len(names)):
-            _write_program(folder, core.select(number))
-        _write_registers(folder, core, estimators)
         if board is not None:
             say(f"ISE project for {board}")
             write_ise_project(core, board, folder / f"ise-{board}")
@@ -111,10 +105,20 @@ def compile(name: str, *others: str, config: str = "small", board: str | None = 
             say("synthesis (yosys) and clock estimate")
             area = estimate_core(core)
         reports = [report_data(core.select(k), e, area=area) for k, e in enumerate(estimators)]
-        data = reports[0] if len(names) == 1 else _together(core, reports)
+        data = together(core, reports)
         data["compile_seconds"] = round(seconds, 2)
         (folder / "report.json").write_text(json.dumps(data, indent=1) + "\n")
     return data
+
+
+def write_core(folder: Path, core: Core, estimators: Sequence[Estimator]) -> None:
+    """Write Verilog, microcode, programs, schedules, C and register map of a core."""
+    (folder / "core.v").write_text(core.verilog(instances=True))
+    (folder / "core_sim.v").write_text(core.verilog(instances=False))
+    (folder / "firmware").mkdir()
+    for number in range(len(core.parts)):
+        _write_program(folder, core.select(number))
+    _write_registers(folder, core, estimators)
 
 
 def _write_program(folder: Path, core: Core) -> None:
@@ -135,8 +139,10 @@ def _write_registers(folder: Path, core: Core, estimators: Sequence[Estimator]) 
         (folder / file).write_text(text)
 
 
-def _together(core: Core, reports: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """The report of a core with several programs."""
+def together(core: Core, reports: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """The report of a core from those of its programs; of a single one, its own."""
+    if len(reports) == 1:
+        return reports[0]
     depth = sum(rom_pieces(len(core.image.rom)))
     return {
         "core": core.name,

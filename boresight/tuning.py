@@ -15,6 +15,7 @@ from boresight.proving import log_files
 from model.errors import InputError
 from model.estimators import estimator as find_estimator
 from sim.accuracy import AttitudeRmse
+from sim.bundled import is_comparison
 from sim.log import read_log
 from sim.scoring import Scorer, has_truth
 from sim.tuning import (
@@ -105,8 +106,9 @@ def tune(name: str, *logs: str | Path, folds: int = 3, seed: int | None = None,
                             fix="choose a factor inside the range")
     if seed is not None and seed < 0:
         raise InputError.at("seed", wanted="0 or more", found=str(seed), fix="choose another")
-    read = sorted((read_log(p) for p in log_files(logs)), key=lambda log: log.name)
-    trials = [log for log in read if has_truth(log)]
+    read = sorted(((read_log(p), is_comparison(p)) for p in log_files(logs)),
+                  key=lambda pair: pair[0].name)
+    trials = [log for log, other in read if has_truth(log) and not other]
     if not trials:
         raise InputError.at("logs", wanted="at least one log with a reference attitude",
                             found="none", fix="name logs with truth")
@@ -166,7 +168,7 @@ def tune(name: str, *logs: str | Path, folds: int = 3, seed: int | None = None,
                    "history_deg": [_or_none(h) for h in tuned.history]},
         "trials": [{"trial": label, "given": a._asdict(), "tuned": b._asdict()}
                    for label, a, b in zip(labels, before, after, strict=True)],
-        "without_truth": [log.name for log in read if not has_truth(log)],
+        "without_truth": [log.name for log, other in read if other or not has_truth(log)],
         "sensitivity": [s.to_json() for s in around],
         "cross_validation": None if not held else {
             "folds": [{"test": [labels[i] for i in f.test], "train": [labels[i] for i in f.train],
@@ -211,5 +213,5 @@ def tuning_text(data: Mapping[str, Any]) -> str:
         lines.append(f"  {p['name']:{width}s}  {p['given']:10.4g} {p['tuned']:10.4g}  "
                      f"{_deg(s['half_deg'])} {_deg(s['double_deg'])}  {p['unit']}".rstrip())
     if data["without_truth"]:
-        lines.append("  left out, no reference: " + ", ".join(data["without_truth"]))
+        lines.append("  left out, no truth: " + ", ".join(data["without_truth"]))
     return "\n".join(lines)

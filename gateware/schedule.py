@@ -32,7 +32,7 @@ _DETOUR = (1, 2, 3)
 _STAY = (0, 1, 2, 4)
 #: Fewest and most passes by default, and nodes placed in all of them.
 _PASSES = (20, 300)
-_EFFORT = 60_000
+_EFFORT = 80_000
 #: Share of the passes that look for a style; the others keep the best one.
 _STYLE_SHARE = 0.2
 

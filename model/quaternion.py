@@ -103,18 +103,16 @@ def euler_ht(q: Vector, norm_rsqrt: Any = 1.0) -> tuple[Any, Any, Any]:
     Parameters
     ----------
     q
-        Of norm 1/``norm_rsqrt``, near one.
+        Of norm 1/``norm_rsqrt``: between 1/16 and 2.
     """
     w, x, y, z = q
     pairs = [(y + z, w + x), (z - y, w - x)]
     half_sum, half_difference = (ops.atan2_ht(s, c) for s, c in pairs)
     squares = [c * c + s * s for s, c in pairs]
-    scale = ops.bounded(norm_rsqrt * math.sqrt(0.5), 0.0, 1.9, "norm near one")
-    roots = [ops.bounded(ops.bounded(n * scale, 0.0, 2.0, "root of at most 4") * ops.rsqrt(n),
-                         0.0, 1.01, "sine") for n in squares]
+    scale = ops.saturated(norm_rsqrt * math.sqrt(0.5), 16.0)
+    roots = [ops.saturated(ops.saturated(n * scale, 4.0) * ops.rsqrt(n), 2.0) for n in squares]
     low = squares[0] < squares[1]
-    sine = ops.bounded(ops.where(low, roots[0], roots[1]), 0.0, 0.7188,
-                       "the smaller of two whose squares have the sum 1")
+    sine = ops.saturated(ops.where(low, roots[0], roots[1]), 2.0)  # at most sqrt(1/2)
     pitch = ops.flip(low, 0.5 - 2.0 * ops.asin_ht(sine))
     return (ops.wrap_ht(pitch), ops.wrap_ht(half_sum - half_difference),
             ops.wrap_ht(half_sum + half_difference))

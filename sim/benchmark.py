@@ -25,7 +25,7 @@ from model.estimators import estimator as find_estimator
 from sim.accuracy import AttitudeRmse, attitude_error, attitude_rmse
 from sim.feed import attitude_of, inputs_of, status_of
 from sim.log import Log
-from sim.peers import PEERS, peer, require_peers
+from sim.peers import PEERS, dip_rad, peer, require_peers
 from sim.scoring import Scorer, named_outputs
 
 __all__ = ["Result", "Trial", "VsFloat", "batches", "benchmark", "run_float_batch"]
@@ -147,12 +147,24 @@ def _ours(name: str, trials: Sequence[Trial], params: Mapping[str, float] | None
             for t, f, run, a in zip(trials, fixed, runs, against, strict=True)] + out
 
 
-def _peer(name: str, trials: Sequence[Trial]) -> list[Result]:
+def _dips(trials: Sequence[Trial]) -> dict[str, float]:
+    """Dip of the field [rad] by folder, as of one place: the median over its logs.
+
+    A single log's own dip carries the errors of its sensors' calibration (2 to 3 degrees).
+    """
+    dips: dict[str, list[float]] = {}
+    for t in trials:
+        if t.log.mag_new.any():
+            dips.setdefault(t.folder, []).append(dip_rad(t.log))
+    return {folder: float(np.median(values)) for folder, values in dips.items()}
+
+
+def _peer(name: str, trials: Sequence[Trial], dips: Mapping[str, float]) -> list[Result]:
     """One peer on some logs."""
     out = []
     for trial in trials:
         start = time.perf_counter()
-        q = peer(name).run(trial.log)
+        q = peer(name).run(trial.log, dips.get(trial.folder))
         out.append(Result(name, "package", trial.log.name, trial.rmse(q),
                           time.perf_counter() - start))
     return out
@@ -214,12 +226,13 @@ def benchmark(estimators: Sequence[str], peers: Sequence[str], trials: Sequence[
     for name in estimators:
         find_estimator(name).param_values(given.get(name))
     require_peers([peer(name) for name in peers])
+    dips = _dips(trials)
     # Long ones first, so that no process is left with one at the end.
     tasks: list[tuple[str, Callable[..., list[Result]], tuple[object, ...]]] = [
         (name, _ours, (name, trials, given.get(name), word, with_float)) for name in estimators]
-    tasks += [(f"{name} on {t.log.name}", _peer, (name, [t])) for name in peers
+    tasks += [(f"{name} on {t.log.name}", _peer, (name, [t], dips)) for name in peers
               if PEERS[name].slow for t in sorted(trials, key=lambda t: -len(t.log))]
-    tasks += [(name, _peer, (name, trials)) for name in peers if not PEERS[name].slow]
+    tasks += [(name, _peer, (name, trials, dips)) for name in peers if not PEERS[name].slow]
     out: list[Result] = []
     longest = max(len(t.log) for t in trials)
     if with_float and estimators:

@@ -11,8 +11,8 @@ Each gives attitudes b to n (ENU) like ours. What their packages leave to the us
   `Madgwick` takes x as north (ours = a quarter turn about the vertical times its), its `Mahony` y
   as north. Its `EKF` calls "NED" what has z up when fed with specific force; with the field
   direction given as an array in ENU it works in ENU, and whether it uses the field depends on its
-  attribute ``mag``, not on the argument. That direction needs a dip angle, which is
-  taken from the log: the median angle of field below the plane across the force.
+  attribute ``mag``, not on the argument. That direction needs a dip angle: `dip_rad`
+  of the log, or what the caller knows of the place.
 
 VQF: D. Laidig, T. Seel, "VQF: Highly accurate IMU orientation estimation with bias estimation and
 magnetic disturbance rejection", Information Fusion 91:187, 2023, doi 10.1016/j.inffus.2022.10.014.
@@ -28,11 +28,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from model.attitude import matrix_to_quaternion, quaternion_conjugate, quaternion_multiply
+from model.attitude import (
+    matrix_to_quaternion,
+    quaternion_conjugate,
+    quaternion_multiply,
+    rotate,
+)
 from model.errors import InputError, ToolMissing
 from sim.log import Log
 
-__all__ = ["PEERS", "Peer", "first_attitude", "peer", "require_peers"]
+__all__ = ["PEERS", "Peer", "dip_rad", "first_attitude", "peer", "require_peers"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -44,14 +49,16 @@ _QUARTER = np.array([np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)])
 class Peer:
     """One filter with one set of numbers.
 
-    ``slow``: runs sample by sample in Python, some seconds for ten thousand samples.
+    ``run(log, dip)`` gives attitudes (n, 4); the dip [rad] of the place's field is for those that
+    need one, by default that of the log. ``slow``: runs sample by sample in Python, some seconds
+    for ten thousand samples.
     """
 
     name: str
     summary: str
     package: str
     slow: bool
-    run: Callable[[Log], FloatArray]
+    run: Callable[..., FloatArray]
 
 
 def _package(name: str) -> Any:
@@ -80,7 +87,13 @@ def first_attitude(log: Log) -> FloatArray:
 
 
 def dip_rad(log: Log) -> float:
-    """Median angle of the field below the plane across the specific force [rad]."""
+    """Dip of the field [rad]: from the field in the reference's axes, component by component the
+    median; without reference, the median angle below the plane across the specific force.
+    """
+    rows = log.mag_new if log.q is None else log.mag_new & ~np.isnan(log.q).any(axis=1)
+    if log.q is not None and rows.any():
+        east, north, up = np.median(rotate(log.q[rows], log.mag[rows]), axis=0)
+        return float(np.arctan2(-up, np.hypot(east, north)))
     acc, mag = log.acc[log.mag_new], log.mag[log.mag_new]
     down = -np.sum(acc * mag, axis=1)
     size = np.linalg.norm(acc, axis=1) * np.linalg.norm(mag, axis=1)
@@ -102,15 +115,15 @@ def _online(log: Log, kind: str) -> FloatArray:
     return np.asarray(filter_.updateBatch(*samples)["quat9D"], dtype=np.float64)
 
 
-def _vqf(log: Log) -> FloatArray:
+def _vqf(log: Log, dip: float | None = None) -> FloatArray:
     return _online(log, "VQF")
 
 
-def _vqf_basic(log: Log) -> FloatArray:
+def _vqf_basic(log: Log, dip: float | None = None) -> FloatArray:
     return _online(log, "BasicVQF")
 
 
-def _vqf_offline(log: Log) -> FloatArray:
+def _vqf_offline(log: Log, dip: float | None = None) -> FloatArray:
     _field(log)
     last = np.maximum.accumulate(np.where(log.mag_new, np.arange(len(log)), -1))
     held = log.mag[np.where(last < 0, int(np.argmax(log.mag_new)), last)]
@@ -151,8 +164,9 @@ def _mahony(log: Log, k_p: float, k_i: float) -> FloatArray:
     return _stepped(log, first_attitude(log), filter_, filter_.updateMARG, filter_.updateIMU)
 
 
-def _ekf(log: Log, noises: tuple[float, float, float]) -> FloatArray:
-    start, dip = first_attitude(log), dip_rad(log)
+def _ekf(log: Log, dip: float | None, noises: tuple[float, float, float]) -> FloatArray:
+    start = first_attitude(log)
+    dip = dip_rad(log) if dip is None else dip
     filter_ = _package("ahrs").filters.EKF(
         frame="NED", magnetic_ref=np.array([0.0, np.cos(dip), -np.sin(dip)]), noises=noises)
     return _stepped(log, start, filter_, filter_.update, filter_.update)
@@ -164,17 +178,17 @@ PEERS: dict[str, Peer] = {p.name: p for p in (
     Peer("vqf", "VQF", "vqf", False, _vqf),
     Peer("vqf_basic", "VQF without rest, bias and disturbance handling", "vqf", False, _vqf_basic),
     Peer("madgwick", "Madgwick, ahrs, its gain 0.041", "ahrs", True,
-         lambda log: _madgwick(log, 0.041)),
+         lambda log, dip=None: _madgwick(log, 0.041)),
     Peer("madgwick_tuned", "Madgwick, ahrs, gain 0.08 (tuned on 15 BROAD trials)", "ahrs", True,
-         lambda log: _madgwick(log, 0.08)),
+         lambda log, dip=None: _madgwick(log, 0.08)),
     Peer("mahony", "Mahony, ahrs, its gains 1 and 0.3", "ahrs", True,
-         lambda log: _mahony(log, 1.0, 0.3)),
+         lambda log, dip=None: _mahony(log, 1.0, 0.3)),
     Peer("mahony_tuned", "Mahony, ahrs, gains 0.74 and 0.0012 (published with BROAD)", "ahrs",
-         True, lambda log: _mahony(log, 0.74, 0.0012)),
+         True, lambda log, dip=None: _mahony(log, 0.74, 0.0012)),
     Peer("ahrs_ekf", "EKF, ahrs, its noises 0.09, 0.25, 0.64", "ahrs", True,
-         lambda log: _ekf(log, (0.09, 0.25, 0.64))),
+         lambda log, dip=None: _ekf(log, dip, (0.09, 0.25, 0.64))),
     Peer("ahrs_ekf_tuned", "EKF, ahrs, noises 0.1, 1, 0.5 (tuned on 15 BROAD trials)", "ahrs",
-         True, lambda log: _ekf(log, (0.1, 1.0, 0.5))),
+         True, lambda log, dip=None: _ekf(log, dip, (0.1, 1.0, 0.5))),
 )}
 
 

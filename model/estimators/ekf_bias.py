@@ -29,6 +29,7 @@ its variance is of the attitude's size.
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 from model import ops
@@ -74,6 +75,7 @@ NOISE_LIMIT = 4.0  #: largest measurement noise times scale / 2.
 UNEVEN_LIMIT = 0.5  #: largest | |f|^2/g^2 - 1 | that the noise grows with.
 STEP_LIMIT = 0.125  #: largest root of a process noise density, times scale.
 P0_LIMIT = 0.5  #: largest initial standard deviation, scaled.
+BIAS_P0 = 0.2  #: variance of the bias before the first alignment, scaled.
 ALIGNED = 1.0 / 16.0  #: squared horizontal part over vertical part below which a vector is aligned.
 
 #: Bits of the output ``status``.
@@ -92,20 +94,20 @@ class EkfBias(Estimator):
     summary = "EKF of quaternion and gyro bias, 7 states, six scalar measurements"
     inputs = INPUTS
     params = (
-        SCALE, P0,
+        SCALE, dataclasses.replace(P0, default=0.05),
         Param("bias_p0_sd", 3.5e-3, 1e-5, 0.25, "rad/s", "initial standard deviation of the "
               "gyro's bias; times 16 times scale it counts as at most 0.5"),
         Param("gyro_density", 0.0035, 1e-5, 1.0, "rad/sqrt(s)", "gyro white noise: small trusts "
               "the gyro, large the measurements"),
-        Param("bias_density", 8e-5, 1e-8, 0.1, "rad/s/sqrt(s)", "random walk of the gyro's bias: "
+        Param("bias_density", 1e-4, 1e-8, 0.1, "rad/s/sqrt(s)", "random walk of the gyro's bias: "
               "small keeps it, large lets it wander"),
-        Param("acc_sd", 0.3, 2e-3, 8.0, "g", "noise of a specific force sample at rest"),
-        Param("acc_sd_per_g", 0.6, 0.0, 8.0, "", "growth of that noise with "
+        Param("acc_sd", 0.35, 2e-3, 8.0, "g", "noise of a specific force sample at rest"),
+        Param("acc_sd_per_g", 0.4, 0.0, 8.0, "", "growth of that noise with "
               "| |f|^2/g^2 - 1 |, which counts as at most 0.5"),
         Param("mag_sd", 0.4, 2e-3, 8.0, "", "noise of a field sample, relative to the field"),
-        Param("mag_gate", 0.15, 0.01, 3.9, "", "relative deviation of the squared field from its "
+        Param("mag_gate", 0.2, 0.01, 3.9, "", "relative deviation of the squared field from its "
               "reference beyond which a sample is not used"),
-        Param("mag_rate_per_s", 0.2, 0.0, 15.0, "1/s", "how fast the reference of the field "
+        Param("mag_rate_per_s", 0.15, 0.0, 15.0, "1/s", "how fast the reference of the field "
               "(strength and dip) follows"),
         Param("mag_min_sq", 4.0, 0.01, 4e3, "uT^2", "squared field below which there is no sample"),
     )
@@ -117,7 +119,7 @@ class EkfBias(Estimator):
         State("heading_unknown", -1.0, 0.0, "", -1.0),
         State("field_h", 0.0, 255.9, "uT", 20.0),
         State("field_v", -255.9, 255.9, "uT", -40.0),
-        *covariance_states(7, lambda i: ALIGN_P if i < 4 else 0.0),
+        *covariance_states(7, lambda i: ALIGN_P if i < 4 else BIAS_P0),
     )
     outputs = OUTPUTS
     urgent = 7
@@ -157,8 +159,9 @@ class EkfBias(Estimator):
             ops.bounded(root * root, 0.0, 16.0, "variance") for root in (
                 ops.where(alone, ALIGN_NOISE, ops.saturated(0.5 * sd * p.scale, NOISE_LIMIT))
                 for alone, sd in ((fresh, acc_sd), (seeking, p.mag_sd))))
-        share = ops.bounded(mag_r / ops.bounded(acc_r + mag_r, 8e-6, 32.0, "variances"), 0.0, 1.0,
-                            "weight")
+        root = ops.rsqrt(acc_r + mag_r)
+        share = ops.bounded(ops.bounded(mag_r * root, 0.0, 4.0, "root of a variance") * root,
+                            0.0, 1.0, "weight")
         share = ops.where(plain, 1.0, share)  # of the accelerometer, in what both measure
         both_r = acc_r * share
 
@@ -267,11 +270,10 @@ class EkfBias(Estimator):
         p0 = ops.saturated(0.5 * p.p0_sd * p.scale, P0_LIMIT)
         bias_p0 = ops.saturated(BIAS_UNIT * p.bias_p0_sd * p.scale, P0_LIMIT)
         start = ops.where(unfinished, ALIGN_P, p0 * p0)
-        bias_start = ops.where(unfinished, 0.0, bias_p0 * bias_p0)
         m = right_matrix(c)
 
         def element(i: int, j: int, value: Any) -> Any:
-            first = 0.0 if i != j else start if i < 4 else bias_start
+            first = 0.0 if i != j else start if i < 4 else bias_p0 * bias_p0
             value = bounded_element(ops.where(fresh, first, value), i, j)
             return ops.maximum(value, NORM_FLOOR) if i == j == 0 else value
         attitude = congruence(m, [row[:4] for row in a[:4]], element)

@@ -16,12 +16,12 @@ from model.quaternion import dot, euler_ht, increment, left_matrix, matrix, mult
 
 __all__ = ["ALIGN_NOISE", "ALIGN_P", "GRAVITY", "INPUTS", "NORM_FLOOR", "OUTPUTS", "P0", "SCALE",
            "TRACE_LIMIT", "attitude_outputs", "attitude_states", "body_covariance", "body_turned",
-           "gyro_params", "moved", "normalised", "predicted_attitude", "status_word", "sum_of",
+           "force_gate", "gyro_params", "moved", "normalised", "predicted_attitude", "squared_force", "status_word", "sum_of",
            "update"]
 
 GRAVITY = 9.80665  #: m/s^2, standard gravity.
 #: Quaternion before the first alignment: half a turn away from no attitude people stand at.
-START = (0.5377, 0.3126, -0.2871, 0.7285)
+START = (0.53770572, 0.31260333, -0.28710306, 0.72850776)
 STEP_LIMIT = 0.125  #: largest process noise of one step, standard deviation times scale.
 TRACE_LIMIT = 0.5  #: scaled covariance of the rotation from which on it grows no more.
 NORM_FLOOR = 2.0**-24  #: least variance of the norm, so that rounding cannot pass zero.
@@ -48,6 +48,14 @@ P0 = Param("p0_sd", 0.1, 1e-4, 1.0, "rad", "initial standard deviation of the at
            "P0: large follows the first measurements, small the alignment")
 
 
+def force_gate(least: float) -> tuple[Param, ...]:
+    """Limits of the squared specific force."""
+    return (Param("acc_min_sq", least, least, 1.6e4, "(m/s^2)^2", "squared specific force below "
+                  "which it is not used"),
+            Param("acc_max_sq", 1.6e4, 1.0, 1.6e4, "(m/s^2)^2", "squared specific force above which "
+                  "it is not used; the default leaves the gate open up to 12.9 g"))
+
+
 def gyro_params(default: float) -> tuple[Param, ...]:
     """Roots of Qg."""
     return tuple(Param(f"gyro_sd_{axis}", default, 0.0, 2.0, "rad/s", "standard deviation of a "
@@ -59,6 +67,12 @@ def attitude_states() -> tuple[State, ...]:
     """The quaternion."""
     return tuple(State(f"q{axis}", -1.0, 1.0 - 2.0**-31, "", start)
                  for axis, start in zip("wxyz", START, strict=True))
+
+
+def squared_force(force: tuple[Any, ...], p: Any) -> tuple[Any, Any]:
+    """(|f|^2 or 2^14, the less; whether it is outside the gate)."""
+    square = ops.saturated(dot(force, force), 2.0**14)
+    return square, (square - p.acc_min_sq) * (p.acc_max_sq - square) < 0.0
 
 
 def sum_of(parts: Any) -> Any:

@@ -32,7 +32,6 @@ from model.covariance import (
 from model.estimator import Estimator, Param, State
 from model.estimators.ekf_parts import (
     ALIGN_P,
-    GRAVITY,
     INPUTS,
     OUTPUTS,
     P0,
@@ -41,10 +40,12 @@ from model.estimators.ekf_parts import (
     attitude_states,
     body_covariance,
     body_turned,
+    force_gate,
     gyro_params,
     moved,
     normalised,
     predicted_attitude,
+    squared_force,
     status_word,
     sum_of,
     update,
@@ -55,7 +56,7 @@ __all__ = ["STATUS_BITS", "EkfQuaternion"]
 
 NOISE_LIMIT = 4.0  #: largest angle noise times scale / 2.
 P0_LIMIT = 0.5  #: largest initial standard deviation times scale / 2.
-LEAST_TRACE = 2.0**-18  #: added to 1 + trace of the error rotation: no root of less.
+LEAST_TRACE = 0.25  #: 1 + trace of the error rotation below which its root is held: 151 deg.
 ALIGNED_TRACE = 3.9  #: 1 + trace of the error rotation from which on it counts as small: 18 deg.
 NUDGE = 2.0**-20  #: keeps the correction's norm off zero at an error of exactly half a turn.
 
@@ -78,9 +79,7 @@ class EkfQuaternion(Estimator):
         *(Param(f"angle_sd_{axis}", 0.5, 2e-4, 4.0, "rad", "static noise of the measured attitude "
                 f"about body {axis} (s): small trusts the measurement, large the gyro")
           for axis in "xyz"),
-        Param("acc_gate_sq", 8e4, 1.0, 8e4, "(m/s^2)^2", "largest difference of the squared "
-              "specific force from g^2 with which there is a measurement; the default leaves the "
-              "gate open"),
+        *force_gate(1.5),
         Param("mag_min_sq", 4.0, 0.01, 4e3, "uT^2", "squared horizontal field below which there is "
               "no measurement"),
     )
@@ -97,26 +96,26 @@ class EkfQuaternion(Estimator):
 
         # Measured navigation axes in the body: up, east, north.
         force, field = (u.ax, u.ay, u.az), (u.mx, u.my, u.mz)
-        force_sq = dot(force, force)
+        force_sq, acc_bad = squared_force(force, p)
         up = _unit(force, force_sq)
         across = cross(field, up)
-        across_sq = dot(across, across)
+        across_sq = ops.saturated(dot(across, across), 2.0**16)
         east = _unit(across, across_sq)
-        acc_bad = ops.absolute(force_sq - GRAVITY * GRAVITY) > p.acc_gate_sq
         mag_bad = across_sq < p.mag_min_sq
         bad = acc_bad | mag_bad
 
         # Error quaternion of the rotation C = sum of predicted axis times measured axis: half of
-        # (C - C^T) is sin(angle) axis, and 1 + trace is 4 cos^2(angle / 2).
+        # (C - C^T) is sin(angle) axis, and 1 + trace is 4 cos^2(angle / 2). Beyond 151 deg the
+        # root is held, so that the innovation passes through zero at 180 deg, where its sign turns.
         axes = list(zip((east, cross(up, east), up), matrix(q), strict=True))
         vee = [ops.bounded(ops.where(bad, 0.0, 0.5 * total), -1.0, 1.0, "sine") for total in (
             sum_of(cross(m, r)[k] for m, r in axes) for k in range(3))]
-        trace = ops.bounded(
-            ops.where(bad, 4.0, 1.0 + LEAST_TRACE + sum_of(dot(m, r) for m, r in axes)),
-            0.25 * LEAST_TRACE, 4.01, "four squared cosines")
-        inverse = ops.rsqrt(trace)
-        e = [ops.saturated(v * inverse, 1.0) for v in vee]  # sine of half the angle
-        e_w = ops.bounded(0.5 * trace * inverse, 0.0, 1.01, "cosine of half the angle")
+        trace = ops.bounded(ops.where(bad, 4.0, 1.0 + sum_of(dot(m, r) for m, r in axes)),
+                            -0.01, 4.01, "four squared cosines")
+        held = ops.bounded(ops.maximum(trace, LEAST_TRACE), LEAST_TRACE, 4.01, "held")
+        inverse = ops.rsqrt(held)
+        e = [ops.saturated(v * inverse, 2.0) for v in vee]  # sine of half the angle
+        e_w = ops.bounded(0.5 * trace * inverse, -0.01, 1.01, "cosine of half the angle")
 
         # Three scalar updates along the unit vectors 1..3.
         gains: list[list[Any]] = []
@@ -148,4 +147,4 @@ class EkfQuaternion(Estimator):
 def _unit(v: Any, v_sq: Any) -> list[Any]:
     """v / |v|."""
     inverse = ops.rsqrt(v_sq)
-    return [ops.bounded(c * inverse, -1.0, 1.0, "unit vector") for c in v]
+    return [ops.saturated(c * inverse, 1.0) for c in v]

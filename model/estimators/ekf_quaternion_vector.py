@@ -39,9 +39,11 @@ from model.estimators.ekf_parts import (
     attitude_states,
     body_covariance,
     body_turned,
+    force_gate,
     gyro_params,
     normalised,
     predicted_attitude,
+    squared_force,
     status_word,
     sum_of,
     update,
@@ -70,8 +72,8 @@ def _field(axis: str, default: float) -> Param:
 
 
 def _noise(sensor: str, unit: str, default: float, low: float, high: float) -> tuple[Param, ...]:
-    return tuple(Param(f"{sensor}_sd_{axis}", default, low, high, unit, f"noise of a sample of body "
-                       f"axis {axis}: small trusts it, large the gyro") for axis in "xyz")
+    return tuple(Param(f"{sensor}_sd_{axis}", default, low, high, unit, f"noise of a sample of "
+                       f"body axis {axis}: small trusts it, large the gyro") for axis in "xyz")
 
 
 class EkfQuaternionVector(Estimator):
@@ -82,10 +84,9 @@ class EkfQuaternionVector(Estimator):
     inputs = INPUTS
     params = (
         SCALE, P0, *gyro_params(0.1),
-        *_noise("acc", "m/s^2", 6.0, 0.005, 64.0), *_noise("mag", "uT", 40.0, 0.05, 512.0),
+        *_noise("acc", "m/s^2", 3.0, 0.005, 64.0), *_noise("mag", "uT", 15.0, 0.05, 512.0),
         _field("east", 0.0), _field("north", 14.7), _field("up", -40.6),
-        Param("acc_gate_sq", 8e4, 1.0, 8e4, "(m/s^2)^2", "largest difference of the squared "
-              "specific force from g^2 with which it is used; the default leaves the gate open"),
+        *force_gate(0.0),
         Param("mag_min_sq", 4.0, 0.01, 4e3, "uT^2", "squared field below which there is no sample"),
     )
     states = (*attitude_states(),
@@ -104,7 +105,7 @@ class EkfQuaternionVector(Estimator):
         c_nb = matrix(q)
 
         force, field = (u.ax, u.ay, u.az), (u.mx, u.my, u.mz)
-        acc_bad = ops.absolute(dot(force, force) - GRAVITY * GRAVITY) > p.acc_gate_sq
+        _, acc_bad = squared_force(force, p)
         mag_bad = dot(field, field) < p.mag_min_sq
         site = [v * (1.0 / FIELD_UNIT) for v in (p.field_east, p.field_north, p.field_up)]
         vectors = (

@@ -3,21 +3,24 @@
 Nominal state: attitude q (body to navigation, ENU) and gyro bias b. Error state: a small rotation
 d about the *navigation* axes, C_true = (I + [d]x) C, and the bias error in body axes::
 
-    d' = -C db        Phi = [I, -C dt; 0, I]        Q = diag((gyro_sd^2 + gyro_scale_sd^2 |w|^2) dt,
-                                                             bias_sd^2 dt)
+    d' = -C db    Phi = [I, -C dt; 0, I]    Q = diag((gyro_var + gyro_scale_var |w|^2) dt,
+                                                     bias_var dt)
 
-Every measurement is a scalar along one axis of the error state, so no matrix is inverted:
+Every measurement is a scalar along one axis of the attitude error, so no matrix is inverted:
 
 * tilt: the specific force, turned to navigation axes and low-passed there (its three states turn
   with every correction), must point up: d_e = f_n/|f|, d_n = -f_e/|f|;
-* heading: the field, turned and low-passed likewise, must point north: d_u = m_e/m_h;
-* at rest: the low-passed gyro is the bias.
+* heading: the field, turned and low-passed likewise, must point north: d_u = m_e/m_h. Its variance
+  grows with the squared deviation of the field (m_h, m_u) from a slow reference, the largest of
+  late, in units of m_h: a disturbance of that size turns the heading by as much.
 
-One of them has its turn each time ``update_s`` has passed: tilt, tilt, heading, and at rest the
-three biases. A measurement that speaks for Dt seconds has the variance sd^2/Dt, so the same
-parameters hold at any sample rate::
+They take turns, one each time ``update_s`` has passed. A measurement that speaks for Dt seconds has
+the variance var/Dt, so the same parameters hold at any sample rate::
 
-    S = P_hh Dt + sd^2      K = P_:h Dt / S      P <- P - K P_h:      dx = K z
+    S = P_hh Dt + var      K = P_:h Dt / S      P <- P - K P_h:      dx = K z
+
+At rest the bias goes to the low-passed gyro, b <- b + k (mean - b); with D = diag(1, 1, 1, 1-k,
+1-k, 1-k) that makes P <- D P D + k rest_var, whatever k: P_bb tends to rest_var/2.
 
 Evidence and alternatives: `docs/decisions/0006-mekf.md`.
 """
@@ -35,30 +38,30 @@ from model.estimators.mekf_interface import (
     OUTPUTS,
     PAIRS,
     PARAMS,
-    START,
     STATES,
     STATUS_BITS,
     covariance_name,
 )
-from model.quaternion import cross, dot, increment, matrix, multiply, turn
+from model.quaternion import cross, dot, matrix, turn
 
 __all__ = ["STATUS_BITS", "Mekf"]
 
 NOISE_FLOOR = 1e-4  #: least variance of a measurement: the square of the least legal sd.
 NOISE_LIMIT = 4.0  #: largest.
 SPAN_LIMIT = 0.5  #: s, longest time that one measurement speaks for.
-GAIN_LIMIT = 64.0  #: sqrt(P_ii Dt) / (2 sd) is less than that.
-TRACE_LIMIT = 2.5  #: rad^2 and scaled bias^2, trace of P from which on it grows no more.
+GAIN_LIMIT = 128.0  #: sqrt(P_ii Dt) / (2 sd) is less than that.
+TRACE_LIMIT = 7.0  #: rad^2 and scaled bias^2, trace of P from which on it grows no more.
 GROWTH_LIMIT = 0.125  #: largest growth of a variance in one prediction.
 BIAS_LIMIT = 0.25  #: rad/s.
 BIAS_ERROR_LIMIT = 16.0  #: scaled bias, largest difference that one update uses.
+HALF_STEP_LIMIT = 0.5  #: rad, half of the largest turn about an axis in one sample.
 CORRECTION_LIMIT = 0.5  #: rad, largest correction of one update.
 FORCE_STEP_LIMIT = 64.0  #: m/s^2, largest deviation from the mean force that counts.
 RATE_STEP_LIMIT = 4.0  #: rad/s, the same of the rate.
 RATE_WEIGHT = 256.0  #: (m/s^2)^2 of motion that (1 rad/s)^2 of the rate's deviation stand for.
 MEAN_WEIGHT = 32.0  #: the same for the mean rate: a body that keeps turning is not at rest.
 FIELD_AGE_LIMIT = 0.25  #: s, age from which on the field's direction is not used.
-NEVER_ZERO = 2.0**-20  #: keeps the alignment's quaternion from vanishing at half a turn.
+NEVER_ZERO = 2.0**-28  #: keeps the alignment's quaternion from vanishing at half a turn.
 
 
 def _three(x: Any, name: str, axes: str) -> tuple[Any, Any, Any]:
@@ -74,7 +77,7 @@ def _angle_ht(y: Any, x: Any, inverse: Any = 1.0) -> Any:
     swap = x * x < y * y
     sine = ops.absolute(ops.where(swap, x, y)) * inverse
     sine = ops.bounded(sine, 0.0, 0.7188, "smaller component of a unit vector")
-    sign = ops.flip(swap, ops.flip(x < 0.0, y))
+    sign = ops.flip(swap, x * y)
     base = ops.where(swap, ops.flip(y < 0.0, 0.5), ops.where(x < 0.0, -1.0, 0.0))
     base = ops.bounded(base, -1.0, 0.5, "quadrant")
     return ops.wrap_ht(base + ops.flip(sign < 0.0, ops.asin_ht(sine)))
@@ -89,8 +92,27 @@ def _euler_ht(C: Any) -> tuple[Any, Any, Any]:
             ops.wrap_ht(-_angle_ht(C[0][1], C[1][1], secant)))
 
 
+def _product(a: Any, b: Any) -> tuple[Any, Any, Any, Any]:
+    """Quaternion product a b; no component is negated by itself, which would cost a slot."""
+    return (a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+            a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+            a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
+            a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0])
+
+
+def _increment(half: Any) -> tuple[Any, Any, Any, Any]:
+    """Quaternion along (cos, sin) of the angle |half| [rad], not normalised: (1, tan), 10 slots.
+
+    tan(y)/y = 1 + y^2/3 + 2 y^4/15 + ...; the next term, 0.054 y^6, is below 1e-9 up to 0.1 rad in
+    a sample and 3e-7 at 0.27.
+    """
+    y = ops.bounded(dot(half, half), 0.0, 0.75, "three squares")
+    t = ops.bounded(1.0 + (1.0 / 3.0) * y + (2.0 / 15.0) * (y * y), 1.0, 1.33, "series")
+    return (1.0, *(ops.bounded(t * c, -0.67, 0.67, "tangent") for c in half))
+
+
 def _element(value: Any) -> Any:
-    return ops.bounded(value, -3.9, 3.9, "element of P, of limited trace")
+    return ops.bounded(value, -7.9, 7.9, "element of P, of limited trace")
 
 
 def _below(a: Any, b: Any) -> Any:
@@ -116,7 +138,6 @@ class Mekf(Estimator):
         dt = ops.named("step", ops.where(restart, 0.0, u.dt))
         tilt_unknown, heading_unknown = x.rest_s < 0.0, x.horizontal < 0.0
         leveling = restart | tilt_unknown
-        no_force = _below(dot(force, force), p.force_min_sq)
         no_field = _below(dot(field, field), p.field_min_sq)
         field_stale = x.since_field > FIELD_AGE_LIMIT
 
@@ -136,7 +157,6 @@ class Mekf(Estimator):
         f_inverse, m_inverse = ops.rsqrt(f_sq), ops.rsqrt(m_sq)
         up = tuple(ops.saturated(c * f_inverse, 1.0) for c in f)
         sine, cosine = (ops.saturated(c * m_inverse, 1.0) for c in m[:2])
-        heading_error = ops.where(m[1] < 0.0, ops.flip(m[0] < 0.0, 1.0), sine)
 
         # How odd the field is: squared deviation from the reference over the horizontal field,
         # the most of late.
@@ -157,21 +177,18 @@ class Mekf(Estimator):
 
         # Innovation, its variance and the time Dt it speaks for, for the axis whose turn it is.
         innovation = ops.named("innovation", ops.bounded(
-            h[0] * up[1] - h[1] * up[0] + h[2] * heading_error, -1.0, 1.0, "one of three"))
-        heading_sq = p.heading_sd * p.heading_sd
-        variance = ops.where(
-            heading_turn,
-            ops.saturated(heading_sq + p.field_trust_s * odd_sq, NOISE_LIMIT),
-            p.tilt_sd * p.tilt_sd)
+            h[0] * up[1] - h[1] * up[0] + h[2] * sine, -1.0, 1.0, "one of three"))
+        trusted = ops.saturated(p.heading_var + p.field_trust_s * odd_sq, NOISE_LIMIT)
+        variance = ops.where(heading_turn, trusted, p.tilt_var)
         span = ops.named("span", ops.saturated(3.0 * step, SPAN_LIMIT))
-        span = ops.where(heading_turn, ops.where(heading_unknown | field_stale, 0.0, span),
-                         ops.where(no_force, 0.0, span))
+        span = ops.where(heading_turn, ops.where(field_stale, 0.0, span),
+                         ops.where(no_vertical, 0.0, span))
 
         # Scalar update: gain and correction; P itself below.
         P = symmetric(6, lambda i, j: getattr(x, covariance_name(i, j)))
         column = [_element(dot(h, P[i][:3])) for i in range(3)]
         column += [_element(keep * _element(dot(h, P[i][:3]))) for i in range(3, 6)]
-        total = ops.bounded(dot(h, column[:3]) * span + variance, NOISE_FLOOR, 7.9,
+        total = ops.bounded(dot(h, column[:3]) * span + variance, NOISE_FLOOR, 7.99,
                             "at least the noise")
         inverse = ops.bounded(1.0 / total, 0.0, 1.0 / NOISE_FLOOR, "1 / S")
         scale = ops.bounded(span * inverse, 0.0, SPAN_LIMIT / NOISE_FLOOR, "Dt / S")
@@ -187,13 +204,12 @@ class Mekf(Estimator):
         unknown = leveling | (heading_unknown & field_stale)
         correction = self._correction(up, sine, cosine, turned, tilt_unknown,
                                       heading_unknown & ~unknown)
-        half = tuple(ops.bounded(0.5 * (w * dt - b * dt), -1.0, 1.0, "at most 2 rad a sample")
+        half = tuple(ops.saturated(0.5 * (w * dt - b * dt), HALF_STEP_LIMIT)
                      for w, b in zip(gyro, bias, strict=True))
-        before = [ops.where(restart, c, getattr(x, f"q{a}"))
-                  for a, c in zip("wxyz", START, strict=True)]
-        q = [ops.bounded(c, -2.0, 2.0, "at most twice a unit quaternion")
-             for c in multiply(correction, multiply(before, increment(half)))]
-        norm = ops.rsqrt(ops.bounded(dot(q, q), 0.0, 4.5, "at most twice a unit quaternion"))
+        before = [getattr(x, f"q{a}") for a in "wxyz"]
+        q = [ops.bounded(c, -3.9, 3.9, "norms of at most 2.1, 1 and 1.6")
+             for c in _product(correction, _product(before, _increment(half)))]
+        norm = ops.rsqrt(ops.bounded(dot(q, q), 0.0, 15.0, "as above"))
         q = [ops.bounded(c * norm, -1.0, 1.0, "unit quaternion") for c in q]
         C = matrix(q)
         pitch, roll, heading = _euler_ht(C)
@@ -207,12 +223,11 @@ class Mekf(Estimator):
                     for w, c in zip(gyro, rate, strict=True)]
         m_change = [a - c for a, c in zip(turn(C, field), m, strict=True)]
         since_field = ops.named("field_age", ops.saturated(
-            ops.where(restart, 1.0, x.since_field + dt), 1.0))
+            ops.where(leveling, 1.0, x.since_field + dt), 1.0))
         f_follow, m_follow, r_follow = (ops.saturated(rate * age, 1.0) for rate, age in (
             (p.force_rate_per_s, dt), (p.field_rate_per_s, since_field), (p.gyro_rate_per_s, dt)))
-        f_follow = ops.where(leveling, 1.0, ops.where(no_force, 0.0, f_follow))
+        f_follow = ops.where(leveling, 1.0, f_follow)
         m_follow = ops.where(no_field, 0.0, ops.where(heading_unknown, 1.0, m_follow))
-        r_follow = ops.where(leveling, 1.0, r_follow)
         f_after = [ops.bounded(c + f_follow * d + t, -278.0, 278.0, "a mean of forces")
                    for c, d, t in zip(f, f_change, cross(turned, f), strict=True)]
         m_after = [ops.bounded(c + m_follow * d, -444.0, 444.0, "a mean of fields")
@@ -229,12 +244,12 @@ class Mekf(Estimator):
         # Rest: rate and force keep near their means, and the mean rate can be a bias.
         motion = (dot(f_change, f_change) + RATE_WEIGHT * dot(r_change, r_change)
                   + MEAN_WEIGHT * dot(rate, rate))
-        at_rest = _below(motion, p.rest_motion * p.rest_motion)
+        at_rest = _below(motion, p.rest_motion_sq)
         rest_s = ops.where(at_rest, ops.saturated(x.rest_s + dt, 32.0), 0.0)
         rest_s = ops.where(leveling, ops.where(restart | no_vertical, -1.0, 0.0), rest_s)
 
-        flags = (leveling, unknown, no_force, no_field, heading_sq < p.field_trust_s * odd_sq,
-                 dot(gyro, gyro) >= p.gyro_max_sq, resting)
+        flags = (leveling, unknown, no_vertical, no_field, 2.0 * p.heading_var < trusted,
+                 resting)
         status: Any = 0.0
         for bit, flag in enumerate(flags):
             status = status + ops.where(flag, float(1 << bit), 0.0)
@@ -249,8 +264,7 @@ class Mekf(Estimator):
             "horizontal": horizontal, "vertical": vertical,
             "odd_sq": ops.where(heading_unknown, 0.0, odd_sq),
             "since_update": ops.where(due, 0.0, since),
-            "axis": ops.bounded(ops.where(due, x.axis + 1.0 - 3.0 * h[2], x.axis), -1.0, 1.0,
-                                "one of three"),
+            "axis": ops.bounded(ops.where(due, h[1] - h[2], x.axis), -1.0, 1.0, "one of three"),
             "rest_s": rest_s,
             "since_field": ops.where(no_field, since_field, 0.0),
         }
@@ -269,11 +283,12 @@ class Mekf(Estimator):
         * heading not known: the turn about the vertical by the angle of (cosine, sine),
           (1 + c, 0, 0, s).
         """
-        level = ((1.0 + NEVER_ZERO) + up[2], up[1], -up[0], 0.0)
-        around = ((1.0 + NEVER_ZERO) + cosine, 0.0, 0.0, sine)
-        small = (1.0, *(0.5 * d for d in turned))
-        return [ops.where(tilt_unknown, a, ops.where(aligning_heading, b, c))
-                for a, b, c in zip(level, around, small, strict=True)]
+        level = (up[2], up[1], -up[0], 0.0)
+        around = (cosine, 0.0, 0.0, sine)
+        small = (0.0, *(0.5 * d for d in turned))
+        w, *v = (ops.where(tilt_unknown, a, ops.where(aligning_heading, b, c))
+                 for a, b, c in zip(level, around, small, strict=True))
+        return [(1.0 + NEVER_ZERO) + w, *v]
 
     @staticmethod
     def _covariance(P: Symmetric, gain: Any, column: Any, C: Any, step: Any, start: Any, keep: Any,
@@ -285,30 +300,29 @@ class Mekf(Estimator):
         trace = P[0][0] + P[1][1] + P[2][2] + P[3][3] + P[4][4] + P[5][5]
         step = ops.named("growth_step", ops.where(trace > TRACE_LIMIT, 0.0, step))
         A = [[c * (step * (1.0 / BIAS_SCALE)) for c in row] for row in C]
-        attitude = p.gyro_sd * p.gyro_sd + p.gyro_scale_sd * p.gyro_scale_sd * dot(gyro, gyro)
+        attitude = p.gyro_var + p.gyro_scale_var * dot(gyro, gyro)
         attitude = ops.saturated(attitude * step, GROWTH_LIMIT)
-        walk, p0_bias = p.bias_sd * BIAS_SCALE, p.p0_bias * BIAS_SCALE
-        rest_sd = p.rest_sd * BIAS_SCALE
-        walk = ops.bounded(walk * walk * step + rest_sd * rest_sd * (p.rest_rate_per_s * rest_gain),
-                           0.0, 16.0, "")
-        p0 = (p.p0_tilt * p.p0_tilt, p.p0_tilt * p.p0_tilt, p.p0_heading * p.p0_heading,
-              *(p0_bias * p0_bias,) * 3)
-
+        walk = BIAS_SCALE**2 * (p.bias_var * step + p.rest_var * rest_gain)
+        p0 = (p.p0_tilt, p.p0_tilt, p.p0_heading, *(BIAS_SCALE**2 * p.p0_bias,) * 3)
         factor = (1.0, keep, ops.named("rest_keep_sq", keep * keep))
 
         def updated(i: int, j: int) -> Any:
             return P[i][j] * factor[(i > 2) + (j > 2)] - gain[i] * column[j]
 
-        # P_bb' = P_bb + Q_b, P_tb' = P_tb - A P_bb', P_tt' = P_tt - A P_tb^T - P_tb' A^T + Q_t
+        # P_bb' = P_bb + Q_b, P_tb' = P_tb - A P_bb', P_tt' = P_tt - A P_tb'^T - P_tb' A^T + Q_t:
+        # the last is more by A P_bb' A^T, some 1e-9 rad^2, than the exact product, and so positive.
         bias = symmetric(3, lambda i, j: _element(ops.where(
             start, p0[3 + i] if i == j else 0.0,
             updated(3 + i, 3 + j) + (walk if i == j else 0.0))))
-        across = [[_element(updated(i, 3 + k)) for k in range(3)] for i in range(3)]
-        across_after = [[_element(ops.where(start, 0.0, across[i][k] - dot(A[i], bias[k])))
-                         for k in range(3)] for i in range(3)]
-        tilt = symmetric(3, lambda i, j: _element(ops.where(
-            start, p0[i] if i == j else 0.0,
-            updated(i, j) - dot(A[i], across[j]) - dot(across_after[i], A[j])
-            + (attitude if i == j else 0.0))))
-        return [[*tilt[i], *across_after[i]] for i in range(3)] + [
-            [*(across_after[i][k] for i in range(3)), *bias[k]] for k in range(3)]
+        across = [[_element(ops.where(start, 0.0, updated(i, 3 + k) - dot(A[i], bias[k])))
+                   for k in range(3)] for i in range(3)]
+
+        def tilt(i: int, j: int) -> Any:
+            if i == j:
+                value = updated(i, i) - 2.0 * dot(A[i], across[i]) + attitude
+            else:
+                value = updated(i, j) - dot(A[i], across[j]) - dot(across[i], A[j])
+            return _element(ops.where(start, p0[i] if i == j else 0.0, value))
+        top = symmetric(3, tilt)
+        return [[*top[i], *across[i]] for i in range(3)] + [
+            [*(across[i][k] for i in range(3)), *bias[k]] for k in range(3)]

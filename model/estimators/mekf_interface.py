@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from model.estimator import Param, State
 from model.estimators.complementary import Complementary
 
@@ -30,8 +28,7 @@ STATUS_BITS = {
     2: "accelerometer not used: no specific force",
     3: "no magnetometer sample",
     4: "field odd: it counts less than half as much as the undisturbed one",
-    5: "gyro at or beyond its full scale",
-    6: "at rest: the gyro's bias is measured",
+    5: "at rest: the gyro's bias is measured",
 }
 
 
@@ -41,50 +38,46 @@ def covariance_name(i: int, j: int) -> str:
 
 
 PARAMS = (
-    Param("gyro_sd", 0.006, 0.0, 0.125, "rad/sqrt(s)", "random walk of the attitude: small trusts "
+    Param("gyro_var", 3.6e-5, 0.0, 0.0156, "rad^2/s", "random walk of the attitude: small trusts "
           "the gyro, large the accelerometer and the magnetometer"),
-    Param("gyro_scale_sd", 0.005, 0.0, 0.0625, "sqrt(s)", "more of it per rad/s of rotation: "
-          "scale and alignment errors of the gyro"),
-    Param("bias_sd", 1e-5, 0.0, 1e-3, "rad/s/sqrt(s)", "random walk of the gyro's bias: small "
+    Param("gyro_scale_var", 4e-5, 0.0, 0.0039, "s", "more of it per (rad/s)^2 of rotation: scale "
+          "and alignment errors of the gyro"),
+    Param("bias_var", 1e-10, 0.0, 1e-6, "(rad/s)^2/s", "random walk of the gyro's bias: small "
           "holds the learnt bias, large follows its drift"),
-    Param("tilt_sd", 0.024, 0.01, 1.0, "rad*sqrt(s)", "noise of the low-passed vertical: small "
-          "trusts the accelerometer"),
-    Param("heading_sd", 0.18, 0.01, 1.9, "rad*sqrt(s)", "noise of the magnetic heading in the "
-          "undisturbed field: small trusts the magnetometer"),
+    Param("tilt_var", 8e-4, 1e-4, 1.0, "rad^2*s", "noise of the low-passed vertical, variance "
+          "times time: small trusts the accelerometer"),
+    Param("heading_var", 0.032, 1e-4, 3.6, "rad^2*s", "noise of the magnetic heading in the "
+          "reference field, variance times time: small trusts the magnetometer"),
     Param("rest_rate_per_s", 0.3, 0.0, 4.0, "1/s", "how fast the bias goes to the gyro's mean at "
-          "rest"),
-    Param("rest_sd", 3e-4, 8e-5, 7.8e-3, "rad/s*sqrt(s)", "noise of the gyro's mean at rest: small "
-          "learns the bias at once"),
+          "rest; 0 never"),
+    Param("rest_var", 3e-8, 0.0, 6e-5, "(rad/s)^2", "twice the variance of the bias learnt so"),
     Param("force_rate_per_s", 0.7, 0.01, 30.0, "1/s", "corner of the low-pass of the specific "
           "force in navigation axes: small averages longer accelerations"),
-    Param("field_rate_per_s", 10.0, 0.1, 63.0, "1/s", "corner of the low-pass of the field"),
-    Param("field_trust_s", 1.25, 0.0, 1e3, "s", "how much the squared relative deviation of the "
-          "field from its reference adds to the squared noise of the heading"),
+    Param("field_rate_per_s", 12.0, 0.1, 63.0, "1/s", "corner of the low-pass of the field"),
+    Param("field_trust_s", 1.0, 0.0, 1e3, "s", "how much the squared relative deviation of the "
+          "field from its reference adds to heading_var: 0 trusts every field"),
     Param("field_forget_per_s", 1.0, 0.0, 30.0, "1/s", "how fast a deviation of the field is "
           "forgotten once it is over"),
-    Param("field_follow_per_s", 0.05, 0.0, 30.0, "1/s", "how fast the reference follows the field"),
+    Param("field_follow_per_s", 0.05, 0.0, 30.0, "1/s", "how fast the reference follows the "
+          "field: large adopts a new place soon, 0 never"),
     Param("field_min_sq", 4.0, 0.1, 4e3, "uT^2", "squared field below which there is no sample"),
-    Param("force_min_sq", 4.0, 0.1, 8e4, "(m/s^2)^2", "squared specific force below which the "
-          "accelerometer is not used"),
-    Param("gyro_max_sq", 1180.0, 0.0, 4800.0, "(rad/s)^2", "squared rate from which on the gyro "
-          "counts as saturated"),
+    Param("force_min_sq", 4.0, 0.1, 8e4, "(m/s^2)^2", "squared low-passed specific force below "
+          "which it is not used"),
     Param("gyro_rate_per_s", 2.0, 0.01, 30.0, "1/s", "corner of the low-pass of the gyro"),
-    Param("rest_motion", 0.5, 0.0, 30.0, "m/s^2", "most motion at rest: the force's deviation "
-          "from its mean; 16 m/s^2 stand for 1 rad/s of the rate's deviation from its mean, "
-          "5.7 for 1 rad/s of that mean"),
+    Param("rest_motion_sq", 0.25, 0.0, 900.0, "(m/s^2)^2", "most squared motion at rest: the "
+          "force's deviation from its mean; 16 m/s^2 stand for 1 rad/s of the rate's deviation "
+          "from its mean, 5.7 for 1 rad/s of that mean"),
     Param("rest_time_s", 1.5, 0.0, 30.0, "s", "how long that must last"),
-    Param("p0_tilt", math.radians(2.0), 1e-4, 1.0, "rad", "standard deviation of the first tilt"),
-    Param("p0_heading", math.radians(5.0), 1e-4, 1.0, "rad", "standard deviation of the first "
-          "heading"),
-    Param("p0_bias", math.radians(0.1), 1e-6, 7.8e-3, "rad/s", "standard deviation of the bias at "
-          "the start"),
+    Param("p0_tilt", 1.2e-3, 1e-8, 1.0, "rad^2", "variance of the first tilt"),
+    Param("p0_heading", 7.6e-3, 1e-8, 1.0, "rad^2", "variance of the first heading"),
+    Param("p0_bias", 3e-6, 1e-12, 6e-5, "(rad/s)^2", "variance of the gyro's bias at the start"),
     Param("update_s", 0.0087, 0.0, 0.24, "s", "least time between two scalar updates"),
 )
 
 STATES = (
     *(State(f"q{a}", -1.0, 1.0, "", v) for a, v in zip("wxyz", START, strict=True)),
     *(State(f"bias_{a}", -0.25, 0.25 * (1 - 2.0**-31), "rad/s") for a in "xyz"),
-    *(State(covariance_name(i, j), -3.9, 3.9, "") for i, j in PAIRS),
+    *(State(covariance_name(i, j), -7.9, 7.9, "") for i, j in PAIRS),
     *(State(f"force_{a}", -278.0, 278.0, "m/s^2") for a in "enu"),
     *(State(f"field_{a}", -444.0, 444.0, "uT") for a in "enu"),
     *(State(f"rate_{a}", -4.0, 4.0 * (1 - 2.0**-31), "rad/s") for a in "xyz"),

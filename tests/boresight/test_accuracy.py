@@ -94,6 +94,16 @@ def test_bundled_logs_by_default():
     assert left_out == []
 
 
+def test_the_reference_is_not_measured_against_itself(folder, tmp_path):
+    data = accuracy(folder / "none", folder / "a", estimators=["vqf", "vqf_offline"], jobs=1,
+                    output=tmp_path)
+    row = next(line for line in accuracy_text(data).splitlines() if line.startswith("  none"))
+    assert row.split()[2] == "-" and float(row.split()[1]) > 0.0
+    page = (tmp_path / "accuracy.html").read_text()
+    assert page.count('class="r best"') == 2
+    assert 'class="r best" title="vqf_offline: total 0.00' not in page
+
+
 def test_without_peers_and_float(folder, capsys):
     assert main(["accuracy", str(folder), "--estimators", "complementary", "--no-peers",
                  "--no-float", "--jobs", "1", "--json"]) == 0

@@ -107,7 +107,7 @@ def test_registers(built):
     assert len(set(addresses)) == len(addresses)
     main_c = ('#include "registers.h"\nint main(void) { return CORE_PROGRAM_ADDR == 516'
               ' && CORE_PROGRAM_COMPLEMENTARY == 0 && CORE_PROGRAM_COMPLEMENTARY_AS_PRINTED == 1'
-              f' && CORE_COMPLEMENTARY_KP_ROLL_PER_S_ADDR == 1 ? 0 : 1; }}\n')
+              ' && CORE_COMPLEMENTARY_KP_ROLL_PER_S_ADDR == 1 ? 0 : 1; }\n')
     (folder / "main.c").write_text(main_c)
     subprocess.run(["gcc", "-std=c99", "-Wall", "-Wextra", "-Werror", "main.c", "-o", "main"],
                    cwd=folder, check=True)

@@ -10,6 +10,7 @@ import pytest
 from boresight.cli import main
 from boresight.tuning import tune, tuning_text
 from model.errors import InputError
+from sim.bundled import bundled
 from sim.log import write_log
 from sim.synthetic import SensorError, synthetic_log
 
@@ -114,7 +115,7 @@ def test_command_and_its_file(folder, tmp_path, capsys):
     assert main(["run", "complementary", log, "--on", "c", "--params", str(out), "--json"]) == 0
     rmse = json.loads(capsys.readouterr().out)["rmse_deg"]
     assert rmse == pytest.approx(data["trials"][0]["tuned"])
-    assert "left out, no reference: log4" in tuning_text(data)
+    assert "left out, no truth: log4" in tuning_text(data)
 
 
 @pytest.mark.parametrize(("options", "message"), [
@@ -134,6 +135,8 @@ def test_bad_options(folder, options, message):
 
 
 def test_nothing_to_tune_on(folder, tmp_path):
+    with pytest.raises(InputError, match=r"^logs: wanted at least one log with a reference"):
+        tune("complementary", bundled("ximu_walk"))  # its attitude is a comparison
     with pytest.raises(InputError, match=r"^logs: wanted at least one log with a reference"):
         tune("complementary", folder / "log4.csv")
     with pytest.raises(InputError, match=r"without any"):

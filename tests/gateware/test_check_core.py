@@ -37,17 +37,24 @@ def test_what_is_allocated_together_passes(machine: Machine) -> None:
 
 @MACHINES
 @pytest.mark.parametrize("kind", [Kind.CONST, Kind.PARAM])
-def test_a_temporary_over_a_lasting_word(machine: Machine, kind: Kind) -> None:
+@pytest.mark.parametrize("writer", [0, 1])
+@pytest.mark.parametrize("what", [Kind.INPUT, Kind.OP])
+def test_a_temporary_over_a_lasting_word(machine: Machine, kind: Kind, writer: int,
+                                         what: Kind) -> None:
     programs, plans, allocations = made(machine)
-    first, second = (a.addresses() for a in allocations)
-    lasting = [first[n] for n in programs[0].of_kind(kind)
-               if n in first and first[n] not in second.values()
-               and first[n] < machine.bank_depth]
-    assert lasting
-    victim = programs[1].inputs[0]
-    allocations[1] = moved(allocations[1], second[victim], lasting[0])
-    with pytest.raises(ScheduleError, match=rf"^random1 writes register {lasting[0]}, which "
-                                            r"random0 keeps a word in$"):
+    mine, other = (allocations[k].addresses() for k in (writer, 1 - writer))
+    states = {n for pair in plans[writer].program.states for n in pair}
+    victim = next(n for n, v in enumerate(plans[writer].program.values)
+                  if v.kind is what and n in mine and n not in states
+                  and mine[n] < machine.bank_depth)
+    lasting = next(other[n] for n in programs[1 - writer].of_kind(kind)
+                   if n in other and other[n] not in mine.values()
+                   and other[n] < machine.bank_depth)
+    allocations[writer] = dataclasses.replace(allocations[writer], tenants=tuple(
+        dataclasses.replace(t, address=lasting) if t.value == victim else t
+        for t in allocations[writer].tenants))
+    with pytest.raises(ScheduleError, match=rf"^random{writer} writes register {lasting}, which "
+                                            rf"random{1 - writer} keeps a word in$"):
         check_core(programs, plans, allocations)
 
 

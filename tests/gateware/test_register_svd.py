@@ -4,10 +4,11 @@ import xml.etree.ElementTree as ET
 
 import pytest
 
-from gateware.core import build_core
+from gateware.core import build_core, build_shared_core
 from gateware.register_model import FIXED, register_map
 from gateware.register_svd import to_svd
 from model.estimators.complementary import Complementary
+from sim.random_program import random_programs
 
 #: Order of the elements in CMSIS-SVD 1.3.
 ORDER = {
@@ -18,7 +19,9 @@ ORDER = {
     "register": ["name", "description", "addressOffset", "size", "access", "resetValue",
                  "resetMask", "writeConstraint", "fields"],
     "range": ["minimum", "maximum"],
-    "field": ["name", "description", "bitOffset", "bitWidth", "access", "modifiedWriteValues"],
+    "field": ["name", "description", "bitOffset", "bitWidth", "access", "modifiedWriteValues",
+              "enumeratedValues"],
+    "enumeratedValue": ["name", "value"],
 }
 
 
@@ -68,3 +71,20 @@ def test_base_address_is_checked(address, registers) -> None:
     with pytest.raises(ValueError, match=r"^base_address must be a multiple of 4 from 0 to "
                        r"2\^32 - 4, not "):
         to_svd(registers, base_address=address)
+
+
+def test_programs_are_enumerated() -> None:
+    core = build_shared_core(random_programs(2, 3), "small", restarts=0)
+    device = ET.fromstring(to_svd(register_map(core)))
+    for element in device.iter():
+        if element.tag in ORDER:
+            places = [ORDER[element.tag].index(child.tag) for child in element]
+            assert places == sorted(set(places)), element.tag
+    register = next(r for r in device.iter("register") if r.findtext("name") == "PROGRAM")
+    assert register.findtext("addressOffset") == hex(4 * 516)
+    assert register.findtext("access") == "read-write"
+    assert [(e.findtext("name"), e.findtext("value")) for e in register.iter("enumeratedValue")] \
+        == [("RANDOM0", "0"), ("RANDOM1", "1"), ("RANDOM2", "2")]
+    names = [r.findtext("name") for r in device.iter("register")]
+    assert len(set(names)) == len(names)
+    assert any(name.startswith("RANDOM2_PARAM") for name in names)

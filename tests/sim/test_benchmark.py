@@ -15,7 +15,7 @@ from model.estimators.complementary import Complementary
 from sim.accuracy import attitude_error, attitude_rmse
 from sim.benchmark import Trial, batches, benchmark, run_float_batch
 from sim.feed import attitude_of, inputs_of
-from sim.peers import PEERS
+from sim.peers import PEERS, dip_rad
 from sim.scoring import Scorer, named_outputs
 from sim.synthetic import SensorError, synthetic_log
 
@@ -116,6 +116,18 @@ def test_reference_and_samples_that_count(trials):
     assert moved.rmse(q).total == pytest.approx(wanted)
     q[150] = 0.0
     assert np.isnan(moved.rmse(q).total)
+
+
+def test_the_dip_is_of_the_folder(trials):
+    """A log whose own field dips elsewhere gets the dip of its folder's logs."""
+    odd = dataclasses.replace(trials[0].log, name="odd", mag=trials[0].log.mag * [1, 1, 0.5])
+    alone, among = (benchmark([], ["ahrs_ekf"], [Trial(odd, "truth", trials[0].q, "f"), *others],
+                              jobs=1)[0].rmse
+                    for others in ((), [dataclasses.replace(t, folder="f") for t in trials]))
+    place = np.median([dip_rad(log) for log in (odd, *(t.log for t in trials))])
+    assert alone != among
+    for got, dip in ((alone, None), (among, place)):
+        assert got == attitude_rmse(PEERS["ahrs_ekf"].run(odd, dip), odd.q)
 
 
 def test_float_can_be_left_out(trials):

@@ -1,5 +1,7 @@
 """`sim.bundled`: the logs are there, and hold what their README says."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -12,7 +14,7 @@ from model.attitude import (
     rotation_vector_to_quaternion,
 )
 from model.errors import InputError
-from sim.bundled import bundled, bundled_names
+from sim.bundled import bundled, bundled_names, is_comparison
 from sim.log import Log, read_log
 
 
@@ -36,6 +38,11 @@ def test_names_and_paths() -> None:
     for name in bundled_names():
         assert bundled(name).name == f"{name}.csv"
         assert read_log(bundled(name)).name == name
+
+
+def test_which_attitude_is_not_truth(tmp_path: Path) -> None:
+    assert is_comparison(bundled("ximu_walk")) and not is_comparison(bundled("synthetic_60s"))
+    assert not is_comparison(tmp_path / "ximu_walk.csv")  # another log of that name
 
 
 def test_unknown_name_lists_the_known() -> None:

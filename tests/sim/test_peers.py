@@ -62,7 +62,23 @@ def test_start_is_the_full_attitude():
     late = np.arange(len(log)) >= 5
     held = dataclasses.replace(log, mag_new=late)
     assert attitude_error(first_attitude(held), log.q[0]).total < 20.0
-    assert np.degrees(dip_rad(log)) == pytest.approx(58.87, abs=0.05)
+    for held in (log, dataclasses.replace(log, q=None)):
+        assert np.degrees(dip_rad(held)) == pytest.approx(58.87, abs=0.05)
+    # The reference, where there is one, does not mind linear acceleration.
+    pushed = dataclasses.replace(log, acc=log.acc + [8.0, 0.0, 0.0])
+    assert np.degrees(dip_rad(pushed)) == pytest.approx(58.87, abs=0.05)
+    assert abs(np.degrees(dip_rad(dataclasses.replace(pushed, q=None))) - 58.87) > 5.0
+
+
+def test_the_ekf_takes_the_dip_of_the_place(log):
+    wrong = PEERS["ahrs_ekf"].run(log, np.radians(20.0))
+    assert attitude_rmse(wrong, log.q).total > 1.5  # 0.97 with the right one
+    same = PEERS["ahrs_ekf"].run(log, dip_rad(log))
+    assert np.array_equal(same, PEERS["ahrs_ekf"].run(log))
+
+
+def test_field_is_needed():
+    log = synthetic_log(seconds=2, rate_hz=50, seed=3)
     with pytest.raises(InputError, match=r"wanted magnetometer samples, found none"):
         first_attitude(dataclasses.replace(log, mag_new=np.zeros(len(log), dtype=bool)))
 

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import pytest
 
-from gateware.core import Core, build_core
+from gateware.core import Core, build_core, build_shared_core
 from model import ops
 from model.estimator import Estimator, Input, Output, Param, State
 from model.estimators.complementary import Complementary
@@ -31,6 +31,23 @@ class Leaky(Estimator):
 def leaky() -> Core:
     """A tiny core."""
     return build_core(Leaky().compile(), "small", restarts=2)
+
+
+class Growing(Leaky):
+    """y' = y + gain (u + v): other words from the same records."""
+
+    name = "growing"
+
+    def step(self, x, u, p):
+        step = p.gain * (u.u + u.v)
+        y = ops.saturated(x.y + step, 4.0)
+        return {"y": y}, {"y": y, "step": step, "sum": u.u - u.v}
+
+
+@pytest.fixture(scope="session")
+def both() -> Core:
+    """Two tiny programs in one core."""
+    return build_shared_core([Leaky().compile(), Growing().compile()], "small", restarts=2)
 
 
 @pytest.fixture(scope="session")

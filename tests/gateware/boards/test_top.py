@@ -1,5 +1,6 @@
 """The board's core end to end, through the serial line: equal to the C model; nothing stops it."""
 
+import dataclasses
 import random
 
 import numpy as np
@@ -10,6 +11,7 @@ from firmware.build import CModel
 from gateware.boards.frames import END, ESC, Decoder, Kind, encode
 from gateware.boards.top import Top
 from gateware.core import Core
+from gateware.registers import PROGRAM
 from model.estimator import input_words
 
 DIVISOR = 8
@@ -125,6 +127,36 @@ def test_parameters_and_status(leaky: Core, line) -> None:
             leaky.image.digest & (1 << 2 * bench.word) - 1)
 
     bench.run(test)
+
+
+def test_programs_are_selected_over_the_line(both: Core, line) -> None:
+    bench = line(both)
+    models = [CModel(part.program) for part in both.parts]
+    inputs = random_words(both, 12, seed=5)
+
+    async def test(ctx):
+        number = 0
+        for k, words in enumerate(inputs):
+            if k % 2:
+                number = k // 2 % 2
+                assert await bench.ask(ctx, Kind.WRITE, [PROGRAM, number]) == [PROGRAM]
+                assert await bench.ask(ctx, Kind.READ, [PROGRAM]) == [number]
+            wanted = models[number].update(words[None])[0][0].tolist()
+            assert await bench.ask(ctx, Kind.RECORD, words.tolist()) == wanted
+        assert await bench.ask(ctx, Kind.WRITE, [PROGRAM, 2]) == [PROGRAM]
+        assert await bench.ask(ctx, Kind.READ, [PROGRAM]) == [number]
+
+    bench.run(test)
+
+
+def test_programs_need_equal_records(both: Core) -> None:
+    part = both.parts[1]
+    longer = dataclasses.replace(part.program, inputs=part.program.inputs[:1])
+    core = dataclasses.replace(both, parts=(
+        both.parts[0], dataclasses.replace(part, program=longer)))
+    with pytest.raises(ValueError, match=r"^programs of the core must have equally many inputs, "
+                                         r"not 2 \(leaky\), 1 \(growing\)$"):
+        Top(core=core, clock_hz=8e6, baud=1e6)
 
 
 def test_two_frames_ahead(leaky: Core, line) -> None:

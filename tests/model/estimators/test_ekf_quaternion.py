@@ -1,0 +1,227 @@
+"""`ekf_quaternion` and `ekf_quaternion_vector`: start, gates, limits, fixed point, cycles.
+
+What they compute is in `test_ekf_textbook.py`; here is how they behave.
+"""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gateware.core import build_core
+from model.attitude import (
+    euler_to_quaternion,
+    quaternion_conjugate,
+    quaternion_multiply,
+    quaternion_to_rotation_vector,
+    rotate,
+    rotation_vector_to_quaternion,
+)
+from model.errors import InputError
+from model.estimator import input_words, param_words
+from model.estimators.ekf_parts import START
+from model.estimators.ekf_quaternion import STATUS_BITS, EkfQuaternion
+from model.estimators.ekf_quaternion_vector import STATUS_BITS as VECTOR_BITS
+from model.estimators.ekf_quaternion_vector import EkfQuaternionVector
+from model.interpreter import Interpreter
+
+GRAVITY = 9.80665
+FIELD = np.array([0.0, 14.7, -40.6])
+DT, GYR, MAG, ACC = slice(0, 1), slice(1, 4), slice(4, 7), slice(7, 10)
+#: Samples until each is surely aligned.
+BOTH = {"measured": (EkfQuaternion, 3), "vector": (EkfQuaternionVector, 17)}
+both = pytest.mark.parametrize(("cls", "aligned"), BOTH.values(), ids=BOTH.keys())
+
+#: Attitudes all over the sphere.
+GRID = euler_to_quaternion(np.radians(np.stack([a.ravel() for a in np.meshgrid(
+    (-90.0, -60.0, 0.0, 30.0, 89.9), (-180.0, -90.0, -45.0, 0.0, 135.0),
+    (-180.0, -100.0, 0.0, 60.0, 179.9))], axis=-1)))
+
+
+def static(q: Any, steps: int, dt: float = 0.01, field: Any = FIELD) -> Any:
+    """Records (steps, 10, runs) of exact sensors at rest in attitudes (runs, 4)."""
+    to_body = quaternion_conjugate(q)
+    x = np.concatenate([np.full((len(q), 1), dt), np.zeros((len(q), 3)), rotate(to_body, field),
+                        rotate(to_body, [0.0, 0.0, GRAVITY])], axis=1).T
+    return np.repeat(x[None], steps, axis=0)
+
+
+def run_float(cls: Any, x: Any, params: Any = None) -> Any:
+    return cls().run_float(x, params=params).outputs
+
+
+def run_fixed(cls: Any, x: Any, params: Any = None, word: int = 32) -> Any:
+    e = cls()
+    m = Interpreter(e.compile(word=word), x.shape[2])
+    m.params.update(param_words(m.program, e.param_values(params)))
+    out, saturated = m.run(input_words(m.program, x))
+    assert not saturated.any(), m.saturations.nonzero()
+    p = m.program
+    return {name: p.format(n).real(out[:, k])
+            for k, (name, n) in enumerate(zip(p.output_names, p.outputs, strict=True))}
+
+
+def quaternions(out: Any) -> Any:
+    return np.stack([out[f"q{axis}"] for axis in "wxyz"], axis=-1)
+
+
+def apart(q: Any, out: Any) -> Any:
+    """Angle [deg] between outputs (steps, runs) and attitudes (..., 4)."""
+    e = quaternion_multiply(quaternion_conjugate(q), quaternions(out))
+    return np.degrees(np.linalg.norm(quaternion_to_rotation_vector(e), axis=-1))
+
+
+def bits(out: Any) -> Any:
+    return np.rint(out["status"]).astype(int)
+
+
+@both
+def test_aligns_at_any_attitude(cls: Any, aligned: int) -> None:
+    out = run_float(cls, static(GRID, aligned + 3))
+    assert apart(GRID, out)[aligned:].max() < 1e-4
+    assert (bits(out)[0] & 1).all()
+    assert not (bits(out)[aligned:] & 1).any()
+
+
+@both
+def test_aligns_at_any_attitude_in_fixed_point(cls: Any, aligned: int) -> None:
+    assert apart(GRID, run_fixed(cls, static(GRID, aligned + 3)))[aligned:].max() < 2e-4
+
+
+@both
+def test_aligns_from_half_a_turn_away(cls: Any, aligned: int) -> None:
+    """Where the error's axis cannot be told, rounding decides, and the filter still arrives."""
+    half_turns = np.concatenate([np.eye(4)[1:], [[0.0, 0.6, 0.8, 0.0]]])
+    q = quaternion_multiply(np.array(START) / np.linalg.norm(START), half_turns)
+    out = run_fixed(cls, static(q, 60))
+    assert apart(q, out)[-1].max() < 2e-4
+    assert not bits(out)[-1].any()
+
+
+@both
+def test_restart_forgets_everything(cls: Any, aligned: int) -> None:
+    x = np.concatenate([static(GRID[:5], 40), static(GRID[40:45], 40)])
+    x[40, 0] = -0.01
+    fresh = static(GRID[40:45], 40)
+    again = run_float(cls, x)
+    first = run_float(cls, fresh)
+    assert (bits(again)[40] & 1).all()
+    for name in ("qw", "qx", "qy", "qz"):
+        assert np.abs(np.abs(again[name][40 + aligned:]) - np.abs(first[name][aligned:])
+                      ).max() < 1e-6
+
+
+@both
+def test_covariance_is_p0_when_aligned_and_scaled(cls: Any, aligned: int) -> None:
+    """Ten times the scale and no other change: the same attitude."""
+    rng = np.random.default_rng(1)
+    x = static(GRID[:8], 120)
+    x[:, 1:] += rng.normal(size=x[:, 1:].shape) * np.repeat([0.05, 1.0, 0.3], 3)[:, None]
+    small, large = (run_float(cls, x, {"scale": s, "p0_sd": 0.05, **quiet(cls)})
+                    for s in (2.0, 8.0))
+    assert np.abs(quaternions(small) - quaternions(large))[aligned:].max() < 1e-9
+
+
+def quiet(cls: Any) -> dict[str, float]:
+    names = [p.name for p in cls.params]
+    return {n: {"gyro": 0.02, "angle": 0.1, "acc": 0.8, "mag": 4.0}[n.split("_")[0]]
+            for n in names if "_sd_" in n}
+
+
+@both
+def test_without_measurement_the_gyro_turns_on(cls: Any, aligned: int) -> None:
+    """No field, or (measured) a gated force: pure integration of the rate."""
+    rate = np.array([0.3, -0.2, 0.5])
+    q0 = GRID[7:9]
+    for gone, bit in ((MAG, 3), (ACC, 2)):
+        x = static(q0, 80)
+        x[40:, gone] = 0.0 if gone is MAG else 60.0
+        x[40:, GYR] = rate[:, None]
+        params = {"acc_max_sq": 150.0}
+        if cls is EkfQuaternionVector:
+            x[40:, MAG] = 0.0
+            x[40:, ACC] = 60.0
+        for run in (run_float, run_fixed):
+            out = run(cls, x, params)
+            want = quaternion_multiply(q0, rotation_vector_to_quaternion(0.4 * rate))
+            assert apart(want, out)[-1].max() < 2e-4
+            assert (bits(out)[-1] >> bit & 1).all()
+    assert set(STATUS_BITS) == set(VECTOR_BITS) == {0, 2, 3}
+
+
+def test_measured_quaternion_needs_both_vectors_to_align() -> None:
+    x = static(GRID[:3], 30)
+    x[:20, MAG] = 0.0
+    b = bits(run_float(EkfQuaternion, x))
+    assert (b[:20] & 1).all() and (b[:20] & 8).all()
+    assert not b[22:].any()
+
+
+def test_free_fall_is_no_measurement() -> None:
+    x = static(GRID[:3], 30)
+    x[10:, ACC] = 0.1
+    assert (bits(run_float(EkfQuaternion, x))[10:] & 4).all()
+
+
+def test_gain_follows_the_declared_noises_per_axis() -> None:
+    """At rest an error about one body axis decays at the gain of that axis (unit errors)."""
+    x = static(np.array([[1.0, 0.0, 0.0, 0.0]]), 200)
+    params = {"p0_sd": 1e-4, "gyro_sd_x": 0.1, "gyro_sd_y": 0.1, "gyro_sd_z": 0.1,
+              "angle_sd_x": 0.02, "angle_sd_y": 0.2, "angle_sd_z": 1.0}
+    turned = euler_to_quaternion(np.radians([[1.0, 1.0, 1.0]]))
+    x[100:] = static(turned, 100)
+    out = run_float(EkfQuaternion, x, params)
+    left = [1.0 - 180.0 * out[name][130, 0] for name in ("pitch", "roll", "heading")]
+    for remaining, noise in zip(left, (0.02, 0.2, 1.0), strict=True):
+        ratio = (0.1 * 0.01 / noise) ** 2
+        gain = (-ratio + np.sqrt(ratio ** 2 + 4 * ratio)) / 2  # steady state of the scalar filter
+        assert remaining == pytest.approx((1 - gain) ** 31, abs=0.08)
+
+
+@both
+def test_field_east_of_north(cls: Any, aligned: int) -> None:
+    """`vector`: the site's east component makes it true north; `measured`: magnetic north."""
+    field = np.array([5.0, 14.0, -40.0])
+    q = GRID[30:33]
+    params = {} if cls is EkfQuaternion else {
+        "field_east": 5.0, "field_north": 14.0, "field_up": -40.0}
+    out = run_float(cls, static(q, 60, field=field), params)
+    if cls is EkfQuaternion:
+        q = quaternion_multiply(rotation_vector_to_quaternion(
+            [0.0, 0.0, np.arctan2(5.0, 14.0)]), q)
+    assert apart(q, out)[-1].max() < 1e-4
+
+
+@both
+@pytest.mark.parametrize(("name", "value"), [
+    ("p0_sd", 0.0), ("p0_sd", 1.1), ("gyro_sd_x", -1e-9), ("gyro_sd_y", 2.1), ("scale", 0.0),
+    ("scale", 2000.0), ("noise", 0.0), ("noise", -1.0), ("noise", 1e9), ("acc_max_sq", 0.0), ("acc_min_sq", -1.0),
+    ("mag_min_sq", 0.0), ("p0_sd", float("nan"))])
+def test_illegal_values_are_refused_with_the_range(cls: Any, aligned: int, name: str,
+                                                   value: float) -> None:
+    if name == "noise":
+        name = "angle_sd_x" if cls is EkfQuaternion else "acc_sd_y"
+    with pytest.raises(InputError, match=rf"^parameter {name}: .* to "):
+        cls().param_values({name: value})
+
+
+@both
+@pytest.mark.parametrize("word", [18, 20, 24, 28, 32])
+def test_every_word_width_compiles(cls: Any, aligned: int, word: int) -> None:
+    assert cls().compile(word=word).arithmetic.word == word
+
+
+#: Slots (latency of the attitude is close to it on one lane) and cycles to the attitude.
+CYCLES = {"small": 500, "fast": 350}
+
+
+@pytest.mark.parametrize("config", CYCLES)
+def test_cycles_to_the_attitude(config: str) -> None:
+    e = EkfQuaternion()
+    s = build_core(e.compile(word=32), config, urgent=e.urgent).schedule
+    assert max(s.latencies[:e.urgent]) <= CYCLES[config]
+
+
+def test_tables_and_states_fit_the_core() -> None:
+    for cls, _ in BOTH.values():
+        assert len(cls().states) <= 20

@@ -1,0 +1,321 @@
+"""The flagship filter: alignment, convergence, bias, magnet, rates, missing data, restart.
+
+Float runs check the mathematics; `test_mekf_fixed.py` checks that the program does the same.
+"""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from model.attitude import (
+    euler_to_quaternion,
+    quaternion_conjugate,
+    quaternion_multiply,
+    quaternion_to_rotation_vector,
+    rotate,
+)
+from model.errors import InputError
+from model.estimators import estimator
+from model.estimators.mekf import STATUS_BITS, Mekf
+from model.estimators.mekf_interface import PAIRS, covariance_name
+
+GRAVITY = 9.80665
+FIELD = np.array([0.0, 18.0, -40.0])
+GYR, MAG, ACC = slice(1, 4), slice(4, 7), slice(7, 10)
+
+
+def attitudes(seconds: float, hz: float, amplitude: float = 1.0) -> Any:
+    """Attitudes (steps, 1, 4) of a smooth motion that is the same at any rate."""
+    t = np.arange(round(seconds * hz)) / hz
+    euler = np.stack([amplitude * a * np.sin(2 * np.pi * f * t) for a, f in (
+        (0.7, 0.23), (1.2, 0.31), (2.0, 0.11))], axis=-1)
+    return euler_to_quaternion(euler)[:, None]
+
+
+def records(q: Any, dt: float, field: Any = FIELD) -> Any:
+    """Input records (steps, 10, runs) of exact sensors on attitudes (steps, runs, 4)."""
+    turn = quaternion_to_rotation_vector(quaternion_multiply(quaternion_conjugate(q[:-1]), q[1:]))
+    turn = np.concatenate([np.zeros_like(turn[:1]), turn])
+    to_body = quaternion_conjugate(q)
+    step = np.full((*q.shape[:2], 1), dt)
+    x = [step, turn / dt, rotate(to_body, field), rotate(to_body, [0.0, 0.0, GRAVITY])]
+    return np.moveaxis(np.concatenate(x, axis=-1), 1, 2)
+
+
+def static(euler_deg: Any, seconds: float, dt: float = 0.01) -> Any:
+    q = np.atleast_2d(euler_to_quaternion(np.radians(np.asarray(euler_deg, dtype=float))))
+    return records(np.broadcast_to(q, (round(seconds / dt), *q.shape)), dt), q
+
+
+class Traced(Mekf):
+    """The same filter; keeps its states of every step."""
+
+    def __init__(self) -> None:
+        self.history: list[dict[str, Any]] = []
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        after, out = super().step(x, u, p)
+        self.history.append(after)
+        return after, out
+
+
+def run(x: Any, params: Any = None) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Outputs and states by name, (steps, runs)."""
+    e = Traced()
+    out = e.run_float(x, params=params).outputs
+    return out, {k: np.stack([np.broadcast_to(h[k], x.shape[2]) for h in e.history])
+                 for k in e.history[0]}
+
+
+def apart(out: Any, q: Any) -> Any:
+    """Angle [deg] between outputs and attitudes (..., 4)."""
+    found = np.stack([out[name] for name in ("qw", "qx", "qy", "qz")], axis=-1)
+    error = quaternion_multiply(quaternion_conjugate(q), found)
+    return np.degrees(np.linalg.norm(quaternion_to_rotation_vector(error), axis=-1))
+
+
+def bit(out: Any, number: int) -> Any:
+    return (np.rint(out["status"]).astype(int) >> number) & 1
+
+
+def test_it_is_registered() -> None:
+    assert type(estimator("mekf")) is Mekf
+
+
+#: Attitudes all over the sphere, upside down and vertical ones too.
+GRID = np.stack([a.ravel() for a in np.meshgrid(
+    (-90.0, -60.0, 0.0, 45.0, 90.0), (-180.0, -90.0, 0.0, 60.0, 179.9),
+    (-180.0, -90.0, 0.0, 135.0, 179.9))], axis=-1)
+
+
+def test_it_aligns_at_any_attitude_in_three_samples() -> None:
+    x, q = static(GRID, 0.08)
+    out, _ = run(x)
+    assert apart(out, q)[3:].max() < 2e-4
+    assert not bit(out, 0)[3:].any() and not bit(out, 1)[3:].any()
+    assert bit(out, 0)[0].all() and bit(out, 1)[0].all()
+
+
+def test_euler_angles_are_those_of_the_quaternion() -> None:
+    q = attitudes(3.0, 100.0)
+    out, _ = run(records(q, 0.01))
+    found = np.stack([out[n][5:, 0] * np.pi for n in ("pitch", "roll", "heading")], axis=-1)
+    same = {k: v[5:] for k, v in out.items()}
+    assert apart(same, euler_to_quaternion(found)[:, None]).max() < 1e-6
+
+
+def test_it_follows_exact_sensors() -> None:
+    q = attitudes(10.0, 100.0)
+    out, _ = run(records(q, 0.01))
+    assert apart(out, q)[5:].max() < 0.05
+
+
+def test_a_wrong_start_is_forgotten() -> None:
+    """Five bad samples of accelerometer and magnetometer; then the truth wins."""
+    x, q = static([10.0, -20.0, 30.0], 100.0, 0.05)
+    x[:5, ACC] += np.array([3.0, -2.0, 0.0])[:, None]
+    x[:5, MAG] += np.array([6.0, -4.0, 0.0])[:, None]
+    error = apart(run(x)[0], q)
+    assert error[5].max() > 5.0
+    assert error[-1].max() < 0.1 * error[5].max()
+
+
+def test_it_learns_the_bias_at_rest_and_without() -> None:
+    bias = np.array([0.008, -0.006, 0.004])
+    x, _ = static([10.0, -20.0, 30.0], 25.0, 0.02)
+    x[:, GYR, 0] += bias
+    out, states = run(x)
+    found = np.stack([states[f"bias_{a}"][-1, 0] for a in "xyz"])
+    assert bit(out, 5)[-1].all()
+    assert np.abs(found - bias).max() < 2e-5
+    out, states = run(x, {"rest_motion_sq": 0.0, "p0_bias": 6e-5})
+    assert not bit(out, 5).any()
+    found = np.stack([states[f"bias_{a}"][-1, 0] for a in "xyz"])
+    assert np.abs(found - bias)[:2].max() < 2e-3  # tilt shows it; heading is slower
+
+
+def test_a_turntable_is_not_at_rest() -> None:
+    t = np.arange(1500) * 0.02
+    euler = np.zeros((len(t), 3))
+    euler[:, 2] = 0.2 * t
+    out, _ = run(records(euler_to_quaternion(euler)[:, None], 0.02))
+    assert not bit(out, 5).any()
+
+
+def _with_magnet() -> tuple[Any, Any]:
+    """Motion at 50 Hz; from 10 s on for 8 s a magnet stands beside the body."""
+    q = attitudes(25.0, 50.0)
+    x = records(q, 0.02)
+    near = (np.arange(len(q)) >= 500) & (np.arange(len(q)) < 900)
+    disturbed = records(q, 0.02, FIELD + [14.0, -6.0, 9.0])
+    x[near, MAG] = disturbed[near, MAG]
+    return x, q
+
+
+def test_a_magnet_does_not_take_the_heading_along() -> None:
+    x, q = _with_magnet()
+    out, _ = run(x)
+    trusting = apart(run(x, {"field_trust_s": 0.0})[0], q)[500:].max()
+    assert trusting > 12.0
+    assert apart(out, q)[500:].max() < 0.25 * trusting
+    assert bit(out, 4)[520:900].all() and not bit(out, 4)[5:500].any()
+
+
+def test_a_deviation_is_remembered_for_a_while() -> None:
+    """`field_forget_per_s`: 0.5 s after the magnet has gone the field still counts as odd."""
+    x, _ = _with_magnet()
+    fixed = {"field_follow_per_s": 0.0}
+    assert bit(run(x, fixed)[0], 4)[925].all()
+    assert not bit(run(x, fixed | {"field_forget_per_s": 30.0})[0], 4)[925].any()
+
+
+def test_a_lasting_field_becomes_the_reference() -> None:
+    q = attitudes(40.0, 50.0)
+    x = records(q, 0.02)
+    x[500:, MAG] *= 1.5
+    out, states = run(x, {"field_follow_per_s": 0.2})
+    assert bit(out, 4)[600].all() and not bit(out, 4)[-1].any()
+    assert states["horizontal"][-1, 0] == pytest.approx(27.0, rel=0.02)
+
+
+@pytest.mark.parametrize("hz", [50.0, 100.0, 300.0])
+def test_gain_and_covariance_do_not_depend_on_the_rate(hz: float) -> None:
+    """A jump of the heading by 10 deg that the gyro did not see decays alike at every rate."""
+    steps = round(10.0 * hz)
+    x, _ = static([0.0, 0.0, 0.0], 10.0, 1 / hz)
+    jump = np.radians(10.0)
+    turned = rotate(np.array([np.cos(jump / 2), 0.0, 0.0, -np.sin(jump / 2)]), FIELD)
+    x[round(hz):, MAG, 0] = turned
+    out, states = run(x, {"rest_motion_sq": 0.0})
+    found = 10.0 - np.abs(out["heading"][:, 0] * 180.0)
+    assert found[steps // 2] == pytest.approx(5.8, abs=0.25)
+    sd = np.degrees(np.sqrt(states["p_uu"][-1, 0]))
+    assert sd == pytest.approx(2.85, abs=0.1)
+
+
+def test_missing_magnetometer() -> None:
+    """Bit 1 until the first sample, bit 3 while it is missing; heading by the gyro meanwhile."""
+    q = attitudes(10.0, 100.0)
+    x = records(q, 0.01)
+    x[:100, MAG] = 0.0
+    x[500:, MAG] = 0.0
+    out, _ = run(x)
+    assert bit(out, 1)[:100].all() and not bit(out, 1)[103:].any()
+    assert bit(out, 3)[:100].all() and not bit(out, 3)[100:500].any() and bit(out, 3)[500:].all()
+    assert apart(out, q)[103:].max() < 0.2
+
+
+def test_rare_magnetometer_samples_count_for_their_time() -> None:
+    q = attitudes(20.0, 100.0)
+    x = records(np.repeat(q, 2, axis=1), 0.01)
+    x[:, GYR] += 0.004
+    x[np.arange(len(q)) % 10 != 3, MAG, 1] = 0.0
+    out, _ = run(x, {"rest_motion_sq": 0.0})
+    error = apart(out, q)[-1]
+    assert error[0] > 0.3
+    assert error[1] == pytest.approx(error[0], rel=0.15)
+
+
+def test_missing_accelerometer() -> None:
+    """Zero force: the tilt is kept by the gyro, bit 2 comes up, alignment waits."""
+    q = attitudes(10.0, 100.0)
+    x = records(q, 0.01)
+    x[300:800, ACC] = 0.0
+    out, _ = run(x)
+    assert bit(out, 2)[700:800].all() and not bit(out, 2)[2:300].any()
+    assert apart(out, q)[5:].max() < 0.5
+    x[:100, ACC] = 0.0
+    out, _ = run(x)
+    assert bit(out, 0)[:101].all() and not bit(out, 0)[102:].any()
+    assert apart(out, q)[105:].max() < 0.5
+
+
+def test_restart_forgets_everything() -> None:
+    first = records(attitudes(5.0, 100.0, 0.8), 0.01)
+    first[:, GYR] += 0.02
+    second = records(attitudes(5.0, 100.0), 0.01)
+    fresh, after_fresh = run(second)
+    both = np.concatenate([first, second])
+    both[len(first), 0] = -0.01
+    out, states = run(both)
+    assert bit(out, 0)[len(first)].all()
+    for name in ("qw", "qx", "qy", "qz", "heading"):
+        assert np.abs(out[name][len(first) + 4:] - fresh[name][4:]).max() < 1e-3
+    assert np.abs(states["bias_x"][len(first)]).max() == 0.0
+    k = [covariance_name(i, i) for i in range(6)]
+    assert all(states[n][len(first), 0] == after_fresh[n][0, 0] for n in k)
+
+
+def covariance(states: Any) -> Any:
+    p = np.zeros((len(states["p_ee"]), 6, 6))
+    for i, j in PAIRS:
+        p[:, i, j] = p[:, j, i] = states[covariance_name(i, j)][:, 0]
+    return p
+
+
+def test_covariance_is_that_of_the_matrix_equations() -> None:
+    """One step of textbook matrices: joint scalar update, bias update of gain k, prediction."""
+    q = attitudes(4.0, 100.0)
+    x = records(q, 0.01)
+    x[:, GYR] += np.random.default_rng(5).normal(0.0, 0.5, x[:, GYR].shape)
+    out, states = run(x)
+    p = covariance(states)
+    scale = np.diag([1.0] * 3 + [1 / 128.0] * 3)
+    values = Mekf().param_values()
+    checked = 0
+    for k in range(50, 390):
+        dt, axis = 0.01, int(states["axis"][k - 1, 0]) + 1
+        h = np.eye(6)[axis]
+        var = values["tilt_var"]
+        if axis == 2:
+            var = values["heading_var"] + values["field_trust_s"] * states["odd_sq"][k, 0]
+        before = scale @ p[k - 1] @ scale
+        gain = before @ h / (h @ before @ h + var / (3 * dt))
+        updated = (np.eye(6) - np.outer(gain, h)) @ before
+        c = rotate(np.array([out[n][k, 0] for n in ("qw", "qx", "qy", "qz")]), np.eye(3)).T
+        phi = np.eye(6)
+        phi[:3, 3:] = -c * dt
+        w = x[k, GYR, 0]
+        growth = np.diag([(values["gyro_var"] + values["gyro_scale_var"] * w @ w) * dt] * 3
+                         + [values["bias_var"] * dt] * 3)
+        # the bias's own noise enters before the transition; A P_bb A^T is counted once more
+        updated[3:, 3:] += growth[3:, 3:]
+        growth[3:, 3:] = 0.0
+        want = phi @ updated @ phi.T + growth
+        want[:3, :3] += (c * dt) @ updated[3:, 3:] @ (c * dt).T
+        found = scale @ p[k] @ scale
+        assert np.abs(found - want).max() < 1e-9 * np.abs(want).max()
+        checked += 1
+    assert checked == 340
+
+
+def test_covariance_stays_positive_and_bounded() -> None:
+    """Without any measurement it stops growing; with them every eigenvalue stays positive."""
+    q = attitudes(15.0, 50.0)
+    x = records(q, 0.02)
+    p = covariance(run(x)[1])
+    assert np.linalg.eigvalsh(p)[:].min() > 0.0
+    x[50:, MAG] = 0.0
+    x[50:, ACC] = 0.0
+    p = covariance(run(x, {"gyro_var": 0.0156, "gyro_scale_var": 0.0039, "bias_var": 1e-6})[1])
+    trace = np.trace(p, axis1=1, axis2=2)
+    assert 1.0 < trace.max() < 7.5
+    assert np.linalg.eigvalsh(p).min() > 0.0
+
+
+@pytest.mark.parametrize(("name", "value"), [
+    ("tilt_var", 0.0), ("tilt_var", -1.0), ("heading_var", 0.0), ("p0_tilt", 0.0),
+    ("p0_bias", 1.0), ("gyro_var", -1e-9), ("force_rate_per_s", 0.0), ("update_s", -0.1),
+    ("field_min_sq", 0.0), ("heading_var", float("nan"))])
+def test_nonsense_is_refused_with_the_legal_range(name: str, value: float) -> None:
+    with pytest.raises(InputError, match=rf"^parameter {name}: .* to .*"):
+        Mekf().param_values({name: value})
+
+
+def test_every_bit_is_documented() -> None:
+    words = ("aligning", "heading not aligned", "accelerometer", "no magnetometer", "field odd",
+             "at rest")
+    assert list(STATUS_BITS) == list(range(len(words)))
+    for text, word in zip(STATUS_BITS.values(), words, strict=True):
+        assert word in text
