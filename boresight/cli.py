@@ -11,7 +11,7 @@ from typing import Any
 
 import boresight
 from boresight.accuracy import accuracy_text, params_by_estimator
-from boresight.demo import summary_table
+from boresight.demo import FILTERS, STEPS, summary_table
 from boresight.experiment import EXPERIMENTS, target_lines
 from boresight.parameters import values_for
 from boresight.sharing import estimator_names, params_for_each
@@ -139,10 +139,13 @@ def _parser() -> _Parser:
     sub.add_argument("--seed", type=int, default=1, help="of the first run")
     sub.add_argument("-o", "--output", default="build", metavar="DIR")
 
-    sub = verb("demo", "The main job: both configurations on the bundled recording.")
+    sub = verb("demo", "The main job: one core with all filters, both configurations, proven "
+               "on the bundled recording.")
     sub.add_argument("-o", "--output", default="build", metavar="DIR")
-    sub.add_argument("--steps", type=int)
+    sub.add_argument("--steps", type=int, default=STEPS, help="leading samples of the recording")
     sub = verb("bench", "Interpreter against C on 10,000,000 updates, and their rates.")
+    sub.add_argument("estimators", nargs="*", metavar="ESTIMATOR",
+                     help="which; by default those of the main job, one after the other")
     sub.add_argument("--updates", type=int, default=10_000_000)
     verb("doctor", "Which tools are here, and what is missing.")
     return parser
@@ -201,7 +204,11 @@ def _check(args: argparse.Namespace) -> tuple[int, Any, str]:
         for level in result.levels:
             print(f"  {level.line()}")
         print(f"  fixed against float64: {result.vs_float_until_80_deg:.6f} deg until |pitch| "
-              f"first passes 80 deg, {result.vs_float_max_deg:.6f} deg over all", flush=True)
+              f"first passes 80 deg, {result.vs_float_max_deg:.6f} deg over all (Euler angles)")
+        turn = "" if result.vs_float_attitude_deg is None else \
+            f"{result.vs_float_attitude_deg:.6f} deg between the attitudes, "
+        print(f"  {turn}{result.status_changed} status words differ, "
+              f"{result.saturated_updates} updates saturated", flush=True)
 
     names = estimator_names(args.estimator)
     results = boresight.check(
@@ -256,9 +263,12 @@ def _experiment(args: argparse.Namespace) -> tuple[int, Any, str]:
 
 
 def _demo(args: argparse.Namespace) -> tuple[int, Any, str]:
+    if args.steps < 1:
+        raise InputError.at("--steps", wanted="1 or more", found=str(args.steps),
+                            fix="give more steps")
     data = boresight.demo(output=args.output, steps=args.steps, progress=_progress(args))
     text = summary_table(data) + "\n\n" + "\n".join(
-        f"report: {r['report']}" for r in data["configurations"])
+        f"report: {r['report']}" for r in data["filters"])
     return 0 if data["good"] else 1, data, text
 
 
@@ -266,10 +276,12 @@ def _bench(args: argparse.Namespace) -> tuple[int, Any, str]:
     if args.updates < 1:
         raise InputError.at("--updates", wanted="1 or more", found=str(args.updates),
                             fix="give more updates")
-    data = boresight.bench(updates=args.updates, progress=_progress(args))
-    text = "\n".join(f"{k:28s} {v:,}" if isinstance(v, int) else f"{k:28s} {v}"
-                     for k, v in data.items())
-    return int(data["mismatches"] > 0), data, text
+    results = [boresight.bench(name, updates=args.updates, progress=_progress(args))
+               for name in estimator_names(*(args.estimators or FILTERS))]
+    text = "\n\n".join("\n".join(
+        f"{k:28s} {v:,}" if isinstance(v, int) else f"{k:28s} {v}" for k, v in data.items())
+        for data in results)
+    return int(any(data["mismatches"] for data in results)), {"results": results}, text
 
 
 def _doctor(args: argparse.Namespace) -> tuple[int, Any, str]:

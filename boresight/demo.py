@@ -1,92 +1,117 @@
-"""The main job of `make`: everything, for both configurations, on the bundled recording."""
+"""The main job of `make`: all filters in one core, both configurations, on bundled real data."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from boresight.compiling import compile, core_for, estimate_core
+from boresight.compiling import estimate_core, together, write_core
 from boresight.output import output_folder
-from boresight.reporting import write_report
+from gateware.boards.ise import write_ise_project
 from model.estimators import estimator as find_estimator
 from sim.bundled import bundled
 from sim.check import check as check_log
+from sim.check_shared import shared_core
 from sim.log import read_log
+from sim.report_data import report_data
+from sim.report_html import render_html
 
-__all__ = ["PAPER_CYCLES", "RECORDING", "demo", "summary_table"]
+__all__ = ["FILTERS", "RECORDING", "STEPS", "demo", "summary_table"]
 
 RECORDING = "ximu_walk"
-#: Ma Long et al. 2014: 316 us for the complementary filter at 100 MHz.
-PAPER_CYCLES = 31_600
+#: Programs of the core, by number.
+FILTERS = ("complementary", "ekf_quaternion", "ekf_bias", "mekf")
+#: Leading samples of the recording that every level runs.
+STEPS = 4000
 
 
-def demo(name: str = "complementary", *, output: str | Path = "build", steps: int | None = None,
+def demo(names: Sequence[str] = FILTERS, *, output: str | Path = "build", steps: int = STEPS,
          progress: Callable[[str], None] | None = None) -> dict[str, Any]:
-    """Compile, prove on the bundled recording, estimate, report: small and fast.
+    """Compile one core with all filters, prove it on the bundled recording, estimate, report.
 
-    Writes ``<output>/<name>-<config>/`` (Verilog, ISE projects' input, C, register map, report) and
-    ``<output>/summary.json``.
+    Writes ``<output>/core-<config>/`` (Verilog, ISE project, C, register map, ``report.json`` and
+    a page for each filter) for small and fast, and ``<output>/summary.json``.
     """
     say = progress or (lambda text: None)
-    estimator = find_estimator(name)
+    estimators = [find_estimator(name) for name in names]
     log = read_log(Path(bundled(RECORDING)))
-    rows = []
-    good = True
+    cores, rows = [], []
     for config in ("small", "fast"):
-        target = Path(output) / f"{name}-{config}"
-        compile(name, config=config, board="mimas", output=target, progress=say)
-        core = core_for(name, config=config)
-        result = check_log(estimator, log, config=config, steps=steps, core=core, progress=say)
-        for level in result.levels:
-            say(f"  {level.line()}")
-        good = good and result.good
-        say("synthesis (yosys) and clock estimate")
-        area = estimate_core(core)
+        target = Path(output) / f"core-{config}"
         with output_folder(target) as folder:
-            write_report(folder, name, core, result, log, area, comparison=True)
-        latencies = dict(zip(core.program.output_names, core.schedule.latencies, strict=True))
-        euler = max(latencies[k] for k in ("pitch", "roll", "heading"))
+            say(f"{config}: {', '.join(names)} in one core")
+            core = shared_core(estimators, config=config)
+            write_core(folder, core, estimators)
+            write_ise_project(core, "mimas", folder / "ise-mimas")
+            say("synthesis (yosys) and clock estimate")
+            area = estimate_core(core)
+            reports = []
+            for number, estimator in enumerate(estimators):
+                at_hand = core.select(number)
+                say(f"{config}: {estimator.name}")
+                result = check_log(estimator, log, config=config, steps=steps, core=at_hand,
+                                   progress=say)
+                for level in result.levels:
+                    say(f"  {level.line()}")
+                report = report_data(at_hand, estimator, area=area, check=result, log=log,
+                                     comparison=True)
+                page = f"report-{estimator.name}.html"
+                (folder / page).write_text(render_html(report))
+                reports.append(report)
+                rows.append(_row(report, good=result.good, page=str(target / page)))
+            data = together(core, reports)
+            (folder / "report.json").write_text(json.dumps(data, indent=1) + "\n")
         fmax = area.corner(grade=2, nets="median").fmax_mhz
-        rows.append({
-            "config": config,
-            "cycles_euler": euler,
-            "cycles_attitude": max(core.schedule.latencies[:estimator.urgent]),
-            "cycles_interval": core.schedule.interval,
-            "paper_cycles": PAPER_CYCLES,
-            "speedup": round(PAPER_CYCLES / max(core.schedule.latencies[:estimator.urgent]), 1),
+        cores.append({
+            "config": config, "words": len(core.image.rom),
             "lut": area.area.lut, "ff": area.area.ff, "dsp": area.area.dsp,
             "ramb16": area.area.ramb16,
             "clock_mhz_estimate": None if fmax is None else round(fmax, 1),
-            "updates_proven": {x.simulator: x.n_total for x in result.levels},
-            "mismatches": sum(x.n_mismatch for x in result.levels),
-            "vs_float_max_deg": result.vs_float_max_deg,
-            "report": str(target / "report.html"),
         })
-    data = {"estimator": name, "log": RECORDING, "good": good, "configurations": rows}
+    summary = {"log": RECORDING, "good": all(r["good"] for r in rows), "cores": cores,
+               "filters": rows}
     with output_folder(Path(output)) as folder:
-        (folder / "summary.json").write_text(json.dumps(data, indent=1) + "\n")
-    return data
+        (folder / "summary.json").write_text(json.dumps(summary, indent=1) + "\n")
+    return summary
+
+
+def _row(report: dict[str, Any], *, good: bool, page: str) -> dict[str, Any]:
+    """The figures of one filter in one core."""
+    timing, levels = report["timing"], report["verification"]
+    return {
+        "estimator": report["design"], "config": report["config"], "good": good,
+        "cycles_attitude": timing["latency_cycles"]["predicted"],
+        "cycles_interval": timing["interval_cycles"],
+        "paper_cycles": timing["paper_cycles"], "speedup": timing["speedup"],
+        "lane_use": [lane["utilisation"] for lane in report["schedule"]["lanes"]],
+        "updates_proven": {x["simulator"]: x["n_total"] for x in levels},
+        "mismatches": sum(x["n_mismatch"] for x in levels),
+        "vs_float_max_deg": report["accuracy"]["vs_float_max_deg"],
+        "report": page,
+    }
 
 
 def summary_table(data: dict[str, Any]) -> str:
-    """The summary as a table for people."""
-    rows = data["configurations"]
-    lines = [
-        ("", *(r["config"] for r in rows)),
-        ("sample to Euler angles, cycles", *(r["cycles_euler"] for r in rows)),
-        ("sample to quaternion, cycles", *(r["cycles_attitude"] for r in rows)),
-        ("the paper's software, cycles", *(r["paper_cycles"] for r in rows)),
-        ("faster by", *(f"{r['speedup']}x" for r in rows)),
-        ("next sample after, cycles", *(r["cycles_interval"] for r in rows)),
-        ("LUT (yosys, of 5,720)", *(r["lut"] for r in rows)),
-        ("FF (of 11,440)", *(r["ff"] for r in rows)),
-        ("DSP48A1 (of 16)", *(r["dsp"] for r in rows)),
-        ("RAMB16 (of 32)", *(f"{r['ramb16']:g}" for r in rows)),
-        ("clock, MHz (estimate, -2, median nets)", *(r["clock_mhz_estimate"] for r in rows)),
-        ("updates proven in RTL", *(r["updates_proven"].get("verilator", 0) for r in rows)),
-        ("mismatches, all levels", *(r["mismatches"] for r in rows)),
-        ("fixed against float64, max deg", *(f"{r['vs_float_max_deg']:.6f}" for r in rows)),
-    ]
-    return "\n".join(f"{a:40s}" + "".join(f"{b!s:>12s}" for b in rest) for a, *rest in lines)
+    """The summary as two tables for people."""
+    head = ("filter", "core", "attitude", "next", "paper", "faster", "lanes busy", "in RTL",
+            "wrong", "vs float")
+    lines = [head, ("", "", "cycles", "cycles", "cycles", "", "%", "updates", "", "max deg")]
+    for r in data["filters"]:
+        lines.append((
+            r["estimator"], r["config"], r["cycles_attitude"], r["cycles_interval"],
+            r["paper_cycles"], f"{r['speedup']}x",
+            " ".join(f"{100 * use:.0f}" for use in r["lane_use"]),
+            r["updates_proven"].get("verilator", 0), r["mismatches"],
+            f"{r['vs_float_max_deg']:.6f}"))
+    text = "\n".join(f"{a:16s}{b:7s}" + "".join(f"{c!s:>11s}" for c in rest)
+                     for a, b, *rest in lines)
+    text += f"\n\n{'core with all of them':40s}" + "".join(
+        f"{c['config']:>12s}" for c in data["cores"])
+    for name, key in (("microcode, words", "words"), ("LUT (yosys, of 5,720)", "lut"),
+                      ("FF (of 11,440)", "ff"), ("DSP48A1 (of 16)", "dsp"),
+                      ("RAMB16 (of 32)", "ramb16"),
+                      ("clock, MHz (estimate, -2, median nets)", "clock_mhz_estimate")):
+        text += f"\n{name:40s}" + "".join(f"{c[key]!s:>12s}" for c in data["cores"])
+    return text

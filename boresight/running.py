@@ -19,7 +19,7 @@ from model.estimators import estimator as find_estimator
 from sim.accuracy import attitude_rmse
 from sim.check import with_params
 from sim.cosim import RtlSimulation
-from sim.feed import attitude_of, euler_deg_of, inputs_of, status_of
+from sim.feed import attitude_of, euler_deg_of, inputs_of, named_outputs, status_of
 from sim.log import read_log
 from sim.segments import interpret
 
@@ -74,9 +74,7 @@ def run(name: str, log_path: str | Path, *, on: str = "fixed", config: str = "sm
                 core.verilog(instances=False), word=word, n_inputs=len(program.inputs),
                 n_outputs=len(program.outputs), lanes=core.machine.lanes,
             ).run(words, max_interval=core.schedule.interval).outputs
-        outputs = {n: program.format(v).real(out[:, k])
-                   for k, (n, v) in enumerate(zip(program.output_names, program.outputs,
-                                                  strict=True))}
+        outputs = named_outputs(program, out)
     n = len(real)
     q, euler, status = attitude_of(outputs), euler_deg_of(outputs), status_of(outputs)
     rmse = None

@@ -18,7 +18,7 @@ import numpy.typing as npt
 from model.attitude import quaternion_conjugate, quaternion_multiply, quaternion_normalise
 from model.errors import InputError
 
-__all__ = ["AttitudeError", "AttitudeRmse", "attitude_error", "attitude_rmse"]
+__all__ = ["AttitudeError", "AttitudeRmse", "attitude_error", "attitude_rmse", "largest_turn_deg"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -110,3 +110,14 @@ def attitude_rmse(
         raise InputError("no sample counts: mov and a reference attitude never come together")
     errors = attitude_error(q_est[counts], q_ref[counts])
     return AttitudeRmse(*(float(np.sqrt(np.mean(np.square(e)))) for e in errors))
+
+
+def largest_turn_deg(q_a: FloatArray, q_b: FloatArray) -> float:
+    """Largest angle [deg] between two runs' attitudes (n, 4); NaN if there is none.
+
+    Samples in which either is the zero quaternion, no attitude yet, do not count.
+    """
+    both = q_a.any(axis=1) & q_b.any(axis=1)
+    if not both.any():
+        return float("nan")
+    return float(attitude_error(q_a[both], q_b[both]).total.max())

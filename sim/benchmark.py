@@ -22,11 +22,11 @@ import numpy.typing as npt
 
 from model.estimator import Estimator
 from model.estimators import estimator as find_estimator
-from sim.accuracy import AttitudeRmse, attitude_error, attitude_rmse
-from sim.feed import attitude_of, inputs_of, status_of
+from sim.accuracy import AttitudeRmse, attitude_rmse, largest_turn_deg
+from sim.feed import attitude_of, inputs_of, named_outputs, status_of
 from sim.log import Log
 from sim.peers import PEERS, dip_rad, peer, require_peers
-from sim.scoring import Scorer, named_outputs
+from sim.scoring import Scorer
 
 __all__ = ["Result", "Trial", "VsFloat", "batches", "benchmark", "run_float_batch"]
 
@@ -111,12 +111,6 @@ def run_float_batch(estimator: Estimator, inputs: Sequence[FloatArray],
             for k, x in enumerate(inputs)]
 
 
-def _apart(fixed: FloatArray, floating: FloatArray) -> float:
-    """Largest angle [deg] between attitudes (n, 4)."""
-    both = [np.where(q.any(axis=1, keepdims=True), q, np.nan) for q in (fixed, floating)]
-    return float(attitude_error(*both).total.max())
-
-
 def _ours(name: str, trials: Sequence[Trial], params: Mapping[str, float] | None, word: int,
           with_float: bool) -> list[Result]:
     """One of our estimators on all logs."""
@@ -138,7 +132,8 @@ def _ours(name: str, trials: Sequence[Trial], params: Mapping[str, float] | None
                 changed = 0
                 if "status" in outputs:
                     changed = int(np.count_nonzero(status_of(outputs) != status_of(fixed[k])))
-                against[k] = VsFloat(_apart(attitude_of(fixed[k]), attitude_of(outputs)), changed)
+                turn = largest_turn_deg(attitude_of(fixed[k]), attitude_of(outputs))
+                against[k] = VsFloat(turn, changed)
                 out.append(Result(name, "float", trials[k].log.name,
                                   trials[k].rmse(attitude_of(outputs)),
                                   float_pace * len(inputs[k])))

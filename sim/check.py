@@ -18,19 +18,22 @@ from model.errors import InputError, ToolMissing
 from model.estimator import Estimator, input_words, param_words
 from model.fixed import IntArray
 from model.program import Program
+from sim.accuracy import largest_turn_deg
 from sim.cosim import RtlRun, RtlSimulation, SimulationFailed
 from sim.divergence import Divergence, first_divergence_rtl, write_reproducer
-from sim.feed import inputs_of
+from sim.feed import attitude_of, inputs_of, named_outputs, status_of
 from sim.log import Log
 from sim.segments import interpret
 from sim.sharing import selection
 from sim.simulators import SIMULATORS, available
 
-__all__ = ["LEVELS", "CheckResult", "LevelResult", "check", "compare_rtl", "default_simulators",
-           "failed_rtl", "simulation_of", "with_params"]
+__all__ = ["ICARUS_CYCLES", "LEVELS", "CheckResult", "LevelResult", "check", "compare_rtl",
+           "default_simulators", "failed_rtl", "simulation_of", "with_params"]
 
 #: Levels in order; each is compared with the integer interpreter.
 LEVELS = ("fixed", "c", "rtl")
+#: Cycles that Icarus runs beside Verilator: enough to see it agree, few enough to wait for.
+ICARUS_CYCLES = 10_000
 
 Progress = Callable[[str], None]
 
@@ -85,7 +88,9 @@ class CheckResult:
     """All levels on one log, and the float comparison that goes with them.
 
     ``vs_float_max_deg``: largest difference of each Euler angle and sample between fixed and
-    float64. ``outputs`` (steps, n_outputs) and ``saturated`` (steps,) are the interpreter's.
+    float64. ``vs_float_attitude_deg``: largest angle between the attitudes, None for an estimator
+    without a quaternion. ``status_changed``: updates whose status word, and so some decision,
+    differs. ``outputs`` (steps, n_outputs) and ``saturated`` (steps,) are the interpreter's.
     """
 
     estimator: str
@@ -95,6 +100,8 @@ class CheckResult:
     levels: tuple[LevelResult, ...]
     vs_float_max_deg: float
     vs_float_until_80_deg: float
+    vs_float_attitude_deg: float | None
+    status_changed: int
     saturated_updates: int
     outputs: IntArray = field(repr=False)
     saturated: npt.NDArray[np.bool_] = field(repr=False)
@@ -112,7 +119,10 @@ class CheckResult:
             "word": self.word, "good": self.good,
             "accuracy": {"vs_float_max_deg": self.vs_float_max_deg,
                          "vs_float_until_80_deg": self.vs_float_until_80_deg,
-                         "source": "fixed against float64, Euler angles, every sample"},
+                         "vs_float_attitude_deg": self.vs_float_attitude_deg,
+                         "status_changed": self.status_changed,
+                         "source": "fixed against float64, every sample: Euler angles, angle "
+                                   "between the attitudes, status words"},
             "saturated_updates": self.saturated_updates,
             "verification": [{**dataclasses.asdict(x), "good": x.good} for x in self.levels],
         }
@@ -155,8 +165,8 @@ def check(estimator: Estimator, log: Log, *, config: str = "small", word: int = 
     levels : sequence of str
         Which of `LEVELS`; the integer interpreter runs in any case, as the reference.
     simulator : str, optional
-        "verilator" or "icarus"; by default Verilator, and Icarus too (on up to 30 updates) where
-        it is installed.
+        "verilator" or "icarus"; by default Verilator, and Icarus too (about `ICARUS_CYCLES`,
+        not all updates) where it is installed.
     reproducer : Path, optional
         Where to write a reproducer on the first mismatch.
     verilog_hook : callable, optional
@@ -207,7 +217,8 @@ def check(estimator: Estimator, log: Log, *, config: str = "small", word: int = 
             say("compiling the core")
             core = build_core(program, config, urgent=estimator.urgent)
         for name in (simulator,) if simulator else default_simulators():
-            m = n if name == "verilator" or simulator else min(n, 30)
+            few = max(1, ICARUS_CYCLES // core.schedule.interval)
+            m = n if name == "verilator" or simulator else min(n, few)
             say(f"RTL in {name}, {m} updates")
             results.append(_check_rtl(core, estimator, words[:m], run.outputs[:m],
                                       run.saturated[:m], name, verilog_hook))
@@ -218,10 +229,14 @@ def check(estimator: Estimator, log: Log, *, config: str = "small", word: int = 
     difference = euler_difference_deg(program, run.outputs, reference)
     steep = np.abs(reference["pitch"]) * 180.0 > 80.0
     until = int(np.argmax(steep)) if steep.any() else n
+    fixed = named_outputs(program, run.outputs)
+    turn = largest_turn_deg(attitude_of(fixed), attitude_of(reference)) if "qw" in fixed else None
+    changed = int(np.count_nonzero(status_of(fixed) != status_of(reference))) \
+        if "status" in fixed else 0
     return CheckResult(
         estimator.name, log.name, config, word, tuple(results), float(difference.max()),
-        float(difference[:until].max()) if until else 0.0, int(run.saturated.sum()), run.outputs,
-        run.saturated, reference)
+        float(difference[:until].max()) if until else 0.0, turn, changed,
+        int(run.saturated.sum()), run.outputs, run.saturated, reference)
 
 
 def default_simulators() -> list[str]:

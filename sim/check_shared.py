@@ -11,6 +11,7 @@ from model.errors import ToolMissing
 from model.estimator import Estimator, input_words
 from model.fixed import IntArray
 from sim.check import (
+    ICARUS_CYCLES,
     CheckResult,
     LevelResult,
     Progress,
@@ -27,9 +28,6 @@ from sim.log import Log
 from sim.sharing import run_in_turns
 
 __all__ = ["check_shared", "shared_core"]
-
-#: Updates of each program that Icarus runs: enough to see it agree, few enough to wait for.
-_FEW = 30
 
 
 def shared_core(estimators: Sequence[Estimator], *, config: str = "small", word: int = 32,
@@ -92,7 +90,8 @@ def check_shared(estimators: Sequence[Estimator], log: Log, *, config: str = "sm
                for e, part in zip(estimators, core.parts, strict=True)]
     for name in (simulator,) if simulator else default_simulators():
         few = name != "verilator" and not simulator
-        cut = [s[:_FEW] for s in streams] if few else streams
+        most = max(1, ICARUS_CYCLES // sum(part.schedule.interval for part in core.parts))
+        cut = [s[:most] for s in streams] if few else streams
         say(f"RTL in {name}, {sum(map(len, cut))} updates of {len(cut)} programs in turns")
         found = _check_rtl(core, estimators, cut, results, name, seed)
         results = [dataclasses.replace(r, levels=(*r.levels, level))

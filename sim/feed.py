@@ -9,9 +9,11 @@ import numpy.typing as npt
 
 from model.errors import InputError
 from model.estimator import Estimator
+from model.fixed import IntArray
+from model.program import Program
 from sim.log import Log
 
-__all__ = ["attitude_of", "euler_deg_of", "inputs_of", "status_of"]
+__all__ = ["attitude_of", "euler_deg_of", "inputs_of", "named_outputs", "status_of"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -34,6 +36,13 @@ def inputs_of(estimator: Estimator, log: Log) -> FloatArray:
         raise InputError.at(f"log {log.name!r}", wanted=f"inputs {', '.join(missing)}",
                             found="none of that name", fix=f"{estimator.name} needs another log")
     return np.stack([columns[i.name] for i in estimator.inputs], axis=1)
+
+
+def named_outputs(program: Program, words: IntArray) -> dict[str, FloatArray]:
+    """Output words (n, n_outputs) as real values (n,) by name."""
+    return {name: program.format(value).real(words[:, k])
+            for k, (name, value) in enumerate(zip(program.output_names, program.outputs,
+                                                  strict=True))}
 
 
 def attitude_of(outputs: Mapping[str, FloatArray]) -> FloatArray:

@@ -20,12 +20,11 @@ from firmware.build import CModel
 from model.errors import InputError
 from model.estimator import Estimator, input_words, param_words
 from model.fixed import IntArray
-from model.program import Program
 from sim.accuracy import AttitudeRmse, attitude_rmse
-from sim.feed import attitude_of, inputs_of
+from sim.feed import attitude_of, inputs_of, named_outputs
 from sim.log import Log
 
-__all__ = ["CRun", "Scorer", "has_truth", "named_outputs"]
+__all__ = ["CRun", "Scorer", "has_truth"]
 
 _T = TypeVar("_T")
 
@@ -42,13 +41,6 @@ def _counting(log: Log) -> npt.NDArray[np.bool_]:
 def has_truth(log: Log) -> bool:
     """Whether a log has a reference attitude in a sample that counts."""
     return bool(_counting(log).any())
-
-
-def named_outputs(program: Program, words: IntArray) -> dict[str, npt.NDArray[np.float64]]:
-    """Output words (n, n_outputs) as real values (n,) by name."""
-    return {name: program.format(value).real(words[:, k])
-            for k, (name, value) in enumerate(zip(program.output_names, program.outputs,
-                                                  strict=True))}
 
 
 class CRun(NamedTuple):

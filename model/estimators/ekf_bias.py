@@ -76,7 +76,8 @@ UNEVEN_LIMIT = 0.5  #: largest | |f|^2/g^2 - 1 | that the noise grows with.
 STEP_LIMIT = 0.125  #: largest root of a process noise density, times scale.
 P0_LIMIT = 0.5  #: largest initial standard deviation, scaled.
 BIAS_P0 = 0.2  #: variance of the bias before the first alignment, scaled.
-ALIGNED = 1.0 / 16.0  #: squared horizontal part over vertical part below which a vector is aligned.
+ALIGNED = 1.0 / 16.0  #: squared level over vertical force below which the tilt is aligned.
+FOUND = 2.0**-11  #: squared east field over north field below which the heading is found.
 
 #: Bits of the output ``status``.
 STATUS_BITS = {
@@ -133,7 +134,8 @@ class EkfBias(Estimator):
         q, _ = predicted_attitude(x, [0.5 * (w * u.dt) - 0.5 * (b * u.dt) for w, b in (
             (u.gx, x.bias_x), (u.gy, x.bias_y), (u.gz, x.bias_z))])
         c_nb = matrix(q)
-        a = self._predicted(covariance_of(x, 7), c_nb, u, p)
+        full = x.p11 + x.p22 + x.p33 >= TRACE_LIMIT
+        a = self._predicted(covariance_of(x, 7), c_nb, u, p, full)
 
         # Vectors in navigation axes, over g and over the reference field.
         force = [v * (1.0 / GRAVITY) for v in (u.ax, u.ay, u.az)]
@@ -181,12 +183,14 @@ class EkfBias(Estimator):
             update(gains, moves, column, s, measured[k] - moved(gains, moves, k))
         along = [ops.bounded(h * g[3] - d * g[2], -BELOW_ONE, BELOW_ONE, "component")
                  for g in gains]
-        column = [ops.bounded(ops.where(unused, 0.0, h * a[3][i] - d * a[2][i] - sum_of(
+        # Without a field a heading variance at its limit is cut by an update without innovation.
+        skipped = unused & ~full
+        column = [ops.bounded(ops.where(skipped, 0.0, h * a[3][i] - d * a[2][i] - sum_of(
             g[i] * c for g, c in zip(gains, along, strict=True))), -1.9, 1.9, "component")
             for i in range(7)]
         s = h * column[3] - d * column[2] + mag_r
-        update(gains, moves, column, s, measured[3] - sum_of(
-            t * c for t, c in zip(moves, along, strict=True)))
+        update(gains, moves, column, s, ops.where(unused, 0.0, measured[3] - sum_of(
+            t * c for t, c in zip(moves, along, strict=True))))
 
         # Correction, normalisation, angles.
         turned = [ops.saturated((1.0 if k == 0 else 0.0) + moved(gains, moves, k), 2.0)
@@ -200,7 +204,7 @@ class EkfBias(Estimator):
             for k, b in ((4, x.bias_x), (5, x.bias_y), (6, x.bias_z))]
         tilted = y[0] * y[0] + y[1] * y[1] > ALIGNED * y[2]
         still = aligning & tilted
-        found = seeking & ~(unused | (m[0] * m[0] > ALIGNED * m[1]))
+        found = seeking & ~(unused | (m[0] * m[0] > FOUND * m[1]))
         unfinished = still | (seeking & ~found)
         correction = [ops.saturated(v * shrink, 1.0) for v in turned]
         after = self._turned(downdated(a, gains, aligning), correction, fresh, unfinished, p)
@@ -225,9 +229,8 @@ class EkfBias(Estimator):
             attitude_outputs(raw, q_new, shrink, status))
 
     @staticmethod
-    def _predicted(p0: Symmetric, c_nb: Any, u: Any, p: Any) -> Symmetric:
+    def _predicted(p0: Symmetric, c_nb: Any, u: Any, p: Any, full: Any) -> Symmetric:
         """Phi P Phi^T + Q with Phi = [1, -G; 0, 1], G = dt/2 C, on (rotation, bias)."""
-        full = p0[1][1] + p0[2][2] + p0[3][3] >= TRACE_LIMIT
         wide = p0[4][4] + p0[5][5] + p0[6][6] >= TRACE_LIMIT
         step = ops.saturated(ops.where(full, 0.0, (0.5 / BIAS_UNIT) * u.dt), 2.0**-7)
         g = [[ops.bounded(step * c, -(2.0**-7), 2.0**-7, "half a step") for c in row]

@@ -16,8 +16,8 @@ from model.quaternion import dot, euler_ht, increment, left_matrix, matrix, mult
 
 __all__ = ["ALIGN_NOISE", "ALIGN_P", "GRAVITY", "INPUTS", "NORM_FLOOR", "OUTPUTS", "P0", "SCALE",
            "TRACE_LIMIT", "attitude_outputs", "attitude_states", "body_covariance", "body_turned",
-           "force_gate", "gyro_params", "moved", "normalised", "predicted_attitude", "squared_force", "status_word", "sum_of",
-           "update"]
+           "force_gate", "gyro_params", "moved", "normalised", "predicted_attitude",
+           "squared_force", "status_word", "sum_of", "update"]
 
 GRAVITY = 9.80665  #: m/s^2, standard gravity.
 #: Quaternion before the first alignment: half a turn away from no attitude people stand at.
@@ -52,8 +52,8 @@ def force_gate(least: float) -> tuple[Param, ...]:
     """Limits of the squared specific force."""
     return (Param("acc_min_sq", least, least, 1.6e4, "(m/s^2)^2", "squared specific force below "
                   "which it is not used"),
-            Param("acc_max_sq", 1.6e4, 1.0, 1.6e4, "(m/s^2)^2", "squared specific force above which "
-                  "it is not used; the default leaves the gate open up to 12.9 g"))
+            Param("acc_max_sq", 1.6e4, 1.0, 1.6e4, "(m/s^2)^2", "squared specific force above "
+                  "which it is not used; the default leaves the gate open up to 12.9 g"))
 
 
 def gyro_params(default: float) -> tuple[Param, ...]:

@@ -15,6 +15,7 @@ one Gauss-Newton step to the attitude; after 16 samples with both vectors the fi
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 from model import ops
@@ -83,7 +84,8 @@ class EkfQuaternionVector(Estimator):
     summary = "quaternion EKF, 4 states, specific force and field as vector measurements"
     inputs = INPUTS
     params = (
-        SCALE, P0, *gyro_params(0.1),
+        dataclasses.replace(SCALE, default=16.0), dataclasses.replace(P0, default=0.06),
+        *gyro_params(0.1),
         *_noise("acc", "m/s^2", 3.0, 0.005, 64.0), *_noise("mag", "uT", 15.0, 0.05, 512.0),
         _field("east", 0.0), _field("north", 14.7), _field("up", -40.6),
         *force_gate(0.0),

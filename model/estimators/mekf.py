@@ -49,8 +49,8 @@ __all__ = ["STATUS_BITS", "Mekf"]
 NOISE_FLOOR = 1e-4  #: least variance of a measurement: the square of the least legal sd.
 NOISE_LIMIT = 4.0  #: largest.
 SPAN_LIMIT = 0.5  #: s, longest time that one measurement speaks for.
-GAIN_LIMIT = 128.0  #: sqrt(P_ii Dt) / (2 sd) is less than that.
-TRACE_LIMIT = 7.0  #: rad^2 and scaled bias^2, trace of P from which on it grows no more.
+GAIN_LIMIT = 127.0  #: sqrt(P_ii Dt) / (2 sd) is less than that.
+TRACE_LIMIT = 3.2  #: rad^2, trace of the attitude's covariance from which on P grows no more.
 GROWTH_LIMIT = 0.125  #: largest growth of a variance in one prediction.
 BIAS_LIMIT = 0.25  #: rad/s.
 BIAS_ERROR_LIMIT = 16.0  #: scaled bias, largest difference that one update uses.
@@ -101,18 +101,18 @@ def _product(a: Any, b: Any) -> tuple[Any, Any, Any, Any]:
 
 
 def _increment(half: Any) -> tuple[Any, Any, Any, Any]:
-    """Quaternion along (cos, sin) of the angle |half| [rad], not normalised: (1, tan), 10 slots.
+    """Quaternion along (cos, sin) of the angle |half| [rad], of norm about 1/2: (1, tan)/2.
 
     tan(y)/y = 1 + y^2/3 + 2 y^4/15 + ...; the next term, 0.054 y^6, is below 1e-9 up to 0.1 rad in
     a sample and 3e-7 at 0.27.
     """
     y = ops.bounded(dot(half, half), 0.0, 0.75, "three squares")
     t = ops.bounded(1.0 + (1.0 / 3.0) * y + (2.0 / 15.0) * (y * y), 1.0, 1.33, "series")
-    return (1.0, *(ops.bounded(t * c, -0.67, 0.67, "tangent") for c in half))
+    return (0.5, *(ops.bounded(0.5 * (t * c), -0.34, 0.34, "tangent") for c in half))
 
 
 def _element(value: Any) -> Any:
-    return ops.bounded(value, -7.9, 7.9, "element of P, of limited trace")
+    return ops.bounded(value, -3.9, 3.9, "element of P, of limited trace")
 
 
 def _below(a: Any, b: Any) -> Any:
@@ -207,10 +207,10 @@ class Mekf(Estimator):
         half = tuple(ops.saturated(0.5 * (w * dt - b * dt), HALF_STEP_LIMIT)
                      for w, b in zip(gyro, bias, strict=True))
         before = [getattr(x, f"q{a}") for a in "wxyz"]
-        q = [ops.bounded(c, -3.9, 3.9, "norms of at most 2.1, 1 and 1.6")
-             for c in _product(correction, _product(before, _increment(half)))]
-        norm = ops.rsqrt(ops.bounded(dot(q, q), 0.0, 15.0, "as above"))
-        q = [ops.bounded(c * norm, -1.0, 1.0, "unit quaternion") for c in q]
+        q = tuple(ops.saturated(c, 1.0) for c in _product(before, _increment(half)))
+        q = tuple(ops.saturated(c, 1.0) for c in _product(correction, q))
+        norm = ops.rsqrt(ops.bounded(dot(q, q), 0.0, 1.0, "norms of at most 1.2, 0.7 and 1"))
+        q = tuple(ops.saturated(c * norm, 1.0) for c in q)
         C = matrix(q)
         pitch, roll, heading = _euler_ht(C)
 
@@ -275,18 +275,18 @@ class Mekf(Estimator):
     @staticmethod
     def _correction(up: Any, sine: Any, cosine: Any, turned: Any, tilt_unknown: Any,
                     aligning_heading: Any) -> list[Any]:
-        """Quaternion, not yet normalised, that turns the attitude about navigation axes.
+        """Quaternion of norm up to 1.2 that turns the attitude about navigation axes.
 
         * in general (1, d/2);
         * tilt not known: the shortest turn of the measured vertical (e, n, u) to the top,
-          (1 + u, n, -e, 0);
+          (1 + u, n, -e, 0)/2;
         * heading not known: the turn about the vertical by the angle of (cosine, sine),
-          (1 + c, 0, 0, s).
+          (1 + c, 0, 0, s)/2.
         """
-        level = (up[2], up[1], -up[0], 0.0)
-        around = (cosine, 0.0, 0.0, sine)
-        small = (0.0, *(0.5 * d for d in turned))
-        w, *v = (ops.where(tilt_unknown, a, ops.where(aligning_heading, b, c))
+        level = (up[2] - 1.0, up[1], -up[0], 0.0)
+        around = (cosine - 1.0, 0.0, 0.0, sine)
+        small = (0.0, *turned)
+        w, *v = (0.5 * ops.where(tilt_unknown, a, ops.where(aligning_heading, b, c))
                  for a, b, c in zip(level, around, small, strict=True))
         return [(1.0 + NEVER_ZERO) + w, *v]
 
@@ -295,9 +295,10 @@ class Mekf(Estimator):
                     rest_gain: Any, gyro: Any, p: Any) -> Symmetric:
         """Update, then predict: Phi (P - K P_h:) Phi^T + Q, Phi = [I, -A; 0, I], A = C step.
 
-        P0 where ``start``. No growth from a trace of `TRACE_LIMIT` on.
+        P0 where ``start``. No growth while the attitude's trace is beyond `TRACE_LIMIT`; the bias's
+        variance cannot pass its range before that (bias_var and p0_bias are limited so).
         """
-        trace = P[0][0] + P[1][1] + P[2][2] + P[3][3] + P[4][4] + P[5][5]
+        trace = P[0][0] + P[1][1] + P[2][2]
         step = ops.named("growth_step", ops.where(trace > TRACE_LIMIT, 0.0, step))
         A = [[c * (step * (1.0 / BIAS_SCALE)) for c in row] for row in C]
         attitude = p.gyro_var + p.gyro_scale_var * dot(gyro, gyro)

@@ -38,11 +38,11 @@ def covariance_name(i: int, j: int) -> str:
 
 
 PARAMS = (
-    Param("gyro_var", 3.6e-5, 0.0, 0.0156, "rad^2/s", "random walk of the attitude: small trusts "
+    Param("gyro_var", 3.6e-5, 1e-6, 0.0156, "rad^2/s", "random walk of the attitude: small trusts "
           "the gyro, large the accelerometer and the magnetometer"),
     Param("gyro_scale_var", 4e-5, 0.0, 0.0039, "s", "more of it per (rad/s)^2 of rotation: scale "
           "and alignment errors of the gyro"),
-    Param("bias_var", 1e-10, 0.0, 1e-6, "(rad/s)^2/s", "random walk of the gyro's bias: small "
+    Param("bias_var", 1e-10, 3e-11, 1e-7, "(rad/s)^2/s", "random walk of the gyro's bias: small "
           "holds the learnt bias, large follows its drift"),
     Param("tilt_var", 8e-4, 1e-4, 1.0, "rad^2*s", "noise of the low-passed vertical, variance "
           "times time: small trusts the accelerometer"),
@@ -50,7 +50,7 @@ PARAMS = (
           "reference field, variance times time: small trusts the magnetometer"),
     Param("rest_rate_per_s", 0.3, 0.0, 4.0, "1/s", "how fast the bias goes to the gyro's mean at "
           "rest; 0 never"),
-    Param("rest_var", 3e-8, 0.0, 6e-5, "(rad/s)^2", "twice the variance of the bias learnt so"),
+    Param("rest_var", 3e-8, 1e-9, 6e-5, "(rad/s)^2", "twice the variance of the bias learnt so"),
     Param("force_rate_per_s", 0.7, 0.01, 30.0, "1/s", "corner of the low-pass of the specific "
           "force in navigation axes: small averages longer accelerations"),
     Param("field_rate_per_s", 12.0, 0.1, 63.0, "1/s", "corner of the low-pass of the field"),
@@ -70,14 +70,14 @@ PARAMS = (
     Param("rest_time_s", 1.5, 0.0, 30.0, "s", "how long that must last"),
     Param("p0_tilt", 1.2e-3, 1e-8, 1.0, "rad^2", "variance of the first tilt"),
     Param("p0_heading", 7.6e-3, 1e-8, 1.0, "rad^2", "variance of the first heading"),
-    Param("p0_bias", 3e-6, 1e-12, 6e-5, "(rad/s)^2", "variance of the gyro's bias at the start"),
-    Param("update_s", 0.0087, 0.0, 0.24, "s", "least time between two scalar updates"),
+    Param("p0_bias", 3e-6, 1e-11, 6e-5, "(rad/s)^2", "variance of the gyro's bias at the start"),
+    Param("update_s", 0.0087, 0.004, 0.24, "s", "least time between two scalar updates"),
 )
 
 STATES = (
-    *(State(f"q{a}", -1.0, 1.0, "", v) for a, v in zip("wxyz", START, strict=True)),
+    *(State(f"q{a}", -1.0, 1.0 - 2.0**-31, "", v) for a, v in zip("wxyz", START, strict=True)),
     *(State(f"bias_{a}", -0.25, 0.25 * (1 - 2.0**-31), "rad/s") for a in "xyz"),
-    *(State(covariance_name(i, j), -7.9, 7.9, "") for i, j in PAIRS),
+    *(State(covariance_name(i, j), -3.9, 3.9, "") for i, j in PAIRS),
     *(State(f"force_{a}", -278.0, 278.0, "m/s^2") for a in "enu"),
     *(State(f"field_{a}", -444.0, 444.0, "uT") for a in "enu"),
     *(State(f"rate_{a}", -4.0, 4.0 * (1 - 2.0**-31), "rad/s") for a in "xyz"),

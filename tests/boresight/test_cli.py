@@ -124,7 +124,8 @@ def test_compile_writes_everything(capsys, tmp_path):
 def test_list_and_doctor(capsys):
     assert main(["list", "--json"]) == 0
     names = [e["name"] for e in json.loads(capsys.readouterr().out)["estimators"]]
-    assert names == ["complementary", "complementary_as_printed"]
+    assert names == ["complementary", "complementary_as_printed", "ekf_quaternion",
+                     "ekf_quaternion_vector", "ekf_bias", "mekf"]
     assert main(["doctor", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["good"] is True
 
@@ -134,6 +135,24 @@ def test_bench_compares(capsys):
     data = bench(updates=4000, runs=400)
     assert data["updates_compared"] == 4000 and data["mismatches"] == 0
     capsys.readouterr()
+
+
+def test_demo_proves_every_filter_on_one_core(tmp_path, capsys):
+    assert main(["demo", "--steps", "20", "-o", str(tmp_path), "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert [(r["config"], r["estimator"]) for r in data["filters"]] == [
+        (c, e) for c in ("small", "fast")
+        for e in ("complementary", "ekf_quaternion", "ekf_bias", "mekf")]
+    for row in data["filters"]:
+        assert row["mismatches"] == 0 and row["updates_proven"]["verilator"] == 20
+        assert Path(row["report"]).is_file()
+    for core in data["cores"]:
+        assert (tmp_path / f"core-{core['config']}" / "core.v").is_file()
+        report = json.loads((tmp_path / f"core-{core['config']}" / "report.json").read_text())
+        assert report["resources"]["lut"] == core["lut"]
+        assert list(report["programs"]) == ["complementary", "ekf_quaternion", "ekf_bias", "mekf"]
+    assert json.loads((tmp_path / "summary.json").read_text()) == data
+    assert main(["demo", "--steps", "0", "-o", str(tmp_path)]) == 2
 
 
 def test_bundled_logs_are_found():

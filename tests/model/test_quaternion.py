@@ -82,7 +82,7 @@ def test_euler_angles_at_axes_and_poles_give_the_attitude_back() -> None:
 
 
 def test_euler_angles_in_fixed_point(trace: Any) -> None:
-    """As an attitude within 3e-7 rad, and 4e-5 rad at the poles, where the root has half its bits."""
+    """As an attitude within 3e-7 rad, and 4e-5 rad at the poles: half the bits."""
     t = trace(lambda *q: euler_ht(q), [(-1.0, 1.0)] * 4)
     for q, bound in ((Q, 3e-7), (euler_to_quaternion(SPECIAL), 4e-5)):
         fixed, _, saturated = t.run(*q.T)

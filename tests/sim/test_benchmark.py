@@ -14,9 +14,9 @@ from model.estimators import ESTIMATORS
 from model.estimators.complementary import Complementary
 from sim.accuracy import attitude_error, attitude_rmse
 from sim.benchmark import Trial, batches, benchmark, run_float_batch
-from sim.feed import attitude_of, inputs_of
+from sim.feed import attitude_of, inputs_of, named_outputs
 from sim.peers import PEERS, dip_rad
-from sim.scoring import Scorer, named_outputs
+from sim.scoring import Scorer
 from sim.synthetic import SensorError, synthetic_log
 
 

@@ -12,8 +12,8 @@ from model.estimator import input_words
 from model.estimators.complementary import Complementary
 from sim.accuracy import attitude_rmse
 from sim.check import with_params
-from sim.feed import attitude_of, inputs_of
-from sim.scoring import Scorer, has_truth, named_outputs
+from sim.feed import attitude_of, inputs_of, named_outputs
+from sim.scoring import Scorer, has_truth
 from sim.segments import interpret
 from sim.synthetic import SensorError, synthetic_log
 

@@ -85,7 +85,10 @@ def test_aligns_at_any_attitude(cls: Any, aligned: int) -> None:
 
 @both
 def test_aligns_at_any_attitude_in_fixed_point(cls: Any, aligned: int) -> None:
-    assert apart(GRID, run_fixed(cls, static(GRID, aligned + 3)))[aligned:].max() < 2e-4
+    """Worst from nearly half a turn away, where a short quaternion was normalised."""
+    error = apart(GRID, run_fixed(cls, static(GRID, aligned + 3)))[aligned:]
+    assert error.max() < 1e-3
+    assert np.median(error) < 1e-5
 
 
 @both
@@ -195,8 +198,8 @@ def test_field_east_of_north(cls: Any, aligned: int) -> None:
 @both
 @pytest.mark.parametrize(("name", "value"), [
     ("p0_sd", 0.0), ("p0_sd", 1.1), ("gyro_sd_x", -1e-9), ("gyro_sd_y", 2.1), ("scale", 0.0),
-    ("scale", 2000.0), ("noise", 0.0), ("noise", -1.0), ("noise", 1e9), ("acc_max_sq", 0.0), ("acc_min_sq", -1.0),
-    ("mag_min_sq", 0.0), ("p0_sd", float("nan"))])
+    ("scale", 2000.0), ("noise", 0.0), ("noise", -1.0), ("noise", 1e9), ("acc_max_sq", 0.0),
+    ("acc_min_sq", -1.0), ("mag_min_sq", 0.0), ("p0_sd", float("nan"))])
 def test_illegal_values_are_refused_with_the_range(cls: Any, aligned: int, name: str,
                                                    value: float) -> None:
     if name == "noise":

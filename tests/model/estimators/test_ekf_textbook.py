@@ -22,7 +22,7 @@ FIELD = np.array([0.0, 20.0, -44.0])  # uT, east north up
 DT = 0.01
 
 
-# -- algebra, independent of model.quaternion -------------------------------------------------------
+# -- algebra, independent of model.quaternion -----------------------------------------------------
 
 def rotation(q: Any) -> Any:
     """scipy's rotation of quaternions (runs, 4), scalar first."""
@@ -116,7 +116,7 @@ def measured_quaternion(acc: Any, mag: Any, like: Any) -> Any:
     return q * np.sign((q * like).sum(1, keepdims=True))
 
 
-# -- the world: a rotating body, noise exactly as declared -------------------------------------------
+# -- the world: a rotating body, noise exactly as declared ----------------------------------------
 
 class World:
     """Attitudes (steps, runs, 4) and noisy sensors; one seed, one world."""
@@ -275,7 +275,7 @@ def bias_runs(steps: int, runs: int, adaptive: float = 0.0) -> Any:
         yield f, book, truth
 
 
-# -- the same numbers ------------------------------------------------------------------------------
+# -- the same numbers -----------------------------------------------------------------------------
 
 RUNS = {"quaternion": quaternion_runs, "vector": vector_runs}
 
@@ -299,7 +299,7 @@ def test_seven_states_are_the_textbooks(adaptive: float) -> None:
         near(f.covariance(7), SCALE ** 2 * transposed(basis) @ book.p @ basis, 1e-7)
 
 
-# -- consistent and white where the noise is the declared one ----------------------------------------
+# -- consistent and white where the noise is the declared one -------------------------------------
 
 def half_turn_error(f: Any, q: Any, nav: bool) -> Any:
     """Half the rotation vector between estimate and truth, body or navigation axes."""
@@ -326,8 +326,9 @@ def test_errors_and_innovations_are_consistent_and_white(runs: Any, freedom: int
     The innovations are the textbook's, which the tests above have shown to be the filter's.
     """
     count, steps, skip = 400, 151, 90
-    nees, nis, white = [], [], []
-    for k, (f, book, truth) in enumerate(runs(steps, count)):
+    nis, white = [], []
+    for k, now in enumerate(runs(steps, count)):
+        f, book, truth = now
         size = book.innovation.shape[1]
         if k < skip or (freedom == 6 and size == 3):
             continue

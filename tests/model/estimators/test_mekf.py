@@ -113,7 +113,7 @@ def test_it_follows_exact_sensors() -> None:
 
 def test_a_wrong_start_is_forgotten() -> None:
     """Five bad samples of accelerometer and magnetometer; then the truth wins."""
-    x, q = static([10.0, -20.0, 30.0], 100.0, 0.05)
+    x, q = static([10.0, -20.0, 30.0], 90.0, 0.1)
     x[:5, ACC] += np.array([3.0, -2.0, 0.0])[:, None]
     x[:5, MAG] += np.array([6.0, -4.0, 0.0])[:, None]
     error = apart(run(x)[0], q)
@@ -123,7 +123,7 @@ def test_a_wrong_start_is_forgotten() -> None:
 
 def test_it_learns_the_bias_at_rest_and_without() -> None:
     bias = np.array([0.008, -0.006, 0.004])
-    x, _ = static([10.0, -20.0, 30.0], 25.0, 0.02)
+    x, _ = static([10.0, -20.0, 30.0], 25.0, 0.04)
     x[:, GYR, 0] += bias
     out, states = run(x)
     found = np.stack([states[f"bias_{a}"][-1, 0] for a in "xyz"])
@@ -158,7 +158,7 @@ def test_a_magnet_does_not_take_the_heading_along() -> None:
     out, _ = run(x)
     trusting = apart(run(x, {"field_trust_s": 0.0})[0], q)[500:].max()
     assert trusting > 12.0
-    assert apart(out, q)[500:].max() < 0.25 * trusting
+    assert apart(out, q)[500:].max() < 0.35 * trusting
     assert bit(out, 4)[520:900].all() and not bit(out, 4)[5:500].any()
 
 
@@ -298,15 +298,15 @@ def test_covariance_stays_positive_and_bounded() -> None:
     assert np.linalg.eigvalsh(p)[:].min() > 0.0
     x[50:, MAG] = 0.0
     x[50:, ACC] = 0.0
-    p = covariance(run(x, {"gyro_var": 0.0156, "gyro_scale_var": 0.0039, "bias_var": 1e-6})[1])
+    p = covariance(run(x, {"gyro_var": 0.0156, "gyro_scale_var": 0.0039, "bias_var": 1e-7})[1])
     trace = np.trace(p, axis1=1, axis2=2)
-    assert 1.0 < trace.max() < 7.5
+    assert 0.5 < trace.max() < 6.0
     assert np.linalg.eigvalsh(p).min() > 0.0
 
 
 @pytest.mark.parametrize(("name", "value"), [
     ("tilt_var", 0.0), ("tilt_var", -1.0), ("heading_var", 0.0), ("p0_tilt", 0.0),
-    ("p0_bias", 1.0), ("gyro_var", -1e-9), ("force_rate_per_s", 0.0), ("update_s", -0.1),
+    ("p0_bias", 1.0), ("gyro_var", 0.0), ("bias_var", 0.0), ("force_rate_per_s", 0.0), ("update_s", -0.1),
     ("field_min_sq", 0.0), ("heading_var", float("nan"))])
 def test_nonsense_is_refused_with_the_legal_range(name: str, value: float) -> None:
     with pytest.raises(InputError, match=rf"^parameter {name}: .* to .*"):

@@ -1,0 +1,233 @@
+"""`ekf_bias`: start, missing samples, gates, bias, limits, fixed point, cycles, and its peers.
+
+What it computes is in `test_ekf_textbook.py`; here is how it behaves.
+"""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from firmware.build import CModel
+from gateware.core import build_core
+from model.attitude import (
+    euler_to_quaternion,
+    quaternion_conjugate,
+    quaternion_multiply,
+    quaternion_to_rotation_vector,
+    rotate,
+    rotation_vector_to_quaternion,
+)
+from model.errors import InputError
+from model.estimator import input_words
+from model.estimators.ekf_bias import BIAS_UNIT, STATUS_BITS, EkfBias
+from sim.accuracy import attitude_error
+from sim.bundled import bundled
+from sim.check import with_params
+from sim.feed import attitude_of, inputs_of
+from sim.log import read_log
+from sim.peers import PEERS
+from sim.segments import with_state_outputs
+
+GRAVITY = 9.80665
+FIELD = np.array([0.0, 18.0, -45.0])
+DT, GYR, MAG, ACC = slice(0, 1), slice(1, 4), slice(4, 7), slice(7, 10)
+ALIGNED = 18  #: samples until it is surely aligned
+
+#: Attitudes all over the sphere.
+GRID = euler_to_quaternion(np.radians(np.stack([a.ravel() for a in np.meshgrid(
+    (-90.0, -60.0, 0.0, 30.0, 89.9), (-180.0, -90.0, -45.0, 0.0, 135.0),
+    (-180.0, -100.0, 0.0, 60.0, 179.9))], axis=-1)))
+
+
+def static(q: Any, steps: int, dt: float = 0.01, field: Any = FIELD) -> Any:
+    """Records (steps, 10, runs) of exact sensors at rest in attitudes (runs, 4)."""
+    to_body = quaternion_conjugate(q)
+    x = np.concatenate([np.full((len(q), 1), dt), np.zeros((len(q), 3)), rotate(to_body, field),
+                        rotate(to_body, [0.0, 0.0, GRAVITY])], axis=1).T
+    return np.repeat(x[None], steps, axis=0)
+
+
+def run_float(x: Any, params: Any = None) -> Any:
+    return EkfBias().run_float(x, params=params).outputs
+
+
+def machine(params: Any = None) -> CModel:
+    """The C model with parameters, and its states as further outputs."""
+    e = EkfBias()
+    return CModel(with_state_outputs(with_params(e.compile(word=32), e, params)))
+
+
+def run_c(x: Any, params: Any = None) -> Any:
+    """Outputs (steps, runs) and final states (runs,) by name, of records (steps, 10, runs)."""
+    m = machine(params)
+    p = m.program
+    columns = []
+    for k in range(x.shape[2]):
+        m.reset()
+        out, saturated = m.update(input_words(p, x[:, :, k:k + 1])[:, :, 0])
+        assert not saturated.any()
+        columns.append(out)
+    words = np.stack(columns, axis=2)
+    return {name: p.format(n).real(words[:, k])
+            for k, (name, n) in enumerate(zip(p.output_names, p.outputs, strict=True))}
+
+
+def run_fixed(x: Any, params: Any = None) -> Any:
+    return run_c(x, params)
+
+
+def apart(q: Any, out: Any) -> Any:
+    e = quaternion_multiply(quaternion_conjugate(q), attitude_of(out))
+    return np.degrees(np.linalg.norm(quaternion_to_rotation_vector(e), axis=-1))
+
+
+def bits(out: Any) -> Any:
+    return np.rint(out["status"]).astype(int)
+
+
+@pytest.mark.parametrize("run", [run_float, run_fixed])
+def test_aligns_at_any_attitude(run: Any) -> None:
+    out = run(static(GRID, ALIGNED + 3))
+    assert apart(GRID, out)[ALIGNED:].max() < 0.03
+    assert (bits(out)[0] & 3 == 3).all()
+    assert not bits(out)[ALIGNED:].any()
+
+
+def test_heading_aligns_with_the_first_field() -> None:
+    """Tilt alone before it; the reference field is learnt, whatever its strength and dip."""
+    q = GRID[:60:7]
+    for field in (FIELD, np.array([0.0, 30.0, 20.0])):
+        x = static(q, 120, field=field)
+        x[:50, MAG] = 0.0
+        out = run_float(x)
+        assert attitude_error(attitude_of(out)[49], q).inclination.max() < 0.02
+        assert (bits(out)[10:50] == 2 + 8).all()
+        assert not bits(out)[80:].any()
+        assert apart(q, out)[80:].max() < 0.02
+
+
+def test_without_a_magnetometer_for_ever_the_tilt_is_kept() -> None:
+    x = static(GRID[:5], 2000, dt=0.05)
+    x[:, MAG] = 0.0
+    x[:, GYR] = 0.01
+    out = run_fixed(x)
+    assert attitude_error(attitude_of(out)[-1], GRID[:5]).inclination.max() < 0.2
+
+
+def test_bias_is_learnt_in_all_axes_and_taken_off() -> None:
+    bias = np.array([0.01, -0.02, 0.015])
+    q = GRID[40:42]
+    x = static(q, 6000, dt=0.02)
+    x[:, GYR] += bias[:, None]
+    out = run_fixed(x)
+    for k, axis in enumerate("xyz"):
+        assert np.abs(out[f"next_bias_{axis}"][-1] - bias[k]).max() < 1e-3
+    assert apart(q, out)[-1].max() < 0.4
+
+
+def test_restart_forgets_everything() -> None:
+    x = np.concatenate([static(GRID[:5], 300), static(GRID[40:45], 60)])
+    x[:300, GYR] += 0.02
+    x[300, 0] = -0.01
+    again, first = run_float(x), run_float(static(GRID[40:45], 60))
+    assert (bits(again)[300] & 3 == 3).all()
+    assert apart(attitude_of(first)[-1], {k: v[-1:] for k, v in again.items()}).max() < 0.04
+    out = run_fixed(x[:301])
+    assert max(np.abs(out[f"next_bias_{a}"][300]).max() for a in "xyz") == 0.0
+    assert np.abs(out["next_p44"][300] - (3.5e-3 * BIAS_UNIT * 8.0) ** 2).max() < 1e-6
+
+
+def test_disturbed_field_is_gated_and_said() -> None:
+    q = GRID[:6]
+    x = static(q, 400)
+    x[200:, MAG] = x[200:, MAG] * 1.5
+    out = run_fixed(x, {"mag_rate_per_s": 0.0})
+    assert (bits(out)[200:] == 16).all()
+    assert apart(q, out)[-1].max() < 0.02
+    followed = run_float(x, {"mag_gate": 3.9, "mag_rate_per_s": 5.0})
+    assert not bits(followed)[200:].any()
+
+
+def test_accelerometer_counts_less_when_the_force_is_not_g() -> None:
+    """A sideways push of 0.5 g: the tilt error shrinks with the adaptive noise."""
+    q = np.array([[1.0, 0.0, 0.0, 0.0]])
+    x = static(q, 300)
+    x[200:, 7] = 0.5 * GRAVITY
+    tilt = [apart(q, run_float(x, {"acc_sd": 0.1, "acc_sd_per_g": c}))[-1, 0] for c in (0.0, 4.0)]
+    assert tilt[1] < 0.25 * tilt[0]
+
+
+def test_rotation_is_followed_through_any_attitude() -> None:
+    rate = np.array([2.0, -1.5, 1.0])
+    steps = rotation_vector_to_quaternion(np.arange(1, 401)[:, None] * 0.01 * rate)
+    q = np.concatenate([np.repeat(GRID[3][None], 100, axis=0),
+                        quaternion_multiply(GRID[3], steps)])
+    x = np.concatenate([static(at[None], 1) for at in q])
+    x[100:, GYR] = rate[:, None]
+    assert apart(q[:, None], run_fixed(x))[ALIGNED:].max() < 0.1
+
+
+@pytest.mark.parametrize(("name", "value"), [
+    ("p0_sd", 0.0), ("bias_p0_sd", 0.0), ("bias_p0_sd", 0.3), ("gyro_density", 0.0),
+    ("bias_density", -1e-9), ("acc_sd", 0.0), ("acc_sd_per_g", -0.1), ("mag_sd", 0.0),
+    ("mag_gate", 0.0), ("mag_rate_per_s", -1.0), ("scale", 0.5), ("mag_sd", float("inf"))])
+def test_illegal_values_are_refused_with_the_range(name: str, value: float) -> None:
+    with pytest.raises(InputError, match=rf"^parameter {name}: .* to "):
+        EkfBias().param_values({name: value})
+
+
+@pytest.mark.parametrize("word", [18, 20, 24, 28])
+def test_every_word_width_compiles(word: int) -> None:
+    assert EkfBias().compile(word=word).arithmetic.word == word
+
+
+def test_status_bits_and_states() -> None:
+    assert set(STATUS_BITS) == {0, 1, 3, 4}
+    assert len(EkfBias().states) <= 45
+
+
+@pytest.mark.parametrize(("config", "cycles"), [("small", 1000), ("fast", 500)])
+def test_cycles_to_the_attitude(config: str, cycles: int) -> None:
+    e = EkfBias()
+    s = build_core(e.compile(word=32), config, urgent=e.urgent).schedule
+    assert max(s.latencies[:e.urgent]) <= cycles
+    assert min(s.lane_use) >= {"small": 0.9, "fast": 0.65}[config]
+
+
+# -- recorded data ---------------------------------------------------------------------------------
+
+def from_c(log: Any) -> Any:
+    return {name: v[:, 0] for name, v in run_c(inputs_of(EkfBias(), log)[:, :, None]).items()}
+
+
+def test_fixed_point_is_float_on_recorded_data() -> None:
+    log = read_log(bundled("ximu_walk"))
+    e = EkfBias()
+    want = {k: v[:, 0] for k, v in e.run_float(inputs_of(e, log)[:2000, :, None]).outputs.items()}
+    fixed = {k: v[:2000] for k, v in from_c(log).items()}
+    assert attitude_error(attitude_of(fixed), attitude_of(want)).total.max() < 0.005
+    assert np.array_equal(fixed["status"], want["status"])
+
+
+#: Largest mean inclination difference [deg] to each package on a walk with the sensor on the foot
+#: (blows of several g at each step, and a field too disturbed to compare headings); mean total
+#: difference on the synthetic log.
+WALK = {"vqf": 3.6, "vqf_offline": 3.7, "ahrs_ekf": 3.5}
+SYNTHETIC = {"vqf": 0.9, "vqf_offline": 1.3, "ahrs_ekf": 1.1}
+
+
+@pytest.mark.parametrize("name", WALK)
+def test_agrees_with_published_filters(name: str) -> None:
+    walk, synthetic = (read_log(bundled(n)) for n in ("ximu_walk", "synthetic_60s"))
+    for log, bound, kind in ((walk, WALK, "inclination"), (synthetic, SYNTHETIC, "total")):
+        other = PEERS[name].run(log)
+        difference = getattr(attitude_error(attitude_of(from_c(log)), other), kind)[500:]
+        assert 0.05 < difference.mean() < bound[name]
+
+
+def test_accuracy_on_the_synthetic_log() -> None:
+    log = read_log(bundled("synthetic_60s"))
+    assert log.q is not None
+    error = attitude_error(attitude_of(from_c(log)), log.q).total[500:]
+    assert np.sqrt(np.mean(error ** 2)) < 1.1
