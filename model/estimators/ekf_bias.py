@@ -51,13 +51,14 @@ from model.estimators.ekf_parts import (
     ALIGN_P,
     GRAVITY,
     INPUTS,
-    NORM_FLOOR,
     OUTPUTS,
     P0,
     SCALE,
     TRACE_LIMIT,
     attitude_outputs,
     attitude_states,
+    floor_noise,
+    kept_positive,
     moved,
     normalised,
     predicted_attitude,
@@ -117,7 +118,7 @@ class EkfBias(Estimator):
         *(State(f"bias_{axis}", -BIAS_LIMIT, BIAS_LIMIT * (1 - 2.0**-31), "rad/s")
           for axis in "xyz"),
         State("unaligned", -1.0, 0.0, "", -1.0),  # -1: yes, 0: no
-        State("heading_unknown", -1.0, 0.0, "", -1.0),
+        State("heading_unknown", -1.0, 0.0, "", -1.0),  # -1/2: but the reference field is learnt
         State("field_h", 0.0, 255.9, "uT", 20.0),
         State("field_v", -255.9, 255.9, "uT", -40.0),
         *covariance_states(7, lambda i: ALIGN_P if i < 4 else BIAS_P0),
@@ -159,8 +160,8 @@ class EkfBias(Estimator):
         acc_sd = ops.saturated(p.acc_sd + p.acc_sd_per_g * uneven, 16.0)
         acc_r, mag_r = (
             ops.bounded(root * root, 0.0, 16.0, "variance") for root in (
-                ops.where(alone, ALIGN_NOISE, ops.saturated(0.5 * sd * p.scale, NOISE_LIMIT))
-                for alone, sd in ((fresh, acc_sd), (seeking, p.mag_sd))))
+                ops.where(fresh, ALIGN_NOISE, ops.saturated(0.5 * sd * p.scale, NOISE_LIMIT))
+                for sd in (acc_sd, p.mag_sd)))
         root = ops.rsqrt(acc_r + mag_r)
         share = ops.bounded(ops.bounded(mag_r * root, 0.0, 4.0, "root of a variance") * root,
                             0.0, 1.0, "weight")
@@ -204,7 +205,8 @@ class EkfBias(Estimator):
             for k, b in ((4, x.bias_x), (5, x.bias_y), (6, x.bias_z))]
         tilted = y[0] * y[0] + y[1] * y[1] > ALIGNED * y[2]
         still = aligning & tilted
-        found = seeking & ~(unused | (m[0] * m[0] > FOUND * m[1]))
+        learnt = x.heading_unknown > -0.75
+        found = seeking & learnt & ~(unused | (m[0] * m[0] > FOUND * m[1]))
         unfinished = still | (seeking & ~found)
         correction = [ops.saturated(v * shrink, 1.0) for v in turned]
         after = self._turned(downdated(a, gains, aligning), correction, fresh, unfinished, p)
@@ -222,7 +224,8 @@ class EkfBias(Estimator):
             {**{f"q{axis}": c for axis, c in zip("wxyz", q_new, strict=True)},
              **{f"bias_{axis}": b for axis, b in zip("xyz", bias, strict=True)},
              "unaligned": ops.where(still, -1.0, 0.0),
-             "heading_unknown": ops.where(found, 0.0, ops.where(seeking, -1.0, 0.0)),
+             "heading_unknown": ops.where(seeking & ~found, ops.where(
+                 aligning, -1.0, ops.where(missing, x.heading_unknown, -0.5)), 0.0),
              "field_h": ops.bounded(field_h, 0.0, 255.9, "field"),
              "field_v": ops.bounded(field_v, -255.9, 255.9, "field"),
              **{name: after[i][j] for name, i, j in element_names(7)}},
@@ -277,8 +280,7 @@ class EkfBias(Estimator):
 
         def element(i: int, j: int, value: Any) -> Any:
             first = 0.0 if i != j else start if i < 4 else bias_p0 * bias_p0
-            value = bounded_element(ops.where(fresh, first, value), i, j)
-            return ops.maximum(value, NORM_FLOOR) if i == j == 0 else value
+            return kept_positive(ops.where(fresh, first, value + floor_noise(i, j)), i, j)
         attitude = congruence(m, [row[:4] for row in a[:4]], element)
 
         def part(i: int, j: int) -> Any:

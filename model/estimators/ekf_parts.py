@@ -14,10 +14,10 @@ from model.covariance import BELOW_ONE, Symmetric, bounded_element, congruence, 
 from model.estimator import Input, Output, Param, State
 from model.quaternion import dot, euler_ht, increment, left_matrix, matrix, multiply
 
-__all__ = ["ALIGN_NOISE", "ALIGN_P", "GRAVITY", "INPUTS", "NORM_FLOOR", "OUTPUTS", "P0", "SCALE",
-           "TRACE_LIMIT", "attitude_outputs", "attitude_states", "body_covariance", "body_turned",
-           "force_gate", "gyro_params", "moved", "normalised", "predicted_attitude",
-           "squared_force", "status_word", "sum_of", "update"]
+__all__ = ["ALIGN_NOISE", "ALIGN_P", "FLOOR_NOISE", "GRAVITY", "INPUTS", "NORM_FLOOR", "OUTPUTS",
+           "P0", "SCALE", "TRACE_LIMIT", "attitude_outputs", "attitude_states", "body_covariance", "body_turned",
+           "floor_noise", "force_gate", "gyro_params", "kept_positive", "moved", "normalised",
+           "predicted_attitude", "squared_force", "status_word", "sum_of", "update"]
 
 GRAVITY = 9.80665  #: m/s^2, standard gravity.
 #: Quaternion before the first alignment: half a turn away from no attitude people stand at.
@@ -25,9 +25,10 @@ START = (0.53770572, 0.31260333, -0.28710306, 0.72850776)
 STEP_LIMIT = 0.125  #: largest process noise of one step, standard deviation times scale.
 TRACE_LIMIT = 0.5  #: scaled covariance of the rotation from which on it grows no more.
 NORM_FLOOR = 2.0**-24  #: least variance of the norm, so that rounding cannot pass zero.
+FLOOR_NOISE = 2.0**-28  #: added to the scaled variances of the rotation each step: 8 LSB at W = 32.
 MOVE_LIMIT = 128.0  #: largest innovation over its scaled standard deviation.
 ALIGN_NOISE = 2.0**-6  #: measurement noise while aligning, scaled.
-ALIGN_P = 0.25  #: covariance of the attitude while aligning, scaled.
+ALIGN_P = 0.15  #: variances of the attitude while aligning, scaled; their sum is below the limit.
 
 INPUTS = (
     Input("dt", -0.25, 0.2499, "s"),
@@ -139,12 +140,23 @@ def normalised(raw: list[Any]) -> tuple[list[Any], Any]:
     return [ops.saturated(c * shrink, 1.0) for c in raw], shrink
 
 
+def floor_noise(i: int, j: int) -> float:
+    """What element (i, j) grows by in every step, lest rounding outgrow a small process noise."""
+    return FLOOR_NOISE if 0 < i == j else 0.0
+
+
+def kept_positive(value: Any, i: int, j: int) -> Any:
+    """An element of the covariance; the variance of the norm, without noise, has a floor."""
+    value = bounded_element(value, i, j)
+    return ops.maximum(value, NORM_FLOOR) if i == j == 0 else value
+
+
 def body_turned(a: Symmetric, correction: list[Any], shrink: Any, fresh: Any,
                 first: Any) -> Symmetric:
     """P in the basis of the corrected quaternion, L(c)^T P L(c); ``first`` 1 where ``fresh``."""
     def element(i: int, j: int, value: Any) -> Any:
-        value = bounded_element(ops.where(fresh, first if i == j else 0.0, value), i, j)
-        return ops.maximum(value, NORM_FLOOR) if i == j == 0 else value
+        return kept_positive(ops.where(
+            fresh, first if i == j else 0.0, value + floor_noise(i, j)), i, j)
     c = [ops.saturated(d * shrink, 1.0) for d in correction]
     return congruence(left_matrix(c), a, element)
 

@@ -50,18 +50,19 @@ NOISE_FLOOR = 1e-4  #: least variance of a measurement: the square of the least 
 NOISE_LIMIT = 4.0  #: largest.
 SPAN_LIMIT = 0.5  #: s, longest time that one measurement speaks for.
 GAIN_LIMIT = 127.0  #: sqrt(P_ii Dt) / (2 sd) is less than that.
-TRACE_LIMIT = 3.2  #: rad^2, trace of the attitude's covariance from which on P grows no more.
+TRACE_LIMIT = 3.2  #: rad^2 and scaled bias^2, trace of P from which on it grows no more.
 GROWTH_LIMIT = 0.125  #: largest growth of a variance in one prediction.
 BIAS_LIMIT = 0.25  #: rad/s.
 BIAS_ERROR_LIMIT = 16.0  #: scaled bias, largest difference that one update uses.
 HALF_STEP_LIMIT = 0.5  #: rad, half of the largest turn about an axis in one sample.
 CORRECTION_LIMIT = 0.5  #: rad, largest correction of one update.
+FORCE_LIMIT = 256.0  #: m/s^2, largest component of the mean force.
 FORCE_STEP_LIMIT = 64.0  #: m/s^2, largest deviation from the mean force that counts.
 RATE_STEP_LIMIT = 4.0  #: rad/s, the same of the rate.
 RATE_WEIGHT = 256.0  #: (m/s^2)^2 of motion that (1 rad/s)^2 of the rate's deviation stand for.
 MEAN_WEIGHT = 32.0  #: the same for the mean rate: a body that keeps turning is not at rest.
 FIELD_AGE_LIMIT = 0.25  #: s, age from which on the field's direction is not used.
-NEVER_ZERO = 2.0**-28  #: keeps the alignment's quaternion from vanishing at half a turn.
+NEVER_ZERO = 2.0**-29  #: keeps the alignment's quaternion from vanishing at half a turn.
 
 
 def _three(x: Any, name: str, axes: str) -> tuple[Any, Any, Any]:
@@ -223,12 +224,12 @@ class Mekf(Estimator):
                     for w, c in zip(gyro, rate, strict=True)]
         m_change = [a - c for a, c in zip(turn(C, field), m, strict=True)]
         since_field = ops.named("field_age", ops.saturated(
-            ops.where(leveling, 1.0, x.since_field + dt), 1.0))
+            ops.where(heading_unknown, 1.0, x.since_field + dt), 1.0))
         f_follow, m_follow, r_follow = (ops.saturated(rate * age, 1.0) for rate, age in (
             (p.force_rate_per_s, dt), (p.field_rate_per_s, since_field), (p.gyro_rate_per_s, dt)))
         f_follow = ops.where(leveling, 1.0, f_follow)
         m_follow = ops.where(no_field, 0.0, ops.where(heading_unknown, 1.0, m_follow))
-        f_after = [ops.bounded(c + f_follow * d + t, -278.0, 278.0, "a mean of forces")
+        f_after = [ops.saturated(c + f_follow * d + t, FORCE_LIMIT)
                    for c, d, t in zip(f, f_change, cross(turned, f), strict=True)]
         m_after = [ops.bounded(c + m_follow * d, -444.0, 444.0, "a mean of fields")
                    for c, d in zip(m, m_change, strict=True)]
@@ -295,10 +296,10 @@ class Mekf(Estimator):
                     rest_gain: Any, gyro: Any, p: Any) -> Symmetric:
         """Update, then predict: Phi (P - K P_h:) Phi^T + Q, Phi = [I, -A; 0, I], A = C step.
 
-        P0 where ``start``. No growth while the attitude's trace is beyond `TRACE_LIMIT`; the bias's
-        variance cannot pass its range before that (bias_var and p0_bias are limited so).
+        P0 where ``start``. No growth while the trace is beyond `TRACE_LIMIT`, which is more than
+        three biases of the largest p0_bias, so that measurements always end that.
         """
-        trace = P[0][0] + P[1][1] + P[2][2]
+        trace = P[0][0] + P[1][1] + P[2][2] + P[3][3] + P[4][4] + P[5][5]
         step = ops.named("growth_step", ops.where(trace > TRACE_LIMIT, 0.0, step))
         A = [[c * (step * (1.0 / BIAS_SCALE)) for c in row] for row in C]
         attitude = p.gyro_var + p.gyro_scale_var * dot(gyro, gyro)

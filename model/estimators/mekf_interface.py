@@ -78,7 +78,7 @@ STATES = (
     *(State(f"q{a}", -1.0, 1.0 - 2.0**-31, "", v) for a, v in zip("wxyz", START, strict=True)),
     *(State(f"bias_{a}", -0.25, 0.25 * (1 - 2.0**-31), "rad/s") for a in "xyz"),
     *(State(covariance_name(i, j), -3.9, 3.9, "") for i, j in PAIRS),
-    *(State(f"force_{a}", -278.0, 278.0, "m/s^2") for a in "enu"),
+    *(State(f"force_{a}", -256.0, 256.0 * (1 - 2.0**-31), "m/s^2") for a in "enu"),
     *(State(f"field_{a}", -444.0, 444.0, "uT") for a in "enu"),
     *(State(f"rate_{a}", -4.0, 4.0 * (1 - 2.0**-31), "rad/s") for a in "xyz"),
     State("horizontal", -1.0, 450.0, "uT", -1.0),  # of the reference field; -1: not known

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from pathlib import Path
 
 import pytest
 
@@ -124,8 +125,8 @@ def test_compile_writes_everything(capsys, tmp_path):
 def test_list_and_doctor(capsys):
     assert main(["list", "--json"]) == 0
     names = [e["name"] for e in json.loads(capsys.readouterr().out)["estimators"]]
-    assert names == ["complementary", "complementary_as_printed", "ekf_quaternion",
-                     "ekf_quaternion_vector", "ekf_bias", "mekf"]
+    assert names == ["complementary", "complementary_as_printed", "ekf_bias", "ekf_quaternion",
+                     "ekf_quaternion_vector", "mekf"]
     assert main(["doctor", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["good"] is True
 

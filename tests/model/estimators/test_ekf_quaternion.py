@@ -115,14 +115,17 @@ def test_restart_forgets_everything(cls: Any, aligned: int) -> None:
 
 
 @both
-def test_covariance_is_p0_when_aligned_and_scaled(cls: Any, aligned: int) -> None:
-    """Ten times the scale and no other change: the same attitude."""
+def test_results_do_not_depend_on_the_scale(cls: Any, aligned: int) -> None:
+    """Four times the scale and no other change: the same attitude.
+
+    The alignment's own covariance is a fixed number, hence not to rounding.
+    """
     rng = np.random.default_rng(1)
     x = static(GRID[:8], 120)
     x[:, 1:] += rng.normal(size=x[:, 1:].shape) * np.repeat([0.05, 1.0, 0.3], 3)[:, None]
     small, large = (run_float(cls, x, {"scale": s, "p0_sd": 0.05, **quiet(cls)})
                     for s in (2.0, 8.0))
-    assert np.abs(quaternions(small) - quaternions(large))[aligned:].max() < 1e-9
+    assert np.abs(quaternions(small) - quaternions(large))[aligned:].max() < 1e-7
 
 
 def quiet(cls: Any) -> dict[str, float]:

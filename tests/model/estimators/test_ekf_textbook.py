@@ -20,6 +20,8 @@ from model.estimators.ekf_quaternion_vector import EkfQuaternionVector
 GRAVITY = 9.80665
 FIELD = np.array([0.0, 20.0, -44.0])  # uT, east north up
 DT = 0.01
+SCALE = 8.0
+FLOOR = 2.0 ** -28 / SCALE ** 2
 
 
 # -- algebra, independent of model.quaternion -----------------------------------------------------
@@ -105,6 +107,9 @@ class Textbook:
         a = np.eye(self.x.shape[1]) - k @ h
         self.p = a @ self.p @ transposed(a) + k @ r @ transposed(k)
         self.x[:, :4] /= np.linalg.norm(self.x[:, :4], axis=1, keepdims=True)
+        # Not textbook: the filters' noise against rounding, on the rotation and on 16 s times bias.
+        self.p[:, :4, :4] += FLOOR * xi(self.x[:, :4]) @ transposed(xi(self.x[:, :4]))
+        self.p[:, 4:, 4:] += FLOOR / 16 ** 2 * np.eye(self.p.shape[1] - 4)
 
 
 def measured_quaternion(acc: Any, mag: Any, like: Any) -> Any:
@@ -178,7 +183,6 @@ def near(found: Any, wanted: Any, tolerance: float) -> None:
     assert np.abs(found - wanted).max() < tolerance * scale
 
 
-SCALE = 8.0
 COMMON = {"scale": SCALE, "p0_sd": 0.2, "gyro_sd_x": 0.05, "gyro_sd_y": 0.08, "gyro_sd_z": 0.03}
 GYRO_SD = np.array([0.05, 0.08, 0.03])
 ANGLE_SD = np.array([0.03, 0.05, 0.09])
