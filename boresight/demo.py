@@ -52,7 +52,7 @@ def demo(names: Sequence[str] = FILTERS, *, output: str | Path = "build", steps:
                 at_hand = core.select(number)
                 say(f"{config}: {estimator.name}")
                 result = check_log(estimator, log, config=config, steps=steps, core=at_hand,
-                                   progress=say)
+                                   simulator="verilator", progress=say)
                 for level in result.levels:
                     say(f"  {level.line()}")
                 report = report_data(at_hand, estimator, area=area, check=result, log=log,

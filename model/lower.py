@@ -22,6 +22,9 @@ from model.program import Kind, Negate, Op, Overflow, Program, Scale, Value, Whe
 
 __all__ = ["lower"]
 
+#: Bits that the arguments of a reciprocal may span: those of the widest word.
+_WIDEST = Arithmetic(word=32).norm_max
+
 
 class _Lowering:
     """Turns nodes into words: each node at most once."""
@@ -228,13 +231,29 @@ class _Lowering:
         odd = (self.groups.arith.word - 1) % 2 == 1 if node.kind == "rsqrt" else None
         arg = node.args[0]
         x = self.word(arg, odd=odd)
-        smallest = min(abs(arg.low), abs(arg.high))
-        if node.kind == "reciprocal" and smallest < math.ldexp(
-                1.0, self.groups.arith.guard - self.groups.frac(x)):
-            raise InputError(f"{self.groups.name}: reciprocal of {arg.label}: its range "
-                             f"[{arg.low:g}, {arg.high:g}] must not span more than 2^"
-                             f"{self.groups.arith.norm_max}; clip it first")
+        if node.kind == "reciprocal":
+            x = self._far_from_zero(arg, x)
         return (*self._functions.mantissa(node.kind, x), x)
+
+    def _far_from_zero(self, arg: Node, x: int) -> int:
+        """The word ``x`` of a reciprocal's argument, at least what the word can normalise.
+
+        A range that the widest word could hold is limited from below where this one cannot, so
+        that an estimator is legal at every width or at none.
+        """
+        arith = self.groups.arith
+        smallest = min(abs(arg.low), abs(arg.high))
+        floor = math.ldexp(1.0, arith.guard - self.groups.frac(x))
+        if smallest >= floor:
+            return x
+        if arg.low <= 0.0 or arg.high > math.ldexp(smallest, _WIDEST):
+            raise InputError(f"{self.groups.name}: reciprocal of {arg.label}: its range "
+                             f"[{arg.low:g}, {arg.high:g}] must not span more than 2^{_WIDEST}; "
+                             "clip it first")
+        g = arg.graph
+        limit = g.const(floor)
+        return self.word(g.bounded(g.select(arg < limit, limit, arg), floor, arg.high,
+                                   "what the word can normalise"))
 
     def _form_rsqrt(self, node: Node, wrapped: bool) -> Form:
         number, exponent, x = self._mantissa(node)

@@ -4,6 +4,9 @@ On numbers and numpy arrays each function computes in float64, element by elemen
 (`model.graph.Node`) it adds to the graph. Besides these functions use ``+ - * /``, unary minus and
 the comparisons ``< > <= >=`` whose results combine with ``& | ~``.
 
+The range of a divisor must not contain zero nor span more than 2^22. A word that cannot normalise
+so much (W < 32) counts a divisor below 2^-(W - 1 - guard) of its full scale as that.
+
 Angles in half turns (suffix ``_ht``): 1 = pi rad, wrapped to [-1, 1).
 """
 

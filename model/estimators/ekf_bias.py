@@ -62,6 +62,7 @@ from model.estimators.ekf_parts import (
     moved,
     normalised,
     predicted_attitude,
+    restarted,
     status_word,
     sum_of,
     update,
@@ -103,10 +104,12 @@ class EkfBias(Estimator):
               "the gyro, large the measurements"),
         Param("bias_density", 1e-4, 1e-8, 0.1, "rad/s/sqrt(s)", "random walk of the gyro's bias: "
               "small keeps it, large lets it wander"),
-        Param("acc_sd", 0.35, 2e-3, 8.0, "g", "noise of a specific force sample at rest"),
+        Param("acc_sd", 0.35, 2e-3, 8.0, "g", "noise of a specific force sample at "
+              "rest: small trusts it, large the gyro"),
         Param("acc_sd_per_g", 0.4, 0.0, 8.0, "", "growth of that noise with "
               "| |f|^2/g^2 - 1 |, which counts as at most 0.5"),
-        Param("mag_sd", 0.4, 2e-3, 8.0, "", "noise of a field sample, relative to the field"),
+        Param("mag_sd", 0.4, 2e-3, 8.0, "", "noise of a field sample, relative to the "
+              "field: small trusts it, large the gyro"),
         Param("mag_gate", 0.2, 0.01, 3.9, "", "relative deviation of the squared field from its "
               "reference beyond which a sample is not used"),
         Param("mag_rate_per_s", 0.15, 0.0, 15.0, "1/s", "how fast the reference of the field "
@@ -119,8 +122,8 @@ class EkfBias(Estimator):
           for axis in "xyz"),
         State("unaligned", -1.0, 0.0, "", -1.0),  # -1: yes, 0: no
         State("heading_unknown", -1.0, 0.0, "", -1.0),  # -1/2: but the reference field is learnt
-        State("field_h", 0.0, 255.9, "uT", 20.0),
-        State("field_v", -255.9, 255.9, "uT", -40.0),
+        State("field_h", 0.0, 127.9, "uT", 20.0),
+        State("field_v", -127.9, 127.9, "uT", -40.0),
         *covariance_states(7, lambda i: ALIGN_P if i < 4 else BIAS_P0),
     )
     outputs = OUTPUTS
@@ -204,7 +207,7 @@ class EkfBias(Estimator):
                 aligning, 0.0, b + (1.0 / BIAS_UNIT) * moved(gains, moves, k, 8.0)), BIAS_LIMIT)
             for k, b in ((4, x.bias_x), (5, x.bias_y), (6, x.bias_z))]
         tilted = y[0] * y[0] + y[1] * y[1] > ALIGNED * y[2]
-        still = aligning & tilted
+        still = aligning & (tilted | (u.dt < 0.0))
         learnt = x.heading_unknown > -0.75
         found = seeking & learnt & ~(unused | (m[0] * m[0] > FOUND * m[1]))
         unfinished = still | (seeking & ~found)
@@ -212,8 +215,8 @@ class EkfBias(Estimator):
         after = self._turned(downdated(a, gains, aligning), correction, fresh, unfinished, p)
 
         # The reference follows strength and dip, which need no heading.
-        level_sq = field[0] * field[0] + field[1] * field[1]
-        level = ops.bounded(level_sq * ops.rsqrt(level_sq), 0.0, 255.9, "field")
+        level_sq = ops.saturated(field[0] * field[0] + field[1] * field[1], 2.0**16)
+        level = ops.saturated(level_sq * ops.rsqrt(level_sq), 256.0)
         rate = ops.where(seeking, 1.0, ops.saturated(p.mag_rate_per_s * u.dt, 1.0))
         rate = ops.where(rejected, 0.0, rate)
         field_h = x.field_h + rate * (level - x.field_h)
@@ -221,13 +224,13 @@ class EkfBias(Estimator):
 
         status = status_word({0: aligning, 1: seeking, 3: missing, 4: rejected & ~missing})
         return (
-            {**{f"q{axis}": c for axis, c in zip("wxyz", q_new, strict=True)},
+            {**restarted(q_new, u),
              **{f"bias_{axis}": b for axis, b in zip("xyz", bias, strict=True)},
              "unaligned": ops.where(still, -1.0, 0.0),
              "heading_unknown": ops.where(seeking & ~found, ops.where(
                  aligning, -1.0, ops.where(missing, x.heading_unknown, -0.5)), 0.0),
-             "field_h": ops.bounded(field_h, 0.0, 255.9, "field"),
-             "field_v": ops.bounded(field_v, -255.9, 255.9, "field"),
+             "field_h": ops.saturated(field_h, 128.0),
+             "field_v": ops.saturated(field_v, 128.0),
              **{name: after[i][j] for name, i, j in element_names(7)}},
             attitude_outputs(raw, q_new, shrink, status))
 

@@ -15,9 +15,10 @@ from model.estimator import Input, Output, Param, State
 from model.quaternion import dot, euler_ht, increment, left_matrix, matrix, multiply
 
 __all__ = ["ALIGN_NOISE", "ALIGN_P", "FLOOR_NOISE", "GRAVITY", "INPUTS", "NORM_FLOOR", "OUTPUTS",
-           "P0", "SCALE", "TRACE_LIMIT", "attitude_outputs", "attitude_states", "body_covariance", "body_turned",
-           "floor_noise", "force_gate", "gyro_params", "kept_positive", "moved", "normalised",
-           "predicted_attitude", "squared_force", "status_word", "sum_of", "update"]
+           "P0", "SCALE", "TRACE_LIMIT", "attitude_outputs", "attitude_states", "body_covariance",
+           "body_turned", "floor_noise", "force_gate", "gyro_params", "kept_positive", "moved",
+           "normalised", "predicted_attitude", "restarted", "squared_force", "status_word",
+           "sum_of", "update"]
 
 GRAVITY = 9.80665  #: m/s^2, standard gravity.
 #: Quaternion before the first alignment: half a turn away from no attitude people stand at.
@@ -162,6 +163,12 @@ def body_turned(a: Symmetric, correction: list[Any], shrink: Any, fresh: Any,
 
 
 # -- outputs --------------------------------------------------------------------------------------
+
+def restarted(q: list[Any], u: Any) -> dict[str, Any]:
+    """Next quaternion state; a sample with dt < 0 only sets it back, the next one is the first."""
+    return {f"q{axis}": ops.where(u.dt < 0.0, start, c)
+            for axis, start, c in zip("wxyz", START, q, strict=True)}
+
 
 def attitude_outputs(raw: list[Any], q: list[Any], shrink: Any, status: Any) -> dict[str, Any]:
     """The outputs of ``OUTPUTS``; Euler angles from the quaternion before it is normalised."""

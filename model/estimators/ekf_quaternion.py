@@ -45,6 +45,7 @@ from model.estimators.ekf_parts import (
     moved,
     normalised,
     predicted_attitude,
+    restarted,
     squared_force,
     status_word,
     sum_of,
@@ -58,7 +59,6 @@ NOISE_LIMIT = 4.0  #: largest angle noise times scale / 2.
 P0_LIMIT = 0.5  #: largest initial standard deviation times scale / 2.
 LEAST_TRACE = 0.25  #: 1 + trace of the error rotation below which its root is held: 151 deg.
 ALIGNED_TRACE = 3.9  #: 1 + trace of the error rotation from which on it counts as small: 18 deg.
-NUDGE = 2.0**-20  #: keeps the correction's norm off zero at an error of exactly half a turn.
 
 #: Bits of the output ``status``.
 STATUS_BITS = {
@@ -108,14 +108,13 @@ class EkfQuaternion(Estimator):
         # (C - C^T) is sin(angle) axis, and 1 + trace is 4 cos^2(angle / 2). Beyond 151 deg the
         # root is held, so that the innovation passes through zero at 180 deg, where its sign turns.
         axes = list(zip((east, cross(up, east), up), matrix(q), strict=True))
-        vee = [ops.bounded(ops.where(bad, 0.0, 0.5 * total), -1.0, 1.0, "sine") for total in (
+        vee = [ops.saturated(ops.where(bad, 0.0, 0.5 * total), 1.0) for total in (
             sum_of(cross(m, r)[k] for m, r in axes) for k in range(3))]
-        trace = ops.bounded(ops.where(bad, 4.0, 1.0 + sum_of(dot(m, r) for m, r in axes)),
-                            -0.01, 4.01, "four squared cosines")
-        held = ops.bounded(ops.maximum(trace, LEAST_TRACE), LEAST_TRACE, 4.01, "held")
+        trace = ops.saturated(1.0 + sum_of(dot(m, r) for m, r in axes), 8.0)
+        held = ops.bounded(ops.maximum(trace, LEAST_TRACE), LEAST_TRACE, 8.0, "held")
         inverse = ops.rsqrt(held)
         e = [ops.saturated(v * inverse, 2.0) for v in vee]  # sine of half the angle
-        e_w = ops.bounded(0.5 * trace * inverse, -0.01, 1.01, "cosine of half the angle")
+        e_w = ops.saturated(0.5 * held * inverse, 2.0)  # its cosine
 
         # Three scalar updates along the unit vectors 1..3.
         gains: list[list[Any]] = []
@@ -126,7 +125,7 @@ class EkfQuaternion(Estimator):
             update(gains, moves, updated_column(a, k, gains), s, e[k - 1] - moved(gains, moves, k))
 
         # Correction: 1 + L move, or all of the error quaternion while aligning.
-        start = [NUDGE + e_w, *e]
+        start = [e_w, *e]
         move = [(1.0 if k == 0 else 0.0) + moved(gains, moves, k) for k in range(4)]
         correction = [ops.saturated(ops.where(aligning, s, m), 2.0)
                       for s, m in zip(start, move, strict=True)]
@@ -135,9 +134,9 @@ class EkfQuaternion(Estimator):
 
         p0 = ops.saturated(0.5 * p.p0_sd * p.scale, P0_LIMIT)
         after = body_turned(downdated(a, gains, bad), correction, shrink, aligning, p0 * p0)
-        still = aligning & (bad | (trace < ALIGNED_TRACE))
+        still = aligning & ((u.dt < 0.0) | bad | (trace < ALIGNED_TRACE))
         return (
-            {**{f"q{axis}": c for axis, c in zip("wxyz", q_new, strict=True)},
+            {**restarted(q_new, u),
              "unaligned": ops.where(still, -1.0, 0.0),
              **{name: after[i][j] for name, i, j in element_names(4)}},
             attitude_outputs(raw, q_new, shrink,

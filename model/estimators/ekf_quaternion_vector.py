@@ -44,6 +44,7 @@ from model.estimators.ekf_parts import (
     gyro_params,
     normalised,
     predicted_attitude,
+    restarted,
     squared_force,
     status_word,
     sum_of,
@@ -99,8 +100,7 @@ class EkfQuaternionVector(Estimator):
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         """One sample: see the module docstring."""
-        restart = u.dt < 0.0
-        progress = ops.where(restart, -1.0, x.unaligned)
+        progress = ops.where(u.dt < 0.0, -1.0, x.unaligned)
         aligning = progress < 0.0
         q, dq = predicted_attitude(x, [0.5 * w * u.dt for w in (u.gx, u.gy, u.gz)])
         a = body_covariance(covariance_of(x, 4), dq, u, p)
@@ -145,7 +145,7 @@ class EkfQuaternionVector(Estimator):
         first = ops.where(count < 0.0, ALIGN_P, p0 * p0)
         covariance = body_turned(a, correction, shrink, aligning, first)
         return (
-            {**{f"q{axis}": c for axis, c in zip("wxyz", q_new, strict=True)},
+            {**restarted(q_new, u),
              "unaligned": ops.bounded(count, -1.0, 0.0, "counts up to 0"),
              **{name: covariance[i][j] for name, i, j in element_names(4)}},
             attitude_outputs(raw, q_new, shrink,

@@ -412,8 +412,20 @@ def test_a_root_that_varies_too_much_is_refused_by_name(trace: Any) -> None:
 
 @pytest.mark.parametrize("word", [18, 32])
 def test_a_reciprocals_range_may_not_pass_what_can_be_normalised(trace: Any, word: int) -> None:
-    most = Arithmetic(word=word).norm_max
+    most = Arithmetic(word=32).norm_max
     trace(lambda a: 1.0 / a, [(2.0 ** (1 - most), 1.0)], word)
-    with pytest.raises(InputError, match=rf"^test: reciprocal of x0: its range \[.*, 1\] must not "
-                                         rf"span more than 2\^{most}; clip it first$"):
-        trace(lambda a: 1.0 / a, [(2.0 ** (-2 - most), 1.0)], word)
+    for low, high in ((2.0 ** (-2 - most), 1.0), (-1.0, -(2.0 ** (-2 - most)))):
+        with pytest.raises(InputError, match=r"^test: reciprocal of x0: its range \[.*\] must not "
+                                             rf"span more than 2\^{most}; clip it first$"):
+            trace(lambda a: 1.0 / a, [(low, high)], word)
+
+
+def test_a_narrow_word_limits_a_reciprocal_that_a_wide_one_holds(trace: Any) -> None:
+    """1/x of x in [2^-16, 1): an 18-bit word counts arguments below 2^-13 as that."""
+    x = np.array([2.0**-16, 2.0**-14, 2.0**-10, 0.25, 0.75])
+    for word, floor in ((18, 2.0**-13), (32, 0.0)):
+        t = trace(lambda a: 1.0 / a, [(2.0**-16, 0.999)], word)
+        fixed, _, saturated = t.run(x)
+        want = 1.0 / np.maximum(x, floor)
+        assert (np.abs(fixed[0] - want) < 3.0 * t.formats()[0].lsb + 2.0**(3 - word) * want).all()
+        assert not saturated.any()

@@ -19,6 +19,7 @@ from model.estimators.ekf_parts import (
     moved,
     normalised,
     predicted_attitude,
+    restarted,
     squared_force,
     status_word,
     update,
@@ -93,6 +94,13 @@ def test_force_gate(force: float, bad: bool) -> None:
     square, outside = squared_force((force, 0.0, 0.0), p)
     assert bool(outside) is bad
     assert square == min(force ** 2, 2.0 ** 14)
+
+
+def test_restart_sets_the_quaternion_back() -> None:
+    for dt, want in ((0.01, [0.5, 0.5, 0.5, -0.5]), (-0.01, list(START))):
+        q = restarted([0.5, 0.5, 0.5, -0.5], SimpleNamespace(dt=dt))
+        assert list(q) == ["qw", "qx", "qy", "qz"]
+        assert [float(v) for v in q.values()] == want
 
 
 def test_status_word() -> None:
