@@ -247,3 +247,11 @@ def test_clip_costs_no_flag(trace: Any) -> None:
     fixed, floats, saturated = t.run([0.25, 0.75, -0.75])
     assert not saturated.any()
     assert np.abs(fixed[0] - floats[0]).max() < 2.0**-30
+
+
+def test_asin_ht_up_to_its_limit(trace: Any) -> None:
+    x = np.linspace(0.0, 0.718, 4001)
+    assert np.abs(ops.asin_ht(x) - np.arcsin(x) / np.pi).max() < 1e-15
+    fixed, floats, saturated = trace(lambda v: ops.asin_ht(v), [(0.0, 0.7188)]).run(x)
+    assert not saturated.any()
+    assert np.abs(fixed[0] - floats[0]).max() < 2e-9
