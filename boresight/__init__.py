@@ -11,6 +11,7 @@ Everything the command line does is one function here::
     boresight.accuracy("folder", output="build")
     boresight.tune("complementary", "folder", output="params.json")
     boresight.experiment("ma2014", output="build")
+    boresight.covariance("mekf")
     boresight.doctor()
 """
 
@@ -19,6 +20,7 @@ from __future__ import annotations
 from boresight.accuracy import accuracy
 from boresight.bench import bench
 from boresight.compiling import compile
+from boresight.covariance import covariance
 from boresight.demo import demo
 from boresight.doctor import doctor
 from boresight.experiment import experiment
@@ -29,7 +31,7 @@ from boresight.running import run
 from boresight.tuning import tune
 from model.errors import InputError, ToolMissing
 
-__all__ = ["InputError", "ToolMissing", "accuracy", "bench", "check", "compile", "demo", "doctor",
-           "experiment", "list_estimators", "report", "run", "tune"]
+__all__ = ["InputError", "ToolMissing", "accuracy", "bench", "check", "compile",
+           "covariance", "demo", "doctor", "experiment", "list_estimators", "report", "run", "tune"]
 
 __version__ = "0.1.0"

@@ -7,6 +7,8 @@ import json
 import os
 import sys
 from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
 from typing import Any
 
 import boresight
@@ -147,6 +149,11 @@ def _parser() -> _Parser:
     sub.add_argument("estimators", nargs="*", metavar="ESTIMATOR",
                      help="which; by default those of the main job, one after the other")
     sub.add_argument("--updates", type=int, default=10_000_000)
+    sub = verb("covariance", "Millions of hostile updates: does a filter's covariance stay "
+               "positive, and with float64?")
+    sub.add_argument("estimators", nargs="*", metavar="ESTIMATOR",
+                     help="which; by default every Kalman filter of the main job")
+    sub.add_argument("--updates", type=int, default=10_000_000, help="of each filter")
     verb("doctor", "Which tools are here, and what is missing.")
     return parser
 
@@ -193,7 +200,6 @@ def _run(args: argparse.Namespace) -> tuple[int, Any, str]:
 
 def _check(args: argparse.Namespace) -> tuple[int, Any, str]:
     if args.estimator == "replay":
-        from pathlib import Path
         lines = [line for f in args.logs for line in replay_reproducer(Path(f))]
         return int(bool(lines)), {"differences": lines}, "\n".join(lines) or "no difference"
 
@@ -284,6 +290,14 @@ def _bench(args: argparse.Namespace) -> tuple[int, Any, str]:
     return int(any(data["mismatches"] for data in results)), {"results": results}, text
 
 
+def _covariance(args: argparse.Namespace) -> tuple[int, Any, str]:
+    found = [boresight.covariance(name, updates=args.updates, progress=_progress(args))
+             for name in estimator_names(*(args.estimators or FILTERS[1:]))]
+    good = all(trial.good for trial in found)
+    data = {"good": good, "results": [{**asdict(t), "good": t.good} for t in found]}
+    return 0 if good else 1, data, "\n".join(t.line() for t in found)
+
+
 def _doctor(args: argparse.Namespace) -> tuple[int, Any, str]:
     data = boresight.doctor()
     lines = [f"{t['tool']:16s} {t['version']}" if t["version"] else
@@ -300,7 +314,8 @@ def _progress(args: argparse.Namespace) -> Any:
 
 _VERBS = {"list": _list, "compile": _compile, "run": _run, "check": _check, "report": _report,
           "accuracy": _accuracy, "tune": _tune,
-          "demo": _demo, "experiment": _experiment, "bench": _bench, "doctor": _doctor}
+          "demo": _demo, "experiment": _experiment, "bench": _bench, "covariance": _covariance,
+          "doctor": _doctor}
 
 
 def main(argv: Sequence[str] | None = None) -> int:

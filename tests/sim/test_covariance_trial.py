@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from boresight.covariance import initial_covariances
 from model import ops
 from model.errors import InputError
 from model.estimators import estimator
@@ -24,14 +25,16 @@ def stimuli(name: str) -> Any:
     return records
 
 
-@pytest.mark.parametrize("name", ["ekf_quaternion", "ekf_quaternion_vector", "ekf_bias"])
-def test_filters_stay_positive_and_with_float(name: str) -> None:
+# A P0 of 1e-8 rad^2 is 5 LSB in mekf, which has no scale.
+@pytest.mark.parametrize(("name", "least_lsb"), [
+    ("ekf_quaternion", 10.0), ("ekf_quaternion_vector", 10.0), ("ekf_bias", 10.0), ("mekf", 4.0)])
+def test_filters_stay_positive_and_with_float(name: str, least_lsb: float) -> None:
     """P0 from 1e-8 to 1 rad^2; the long version is the same with 10,000,000 updates."""
     t = covariance_trial(estimator(name), stimuli(name), updates=90_000, compared=200,
-                         params=[{"p0_sd": sd} for sd in (1e-4, 1e-2, 1.0)])
+                         params=initial_covariances(estimator(name))[::2])
     assert t.updates >= 90_000 and t.eigenvalues_checked > 1500
     assert t.good, t.line()
-    assert t.least_eigenvalue > 10.0
+    assert t.least_eigenvalue > least_lsb
     assert t.drift_deg < 0.005
     assert t.line().startswith(f"{name}: {t.updates} updates, 0 with a negative variance")
 

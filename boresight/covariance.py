@@ -1,0 +1,60 @@
+"""`boresight covariance`: is the covariance of a filter positive, whatever comes?"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from model.errors import InputError
+from model.estimator import Estimator
+from model.estimators import estimator as find_estimator
+from sim.bundled import bundled
+from sim.covariance_trial import MANOEUVRES, CovarianceTrial, covariance_trial, manoeuvre
+from sim.feed import inputs_of
+from sim.log import read_log
+
+__all__ = ["P0", "covariance", "initial_covariances"]
+
+#: Initial variances of the attitude, rad^2.
+P0 = (1e-8, 1e-6, 1e-4, 1e-2, 1.0)
+_STEPS = 20_000
+
+
+def initial_covariances(estimator: Estimator) -> list[dict[str, float]]:
+    """A parameter set for each of `P0`: variances where the unit is rad^2, else their roots."""
+    units = {p.name: p.unit for p in estimator.params
+             if p.name.startswith("p0_") and p.unit in ("rad", "rad^2")}
+    if not units:
+        raise InputError.at(estimator.name, wanted="a Kalman filter with initial covariance",
+                            found="none", fix="choose one of the filters whose name has ekf")
+    return [{name: p0 if unit == "rad^2" else p0**0.5 for name, unit in units.items()}
+            for p0 in P0]
+
+
+def covariance(name: str, *, updates: int = 10_000_000, steps: int = _STEPS,
+               progress: Callable[[str], None] | None = None) -> CovarianceTrial:
+    """Run the C model of a filter through hostile manoeuvres and a recording.
+
+    Once for each initial covariance from 1e-8 to 1 rad^2.
+
+    Parameters
+    ----------
+    steps : int
+        Length of each stimulus; it repeats.
+
+    Raises
+    ------
+    InputError
+        Unknown estimator, one without a covariance, or updates below 1.
+    """
+    if updates < 1:
+        raise InputError.at("updates", wanted="1 or more", found=str(updates),
+                            fix="give more updates")
+    estimator = find_estimator(name)
+    params = initial_covariances(estimator)
+    rng = np.random.default_rng(1)
+    records = {m: manoeuvre(m, steps, rng) for m in MANOEUVRES}
+    records["recorded"] = inputs_of(estimator, read_log(Path(bundled("ximu_walk"))))[:steps]
+    return covariance_trial(estimator, records, updates=updates, params=params, progress=progress)
