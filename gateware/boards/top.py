@@ -10,7 +10,7 @@ from amaranth.lib.wiring import In, Out
 
 from gateware.boards.dispatch import Dispatcher
 from gateware.boards.pack import Packer
-from gateware.boards.uart import Receiver, Transmitter, divisor_for
+from gateware.serial.uart import Receiver, Transmitter, divisor_for
 from gateware.boards.unpack import Unpacker
 from gateware.core import Core
 from gateware.engine import Engine

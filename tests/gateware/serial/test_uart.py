@@ -3,7 +3,7 @@
 import pytest
 from amaranth.sim import Simulator
 
-from gateware.boards.uart import Receiver, Transmitter, divisor_for
+from gateware.serial.uart import Receiver, Transmitter, divisor_for
 
 
 def receive(divisor: int, drive) -> list[int | None]:
