@@ -80,3 +80,36 @@ def proves_equal(tmp_path) -> Callable:
         assert not done.returncode or "proof did fail" in done.stderr, done.stderr
         return not done.returncode
     return prove
+
+
+@pytest.fixture
+def send() -> Callable:
+    """Put bytes, or anything that is no byte, on a line."""
+    async def put(ctx, line, divisor: int, data: bytes, stop: int = 1) -> None:
+        for byte in data:
+            for bit in (0, *(byte >> k & 1 for k in range(8)), stop):
+                ctx.set(line, bit)
+                await ctx.tick().repeat(divisor)
+        ctx.set(line, 1)
+    return put
+
+
+@pytest.fixture
+def listen() -> Callable:
+    """A background testbench that appends the bytes of a line to ``received``."""
+    def make(line, divisor: int, received: bytearray) -> Callable:
+        async def bench(ctx):
+            while True:
+                while ctx.get(line):
+                    await ctx.tick()
+                await ctx.tick().repeat(divisor // 2)
+                assert not ctx.get(line), "a start bit that is none"
+                byte = 0
+                for bit in range(8):
+                    await ctx.tick().repeat(divisor)
+                    byte |= ctx.get(line) << bit
+                await ctx.tick().repeat(divisor)
+                assert ctx.get(line), "no stop bit"
+                received.append(byte)
+        return bench
+    return make

@@ -1,4 +1,4 @@
-"""Shared by the tests of the boards: two cores, the serial line as testbenches."""
+"""Shared by the tests of the boards: small cores."""
 
 from collections.abc import Callable
 
@@ -60,36 +60,3 @@ def leaky_of() -> Callable[[str, int], Core]:
 def complementary() -> Core:
     """The complementary filter."""
     return build_core(Complementary().compile(), "fast", restarts=2)
-
-
-@pytest.fixture
-def send() -> Callable:
-    """Put bytes, or anything that is no byte, on a line."""
-    async def put(ctx, line, divisor: int, data: bytes, stop: int = 1) -> None:
-        for byte in data:
-            for bit in (0, *(byte >> k & 1 for k in range(8)), stop):
-                ctx.set(line, bit)
-                await ctx.tick().repeat(divisor)
-        ctx.set(line, 1)
-    return put
-
-
-@pytest.fixture
-def listen() -> Callable:
-    """A background testbench that appends the bytes of a line to ``received``."""
-    def make(line, divisor: int, received: bytearray) -> Callable:
-        async def bench(ctx):
-            while True:
-                while ctx.get(line):
-                    await ctx.tick()
-                await ctx.tick().repeat(divisor // 2)
-                assert not ctx.get(line), "a start bit that is none"
-                byte = 0
-                for bit in range(8):
-                    await ctx.tick().repeat(divisor)
-                    byte |= ctx.get(line) << bit
-                await ctx.tick().repeat(divisor)
-                assert ctx.get(line), "no stop bit"
-                received.append(byte)
-        return bench
-    return make
