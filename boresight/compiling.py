@@ -11,7 +11,9 @@ from typing import Any
 from boresight.output import output_folder
 from boresight.sharing import estimator_names, params_of_each
 from firmware.emit import emit_c
-from gateware.boards.ise import BOARDS, write_ise_project
+from gateware.boards.board import BOARDS
+from gateware.boards.ise import write_ise_project
+from gateware.boards.top import records_design
 from gateware.core import Core
 from gateware.image import rom_pieces
 from gateware.register_map import register_map_files
@@ -99,7 +101,7 @@ def compile(name: str, *others: str, config: str = "small", board: str | None = 
         seconds = time.perf_counter() - start
         if board is not None:
             say(f"ISE project for {board}")
-            write_ise_project(core, board, folder / f"ise-{board}")
+            write_ise_project(records_design(core), board, folder / f"ise-{board}")
         area = None
         if synth:
             say("synthesis (yosys) and clock estimate")

@@ -10,6 +10,7 @@ from typing import Any
 from boresight.compiling import estimate_core, together, write_core
 from boresight.output import output_folder
 from gateware.boards.ise import write_ise_project
+from gateware.boards.top import records_design
 from model.estimators import estimator as find_estimator
 from sim.bundled import bundled
 from sim.check import check as check_log
@@ -44,7 +45,7 @@ def demo(names: Sequence[str] = FILTERS, *, output: str | Path = "build", steps:
             say(f"{config}: {', '.join(names)} in one core")
             core = shared_core(estimators, config=config)
             write_core(folder, core, estimators)
-            write_ise_project(core, "mimas", folder / "ise-mimas")
+            write_ise_project(records_design(core), "mimas", folder / "ise-mimas")
             say("synthesis (yosys) and clock estimate")
             area = estimate_core(core)
             reports = []

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from amaranth.hdl import Module, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
+from gateware.boards.board import Line
 from gateware.boards.dispatch import Dispatcher
 from gateware.boards.pack import Packer
-from gateware.serial.uart import Receiver, Transmitter, divisor_for
+from gateware.boards.records_text import records_text
 from gateware.boards.unpack import Unpacker
 from gateware.core import Core
 from gateware.engine import Engine
+from gateware.serial.uart import Receiver, Transmitter, divisor_for
+from model.errors import InputError
 
-__all__ = ["Top"]
+__all__ = ["Top", "records_design"]
 
 
 class Top(wiring.Component):
@@ -72,9 +76,21 @@ class Top(wiring.Component):
         self.core = core
         self.clock_hz = clock_hz
         self.baud = baud
+        self.title = core.name
+        self.lines = (
+            Line("rx", "host_rx", "serial line to the board: TXD of the adapter", input=True,
+                 pull_up=True),
+            Line("tx", "host_tx", "serial line from the board: RXD of the adapter"),
+            Line("heartbeat", "led0", f"LED: toggles every {2 ** (heartbeat_bits - 1)} updates"),
+            Line("saturated", "led1", "LED: a result of the last update was clamped"),
+        )
         self.heartbeat_bits = heartbeat_bits
         super().__init__({"rx": In(1, init=1), "tx": Out(1, init=1), "heartbeat": Out(1),
                           "saturated": Out(1)})
+
+    def text(self) -> tuple[str, str]:
+        """Head and end of a project's README."""
+        return records_text(self.core, baud=self.baud)
 
     def elaborate(self, platform: Any) -> Module:
         """The parts in a row."""
@@ -112,3 +128,26 @@ class Top(wiring.Component):
             m.d.sync += updates.eq(updates + 1)
         m.d.comb += self.heartbeat.eq(updates[-1])
         return m
+
+
+def records_design(core: Core, *, baud: int = 115_200) -> Callable[[int], Top]:
+    """What `gateware.boards.ise.write_ise_project` makes a project of: `Top` for a clock.
+
+    Raises
+    ------
+    InputError
+        Programs with unequally many inputs; when called, a baud rate that cannot be had.
+    """
+    if len({len(part.program.inputs) for part in core.parts}) > 1:
+        raise InputError.at("programs", wanted="equally many inputs", found=", ".join(
+            f"{len(p.program.inputs)} ({p.program.name})" for p in core.parts),
+            fix="put them into cores of their own")
+
+    def make(clock_hz: int) -> Top:
+        try:
+            return Top(core=core, clock_hz=clock_hz, baud=baud)
+        except ValueError as error:
+            raise InputError.at("baud", wanted=f"bits per second up to {clock_hz // 8}, within 2 % "
+                                f"of {clock_hz} Hz / n", found=repr(baud),
+                                fix="choose another rate or clock") from error
+    return make

