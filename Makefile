@@ -7,7 +7,7 @@ BIN    := $(VENV)/bin
 OUT    ?= build
 
 .DEFAULT_GOAL := main
-.PHONY: main test lint types setup tools bench synth doctor clean help
+.PHONY: main test lint types setup tools bench formal synth doctor clean help
 
 main: setup            ## Set up, then Verilog, proof on recorded data, area, clock, report
 	$(BIN)/boresight doctor --quiet
@@ -27,6 +27,9 @@ types: setup           ## mypy
 
 bench: setup           ## Rates of the models, as ratios in one run
 	$(BIN)/boresight bench
+
+formal: setup          ## Prove what docs/proofs.md claims
+	$(BIN)/python -m sim.formal
 
 doctor: setup          ## Which tools are here, and what is missing
 	$(BIN)/boresight doctor

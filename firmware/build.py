@@ -9,7 +9,7 @@ import os
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -21,7 +21,8 @@ from model.errors import ToolMissing
 from model.fixed import IntArray
 from model.program import Kind, Program
 
-__all__ = ["CFLAGS", "CModel", "WordRanges", "build_library", "default_cache", "find_compiler"]
+__all__ = ["CFLAGS", "CModel", "WordRanges", "build_library", "compile_library", "default_cache",
+           "find_compiler"]
 
 #: Flags for speed; the others are fixed in `build_library`.
 CFLAGS = ("-O2",)
@@ -85,11 +86,19 @@ def build_library(program: Program, *, cflags: Sequence[str] = CFLAGS,
     ToolMissing
         If there is no compiler.
     """
-    compiler = find_compiler()
     files = emit_c(program)
     name = next(iter(files)).removesuffix(".h")
+    return compile_library(files, name=name, source=f"{name}_host.c", cflags=cflags, cache=cache)
+
+
+def compile_library(files: Mapping[str, str], *, name: str, source: str,
+                    cflags: Sequence[str] = CFLAGS, libraries: Sequence[str] = (),
+                    cache: Path | None = None) -> Path:
+    """Shared library ``name`` of a C99 source and its ``libraries``; see `build_library`."""
+    compiler = find_compiler()
     flags = [*_FIXED_FLAGS, *cflags]
-    identity = "\0".join([program.digest, compiler, _version(compiler), *flags, *files.values()])
+    identity = "\0".join([compiler, _version(compiler), source, *flags, *libraries,
+                          *files.values()])
     key = hashlib.sha256(identity.encode()).hexdigest()[:32]
     root = default_cache() if cache is None else Path(cache)
     folder = root / f"{name[:40]}-{key}"
@@ -100,7 +109,7 @@ def build_library(program: Program, *, cflags: Sequence[str] = CFLAGS,
     with tempfile.TemporaryDirectory(dir=root, prefix="build-") as work:
         for file, text in files.items():
             (Path(work) / file).write_text(text, encoding="utf-8")
-        command = [compiler, *flags, f"{name}_host.c", "-o", library.name]
+        command = [compiler, *flags, source, "-o", library.name, *libraries]
         done = subprocess.run(command, cwd=work, capture_output=True, text=True)
         if done.returncode != 0:
             raise RuntimeError(f"{' '.join(command)} failed:\n{done.stderr}")

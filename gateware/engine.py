@@ -38,6 +38,8 @@ class Engine(wiring.Component):
         Configuration: lanes and widths.
     image : Image
         Programs and initial memory contents.
+    selector : bool
+        The program that runs is chosen by a port, not by the bus.
 
     Members
     -------
@@ -49,18 +51,24 @@ class Engine(wiring.Component):
         Parameters and status (`gateware.registers`).
     saturated_update : Out(1)
         A sticky result of the last completed update saturated.
+    choice : In, chosen : Out(1), framing : Out(1)
+        With a selector: the program that shall run (`gateware.registers`), whether it did in the
+        cycle before, and a pulse when an update is abandoned.
     """
 
-    def __init__(self, *, machine: Machine, image: Image) -> None:
+    def __init__(self, *, machine: Machine, image: Image, selector: bool = False) -> None:
         image.check(machine)
         self.machine = machine
         self.image = image
+        self.selector = selector
+        port = {"choice": In(range(len(image.lengths))), "chosen": Out(1), "framing": Out(1)}
         word = machine.arithmetic.word
         super().__init__({
             "i": In(stream.Signature(word_layout(word))),
             "o": Out(stream.Signature(word_layout(word))),
             "bus": In(BusSignature(word=word)),
             "saturated_update": Out(1),
+            **(port if selector else {}),
         })
 
     def elaborate(self, platform: Any) -> Module:
@@ -70,7 +78,8 @@ class Engine(wiring.Component):
         m.submodules.sequencer = sequencer = Sequencer(machine=machine, image=self.image)
         m.submodules.operands = operands = Operands(machine=machine, image=self.image)
         m.submodules.registers = registers = Registers(
-            machine=machine, digest=self.image.digest, programs=len(self.image.lengths))
+            machine=machine, digest=self.image.digest, programs=len(self.image.lengths),
+            selector=self.selector)
         wiring.connect(m, wiring.flipped(self.bus), registers.bus)
         word, en = sequencer.word, sequencer.en
 
@@ -97,6 +106,15 @@ class Engine(wiring.Component):
             operands.parity.eq(parity),
         ]
 
+        granted = sequencer.grant
+        if self.selector:
+            granted = granted & ~registers.switch  # the bus may ask for a parameter meanwhile
+            m.d.comb += [
+                registers.choice.eq(self.choice),
+                self.chosen.eq(registers.chosen),
+                self.framing.eq(sequencer.framing),
+            ]
+
         # Lanes. Lane 0 also writes input words, every lane parameters of its bank. Which of them
         # a result gives way to is told apart without the handshakes: the write enable sees those.
         saturated = []
@@ -115,7 +133,7 @@ class Engine(wiring.Component):
                     lane.words[1].eq(self.i.payload.data),
                 ]
             else:
-                write = write | (sequencer.grant & self.bus.addr[8])
+                write = write | (granted & self.bus.addr[8])
                 m.d.comb += lane.outside.eq(claimed)
             m.d.comb += [
                 lane.en.eq(en),

@@ -34,13 +34,29 @@ static inline void {name}_reg_write(volatile uint32_t *base, uint32_t address, i
 // Reads a register that is unsigned: status, updates, build.
 static inline uint32_t {name}_reg_read(const volatile uint32_t *base, uint32_t address)
 {{
-    return base[address] & UINT32_C({mask:#x});
+    return base[address] & UINT32_C({read_mask:#x});
 }}
 
 // Reads a register as a signed word.
 static inline int32_t {name}_reg_read_signed(const volatile uint32_t *base, uint32_t address)
 {{
     return {name}_reg_signed(base[address]);
+}}
+"""
+
+_FIELDS = """
+// width bits (1 to 32) of a register from bit lsb on.
+static inline uint32_t {name}_reg_field(uint32_t bits, unsigned lsb, unsigned width)
+{{
+    return bits >> lsb & UINT32_C(0xffffffff) >> (32U - width);
+}}
+
+// The same as a signed number.
+static inline int32_t {name}_reg_field_signed(uint32_t bits, unsigned lsb, unsigned width)
+{{
+    uint32_t value = {name}_reg_field(bits, lsb, width);
+    uint32_t sign = UINT32_C(1) << (width - 1U);
+    return value < sign ? (int32_t)value : (int32_t)(value - sign) + (-1 - (int32_t)(sign - 1U));
 }}
 """
 
@@ -55,7 +71,8 @@ def to_header(registers: RegisterMap) -> str:
     names = registers.identifiers
     lines = [
         "/**", " * @file registers.h",
-        " * @brief Registers of the core: word k of its bus, at byte 4 k of a memory map.", " *",
+        f" * @brief Registers of the {registers.title}: word k of its bus, at byte 4 k of a memory "
+        "map.", " *",
         " * Generated from "
         + ", ".join(f"\"{comment(s.program)}\"" for s in registers.streams) + "; do not edit.",
         f" * Digest: {registers.digest}", " */", "",
@@ -68,10 +85,15 @@ def to_header(registers: RegisterMap) -> str:
         lines += ["", f"// {comment(_title(register))}", f"#define {stem}_ADDR {register.address}"]
         if register.is_parameter:
             lines += _ranges(stem, register)
+        else:
+            lines += _shape(stem, register)
         for bit in register.fields:
-            lines.append(f"#define {stem}_{bit.name.upper()} UINT32_C({1 << bit.bit:#x}) // "
+            lines.append(f"#define {stem}_{bit.name.upper()} UINT32_C({bit.mask:#x}) // "
                          f"{comment(bit.meaning)}{'; write 1 to clear' if bit.clear else ''}")
-        for k, choice in enumerate(unique(register.names, taken=("ADDR",))):
+            if bit.width > 1:
+                lines += [f"#define {stem}_{bit.name.upper()}_LSB {bit.bit}",
+                          f"#define {stem}_{bit.name.upper()}_WIDTH {bit.width}"]
+        for k, choice in enumerate(unique(register.names, taken=("ADDR", "WIDTH", "DEFAULT"))):
             lines.append(f"#define {stem}_{choice.upper()} {k}")
     lines += ["", "// What the build registers read"]
     lines += [f"#define {macro}_BUILD_{part}_VALUE UINT32_C({value:#010x})"
@@ -89,13 +111,27 @@ def to_header(registers: RegisterMap) -> str:
                 lines.append(f"#define {macro}_{stem.upper()}_FRAC {_number(port.frac)}"
                              f"{' // ' + comment(port.unit) if port.unit else ''}")
     lines += ["", _RULE, "// Functions", "", _ACCESSORS.format(
-        name=name, word=registers.word, mask=registers.mask, extend=_extension(registers.word))]
+        name=name, word=registers.word, mask=registers.mask, extend=_extension(registers.word),
+        read_mask=max(map(registers.mask_of, registers.registers)))]
+    if any(r.width for r in registers.registers):
+        lines.append(_FIELDS.format(name=name))
     return "\n".join([*lines, "#endif", "", _RULE, "// End of file", ""])
 
 
 def _title(register: Register) -> str:
     """Meaning and unit."""
     return register.meaning + (f" [{register.unit}]" if register.unit else "")
+
+
+def _shape(stem: str, register: Register) -> Iterable[str]:
+    """Macros of another register: bits, format, value."""
+    if register.width is not None:
+        signed = "; signed: read with _reg_field_signed" if register.signed else ""
+        yield f"#define {stem}_WIDTH {register.width} // bits{signed}"
+    if register.frac is not None:
+        yield f"#define {stem}_FRAC {_number(register.frac)} // value = word * 2^-FRAC"
+    if register.reset is not None:
+        yield f"#define {stem}_DEFAULT UINT32_C({register.reset:#x}) // after power-up"
 
 
 def _number(value: int) -> str:

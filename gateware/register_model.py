@@ -28,12 +28,18 @@ class Access(StrEnum):
 
 @dataclass(frozen=True)
 class BitField:
-    """One bit of a register. ``clear``: writing 1 clears it."""
+    """Bits of a register, ``width`` from ``bit`` on. ``clear``: writing 1 clears it."""
 
     name: str
     bit: int
     meaning: str
     clear: bool = False
+    width: int = 1
+
+    @property
+    def mask(self) -> int:
+        """These bits of the register."""
+        return ((1 << self.width) - 1) << self.bit
 
 
 @dataclass(frozen=True)
@@ -61,7 +67,10 @@ class Register:
 
     For parameters ``frac`` is the number of fraction bits, and ``minimum``, ``maximum`` and
     ``reset`` are the signed words of ``low``, ``high`` and the default, rounded as
-    `Format.quantise` does. All of them are None for the other registers, whose words are unsigned.
+    `Format.quantise` does. Limits are None for the other registers, whose words are unsigned
+    unless they are ``signed``, and numbers of ``unit`` times 2^-frac if there is a ``frac``; ``reset``
+    is then the word after power-up, or the word that a register always reads.
+    ``width`` is the number of bits, a word's if None; bits above it read 0, also of signed ones.
     ``names`` are those of the numbers 0, 1, ... that the register may hold, if they have names.
     """
 
@@ -78,11 +87,13 @@ class Register:
     reset: int | None = None
     fields: tuple[BitField, ...] = ()
     names: tuple[str, ...] = ()
+    width: int | None = None
+    signed: bool | None = None
 
     @property
     def is_parameter(self) -> bool:
         """Whether it is a parameter of the estimator."""
-        return self.frac is not None
+        return self.minimum is not None
 
 
 #: Registers of every core, after the parameters: what `gateware.registers` decodes.
@@ -104,7 +115,8 @@ class RegisterMap:
     """All registers of a core, and for each program the words of its streams.
 
     ``build`` holds the words that ``build_low`` and ``build_high`` read. With several programs the
-    parameters' names begin with the program's: ``mekf.gain``.
+    parameters' names begin with the program's: ``mekf.gain``. ``title`` says what has them: a core,
+    or a system with more registers than the core's.
     """
 
     name: str
@@ -113,6 +125,11 @@ class RegisterMap:
     build: tuple[int, int]
     registers: tuple[Register, ...]
     streams: tuple[Streams, ...]
+    title: str = "core"
+
+    def mask_of(self, register: Register) -> int:
+        """All bits of a register."""
+        return (1 << (register.width or self.word)) - 1
 
     @property
     def mask(self) -> int:
@@ -145,7 +162,8 @@ class RegisterMap:
             return {**kept, "byte_offset": 4 * register.address}
 
         return json.dumps({
-            "name": self.name, "digest": self.digest, "word": self.word, "build": self.build,
+            "name": self.name, "title": self.title, "digest": self.digest, "word": self.word,
+            "build": self.build,
             "registers": [plain(r) for r in self.registers],
             "programs": [{"number": k, **asdict(s)} for k, s in enumerate(self.streams)],
         }, indent=1) + "\n"

@@ -16,9 +16,10 @@ def to_markdown(registers: RegisterMap) -> str:
     parameters = [(str(r.address), f"`{r.name}`", _format(registers, r.frac), r.unit,
                    f"{r.low:g} to {r.high:g}", f"{_default(r):.6g}", r.meaning)
                   for r in registers.parameters]
-    others = [(str(r.address), f"`{r.name}`", r.access.value, r.meaning)
-              for r in registers.registers if not r.is_parameter]
-    bits = [(f"`{r.name}`", str(f.bit), f"`{f.name}`",
+    others = [(str(r.address), f"`{r.name}`", r.access.value, _bits(registers, r), r.unit,
+               _reset(r), r.meaning) for r in registers.registers if not r.is_parameter]
+    bits = [(f"`{r.name}`", f"{f.bit + f.width - 1}:{f.bit}" if f.width > 1 else str(f.bit),
+             f"`{f.name}`",
              f.meaning + ("; write 1 to clear" if f.clear else ""))
             for r in registers.registers for f in r.fields]
 
@@ -37,20 +38,20 @@ def to_markdown(registers: RegisterMap) -> str:
                     f"## Output record{of}", "", ports(streams.outputs)]
     programs = "Program" if len(registers.streams) == 1 else "Programs"
     return "\n".join([
-        f"# Registers of the core `{registers.name}`", "",
+        f"# Registers of the {registers.title} `{registers.name}`", "",
         f"{programs} `{registers.digest}`; words of {registers.word} bits. Addresses count words; "
         "in a memory map word k stands at byte 4 k. `fixed<W,I>` has W bits, I of them before the "
         f"binary point, with the sign. `build_low` and `build_high` read {build}.", "",
         "## Parameters", "",
         "Write only. A write waits until the update at work has ended.", "",
         _table(("address", "name", "format", "unit", "range", "default", "meaning"), parameters),
-        "## Status", "",
-        _table(("address", "name", "access", "meaning"), others),
+        "## Status" if registers.title == "core" else "## Status, settings, results, counters", "",
+        _table(("address", "name", "access", "format", "unit", "value", "meaning"), others),
         _table(("register", "bit", "name", "meaning"), bits),
-        *([_table(("register", "value", "program"), choices),
-           "A write of `program` waits until the update at work has ended; a number without a "
+        *([_table(("register", "value", "name"), choices)] if choices else []),
+        *(["A write of `program` waits until the update at work has ended; a number without a "
            "program is ignored. Each program keeps its states while others run.", ""]
-          if choices else []),
+          if registers.title == "core" and choices else []),
         *records,
     ]).rstrip("\n") + "\n"
 
@@ -58,6 +59,21 @@ def to_markdown(registers: RegisterMap) -> str:
 def _format(registers: RegisterMap, frac: int | None) -> str:
     assert frac is not None
     return f"`{Format(registers.word, frac)}`"
+
+
+def _bits(registers: RegisterMap, register: Register) -> str:
+    """Format of a register that is no parameter."""
+    width = register.width or registers.word
+    if register.frac is not None:
+        return _format(registers, register.frac)
+    return f"{width} bit{'s' * (width > 1)}" + (", signed" if register.signed else "")
+
+
+def _reset(register: Register) -> str:
+    """What it reads after power-up, if that is certain."""
+    if register.reset is None:
+        return ""
+    return str(register.reset) if register.reset < 1024 else f"{register.reset:#x}"
 
 
 def _default(register: Register) -> float:

@@ -19,9 +19,16 @@ PROGRAM = 516
 class BusSignature(wiring.Signature):
     """A small synchronous register bus, as its initiator sees it.
 
+    Parameters
+    ----------
+    word : int
+        Bits of a word, W.
+    address : int
+        Bits of an address, A: 10 for a core.
+
     Members
     -------
-    addr : Out(10)
+    addr : Out(A)
         Word address.
     w_data : Out(W)
         Word to write.
@@ -33,9 +40,9 @@ class BusSignature(wiring.Signature):
         Word at the ``addr`` of the cycle before.
     """
 
-    def __init__(self, *, word: int) -> None:
+    def __init__(self, *, word: int, address: int = 10) -> None:
         super().__init__({
-            "addr": Out(10),
+            "addr": Out(address),
             "w_data": Out(word),
             "w_stb": Out(1),
             "w_ack": In(1),
@@ -56,7 +63,9 @@ class Registers(wiring.Component):
         514     build identifier, bits W-1:0
         515     build identifier, bits 2W-1:W
         516     number of the program that runs; a write waits as for parameters. Writes of numbers
-                that no program has are ignored.
+                that no program has are ignored; with a selector, all are.
+
+    With a ``selector`` the program is chosen not by the bus but by a port, without the bus.
 
     **Latency** 1 cycle for reading, 2 for writing to an idle machine.
 
@@ -68,6 +77,8 @@ class Registers(wiring.Component):
         Build identifier.
     programs : int, >= 1
         Number of programs.
+    selector : bool
+        The program follows the port ``choice``.
 
     Members
     -------
@@ -80,6 +91,9 @@ class Registers(wiring.Component):
         It is written in this cycle.
     program : Out
         The program that runs.
+    choice : In, chosen : Out(1)
+        With a selector: the program that shall run, changed as by a write, at the next first word
+        of a record; whether it did in the cycle before.
     saturated : In(1)
         A sticky result saturates in this cycle.
     framing : In(1)
@@ -92,7 +106,8 @@ class Registers(wiring.Component):
         The last completed update saturated.
     """
 
-    def __init__(self, *, machine: Machine, digest: int, programs: int = 1) -> None:
+    def __init__(self, *, machine: Machine, digest: int, programs: int = 1,
+                 selector: bool = False) -> None:
         if digest < 0:
             raise ValueError(f"digest must not be negative, not {digest!r}")
         if programs < 1:
@@ -100,12 +115,15 @@ class Registers(wiring.Component):
         self.machine = machine
         self.digest = digest
         self.programs = programs
+        self.selector = selector
+        choice = {"choice": In(range(programs)), "chosen": Out(1)} if selector else {}
         super().__init__({
             "bus": In(BusSignature(word=machine.arithmetic.word)),
             "request": Out(1),
             "switch": Out(1),
             "grant": In(1),
             "program": Out(range(programs)),
+            **choice,
             "saturated": In(1),
             "framing": In(1),
             "commit": In(1),
@@ -124,14 +142,24 @@ class Registers(wiring.Component):
             waits.eq(~fixed & ~bus.addr[(self.machine.bank_depth - 1).bit_length() - 1]),
             bus.w_ack.eq(bus.w_stb & (~waits | self.grant)),
         ]
-        if self.programs > 1:
+        m.d.sync += self.request.eq(bus.w_stb & waits & ~self.grant)
+        if self.selector:
+            other = self.choice != self.program
+            m.d.comb += bus.w_ack.eq(bus.w_stb & (~waits | self.grant & ~self.switch))
+            m.d.sync += [
+                self.request.eq((bus.w_stb & waits | other) & ~self.grant),
+                self.switch.eq(other),
+                self.chosen.eq(~other),
+            ]
+            with m.If(self.grant & self.switch):
+                m.d.sync += self.program.eq(self.choice)
+        elif self.programs > 1:
             # Without bit 8 of the address no other lane's bank is written either.
             with m.If(fixed & ~bus.addr[8] & (bus.addr[:3] == 4)):
                 m.d.comb += waits.eq(bus.w_data < self.programs)
             m.d.sync += self.switch.eq(fixed)
             with m.If(self.grant & self.switch):
                 m.d.sync += self.program.eq(bus.w_data)
-        m.d.sync += self.request.eq(bus.w_stb & waits & ~self.grant)
 
         saturated, framing, pending = Signal(), Signal(), Signal()
         updates = Signal(word)

@@ -7,7 +7,7 @@ reference); `Estimator.compile` runs it once on tracing scalars and gives the `P
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any, ClassVar
 
@@ -21,7 +21,7 @@ from model.lower import lower
 from model.program import Kind, Program
 
 __all__ = ["Estimator", "FloatRun", "Input", "Output", "Param", "State", "input_words",
-           "param_words"]
+           "param_words", "with_params"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -200,3 +200,13 @@ def param_words(program: Program, values: Mapping[str, float]) -> dict[int, int]
     """Words of the parameters, by value number."""
     return {n: int(program.format(n).quantise(values[program.values[n].name]))
             for n in program.of_kind(Kind.PARAM)}
+
+
+def with_params(program: Program, estimator: Estimator,
+                params: Mapping[str, float] | None) -> Program:
+    """The program whose parameter registers start with these values."""
+    words = param_words(program, estimator.param_values(params))
+    values = list(program.values)
+    for number, word in words.items():
+        values[number] = replace(values[number], initial=word)
+    return replace(program, values=tuple(values))

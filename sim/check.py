@@ -15,7 +15,7 @@ import numpy.typing as npt
 from firmware.build import CModel
 from gateware.core import Core, build_core
 from model.errors import InputError, ToolMissing
-from model.estimator import Estimator, input_words, param_words
+from model.estimator import Estimator, input_words, with_params
 from model.fixed import IntArray
 from model.program import Program
 from sim.accuracy import largest_turn_deg
@@ -126,16 +126,6 @@ class CheckResult:
             "saturated_updates": self.saturated_updates,
             "verification": [{**dataclasses.asdict(x), "good": x.good} for x in self.levels],
         }
-
-
-def with_params(program: Program, estimator: Estimator,
-                params: Mapping[str, float] | None) -> Program:
-    """The program whose parameter registers start with these values."""
-    words = param_words(program, estimator.param_values(params))
-    values = list(program.values)
-    for number, word in words.items():
-        values[number] = dataclasses.replace(values[number], initial=word)
-    return dataclasses.replace(program, values=tuple(values))
 
 
 def euler_difference_deg(program: Program, outputs: IntArray,

@@ -2,7 +2,7 @@
 
 A log file is either CSV with the header ``t,gx,gy,gz,ax,ay,az,mx,my,mz`` and optionally
 ``qw,qx,qy,qz`` (columns in any order, comment lines starting with ``#`` above the header), or
-``.npz`` with the arrays ``t, gyr, acc, mag`` and optionally ``q, mov, fs``. Units and frames are
+``.npz`` with the arrays ``t, gyr, acc, mag`` and optionally ``q, mov, restart, fs``. Units and frames are
 those of `Log`. A magnetometer triple that is empty (CSV) or NaN (npz) says that the sensor had
 nothing new in that row; an empty or NaN quaternion says that the reference has a gap there.
 """
@@ -10,7 +10,7 @@ nothing new in that row; an empty or NaN quaternion says that the reference has 
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +21,9 @@ from sim.log_checks import check_samples, clean_arrays, clean_rate, index_place
 from sim.log_csv import format_csv, parse_csv
 from sim.log_npz import format_npz, parse_npz
 
-__all__ = ["Log", "read_log", "write_log"]
+__all__ = ["RESTART_S", "Log", "read_log", "write_log"]
+
+RESTART_S = -0.25  #: s, a time step that restarts every filter.
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -51,6 +53,8 @@ class Log:
         Reference attitude, Hamilton, scalar first, b to n (ENU). NaN rows: reference missing.
     mov : (n,) array of bool, optional
         Samples that count when errors are averaged.
+    restart : (n,) array of bool, optional
+        Samples at which a filter begins anew: their time step is `RESTART_S`.
     fs : float, optional
         Sampling rate [Hz] of a log with a uniform step; without it, `t` gives the steps.
 
@@ -69,12 +73,13 @@ class Log:
     mag_new: BoolArray
     q: FloatArray | None = None
     mov: BoolArray | None = None
+    restart: BoolArray | None = None
     fs: float | None = None
 
     def __post_init__(self) -> None:
         where = f"log {self.name!r}"
         place = index_place(where)
-        keys = ("t", "gyr", "acc", "mag", "mag_new", "q", "mov")
+        keys = ("t", "gyr", "acc", "mag", "mag_new", "q", "mov", "restart")
         clean = clean_arrays(where, {key: getattr(self, key) for key in keys})
         clean["mag"][~clean["mag_new"]] = np.nan
         check_samples(clean, place)
@@ -100,13 +105,15 @@ class Log:
         """Time step that ends at each sample, [s], (n,).
 
         All are 1/fs if `fs` is given; else the differences of `t`, and the first, which nothing
-        precedes, is the median of the others.
+        precedes, is the median of the others. `RESTART_S` where `restart` is true.
 
         Raises
         ------
         InputError
             If there is a single sample and no `fs`.
         """
+        if self.restart is not None:
+            return np.where(self.restart, RESTART_S, replace(self, restart=None).dt)
         if self.fs is not None:
             return np.full(len(self), 1.0 / self.fs)
         if len(self) == 1:
@@ -156,7 +163,8 @@ def write_log(path: str | os.PathLike[str], log: Log) -> None:
     path : path-like
         With suffix ``.npz`` for that format; anything else is written as CSV.
     log : Log
-        CSV has no place for `mov` and `fs`: a log that has one of them must go to ``.npz``.
+        CSV has no place for `mov`, `restart` and `fs`: a log that has one of them must go to
+        ``.npz``.
 
     Raises
     ------
@@ -164,16 +172,16 @@ def write_log(path: str | os.PathLike[str], log: Log) -> None:
         If the format cannot hold the log, or the file cannot be written.
     """
     path = Path(path)
-    keys = ("t", "gyr", "acc", "mag", "q", "mov", "fs")
+    keys = ("t", "gyr", "acc", "mag", "q", "mov", "restart", "fs")
     held = {key: getattr(log, key) for key in keys if getattr(log, key) is not None}
     if _is_npz(path):
         content = format_npz(held)
     else:
-        extra = [key for key in ("mov", "fs") if key in held]
+        extra = [key for key in ("mov", "restart", "fs") if key in held]
         if extra:
             raise InputError.at(
                 str(path),
-                wanted="a log without mov and fs, for which CSV has no column",
+                wanted="a log without mov, restart and fs, for which CSV has no column",
                 found=" and ".join(extra),
                 fix="write an .npz file, or leave them out with dataclasses.replace",
             )

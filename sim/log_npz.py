@@ -18,7 +18,7 @@ from sim.log_checks import check_samples, clean_arrays, clean_rate, index_place
 __all__ = ["format_npz", "parse_npz"]
 
 _REQUIRED = ("t", "gyr", "acc", "mag")
-_OPTIONAL = ("q", "mov", "fs")
+_OPTIONAL = ("q", "mov", "restart", "fs")
 #: What numpy, zipfile and zlib raise on bytes that are no archive, or a damaged one.
 _UNREADABLE = (
     AttributeError,
@@ -39,7 +39,7 @@ def format_npz(arrays: Mapping[str, npt.ArrayLike]) -> bytes:
     Parameters
     ----------
     arrays : mapping
-        ``t, gyr, acc, mag`` and perhaps ``q, mov, fs``.
+        ``t, gyr, acc, mag`` and perhaps ``q, mov, restart, fs``.
     """
     buffer = io.BytesIO()
     np.savez_compressed(buffer, allow_pickle=False, **{k: np.asarray(v) for k, v in arrays.items()})
@@ -60,7 +60,7 @@ def parse_npz(path: Path, content: bytes) -> dict[str, Any]:
     -------
     dict
         Float64 arrays ``t`` (n,), ``gyr``, ``acc``, ``mag`` (n, 3); if they are there ``q``
-        (n, 4), ``mov`` (n,) of bool, and ``fs``, a float.
+        (n, 4), ``mov`` and ``restart`` (n,) of bool, and ``fs``, a float.
 
     Raises
     ------

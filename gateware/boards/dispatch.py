@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth.hdl import Module, Signal
+from amaranth.hdl import Module, Mux, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -22,7 +22,7 @@ class Dispatcher(wiring.Component):
     Register accesses wait until the record before them has been put out, so that answers come in
     the order of the frames. A record is whole before its first word goes out, so the core never
     waits inside an update for the serial line. Everything that the core and its bus see comes out
-    of flip-flops.
+    of flip-flops, but for ``request``.
 
     **Latency** 2 cycles per word of a record.
 
@@ -30,36 +30,42 @@ class Dispatcher(wiring.Component):
     ----------
     word : int
         Bits of a word, W.
-    inputs : int, >= 1
-        Words of an input record.
+    inputs : int, >= 0
+        Words of an input record; 0: there are no records.
     depth : int
         Words of the unpacker's buffer.
+    address : int
+        Bits of a register address.
 
     Members
     -------
     pending : In(1), kind : In(2), index : Out, read : Out(1), word_data : In(W), done : Out(1)
         To the `Unpacker`.
     answered : In(1)
-        The last word of an output record leaves the core in this cycle.
+        The last word of an output record leaves the core in this cycle. Only with records.
     o : Out(stream of {data: W, last: 1})
-        Records for the core.
+        Records for the core. Only with records.
     bus : Out(BusSignature)
-        The core's registers.
+        Registers.
+    request : Out(1), grant : In(1)
+        The bus is needed; the target sees it in this cycle. A read word comes in the cycle after
+        the first one with a grant, a write is acknowledged only with one. 1 for an only initiator.
     o_reply : Out(stream of {data: W, kind: 2})
         Answers to WRITE and READ.
     """
 
-    def __init__(self, *, word: int, inputs: int, depth: int) -> None:
+    def __init__(self, *, word: int, inputs: int, depth: int, address: int = 10) -> None:
         self.word = word
         self.inputs = inputs
         self.depth = depth
+        records = {"answered": In(1), "o": Out(stream.Signature(word_layout(word)))}
         super().__init__({
             "pending": In(1), "kind": In(2), "index": Out(range(depth)), "read": Out(1),
             "word_data": In(word), "done": Out(1),
-            "answered": In(1),
-            "o": Out(stream.Signature(word_layout(word))),
-            "bus": Out(BusSignature(word=word)),
+            "bus": Out(BusSignature(word=word, address=address)),
+            "request": Out(1), "grant": In(1, init=1),
             "o_reply": Out(stream.Signature(reply_layout(word))),
+            **(records if inputs else {}),
         })
 
     def elaborate(self, platform: Any) -> Module:
@@ -67,46 +73,44 @@ class Dispatcher(wiring.Component):
         m = Module()
         bus, reply = self.bus, self.o_reply
         answer = Signal(self.word)
-        busy = Signal()  # a record is in the core
+        record, busy = Signal(), Signal()  # asked for; in the core
         m.d.comb += [
-            self.o.payload.data.eq(self.word_data),
             bus.w_data.eq(self.word_data),
-            reply.payload.data.eq(answer),
+            reply.payload.data.eq(Mux(self.kind == Kind.WRITE, bus.addr, answer)),
             reply.payload.kind.eq(self.kind),
+            self.request.eq(bus.w_stb),
         ]
-        with m.If(self.answered):
-            m.d.sync += busy.eq(0)
+        if self.inputs:
+            m.d.comb += [self.o.payload.data.eq(self.word_data),
+                         record.eq(self.kind == Kind.RECORD)]
+            with m.If(self.answered):
+                m.d.sync += busy.eq(0)
         with m.FSM():
             with m.State("IDLE"):
                 m.d.sync += self.index.eq(0)
-                with m.If(self.pending & (~busy | (self.kind == Kind.RECORD))):
+                with m.If(self.pending & (~busy | record)):
                     m.next = "FETCH"
             with m.State("FETCH"):
                 m.d.comb += self.read.eq(1)
-                with m.If(self.kind == Kind.RECORD):
-                    m.d.sync += [self.o.valid.eq(1),
-                                 self.o.payload.last.eq(self.index == self.inputs - 1)]
-                    m.next = "RECORD"
-                with m.Elif(self.index == 0):
+                with m.If(self.index == 0):
                     m.next = "ADDRESS"
                 with m.Else():
                     m.d.sync += bus.w_stb.eq(1)
                     m.next = "WRITE"
-            with m.State("RECORD"), m.If(self.o.ready):
-                m.d.sync += [self.o.valid.eq(0), self.index.eq(self.index + 1)]
-                with m.If(self.index == 0):
-                    m.d.sync += busy.eq(1)
-                m.next = "FETCH"
-                with m.If(self.o.payload.last):
-                    m.next = "DONE"
+                if self.inputs:
+                    with m.If(record):
+                        m.d.sync += [self.o.valid.eq(1), bus.w_stb.eq(0),
+                                     self.o.payload.last.eq(self.index == self.inputs - 1)]
+                        m.next = "RECORD"
             with m.State("ADDRESS"):
-                m.d.sync += [bus.addr.eq(self.word_data), answer.eq(self.word_data),
-                             self.index.eq(1)]
+                m.d.sync += [bus.addr.eq(self.word_data), self.index.eq(1)]
                 m.next = "FETCH"
                 with m.If(self.kind == Kind.READ):
                     m.next = "READ"
             with m.State("READ"):  # the bus has the address
-                m.next = "READ_DATA"
+                m.d.comb += self.request.eq(1)
+                with m.If(self.grant):
+                    m.next = "READ_DATA"
             with m.State("READ_DATA"):
                 m.d.sync += answer.eq(bus.r_data)
                 m.next = "REPLY"
@@ -120,4 +124,12 @@ class Dispatcher(wiring.Component):
             with m.State("DONE"):
                 m.d.comb += self.done.eq(1)
                 m.next = "IDLE"
+            if self.inputs:
+                with m.State("RECORD"), m.If(self.o.ready):
+                    m.d.sync += [self.o.valid.eq(0), self.index.eq(self.index + 1)]
+                    with m.If(self.index == 0):
+                        m.d.sync += busy.eq(1)
+                    m.next = "FETCH"
+                    with m.If(self.o.payload.last):
+                        m.next = "DONE"
         return m

@@ -5,16 +5,21 @@ so that END stands nowhere else: after any fault the next frame is understood ag
 a frame ends what noise may have begun; empty frames count for nothing.
 
 The body is one byte for the kind, words of ``(W + 7) // 8`` bytes (least significant first), and a
-CRC-8 (polynomial 0x07, initial value 0, as SMBus) of all of that. From the host bits above the
-word's W are ignored; to the host words are sign-extended.
+CRC-16 of all of that, least significant byte first: the frame check of HDLC and PPP (RFC 1662;
+CRC-16/IBM-SDLC, polynomial 0x1021 reflected, initial value and final exclusive-or 0xFFFF). From the
+host bits above the word's W are ignored; to the host words are sign-extended.
 
-====== =================================== ========================================
-kind   from the host                       answer, same kind
-====== =================================== ========================================
-RECORD the words of an input record        the words of the output record
-WRITE  register address, word              register address, when the word is written
-READ   register address                    word of the register
-====== =================================== ========================================
+======== =================================== ========================================
+kind     from the host                       answer, same kind
+======== =================================== ========================================
+RECORD   the words of an input record        the words of the output record
+WRITE    register address, word              register address, when the word is written
+READ     register address                    word of the register
+ATTITUDE                                     sent unasked: `gateware.system.attitude_frame`
+======== =================================== ========================================
+
+Boards that read their sensors themselves know no RECORD, boards that are fed by the host no
+ATTITUDE. Bits of a register address beyond those of the bus are ignored, and are 0 in the answer.
 
 Every good frame is answered once, in order (a register read right behind a record may still tell of
 before that update's end). A frame that is damaged, of another kind or of the
@@ -29,15 +34,17 @@ from enum import IntEnum
 
 from amaranth.lib.crc import catalog
 
-__all__ = ["CRC", "END", "END_ESCAPED", "ESC", "ESC_ESCAPED", "Decoder", "Kind", "encode",
+__all__ = ["CRC", "CRC_BYTES", "END", "END_ESCAPED", "ESC", "ESC_ESCAPED", "Decoder", "Kind", "encode",
            "word_bytes"]
 
 END, ESC, END_ESCAPED, ESC_ESCAPED = 0xC0, 0xDB, 0xDC, 0xDD
 _ESCAPES = {END: END_ESCAPED, ESC: ESC_ESCAPED}
 _PLAIN = {escaped: plain for plain, escaped in _ESCAPES.items()}
 
-#: The check of a frame; of a body with its CRC it is 0.
-CRC = catalog.CRC8_SMBUS(data_width=8)
+#: The check of a frame.
+CRC = catalog.CRC16_IBM_SDLC(data_width=8)
+#: Its bytes.
+CRC_BYTES = 2
 
 
 class Kind(IntEnum):
@@ -46,6 +53,7 @@ class Kind(IntEnum):
     RECORD = 1
     WRITE = 2
     READ = 3
+    ATTITUDE = 4
 
 
 def word_bytes(word: int) -> int:
@@ -69,7 +77,7 @@ def encode(kind: int, words: Iterable[int], *, word: int) -> bytes:
     mask = (1 << 8 * count) - 1
     body = bytes([kind]) + b"".join((int(w) & mask).to_bytes(count, "little") for w in words)
     out = bytearray([END])
-    for byte in body + bytes([CRC.compute(body)]):
+    for byte in body + CRC.compute(body).to_bytes(CRC_BYTES, "little"):
         out += bytes([ESC, _ESCAPES[byte]]) if byte in _ESCAPES else bytes([byte])
     out.append(END)
     return bytes(out)
@@ -122,10 +130,10 @@ class Decoder:
             else:
                 body.append(byte)
         size = word_bytes(self.word)
-        if escaped or len(body) < 2 or (len(body) - 2) % size or CRC.compute(body):
-            return None
-        if body[0] not in set(Kind):
+        check, body = body[-CRC_BYTES:], body[:-CRC_BYTES]
+        if escaped or not body or (len(body) - 1) % size or body[0] not in set(Kind) \
+                or CRC.compute(body) != int.from_bytes(check, "little"):
             return None
         words = [int.from_bytes(body[k:k + size], "little", signed=True)
-                 for k in range(1, len(body) - 1, size)]
+                 for k in range(1, len(body), size)]
         return Kind(body[0]), words

@@ -1,4 +1,4 @@
-"""Output records and answers to bytes."""
+"""Output records and answers to the bodies of frames."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from amaranth.hdl import Module, Mux, Signal
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from gateware.boards.frames import CRC, END, END_ESCAPED, ESC, ESC_ESCAPED, Kind, word_bytes
+from gateware.boards.frames import Kind, word_bytes
+from gateware.boards.framer import body_layout
 from gateware.engine import word_layout
 
 __all__ = ["Packer", "reply_layout"]
@@ -20,9 +21,10 @@ def reply_layout(word: int) -> data.StructLayout:
 
 
 class Packer(wiring.Component):
-    """Makes frames (`gateware.boards.frames`) of records and answers; records go first.
+    """Makes bodies of frames (`gateware.boards.frames`) of records and answers; records go first.
 
-    ``i.ready`` comes out of a flip-flop, and a word is stored when it is taken.
+    An answer is taken with the last of its bytes. A record's word is stored when it is taken, and
+    ``i.ready`` comes out of a flip-flop.
 
     **Latency** 1 cycle from the first word to the first byte.
 
@@ -30,91 +32,89 @@ class Packer(wiring.Component):
     ----------
     word : int
         Bits of a word, W.
+    records : bool
+        Whether there are records.
 
     Members
     -------
     i : In(stream of {data: W, last: 1})
-        Output records.
+        Output records. Only with records.
     i_reply : In(stream of {data: W, kind: 2})
-        Answers: frames of one word.
-    o : Out(stream of 8)
-        Bytes.
+        Answers: bodies of one word.
+    o : Out(stream of {data: 8, last: 1, raw: 1})
+        Bodies.
     """
 
-    def __init__(self, *, word: int) -> None:
+    def __init__(self, *, word: int, records: bool = True) -> None:
         self.word = word
+        self.records = records
         super().__init__({
-            "i": In(stream.Signature(word_layout(word))),
+            **({"i": In(stream.Signature(word_layout(word)))} if records else {}),
             "i_reply": In(stream.Signature(reply_layout(word))),
-            "o": Out(stream.Signature(8)),
+            "o": Out(stream.Signature(body_layout)),
         })
 
     def elaborate(self, platform: Any) -> Module:
-        """One state per part of a frame; the escape goes out before the byte that needs it."""
+        """Kind, then the words byte by byte."""
         m = Module()
         size = word_bytes(self.word)
-        m.submodules.crc = crc = CRC.create()
-        rest = Signal(8 * size)  # of the word, sign-extended
+        reply = self.i_reply
+        place = Signal(range(size))
+        word = Signal(8 * size)  # sign-extended
         kind = Signal(2)
-        last, ready, escaped = Signal(), Signal(init=1), Signal()
-        left = Signal(range(size))
-        byte, literal, sent = Signal(8), Signal(), Signal()
-
-        special = Signal()
+        sent, whole = Signal(), Signal()  # a byte; the last one of a word
         m.d.comb += [
-            special.eq(~literal & ((byte == END) | (byte == ESC))),
-            self.o.payload.eq(Mux(~special, byte, Mux(
-                ~escaped, ESC, Mux(byte == END, END_ESCAPED, ESC_ESCAPED)))),
-            sent.eq(self.o.valid & self.o.ready & (~special | escaped)),
-            crc.data.eq(byte),
-            self.i.ready.eq(ready),
+            word.eq(reply.payload.data.as_signed()),
+            kind.eq(reply.payload.kind),
+            sent.eq(self.o.valid & self.o.ready),
+            whole.eq(place == size - 1),
         ]
-        with m.If(self.o.valid & self.o.ready):
-            m.d.sync += escaped.eq(special & ~escaped)
+        if not self.records:
+            head = Signal(init=1)  # the next byte is the kind
+            m.d.comb += [
+                self.o.valid.eq(reply.valid),
+                self.o.payload.data.eq(Mux(head, kind, word.word_select(place, 8))),
+                self.o.payload.last.eq(whole & ~head),
+                reply.ready.eq(self.o.ready & whole & ~head),
+            ]
+            with m.If(sent):
+                m.d.sync += head.eq(self.o.payload.last)
+                with m.If(~head):
+                    m.d.sync += place.eq(Mux(whole, 0, place + 1))
+            return m
 
-        def store(word: Any) -> None:
-            m.d.sync += [rest.eq(word.as_signed()), left.eq(size - 1), ready.eq(0)]
+        held, last, ready, answer = Signal(self.word), Signal(), Signal(init=1), Signal()
+        m.d.comb += self.i.ready.eq(ready)
+        with m.If(~answer):
+            m.d.comb += [word.eq(held.as_signed()), kind.eq(Kind.RECORD)]
 
         with m.FSM():
             with m.State("IDLE"):
-                m.d.comb += crc.start.eq(1)
+                m.d.sync += place.eq(0)
                 with m.If(self.i.valid):
-                    store(self.i.payload.data)
-                    m.d.sync += [kind.eq(Kind.RECORD), last.eq(self.i.payload.last)]
-                    m.next = "BEGIN"
-                with m.Elif(self.i_reply.valid):
-                    m.d.comb += self.i_reply.ready.eq(1)
-                    store(self.i_reply.payload.data)
-                    m.d.sync += [kind.eq(self.i_reply.payload.kind), last.eq(1)]
-                    m.next = "BEGIN"
-            with m.State("BEGIN"):
-                m.d.comb += [self.o.valid.eq(1), literal.eq(1), byte.eq(END)]
-                with m.If(sent):
+                    m.d.sync += [held.eq(self.i.payload.data), last.eq(self.i.payload.last),
+                                 ready.eq(0), answer.eq(0)]
+                    m.next = "KIND"
+                with m.Elif(reply.valid):
+                    m.d.sync += [last.eq(1), ready.eq(0), answer.eq(1)]
                     m.next = "KIND"
             with m.State("KIND"):
-                m.d.comb += [self.o.valid.eq(1), byte.eq(kind), crc.valid.eq(sent)]
+                m.d.comb += [self.o.valid.eq(1), self.o.payload.data.eq(kind)]
                 with m.If(sent):
                     m.next = "WORD"
             with m.State("WORD"):
-                m.d.comb += [self.o.valid.eq(1), byte.eq(rest[:8]), crc.valid.eq(sent)]
+                m.d.comb += [self.o.valid.eq(1), self.o.payload.last.eq(whole & last),
+                             self.o.payload.data.eq(word.word_select(place, 8)),
+                             reply.ready.eq(sent & whole & answer)]
                 with m.If(sent):
-                    m.d.sync += [rest.eq(rest >> 8), left.eq(left - 1)]
-                    with m.If(left == 0):
-                        m.d.sync += ready.eq(~last)
+                    m.d.sync += place.eq(place + 1)
+                    with m.If(whole):
+                        m.d.sync += [ready.eq(1), place.eq(0)]
                         m.next = "NEXT"
                         with m.If(last):
-                            m.next = "CRC"
+                            m.next = "IDLE"
             with m.State("NEXT"), m.If(self.i.valid):
-                store(self.i.payload.data)
-                m.d.sync += last.eq(self.i.payload.last)
+                m.d.sync += [held.eq(self.i.payload.data), last.eq(self.i.payload.last),
+                             ready.eq(0)]
                 m.next = "WORD"
-            with m.State("CRC"):
-                m.d.comb += [self.o.valid.eq(1), byte.eq(crc.crc)]
-                with m.If(sent):
-                    m.next = "FINISH"
-            with m.State("FINISH"):
-                m.d.comb += [self.o.valid.eq(1), literal.eq(1), byte.eq(END)]
-                with m.If(sent):
-                    m.d.sync += ready.eq(1)
-                    m.next = "IDLE"
         return m

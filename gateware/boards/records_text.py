@@ -20,8 +20,8 @@ Line     {baud} baud, 8 data bits, no parity, 1 stop bit, 3.3 V levels
 _BODY = """\
 ON THE LINE
 Frames as of SLIP (RFC 1055), escaped: C0 body C0; in the body C0 becomes DB DC, DB becomes DB DD.
-Body: kind (1 byte), words ({bytes} bytes each, least significant first), CRC-8 (polynomial 07,
-start 00) of all before it.
+Body: kind (1 byte), words ({bytes} bytes each, least significant first), CRC-16 of all before it
+(as HDLC and PPP: polynomial 1021 reflected, start FFFF, inverted; least significant byte first).
   1 record  {inputs} words  answered by kind 1 with {outputs} words, in the order below
   2 write   2 words: register address, word     answered by kind 2 with the address
   3 read    1 word: register address            answered by kind 3 with the register's word

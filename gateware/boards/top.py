@@ -11,6 +11,8 @@ from amaranth.lib.wiring import In, Out
 
 from gateware.boards.board import Line
 from gateware.boards.dispatch import Dispatcher
+from gateware.boards.frames import Kind
+from gateware.boards.framer import Framer
 from gateware.boards.pack import Packer
 from gateware.boards.records_text import records_text
 from gateware.boards.unpack import Unpacker
@@ -28,7 +30,7 @@ class Top(wiring.Component):
     ::
 
                     frames          words, bus          words          frames
-        rx -> Receiver -> Unpacker -> Dispatcher -> Engine -> Packer -> Transmitter -> tx
+        rx -> Receiver -> Unpacker -> Dispatcher -> Engine -> Packer -> Framer -> Transmitter -> tx
 
     `gateware.boards.frames` says what the frames look like. No sequence of bytes stops it: only
     whole records of the right length reach the engine, and the transmitter always takes bytes.
@@ -98,18 +100,21 @@ class Top(wiring.Component):
         word = self.core.machine.arithmetic.word
         inputs = len(self.core.program.inputs)
         m.submodules.receiver = receiver = Receiver(divisor=self.divisor)
-        m.submodules.unpacker = unpacker = Unpacker(word=word, inputs=inputs)
+        m.submodules.unpacker = unpacker = Unpacker(
+            word=word, lengths={Kind.RECORD: inputs, Kind.WRITE: 2, Kind.READ: 1})
         m.submodules.dispatcher = dispatcher = Dispatcher(
             word=word, inputs=inputs, depth=unpacker.depth)
         m.submodules.engine = engine = Engine(machine=self.core.machine, image=self.core.image)
         m.submodules.packer = packer = Packer(word=word)
+        m.submodules.framer = framer = Framer()
         m.submodules.transmitter = transmitter = Transmitter(divisor=self.divisor)
 
         wiring.connect(m, dispatcher.o, engine.i)
         wiring.connect(m, dispatcher.bus, engine.bus)
         wiring.connect(m, dispatcher.o_reply, packer.i_reply)
         wiring.connect(m, engine.o, packer.i)
-        wiring.connect(m, packer.o, transmitter.i)
+        wiring.connect(m, packer.o, framer.i)
+        wiring.connect(m, framer.o, transmitter.i)
         m.d.comb += [
             receiver.rx.eq(self.rx),
             *(getattr(unpacker, name).eq(getattr(receiver, name))

@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from amaranth.hdl import Cat, Module, Mux, Signal
 from amaranth.lib import memory, wiring
 from amaranth.lib.wiring import In, Out
 
-from gateware.boards.frames import CRC, END, END_ESCAPED, ESC, ESC_ESCAPED, Kind, word_bytes
+from gateware.boards.frames import (
+    CRC,
+    CRC_BYTES,
+    END,
+    END_ESCAPED,
+    ESC,
+    ESC_ESCAPED,
+    Kind,
+    word_bytes,
+)
 
 __all__ = ["Unpacker"]
 
@@ -26,8 +36,8 @@ class Unpacker(wiring.Component):
     ----------
     word : int
         Bits of a word, W.
-    inputs : int, >= 1
-        Words of an input record.
+    lengths : mapping of Kind to int, >= 1
+        Words of a frame, for each kind that is taken; kinds below 4.
 
     Members
     -------
@@ -45,23 +55,28 @@ class Unpacker(wiring.Component):
         The word, from the next cycle on.
     done : In(1)
         The frame is not needed any longer.
+    dropped : Out(1)
+        A frame that was not empty has been dropped.
     """
 
-    def __init__(self, *, word: int, inputs: int) -> None:
-        if not isinstance(inputs, int) or inputs < 1:
-            raise ValueError(f"inputs must be a positive integer, not {inputs!r}")
+    def __init__(self, *, word: int, lengths: Mapping[Kind, int]) -> None:
+        for kind, length in lengths.items():
+            if kind not in range(1, 4):
+                raise ValueError(f"kind must be 1 to 3, not {kind!r}")
+            if isinstance(length, bool) or not isinstance(length, int) or length < 1:
+                raise ValueError(f"length must be a positive integer, not {length!r}")
         self.word = word
-        self.inputs = inputs
+        self.lengths = dict(lengths)
         super().__init__({
             "data": In(8), "valid": In(1), "error": In(1),
             "pending": Out(1), "kind": Out(2), "index": In(range(self.depth)), "read": In(1),
-            "word_data": Out(word), "done": In(1),
+            "word_data": Out(word), "done": In(1), "dropped": Out(1),
         })
 
     @property
     def depth(self) -> int:
         """Words of the longest frame, rounded up to a power of two."""
-        return 1 << (max(self.inputs, 2) - 1).bit_length()
+        return 1 << (max(*self.lengths.values(), 2) - 1).bit_length()
 
     def elaborate(self, platform: Any) -> Module:
         """Remove escapes, assemble words, check at END."""
@@ -112,18 +127,21 @@ class Unpacker(wiring.Component):
                     with m.If(count == depth):
                         m.d.sync += [bad.eq(1), count.eq(depth)]
 
-        # One byte of another word has come: the CRC.
+        # Two bytes of another word have come: the CRC.
         with m.Switch(kind):
-            for each, words in ((Kind.RECORD, self.inputs), (Kind.WRITE, 2), (Kind.READ, 1)):
+            for each, words in self.lengths.items():
                 with m.Case(each):
                     m.d.comb += [known.eq(1), expected.eq(words)]
         with m.If(self.done):
             m.d.sync += self.pending.eq(0)
+        m.d.sync += self.dropped.eq(0)
         with m.If(end):
-            m.d.sync += [bad.eq(0), headed.eq(0), place.eq(0), count.eq(0)]
+            m.d.sync += [bad.eq(0), headed.eq(0), place.eq(0), count.eq(0),
+                         self.dropped.eq(headed | bad | escaped | self.error)]
             with m.If(headed & known & ~bad & ~escaped & ~self.error & crc.match_detected
-                      & (place == 1) & (count == expected) & (~self.pending | self.done)):
-                m.d.sync += [self.pending.eq(1), self.kind.eq(kind), half.eq(~half)]
+                      & (place == CRC_BYTES) & (count == expected) & (~self.pending | self.done)):
+                m.d.sync += [self.pending.eq(1), self.kind.eq(kind), half.eq(~half),
+                             self.dropped.eq(0)]
         m.d.comb += [
             reader.addr.eq(Cat(self.index, ~half)), reader.en.eq(self.read),
             self.word_data.eq(reader.data),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth.hdl import Cat, Const, Module, Signal
+from amaranth.hdl import Cat, Const, Module, Mux, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.cdc import FFSynchronizer
 from amaranth.lib.wiring import In, Out
@@ -43,15 +43,30 @@ def _check_divisor(divisor: int) -> None:
 class Receiver(wiring.Component):
     """Bytes from a serial line.
 
+    The line is looked at every `spacing` cycles, 8 to 15 times in a bit, and what counts is the
+    majority of the last three looks: for the start edge, in the middle of the start bit, which has
+    to be low still, and in the middle of every other bit. A pulse shorter than `spacing` cycles is
+    seen at most once in three looks and changes nothing.
+
     A byte without stop bit is an error; after it the line has to be high once before the next
     start bit counts, so that a line held low is one error, not many bytes.
 
-    **Latency** ``o_valid`` comes 2 cycles of synchronisation and 9.5 bits after the start edge.
+    **Latency** ``valid`` comes `latency` cycles after the start edge, or up to `spacing` less one
+    sooner: 9.5 bits, the looks, 3 cycles of synchronisation and output.
 
     Parameters
     ----------
     divisor : int, >= 8
         Clock cycles per bit.
+
+    Attributes
+    ----------
+    spacing : int
+        Cycles from look to look: the power of two from ``divisor`` / 16 (not included) to
+        ``divisor`` / 8.
+    tolerance : float
+        Every byte is received if the other side's bit time is at most this fraction longer or
+        shorter, edges being clean: 0.0375 at ``divisor`` 8, 0.043 or more from 100 on.
 
     Members
     -------
@@ -68,52 +83,91 @@ class Receiver(wiring.Component):
     def __init__(self, *, divisor: int) -> None:
         _check_divisor(divisor)
         self.divisor = divisor
+        self.spacing: int = 1 << ((divisor // DIVISOR_MIN).bit_length() - 1)
         super().__init__({"rx": In(1, init=1), "data": Out(8), "valid": Out(1), "error": Out(1)})
 
+    @property
+    def to_middle(self) -> int:
+        """Cycles from the second look at a start bit to the last of those around its middle."""
+        return (self.divisor + 1 - self.spacing) // 2
+
+    @property
+    def latency(self) -> int:
+        """Most cycles from the cycle in which ``rx`` falls to that of ``valid``."""
+        return 2 + self.spacing + self.spacing - 1 + self.to_middle + 9 * self.divisor + 1
+
+    @property
+    def tolerance(self) -> float:
+        """Largest relative difference of the other side's bit time (see the class)."""
+        # The first look comes 0 to spacing cycles after the edge; as long after its middle comes
+        # the middle look of a bit. That of the stop bit must neither come before it nor after it.
+        early, late = self.to_middle, self.divisor - self.to_middle - self.spacing
+        return min(early / 9, late / 10) / self.divisor
+
     def elaborate(self, platform: Any) -> Module:
-        """Sample each bit in its middle."""
+        """One timer, up to 0: looks are where its low bits are 0, and a wait begins at 0."""
         m = Module()
+        divisor, spacing = self.divisor, self.spacing
         rx = Signal(init=1)
         m.submodules.synchroniser = FFSynchronizer(self.rx, rx, init=1)
-        timer = Signal(range(self.divisor))
-        bits = Signal(range(9))
-        sample = Signal()
-        m.d.comb += sample.eq(timer == 0)
-        m.d.sync += timer.eq(timer - 1)
-        with m.If(sample):
-            m.d.sync += timer.eq(self.divisor - 1)
-        m.d.sync += [self.valid.eq(0), self.error.eq(0)]
+        timer = Signal(range(divisor))
+        look, sample = Signal(), Signal()
+        m.d.comb += [look.eq(~timer[:spacing.bit_length() - 1].any()), sample.eq(~timer.any())]
 
+        seen = Signal(2, init=3)
+        line = Signal()
+        m.d.comb += line.eq((rx & seen[0]) | (rx & seen[1]) | (seen[0] & seen[1]))
+        with m.If(look):
+            m.d.sync += seen.eq(Cat(rx, seen[0]))
+
+        wait = Signal(range(divisor))  # until the next sample
+
+        def after(cycles: int) -> Any:
+            return wait.eq((1 - cycles) % (1 << len(timer)))
+
+        m.d.sync += timer.eq(timer + Mux(sample, wait, 1))
+        bits = Signal(9)  # a one above the bits that are in
+        m.d.comb += self.data.eq(bits[1:])
+        m.d.sync += [self.valid.eq(0), self.error.eq(0)]
         with m.FSM():
             with m.State("IDLE"):
-                m.d.sync += [timer.eq(self.divisor // 2 - 1), bits.eq(0)]
-                with m.If(~rx):
-                    m.next = "START"
-            with m.State("START"), m.If(sample):
-                with m.If(rx):  # a glitch
-                    m.next = "IDLE"
-                with m.Else():
+                m.d.comb += after(spacing)
+                with m.If(~line):
+                    m.d.comb += after(self.to_middle)
+                    with m.If(sample):
+                        m.next = "START"
+            with m.State("START"):
+                m.d.comb += after(divisor)
+                m.d.sync += bits.eq(1 << 8)
+                with m.If(sample):
                     m.next = "DATA"
-            with m.State("DATA"), m.If(sample):
-                m.d.sync += [self.data.eq(Cat(self.data[1:], rx)), bits.eq(bits + 1)]
-                with m.If(bits == 7):
-                    m.next = "STOP"
-            with m.State("STOP"), m.If(sample):
-                m.d.sync += [self.valid.eq(rx), self.error.eq(~rx)]
-                with m.If(rx):
+                with m.If(line):  # a glitch
+                    m.d.comb += after(spacing)
+                    with m.If(sample):
+                        m.next = "IDLE"
+            with m.State("DATA"):
+                with m.If(~bits[0]):
+                    m.d.comb += after(divisor)
+                    with m.If(sample):
+                        m.d.sync += bits.eq(Cat(bits[1:], line))
+                with m.Else():  # the stop bit
+                    m.d.comb += after(spacing)
+                    with m.If(sample):
+                        m.d.sync += [self.valid.eq(line), self.error.eq(~line)]
+                        m.next = "BREAK"
+                        with m.If(line):
+                            m.next = "IDLE"
+            with m.State("BREAK"):
+                m.d.comb += after(spacing)
+                with m.If(sample & line):
                     m.next = "IDLE"
-                with m.Else():
-                    m.next = "BREAK"
-            with m.State("BREAK"), m.If(rx):
-                m.next = "IDLE"
         return m
 
 
 class Transmitter(wiring.Component):
     """Bytes to a serial line.
 
-    **Latency** one byte per 10 bits and a cycle; the start bit begins one cycle after the byte
-    is taken.
+    **Latency** one byte per 10 bits; the start bit begins one cycle after the byte is taken.
 
     Parameters
     ----------
@@ -134,19 +188,20 @@ class Transmitter(wiring.Component):
         super().__init__({"i": In(stream.Signature(8)), "tx": Out(1, init=1)})
 
     def elaborate(self, platform: Any) -> Module:
-        """Shift register: data and stop bit."""
+        """Shift register: data and stop bit; when it is empty the byte is out."""
         m = Module()
-        timer = Signal(range(self.divisor))
+        timer = Signal(range(self.divisor))  # up to 0
         rest = Signal(9)
-        left = Signal(range(11))
-        m.d.comb += self.i.ready.eq(left == 0)
-        with m.If(left == 0):
-            m.d.sync += timer.eq(self.divisor - 1)
-            with m.If(self.i.valid):
-                m.d.sync += [self.tx.eq(0), rest.eq(Cat(self.i.payload, Const(1, 1))), left.eq(10)]
-        with m.Elif(timer == 0):
-            m.d.sync += [timer.eq(self.divisor - 1), left.eq(left - 1),
-                         self.tx.eq(rest[0]), rest.eq(Cat(rest[1:], Const(1, 1)))]
-        with m.Else():
-            m.d.sync += timer.eq(timer - 1)
+        empty, sample, begin = Signal(), Signal(), Signal()
+        m.d.comb += [
+            empty.eq(~rest.any()),
+            sample.eq(~timer.any()),
+            self.i.ready.eq(empty & sample),
+            begin.eq(self.i.ready & self.i.valid),
+        ]
+        wait = (1 - self.divisor) % (1 << len(timer))
+        with m.If(sample):
+            m.d.sync += self.tx.eq(Mux(empty, ~self.i.valid, rest[0]))
+            m.d.sync += rest.eq(Mux(begin, Cat(self.i.payload, Const(1, 1)), rest[1:]))
+        m.d.sync += timer.eq(timer + Mux(sample, Mux(self.i.ready & ~self.i.valid, 0, wait), 1))
         return m

@@ -85,7 +85,7 @@ def test_in_order(stalls: float) -> None:
     assert events == [
         ("record", [1, 2, 3]), ("answered",), ("reply", Kind.READ, 513 ^ 0x155),
         ("write", 7, 99), ("reply", Kind.WRITE, 7),
-        ("write", 8, 98), ("reply", Kind.WRITE, 0xFFFF_FC08),  # bits above the address: ignored
+        ("write", 8, 98), ("reply", Kind.WRITE, 8),  # bits above the address: ignored
         ("record", [4, 5, 6]), ("answered",), ("reply", Kind.READ, 1 ^ 0x155)]
 
 

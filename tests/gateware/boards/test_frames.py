@@ -13,12 +13,17 @@ def test_word_bytes(word: int, size: int) -> None:
 
 
 def test_known_frame() -> None:
-    assert encode(Kind.READ, [512], word=32) == bytes.fromhex("c0 03 00020000 00 c0").replace(
-        b"\x00\xc0", bytes([CRC.compute(bytes.fromhex("0300020000")), END]))
+    assert encode(Kind.READ, [512], word=32) == bytes.fromhex("c0 03 00020000 0367 c0")
 
 
-def test_crc_is_that_of_smbus() -> None:
-    assert CRC.compute(b"123456789") == 0xF4
+def test_crc_is_that_of_hdlc() -> None:
+    """Known value of the catalogue; and a bit-by-bit calculation of the frame above."""
+    assert CRC.compute(b"123456789") == 0x906E
+    check = 0xFFFF
+    for byte in bytes.fromhex("0300020000"):
+        for bit in range(8):
+            check = check >> 1 ^ (0x8408 if (check ^ byte >> bit) & 1 else 0)
+    assert check ^ 0xFFFF == CRC.compute(bytes.fromhex("0300020000"))
 
 
 @pytest.mark.parametrize("word", [18, 24, 25, 32])
@@ -42,8 +47,10 @@ def test_end_stands_at_the_ends_only() -> None:
 
 
 @pytest.mark.parametrize("damaged", [
-    b"\x00", b"\x01\x02", bytes([ESC]), bytes([ESC, 0x55]), bytes([0, CRC.compute(b"\0")]),
-    bytes([1, 2, 3, CRC.compute(b"\1\2\3")])])
+    b"\x00", b"\x01\x02", bytes([ESC]), bytes([ESC, 0x55]),
+    b"\0" + CRC.compute(b"\0").to_bytes(2, "little"),
+    CRC.compute(b"").to_bytes(2, "little"),
+    b"\1\2\3" + CRC.compute(b"\1\2\3").to_bytes(2, "little")])
 def test_damaged_frames_are_dropped_and_the_next_is_not(damaged: bytes) -> None:
     decoder = Decoder(word=32)
     good = encode(Kind.WRITE, [7], word=32)

@@ -1,17 +1,24 @@
-"""Records and answers to frames, read back by the software's decoder."""
+"""Records and answers to bodies, and these to frames, read back by the software's decoder."""
 
 import random
 
 import pytest
+from amaranth.hdl import Module
+from amaranth.lib import wiring
 from amaranth.sim import Simulator
 
 from gateware.boards.frames import Decoder, Kind, encode
+from gateware.boards.framer import Framer
 from gateware.boards.pack import Packer
 
 
 def run(word: int, records: list[list[int]], replies: list[tuple[Kind, int]],
         stalls: float, seed: int) -> bytes:
-    dut, out, rng = Packer(word=word), bytearray(), random.Random(seed)
+    dut, framer = Packer(word=word, records=bool(records)), Framer()
+    top = Module()
+    top.submodules += [dut, framer]
+    wiring.connect(top, dut.o, framer.i)
+    out, rng = bytearray(), random.Random(seed)
     mask = (1 << word) - 1
     done = set()
 
@@ -28,6 +35,9 @@ def run(word: int, records: list[list[int]], replies: list[tuple[Kind, int]],
             ctx.set(port.valid, 0)
 
     async def put_records(ctx):
+        if not records:
+            done.add("records")
+            return
         await put(ctx, dut.i, [{"data": w & mask, "last": k == len(words) - 1}
                                for words in records for k, w in enumerate(words)])
         done.add("records")
@@ -40,13 +50,13 @@ def run(word: int, records: list[list[int]], replies: list[tuple[Kind, int]],
         idle = 0
         while len(done) < 2 or idle < 20:
             ready = rng.random() >= stalls
-            ctx.set(dut.o.ready, ready)
-            _, _, valid, byte = await ctx.tick().sample(dut.o.valid, dut.o.payload)
+            ctx.set(framer.o.ready, ready)
+            _, _, valid, byte = await ctx.tick().sample(framer.o.valid, framer.o.payload)
             if valid and ready:
                 out.append(byte)
             idle = 0 if valid else idle + 1
 
-    sim = Simulator(dut)
+    sim = Simulator(top)
     sim.add_clock(1e-8)
     sim.add_testbench(put_records)
     sim.add_testbench(put_replies)
@@ -77,3 +87,14 @@ def test_answers_come_between_records(stalls: float) -> None:
     assert decoder.dropped == 0
     assert [words for kind, words in frames if kind is Kind.RECORD] == records
     assert [(kind, words[0]) for kind, words in frames if kind is not Kind.RECORD] == replies
+
+
+@pytest.mark.parametrize("stalls", [0.0, 0.5])
+@pytest.mark.parametrize("word", [18, 32])
+def test_answers_alone(stalls: float, word: int) -> None:
+    rng = random.Random(5)
+    half = 1 << word - 1
+    replies = [(rng.choice([Kind.READ, Kind.WRITE]), rng.randrange(-half, half))
+               for _ in range(20)]
+    assert run(word, [], replies, stalls, seed=6) == b"".join(
+        encode(kind, [value], word=word) for kind, value in replies)

@@ -9,6 +9,12 @@ from gateware.boards.unpack import Unpacker
 
 COUNTS = {Kind.WRITE: 2, Kind.READ: 1}
 
+KINDS = [Kind.RECORD, Kind.WRITE, Kind.READ]
+
+
+def unpacker(word: int, inputs: int) -> Unpacker:
+    return Unpacker(word=word, lengths={Kind.RECORD: inputs, **COUNTS})
+
 
 async def feed(ctx, dut, data: bytes) -> None:
     for byte in data:
@@ -43,13 +49,13 @@ async def fetch(ctx, dut, count: int) -> list[int]:
 @pytest.mark.parametrize("word", [18, 24, 25, 32])
 @pytest.mark.parametrize("inputs", [1, 2, 5])
 def test_good_frames(word: int, inputs: int, simulate) -> None:
-    dut = Unpacker(word=word, inputs=inputs)
+    dut = unpacker(word, inputs)
     rng = random.Random(inputs)
     mask = (1 << word) - 1
 
     async def bench(ctx):
         for _ in range(30):
-            kind = rng.choice(list(Kind))
+            kind = rng.choice(KINDS)
             words = [rng.choice([rng.getrandbits(word), 0xC0DBC0DB & mask, 0])
                      for _ in range(COUNTS.get(kind, inputs))]
             assert not ctx.get(dut.pending)
@@ -62,7 +68,7 @@ def test_good_frames(word: int, inputs: int, simulate) -> None:
 
 def body(data: bytes) -> bytes:
     """A frame with a right CRC around any bytes, none of which needs an escape."""
-    return bytes([END]) + data + bytes([CRC.compute(data), END])
+    return bytes([END]) + data + CRC.compute(data).to_bytes(2, "little") + bytes([END])
 
 
 @pytest.mark.parametrize("damaged", [
@@ -86,7 +92,7 @@ def body(data: bytes) -> bytes:
     bytes([ESC]),
 ])
 def test_damaged_frames_are_dropped_and_the_next_is_not(damaged: bytes, simulate) -> None:
-    dut = Unpacker(word=32, inputs=3)
+    dut = unpacker(32, 3)
 
     async def bench(ctx):
         await feed(ctx, dut, damaged)
@@ -100,7 +106,7 @@ def test_damaged_frames_are_dropped_and_the_next_is_not(damaged: bytes, simulate
 
 @pytest.mark.parametrize("place", range(10))
 def test_line_error_spoils_the_frame(place: int, simulate) -> None:
-    dut = Unpacker(word=32, inputs=1)
+    dut = unpacker(32, 1)
     frame = encode(Kind.RECORD, [5], word=32)
 
     async def bench(ctx):
@@ -114,7 +120,7 @@ def test_line_error_spoils_the_frame(place: int, simulate) -> None:
 
 
 def test_every_changed_bit_is_found(simulate) -> None:
-    dut = Unpacker(word=32, inputs=2)
+    dut = unpacker(32, 2)
     good = encode(Kind.RECORD, [1, 0x12345678], word=32)
 
     async def bench(ctx):
@@ -129,7 +135,7 @@ def test_every_changed_bit_is_found(simulate) -> None:
 
 
 def test_third_frame_is_dropped(simulate) -> None:
-    dut = Unpacker(word=32, inputs=1)
+    dut = unpacker(32, 1)
 
     async def bench(ctx):
         for value in (1, 2, 3):
@@ -144,7 +150,7 @@ def test_third_frame_is_dropped(simulate) -> None:
 
 
 def test_frame_that_ends_with_done_is_kept(simulate) -> None:
-    dut = Unpacker(word=32, inputs=1)
+    dut = unpacker(32, 1)
 
     async def bench(ctx):
         await feed(ctx, dut, encode(Kind.RECORD, [1], word=32))
@@ -164,12 +170,12 @@ def test_frame_that_ends_with_done_is_kept(simulate) -> None:
 def test_same_verdict_as_the_software(simulate) -> None:
     """Random bytes that are rich in what matters."""
     rng = random.Random(8)
-    dut = Unpacker(word=24, inputs=2)
+    dut = unpacker(24, 2)
     pieces = [bytes([c]) for c in (END, END, ESC, 0xDC, 0xDD, 0, 1, 2, 3)]
     stream = []
     for _ in range(300):
         if rng.random() < 0.5:
-            kind = rng.choice(list(Kind))
+            kind = rng.choice(KINDS)
             words = [rng.getrandbits(24) for _ in range(COUNTS.get(kind, 2))]
             frame = bytearray(encode(kind, words, word=24))
             if rng.random() < 0.5:
@@ -197,6 +203,45 @@ def test_same_verdict_as_the_software(simulate) -> None:
     assert kept > 50
 
 
-def test_inputs_are_checked() -> None:
-    with pytest.raises(ValueError, match=r"^inputs must be a positive integer, not 0$"):
-        Unpacker(word=32, inputs=0)
+def test_only_kinds_with_a_length_are_taken(simulate) -> None:
+    dut = Unpacker(word=32, lengths=COUNTS)
+
+    async def bench(ctx):
+        for kind, words, taken in ((Kind.RECORD, [1, 2], 0), (Kind.ATTITUDE, [1, 2], 0),
+                                   (Kind.WRITE, [1, 2], 1)):
+            await feed(ctx, dut, encode(kind, words, word=32))
+            assert ctx.get(dut.pending) == taken
+        assert await fetch(ctx, dut, 2) == [1, 2]
+
+    simulate(dut, bench)
+
+
+@pytest.mark.parametrize("data, count", [
+    (bytes([END]) * 5, 0), (encode(Kind.READ, [1], word=32), 0), (b"\1" + bytes([END]), 1),
+    (bytes([ESC, END, END]), 1), (encode(Kind.READ, [1, 2], word=32), 1),
+    (encode(Kind.READ, [1], word=32)[:-2] + bytes([END]), 1),
+    (encode(Kind.READ, [1], word=32) * 3, 2)])
+def test_dropped_frames_are_told(data: bytes, count: int, simulate) -> None:
+    dut = unpacker(32, 3)
+
+    async def bench(ctx):
+        seen = 0
+        for byte in data:
+            ctx.set(dut.data, byte)
+            ctx.set(dut.valid, 1)
+            await ctx.tick()
+            ctx.set(dut.valid, 0)
+            seen += ctx.get(dut.dropped)
+            await ctx.tick()
+            assert not ctx.get(dut.dropped)
+        assert seen == count
+
+    simulate(dut, bench)
+
+
+@pytest.mark.parametrize("lengths, message", [
+    ({Kind.RECORD: 0}, r"^length must be a positive integer, not 0$"),
+    ({Kind.ATTITUDE: 1}, r"^kind must be 1 to 3, not <Kind.ATTITUDE: 4>$")])
+def test_lengths_are_checked(lengths: dict, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        Unpacker(word=32, lengths=lengths)

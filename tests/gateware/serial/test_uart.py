@@ -50,6 +50,76 @@ def test_other_side_off_by_four_percent(theirs: int, send) -> None:
     assert receive(100, drive) == list(data)
 
 
+@pytest.mark.parametrize("divisor", [8, 11, 16, 31, 100, 108])
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_other_side_off_by_the_tolerance(divisor: int, sign: int) -> None:
+    # Half a cycle of a bit is lost where its edges fall between cycles.
+    rate = 1 + sign * (Receiver(divisor=divisor).tolerance - 0.06 / divisor)
+    data = bytes([0x00, 0xFF, 0x55, 0xAA, 0x80, 0x7F, 0x01, 0xFE])
+
+    async def drive(ctx, dut):
+        begin, now = 0.0, 0
+        for byte in data:
+            for k, bit in enumerate((0, *(byte >> j & 1 for j in range(8)), 1)):
+                ctx.set(dut.rx, bit)
+                end = round(begin + (k + 1) * rate * divisor)
+                await ctx.tick().repeat(end - now)
+                now = end
+            begin = now
+
+    assert receive(divisor, drive) == list(data)
+
+
+@pytest.mark.parametrize("divisor", [8, 9, 16, 33, 64])
+def test_latency(divisor: int) -> None:
+    dut = Receiver(divisor=divisor)
+    found = set()
+
+    async def bench(ctx):
+        for phase in range(2 * dut.spacing):
+            ctx.set(dut.rx, 1)
+            await ctx.tick().repeat(2 * divisor + phase)
+            cycles = 0
+            for bit in (0, 1, 0, 1, 0, 1, 0, 1, 0, 1):
+                ctx.set(dut.rx, bit)
+                for _ in range(divisor):
+                    await ctx.tick()
+                    cycles += 1
+                    if ctx.get(dut.valid):
+                        found.add(cycles)
+                        assert ctx.get(dut.data) == 0x55
+            while not found:
+                await ctx.tick()
+
+    sim = Simulator(dut)
+    sim.add_clock(1e-8)
+    sim.add_testbench(bench)
+    sim.run()
+    assert found == set(range(dut.latency - dut.spacing + 1, dut.latency + 1))
+
+
+def test_looks_at_a_bit_8_to_15_times() -> None:
+    for divisor in range(8, 6000):
+        dut = Receiver(divisor=divisor)
+        assert 8 <= divisor / dut.spacing < 16
+        assert dut.tolerance >= (0.0375 if divisor < 100 else 0.043)
+
+
+@pytest.mark.parametrize("divisor, step", [(16, 2), (40, 11)])
+def test_pulse_shorter_than_the_spacing_changes_nothing(divisor: int, step: int) -> None:
+    bits = [1, 0, *(0x35 >> k & 1 for k in range(8)), 1, 1]
+    length = Receiver(divisor=divisor).spacing - 1
+    positions = range(0, len(bits) * divisor, step)
+
+    async def drive(ctx, dut):
+        for at in positions:
+            for cycle in range(len(bits) * divisor):
+                ctx.set(dut.rx, bits[cycle // divisor] ^ (at <= cycle < at + length))
+                await ctx.tick()
+
+    assert receive(divisor, drive) == [0x35] * len(positions)
+
+
 def test_break_is_one_error(send) -> None:
     async def drive(ctx, dut):
         await send(ctx, dut.rx, 16, b"a")
@@ -101,7 +171,7 @@ def test_transmitter(divisor: int, gap: int, listen) -> None:
             ctx.set(dut.i.valid, 0)
             for _ in range(gap):
                 await ctx.tick()
-        assert gap or cycles <= (10 * divisor + 1) * len(data)
+        assert gap or cycles == 10 * divisor * (len(data) - 1) + 1
         await ctx.tick().repeat(11 * divisor)
 
     sim = Simulator(dut)

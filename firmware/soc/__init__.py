@@ -1,0 +1,13 @@
+"""Firmware of the soft core: C sources, start-up, link script, and `image`, which builds them.
+
+=================  =========================================================================
+file               what it holds
+=================  =========================================================================
+start.S            from reset to ``main``; trap entry
+link.ld            memory: protected part (code, constants), data, stack
+soc.h, soc.c       devices of the soft core: cycles, console, watchdog, interrupts, stack
+text.h, text.c     numbers and lines of text to the console
+measure.c          one estimator in software, driven and observed by a bench
+image.py           compiler, flags, sizes, image as words in hexadecimal
+=================  =========================================================================
+"""

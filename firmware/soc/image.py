@@ -1,0 +1,149 @@
+"""Builds firmware of the soft core: from C sources to the words of its memory."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from model.errors import ToolMissing
+
+__all__ = ["CFLAGS", "COMPILER", "Image", "ImageError", "build_image", "find_cross_compiler",
+           "source"]
+
+#: What Debian and Ubuntu call the compiler and the C library.
+COMPILER = "riscv64-unknown-elf-gcc"
+PACKAGES = "gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf"
+
+#: Warnings are errors. libm's functions set no errno and float arithmetic no flag that is read.
+CFLAGS = ("-std=c99", "-march=rv32im", "-mabi=ilp32", "-Wa,-march=rv32im_zicsr", "-Wall",
+          "-Wextra", "-Wconversion", "-Werror", "-ffreestanding", "-fno-math-errno",
+          "-fno-trapping-math", "-ffp-contract=off", "-ffunction-sections", "-fdata-sections")
+_LINK = ("--specs=picolibc.specs", "-nostartfiles", "-Wl,--gc-sections",
+         "-Wl,--no-warn-rwx-segments")
+_FIXED = ("start.S", "link.ld", "soc.h", "soc.c")
+
+
+class ImageError(RuntimeError):
+    """The compiler or the linker refused."""
+
+
+@dataclass(frozen=True)
+class Image:
+    """Firmware as it stands in memory.
+
+    Attributes
+    ----------
+    words : tuple of int
+        Memory from address 0.
+    symbols : dict
+        Addresses and numbers by name of the linker.
+    ram : int
+        Bytes of memory that it was linked for.
+    """
+
+    words: tuple[int, ...]
+    symbols: dict[str, int]
+    ram: int
+
+    @property
+    def hex(self) -> str:
+        """Text for ``$readmemh``."""
+        return "".join(f"{word:08x}\n" for word in self.words)
+
+    @property
+    def code_size(self) -> int:
+        """Bytes of code, constants and first values of data."""
+        return self.symbols["_image_end"]
+
+    @property
+    def data_size(self) -> int:
+        """Bytes of data that is written, without the stack."""
+        return self.symbols["_stack_bottom"] - self.symbols["_data_begin"]
+
+    @property
+    def stack_size(self) -> int:
+        """Bytes that remain for the stack."""
+        return self.symbols["_stack_top"] - self.symbols["_stack_bottom"]
+
+
+def source(name: str) -> str:
+    """Text of a file of this folder."""
+    return Path(__file__).with_name(name).read_text(encoding="utf-8")
+
+
+def find_cross_compiler() -> str:
+    """Path of the compiler.
+
+    Raises
+    ------
+    ToolMissing
+        It, or its C library, is not installed.
+    """
+    path = shutil.which(COMPILER)
+    if path is None:
+        raise ToolMissing(f"{COMPILER} was not found: run 'make firmware', or install it "
+                          f"(Debian, Ubuntu: apt-get install {PACKAGES})")
+    specs = subprocess.run([path, "-print-file-name=picolibc.specs"], capture_output=True,
+                           text=True, check=True).stdout.strip()
+    if not Path(specs).is_absolute():
+        raise ToolMissing(f"picolibc for {COMPILER} was not found: run 'make firmware', or "
+                          f"install it (Debian, Ubuntu: apt-get install {PACKAGES})")
+    return path
+
+
+def build_image(files: Mapping[str, str], *, sources: Sequence[str], ram: int,
+                stack: int = 1024, optimise: str = "-Os") -> Image:
+    """Compile and link.
+
+    Parameters
+    ----------
+    files : mapping
+        Texts by file name, beside those that every image needs (start-up, devices).
+    sources : sequence of str
+        The C files among them.
+    ram : int
+        Bytes of memory.
+    stack : int
+        Bytes of stack that must remain.
+    optimise : str
+        Level of optimisation.
+
+    Raises
+    ------
+    ToolMissing
+        There is no compiler.
+    ImageError
+        The compiler or the linker refused; memory too small is one of the reasons.
+    """
+    compiler = find_cross_compiler()
+    texts = {**{name: source(name) for name in _FIXED}, **files}
+    with tempfile.TemporaryDirectory(prefix="firmware-") as name:
+        folder = Path(name)
+        for file, text in texts.items():
+            (folder / file).write_text(text, encoding="utf-8")
+        _run([compiler, *CFLAGS, optimise, *_LINK, "-T", "link.ld",
+              f"-Wl,--defsym=RAM_SIZE={ram},--defsym=STACK_SIZE={stack}", "start.S", "soc.c",
+              *sources, "-lm", "-o", "image.elf"], folder)
+        tool = compiler.removesuffix("gcc")
+        _run([f"{tool}objcopy", "-O", "binary", "image.elf", "image.bin"], folder)
+        data = (folder / "image.bin").read_bytes()
+        listed = _run([f"{tool}nm", "image.elf"], folder)
+    data += bytes(-len(data) % 4)
+    words = tuple(int.from_bytes(data[k:k + 4], "little") for k in range(0, len(data), 4))
+    symbols = {m[2]: int(m[1], 16)
+               for m in re.finditer(r"(?m)^([0-9a-f]+) \w (\S+)$", listed)}
+    return Image(words, symbols, ram)
+
+
+def _run(command: Sequence[str], folder: Path) -> str:
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    if done.returncode:
+        said = [line for line in done.stderr.splitlines() if "rror" in line or "full" in line]
+        raise ImageError(f"{Path(command[0]).name} failed: "
+                         + "; ".join(said[:5] or done.stderr.splitlines()[-3:]))
+    return done.stdout

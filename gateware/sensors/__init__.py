@@ -1,0 +1,12 @@
+"""Readers of the sensors: from pins to checked words.
+
+================== ============================================================
+module             what it holds
+================== ============================================================
+adis16385          the inertial sensor: SPI, data-ready, reset
+adis16385_frames   its registers and the reader's row of frames
+adis16385_flags    flags and events of its reader
+adis16385_range    comparison with full scale
+hmr3300            the compass: serial line, sentences, commands
+================== ============================================================
+"""

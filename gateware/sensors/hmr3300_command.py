@@ -1,0 +1,182 @@
+"""Commands to the HMR3300: the kind of sentence that is wanted, and single letters."""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import Any
+
+from amaranth.hdl import Const, Module, Mux, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out
+
+__all__ = ["TRIES", "Commander", "Stage"]
+
+#: Attempts in a row before a pause.
+TRIES = 4
+
+
+class Stage(Enum):
+    """Where a sequence of commands is."""
+
+    WATCH = 0  #: nowhere: what comes is what is wanted
+    STOP = 1  #: ``*S`` (if sentences come); until the line is quiet
+    SELECT = 2  #: ``*H`` or ``*M``; until the line is quiet
+    START = 3  #: ``*S``; until a sentence comes that is wanted
+    PAUSE = 4  #: after `TRIES` attempts that failed
+
+
+class Commander(wiring.Component):
+    r"""Brings the compass to send what is wanted, and passes single letters on.
+
+    The compass takes ``*H`` (heading sentences) and ``*M`` (counts) while it is stopped, and
+    ``*S`` stops and starts it in turn; it answers ``#I`` to what it does not take (maker), and
+    nothing else is known that it would answer. So a command is acknowledged by its effect: silence
+    after a stop, a sentence of the wanted kind after a start. Without it the attempt ends with a
+    time-out, or with ``#I`` at once. A new one begins when a sentence of the other kind comes, or
+    none at all for the time-out; after `TRIES` that failed in a row it waits for four time-outs.
+
+    An attempt stops the compass only if the line is not quiet: ``*S`` would start one that is
+    stopped. If that goes wrong nevertheless, because nothing is heard of one that sends, the next
+    attempt puts it right: six time-outs and two silences after a line that was dead works again at
+    the latest.
+
+    With ``mode`` 0 no attempt begins. One under way goes on to its end, so that the compass is not
+    left stopped.
+
+    Parameters
+    ----------
+    timeout_ticks : int, >= 1
+        Ticks of a time-out; made one less than a power of two.
+    quiet_ticks : int, >= 1
+        Ticks without a byte after which the line is quiet.
+
+    Attributes
+    ----------
+    timeout_ticks : int
+        The time-out comes with the tick after this many whole ones.
+
+    Members
+    -------
+    mode : In(2)
+        0 take what comes, 1 heading sentences, 2 and 3 counts.
+    command : In(stream of 8)
+        Letter X, sent as ``*X\r\n``; waits for the end of a sequence.
+    o : Out(stream of 8)
+        Bytes to the compass.
+    tick : In(1)
+        Beat of the time-outs.
+    heard : In(1)
+        A byte, or something that is none, has come.
+    line, is_counts, invalid : In(1)
+        From the parser.
+    sent : Out(1)
+        A command is out.
+    acknowledged, timed_out : Out(1)
+        A command of a sequence had its effect; had it not in time, or was not taken.
+    busy, paused : Out(1)
+        A sequence is under way; waits after attempts that failed.
+    """
+
+    def __init__(self, *, timeout_ticks: int, quiet_ticks: int) -> None:
+        for name, value in (("timeout_ticks", timeout_ticks), ("quiet_ticks", quiet_ticks)):
+            if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+                raise ValueError(f"{name} must be an integer from 1 on, not {value!r}")
+        self.timeout_ticks = (1 << timeout_ticks.bit_length()) - 1
+        self.quiet_ticks = quiet_ticks
+        super().__init__({
+            "mode": In(2), "command": In(stream.Signature(8)), "o": Out(stream.Signature(8)),
+            "tick": In(1), "heard": In(1), "line": In(1), "is_counts": In(1), "invalid": In(1),
+            "sent": Out(1), "acknowledged": Out(1), "timed_out": Out(1),
+            "busy": Out(1), "paused": Out(1),
+        })
+
+    def elaborate(self, platform: Any) -> Module:
+        """Stages, time-outs, four characters."""
+        m = Module()
+        stage = Signal(Stage)
+        left = Signal(range(5))  # characters of the command
+        manual = Signal()
+        tries = Signal(range(TRIES))
+        timer = Signal(self.timeout_ticks.bit_length())
+        silence = Signal(self.quiet_ticks.bit_length())  # ticks, up to all ones
+        quiet, expired, wanted, other, sending = (
+            Signal(name=n) for n in ("quiet", "expired", "wanted", "other", "sending"))
+        m.d.comb += [
+            sending.eq(left.any()),
+            quiet.eq(silence.all()),
+            expired.eq(self.tick & timer.all()),
+            other.eq(self.line & self.mode.any() & (self.is_counts ^ self.mode[1])),
+            wanted.eq(self.line & ~other),
+            self.busy.eq((stage != Stage.WATCH) & (stage != Stage.PAUSE)),
+            self.paused.eq(stage == Stage.PAUSE),
+        ]
+
+        with m.If(self.heard | sending):
+            m.d.sync += silence.eq((1 << len(silence)) - 1 - self.quiet_ticks)
+        with m.Else():
+            m.d.sync += silence.eq(silence + (self.tick & ~quiet))
+        m.d.sync += timer.eq(timer + self.tick)
+
+        with m.If(sending & self.o.ready):
+            m.d.sync += left.eq(left - 1)
+
+        def go_to(next_stage: Stage, *, command: bool = False) -> None:
+            m.d.sync += [stage.eq(next_stage), timer.eq(0)]
+            if command:
+                m.d.sync += left.eq(4)
+
+        def failed() -> None:
+            with m.If(expired | self.invalid):
+                m.d.comb += self.timed_out.eq(1)
+                m.d.sync += tries.eq(tries + 1)
+                go_to(Stage.WATCH)
+                with m.If(tries == TRIES - 1):
+                    go_to(Stage.PAUSE)
+
+        with m.If(sending):
+            m.d.sync += timer.eq(0)
+        with m.Else():
+            m.d.sync += manual.eq(0)
+            with m.Switch(stage):
+                with m.Case(Stage.STOP):
+                    failed()
+                    with m.If(quiet):
+                        m.d.comb += self.acknowledged.eq(1)
+                        go_to(Stage.SELECT, command=True)
+                with m.Case(Stage.SELECT):
+                    failed()
+                    with m.If(quiet):
+                        go_to(Stage.START, command=True)
+                with m.Case(Stage.START):
+                    failed()
+                    with m.If(wanted):
+                        m.d.comb += self.acknowledged.eq(1)
+                        m.d.sync += tries.eq(0)
+                        go_to(Stage.WATCH)
+                with m.Case(Stage.PAUSE):
+                    with m.If(expired):
+                        m.d.sync += tries.eq(tries + 1)
+                        with m.If(tries == TRIES - 1):
+                            go_to(Stage.WATCH)
+                    with m.If(self.command.valid):
+                        m.d.sync += [manual.eq(1), left.eq(4)]
+                with m.Default():
+                    with m.If(wanted | ~self.mode.any()):
+                        go_to(Stage.WATCH)
+                    with m.If(self.command.valid):
+                        m.d.sync += [manual.eq(1), left.eq(4)]
+                    with m.Elif((expired | other) & self.mode.any()):
+                        go_to(Stage.STOP, command=True)
+                        with m.If(quiet):
+                            go_to(Stage.SELECT)
+
+        letter = Mux(manual, self.command.payload,
+                     Mux(stage != Stage.SELECT, ord("S"), Mux(self.mode[1], ord("M"), ord("H"))))
+        m.d.comb += [
+            self.o.valid.eq(sending),
+            self.o.payload.eq(Mux(left[1], Mux(left[0], letter, ord("\r")),
+                                  Mux(left[0], ord("\n"), Const(ord("*"), 8)))),
+            self.command.ready.eq(manual & (left == 3) & self.o.ready),
+            self.sent.eq((left == 1) & self.o.ready),
+        ]
+        return m

@@ -1,0 +1,278 @@
+"""Sentences of the HMR3300: bytes to three whole, checked numbers."""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import Any
+
+from amaranth.hdl import Cat, Const, Module, Mux, Signal, signed
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+__all__ = ["COUNT_MAX", "HEADING_MAX", "SPACES_MAX", "SentenceParser", "Step"]
+
+#: Largest heading, tenths of a degree.
+HEADING_MAX = 3599
+#: Largest magnitude of a magnetometer count.
+COUNT_MAX = 32_767
+#: Most spaces in front of a number.
+SPACES_MAX = 7
+#: Digits in front of a point, digits of a count.
+WHOLE_MAX, DIGITS_MAX = 3, 5
+
+_BITS = 16
+
+
+class Step(Enum):
+    """What the parser waits for."""
+
+    NUMBER = 0  #: a number, or spaces in front of it; also the begin of a line
+    FIRST = 1  #: the first digit after a sign
+    MORE = 2  #: more digits, a point, or the end of the number
+    TENTH = 3  #: the digit after the point
+    AFTER = 4  #: the end of a number that has a point
+    LF = 5  #: the end of a line that is good so far
+    REPLY = 6  #: what follows a leading '#'
+    SKIP = 7  #: the end of a line that is not good
+
+
+class SentenceParser(wiring.Component):
+    r"""Bytes to headings and magnetometer counts.
+
+    A line ends with LF. It is good if all of it reads as one of these; all else is rejected, once
+    for each line, at its first byte that does not fit::
+
+        heading      _* D{1,3}.D , _* -?D{1,3}.D , _* -?D{1,3}.D CR LF
+        counts       _* -?D{1,5} , _* -?D{1,5} , _* -?D{1,5} CR LF
+        D 0 to 9, _* up to 7 spaces
+
+    with a heading of at most 359.9, pitch and roll of at most +-``angle_max`` tenths, counts of at
+    most +-32,767. There is no plus sign. So no good line is longer than 43 bytes, and "-0.0"
+    is 0. A line that begins with ``#I`` is the compass's answer to a command that it does not
+    take; it counts as that and not as rejected, and the rest of it is skipped. A byte with a
+    framing error spoils its line, and so does a pause in it: the rest may belong to the next one.
+
+    Numbers are built with serial arithmetic, a bit a cycle: 10 x + digit = 2 x + 8 x + digit, where
+    the digit is what the delays of 2 x and 8 x and the carry begin with.
+
+    **Latency** ``line`` comes `latency` cycles after LF. Bytes may come every `cycles_per_byte`
+    cycles.
+
+    Parameters
+    ----------
+    angle_max : int, 0..9999
+        Largest magnitude of pitch and roll, tenths of a degree. 900 is what an inclination can be;
+        the compass itself says it measures to +-60 degrees (maker).
+
+    Members
+    -------
+    data : In(8)
+        A byte.
+    valid : In(1)
+        There is one.
+    error : In(1)
+        There was one with a framing error.
+    pause : In(1)
+        There was none for a time that no good line pauses.
+    line : Out(1)
+        A good line has come; ``values`` and ``is_counts`` are new with this cycle and stay.
+    is_counts : Out(1)
+        The values are magnetometer counts; else heading, pitch, roll.
+    values : Out(3 of signed 16)
+        Counts, or tenths of a degree.
+    rejected : Out(1)
+        A line is not good.
+    invalid : Out(1)
+        The compass does not take a command.
+    """
+
+    #: Fewest cycles from byte to byte.
+    cycles_per_byte = _BITS + 2
+    #: Cycles from the LF of a good line to ``line``.
+    latency = 3
+
+    def __init__(self, *, angle_max: int = 900) -> None:
+        if isinstance(angle_max, bool) or not isinstance(angle_max, int) \
+                or not 0 <= angle_max <= 9999:
+            raise ValueError(f"angle_max must be tenths of a degree from 0 to 9999, "
+                             f"not {angle_max!r}")
+        self.angle_max = angle_max
+        super().__init__({
+            "data": In(8), "valid": In(1), "error": In(1), "pause": In(1),
+            "line": Out(1), "is_counts": Out(1), "values": Out(signed(_BITS)).array(3),
+            "rejected": Out(1), "invalid": Out(1),
+        })
+
+    def elaborate(self, platform: Any) -> Module:
+        """Classes of bytes; a cycle later grammar and arithmetic."""
+        m = Module()
+        valid, error = Signal(), Signal()
+        m.d.sync += [valid.eq(self.valid), error.eq(self.error)]
+
+        def is_a(name: str, condition: Any) -> Signal:
+            flag = Signal(name=name)
+            m.d.sync += flag.eq(condition)
+            return flag
+
+        nibble = Signal(4)
+        m.d.sync += nibble.eq(self.data[:4])
+        digit = is_a("digit", (self.data[4:] == 3) & (self.data[:4] < 10))
+        space, minus, point, comma, cr, lf, sharp, refusal = (
+            is_a(name, self.data == ord(character)) for name, character in (
+                ("space", " "), ("minus", "-"), ("point", "."), ("comma", ","),
+                ("cr", "\r"), ("lf", "\n"), ("sharp", "#"), ("refusal", "I")))
+
+        tenths, negative = Signal(), Signal()
+        field = Signal(2)  # 0 to 2
+        m.submodules.arithmetic = arithmetic = _Arithmetic(angle_max=self.angle_max)
+        over = arithmetic.over
+        m.d.comb += [
+            arithmetic.digit.eq(nibble),
+            arithmetic.take.eq(valid & digit),
+            arithmetic.store.eq(valid & (comma | cr | lf)),
+            arithmetic.negative.eq(negative),
+            arithmetic.tenths.eq(tenths),
+            arithmetic.first.eq(field == 0),
+        ]
+
+        step, following = Signal(Step, init=Step.SKIP), Signal(Step)
+        count = Signal(3)  # of spaces, then of digits
+        good, kind = Signal(), Signal()
+        m.d.sync += [good.eq(0), self.line.eq(good), self.rejected.eq(0), self.invalid.eq(0)]
+        with m.If(good):
+            m.d.sync += [self.is_counts.eq(kind),
+                         *(value.eq(arithmetic.values.word_select(k, _BITS))
+                           for k, value in enumerate(self.values))]
+        at_begin = Signal()
+        m.d.comb += at_begin.eq((step == Step.NUMBER) & (field == 0) & (count == 0))
+        m.d.comb += following.eq(Step.SKIP)
+
+        def end_of_number() -> None:
+            with m.If(comma & ~field[1] & ~over):
+                m.d.comb += following.eq(Step.NUMBER)
+            with m.If(cr & field[1] & ~over):
+                m.d.comb += following.eq(Step.LF)
+
+        with m.Switch(step):
+            with m.Case(Step.NUMBER):
+                with m.If(space & (count != SPACES_MAX)):
+                    m.d.comb += following.eq(Step.NUMBER)
+                with m.If(minus):
+                    m.d.comb += following.eq(Step.FIRST)
+                with m.If(digit):
+                    m.d.comb += following.eq(Step.MORE)
+                with m.If(sharp & at_begin):
+                    m.d.comb += following.eq(Step.REPLY)
+            with m.Case(Step.FIRST), m.If(digit):
+                m.d.comb += following.eq(Step.MORE)
+            with m.Case(Step.MORE):
+                with m.If(digit & (count != DIGITS_MAX)):
+                    m.d.comb += following.eq(Step.MORE)
+                with m.If(point & (count <= WHOLE_MAX)
+                          & Mux(field == 0, ~negative, tenths)):
+                    m.d.comb += following.eq(Step.TENTH)
+                with m.If(~tenths):
+                    end_of_number()
+            with m.Case(Step.TENTH), m.If(digit):
+                m.d.comb += following.eq(Step.AFTER)
+            with m.Case(Step.AFTER):
+                end_of_number()
+            with m.Case(Step.LF, Step.REPLY, Step.SKIP):
+                pass
+
+        with m.If(valid):
+            m.d.sync += [step.eq(following),
+                         self.rejected.eq((following == Step.SKIP) & (step != Step.SKIP))]
+            with m.If(step == Step.NUMBER):
+                m.d.sync += negative.eq(minus)
+            with m.If((step == Step.MORE) & point):
+                m.d.sync += tenths.eq(1)
+            # Spaces or digits: as many as before and one; the first digit is 1.
+            with m.If(comma | cr | lf | (step == Step.FIRST) | (digit & (step == Step.NUMBER))):
+                m.d.sync += count.eq(digit)
+            with m.Else():
+                m.d.sync += count.eq(count + 1)
+            with m.If(comma):
+                m.d.sync += field.eq(Cat(field == 0, field[0]))
+            with m.If((step == Step.REPLY) & refusal):
+                m.d.sync += [self.invalid.eq(1), self.rejected.eq(0)]
+            with m.If(lf):
+                m.d.sync += [step.eq(Step.NUMBER), field.eq(0), tenths.eq(0)]
+                with m.If(step == Step.LF):
+                    m.d.sync += [good.eq(1), kind.eq(~tenths), self.rejected.eq(0)]
+        with m.Elif(error | (self.pause & ~at_begin)):
+            m.d.sync += [step.eq(Step.SKIP), self.rejected.eq(step != Step.SKIP)]
+        return m
+
+
+class _Arithmetic(wiring.Component):
+    """One number, bit by bit, and the last three.
+
+    ``take`` makes it 10 times as large and adds ``digit``; ``store`` puts it, with its sign, after
+    the numbers before and begins with 0. Either takes the 16 cycles that follow, and ``over`` one
+    more.
+
+    Members
+    -------
+    digit : In(4), take : In(1)
+        A digit.
+    store : In(1), negative : In(1)
+        The end; ``negative`` has to stay.
+    tenths, first : In(1)
+        Which limit it has.
+    over : Out(1)
+        It is beyond its limit, or too large for 16 bits.
+    values : Out(48)
+        The last three.
+    """
+
+    def __init__(self, *, angle_max: int) -> None:
+        self.angle_max = angle_max
+        super().__init__({"digit": In(4), "take": In(1), "store": In(1), "negative": In(1),
+                          "tenths": In(1), "first": In(1), "over": Out(1), "values": Out(48)})
+
+    def elaborate(self, platform: Any) -> Module:
+        """A shift register of 16, delays of 1 and 3 bits, one full adder, one comparison."""
+        m = Module()
+        begin, run, storing = Signal(), Signal(), Signal()
+        timer = Signal(range(2 * _BITS))  # the upper half are the bits
+        index = timer[:-1]
+        m.d.comb += [begin.eq(self.take | self.store), run.eq(timer[-1])]
+        with m.If(begin):
+            m.d.sync += [timer.eq(_BITS), storing.eq(self.store)]
+        with m.Else():
+            m.d.sync += timer.eq(timer + run)
+
+        number = Signal(_BITS, reset_less=True)
+        twice, fourfold, eightfold, carry, above = (
+            Signal(name=n) for n in ("twice", "fourfold", "eightfold", "carry", "above"))
+        low, new = Signal(), Signal()
+        m.d.comb += [low.eq(number[0]), new.eq(twice ^ eightfold ^ carry)]
+
+        def bit_of(constant: int) -> Any:
+            return Const(constant, _BITS).bit_select(index, 1)
+
+        bound = Mux(self.tenths, Mux(self.first, bit_of(HEADING_MAX), bit_of(self.angle_max)),
+                    bit_of(COUNT_MAX))
+        with m.If(begin):
+            # The digit is 5 twice + 2 fourfold + eightfold + carry: twice counts at once and,
+            # two bits later, as eightfold.
+            def among(*digits: int) -> Any:
+                return self.take & Const(sum(1 << d for d in digits), 16).bit_select(self.digit, 1)
+
+            m.d.sync += [twice.eq(among(5, 6, 7, 8, 9)), fourfold.eq(among(2, 3, 4, 7, 8, 9)),
+                         eightfold.eq(among(1, 3, 4, 6, 8, 9)), carry.eq(among(4, 9)),
+                         above.eq(0)]
+        with m.Elif(run):
+            m.d.sync += [
+                number.eq(Cat(number[1:], new & ~storing)),
+                Cat(twice, fourfold, eightfold).eq(Cat(low, twice, fourfold)),
+                carry.eq(Mux(storing, carry | low,
+                             (twice & eightfold) | (twice & carry) | (eightfold & carry))),
+                above.eq(Mux(new == bound, above, new)),
+            ]
+        with m.If(run & storing):  # minus: the bits above the lowest one are inverted
+            m.d.sync += self.values.eq(Cat(self.values[1:], low ^ (self.negative & carry)))
+        # What has not come out of the delays and the carry counts 65,536 and more.
+        m.d.sync += self.over.eq(above | twice | fourfold | eightfold | carry)
+        return m

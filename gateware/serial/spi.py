@@ -1,0 +1,175 @@
+"""Serial peripheral interface, mode 3: 16-bit frames, most significant bit first."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from amaranth.hdl import Cat, Const, Module, Signal, Value
+from amaranth.lib import stream, wiring
+from amaranth.lib.cdc import FFSynchronizer
+from amaranth.lib.wiring import In, Out
+
+__all__ = ["BITS", "HALF_MIN", "SpiController", "cycles_for"]
+
+#: Bits of a frame.
+BITS = 16
+#: Fewest clock cycles per half period: the answer passes two flip-flops within one.
+HALF_MIN = 3
+
+
+def cycles_for(*, clock_hz: float, seconds: float) -> int:
+    """Clock cycles that last at least ``seconds``.
+
+    Raises
+    ------
+    ValueError
+        Not positive.
+    """
+    for name, value in (("clock_hz", clock_hz), ("seconds", seconds)):
+        if isinstance(value, bool) or not isinstance(value, (int, float)) \
+                or not 0 < value < math.inf:
+            raise ValueError(f"{name} must be a positive number, not {value!r}")
+    # Rounding errors of the product are no reason for a cycle more.
+    return math.ceil(clock_hz * seconds * (1 - 1e-12))
+
+
+class SpiController(wiring.Component):
+    """One frame per command word; the word that comes back belongs to the same frame.
+
+    A frame is a row of equal half periods, counted down by one counter::
+
+        cs_n  ----\\_____________________ ... ________/-------------
+        sclk  ----------\\____/----\\____ ... __/-------------------
+        mosi       x 15        x 14           x 0      x
+                  setup  low  high  low          high  stall      next
+
+    With mode 3 both sides change their bit at the falling edge and take the other's at the rising
+    one. The answer is taken at the end of the high half instead, `HALF_MIN` cycles before the
+    falling edge: by then it has passed the synchroniser, and a slow device has had nearly a whole
+    period (`answer_cycles`).
+
+    Setup and stall are rounded up to whole half periods. The stall is kept after a reset as well,
+    so a frame that a reset has cut short is followed by a whole one.
+
+    **Latency** ``o_valid`` comes `answer_latency` cycles after a command is taken; the next command
+    is taken `frame_cycles` after it.
+
+    Parameters
+    ----------
+    half_cycles : int, >= 3
+        Clock cycles of half a period of ``sclk``.
+    stall_cycles : int, >= 1
+        Fewest clock cycles between frames, ``cs_n`` high.
+    setup_cycles : int, >= 1, optional
+        Fewest clock cycles from ``cs_n`` to the first edge of ``sclk``; by default half a period.
+
+    Members
+    -------
+    cs_n, sclk, mosi : Out(1)
+        Pins, straight from flip-flops.
+    miso : In(1)
+        Pin, asynchronous to the clock.
+    i : In(stream of 16)
+        Commands.
+    o_data : Out(16)
+        Word that came back, from ``o_valid`` until the next command is taken.
+    o_valid : Out(1)
+        The word is new in this cycle: the first one with ``cs_n`` high.
+    busy : Out(1)
+        A frame or the stall after it is under way; no command is taken.
+    """
+
+    def __init__(self, *, half_cycles: int, stall_cycles: int,
+                 setup_cycles: int | None = None) -> None:
+        setup_cycles = half_cycles if setup_cycles is None else setup_cycles
+        for name, value, least in (("half_cycles", half_cycles, HALF_MIN),
+                                   ("stall_cycles", stall_cycles, 1),
+                                   ("setup_cycles", setup_cycles, 1)):
+            if isinstance(value, bool) or not isinstance(value, int) or value < least:
+                raise ValueError(f"{name} must be an integer from {least} on, not {value!r}")
+        self.half_cycles = half_cycles
+        self.stall_halves = -(-stall_cycles // half_cycles)
+        self.setup_halves = -(-setup_cycles // half_cycles)
+        super().__init__({
+            "cs_n": Out(1, init=1), "sclk": Out(1, init=1), "mosi": Out(1), "miso": In(1),
+            "i": In(stream.Signature(BITS)), "o_data": Out(BITS), "o_valid": Out(1),
+            "busy": Out(1),
+        })
+
+    @property
+    def setup_cycles(self) -> int:
+        """Clock cycles from ``cs_n`` low to the first edge of ``sclk``."""
+        return self.setup_halves * self.half_cycles
+
+    @property
+    def stall_cycles(self) -> int:
+        """Fewest clock cycles with ``cs_n`` high between two frames."""
+        return self.stall_halves * self.half_cycles + 1
+
+    @property
+    def answer_latency(self) -> int:
+        """Clock cycles from the command being taken to ``o_valid``."""
+        return (self.setup_halves + 2 * BITS) * self.half_cycles + 1
+
+    @property
+    def frame_cycles(self) -> int:
+        """Clock cycles from one command being taken to the next, at the soonest."""
+        return (self.setup_halves + 2 * BITS + self.stall_halves) * self.half_cycles + 1
+
+    @property
+    def answer_cycles(self) -> int:
+        """Clock cycles from a falling edge of ``sclk`` within which the bit must be on ``miso``."""
+        return 2 * self.half_cycles - HALF_MIN
+
+    def elaborate(self, platform: Any) -> Module:
+        """Count half periods down: setup, 32 of the frame from base + 31 to base, stall."""
+        m = Module()
+        miso = Signal()
+        m.submodules.synchroniser = FFSynchronizer(self.miso, miso)
+        # With a power of two as base no comparison needs a carry chain.
+        base = 1 << max(6, self.stall_halves.bit_length(),
+                        (2 * BITS + self.setup_halves - 1).bit_length())
+        rest = base - 1 - self.stall_halves
+        left = Signal(range(2 * base), init=base - 1)
+        timer = Signal(range(self.half_cycles), init=self.half_cycles - 1)
+        word = Signal(BITS)
+        tick, idle, high, last = Signal(), Signal(), Signal(), Signal()
+        m.d.comb += [
+            idle.eq(_at_most(left, rest)), tick.eq(timer == 0),
+            high.eq(left[-1] & ~left[5:-1].any() & ~left[0]),
+            last.eq(high & ~left[1:5].any()),
+            self.i.ready.eq(idle), self.busy.eq(~idle),
+            self.mosi.eq(word[-1]), self.o_data.eq(word),
+        ]
+        m.d.sync += [self.o_valid.eq(0), timer.eq(_one_less(timer))]
+        with m.If(idle | tick):
+            m.d.sync += timer.eq(self.half_cycles - 1)
+        with m.If(idle):
+            m.d.sync += [self.cs_n.eq(1), self.sclk.eq(1)]
+            with m.If(self.i.valid):
+                m.d.sync += [left.eq(base + 2 * BITS - 1 + self.setup_halves),
+                             word.eq(self.i.payload), self.cs_n.eq(0)]
+        with m.Elif(tick):
+            m.d.sync += [
+                left.eq(_one_less(left)),
+                self.cs_n.eq(last | ~left[-1]),
+                # Low is next after the setup, and after each high half but the last.
+                self.sclk.eq(~((left == base + 2 * BITS) | (high & ~last))),
+            ]
+            with m.If(high):
+                m.d.sync += [word.eq(Cat(miso, word)), self.o_valid.eq(last)]
+        return m
+
+
+def _at_most(value: Value, constant: int) -> Value:
+    """Expression ``value <= constant``, as one AND or OR per bit: no carry chain."""
+    result: Value = Const(1, 1)
+    for k in range(len(value)):
+        result = (~value[k] | result) if constant >> k & 1 else (~value[k] & result)
+    return result
+
+
+def _one_less(value: Value) -> Value:
+    """Expression ``value - 1``: bit k changes if all below are 0. Short counters need no carry."""
+    return Cat(bit ^ ~value[:k].any() for k, bit in enumerate(value))

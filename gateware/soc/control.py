@@ -1,0 +1,131 @@
+"""Control block of the soft core: cycle counter, timer, console, watchdog, causes of trouble."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth.hdl import Cat, Module, Mux, Signal
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from gateware.serial.uart import Receiver, Transmitter
+from gateware.soc.layout import CONTROL, KICK
+from gateware.system.wishbone import WishboneSignature
+
+__all__ = ["Control"]
+
+_ADDRESS = {register.name: k for k, register in enumerate(CONTROL)}
+_STATUS = {name: k for k, name in enumerate(CONTROL[_ADDRESS["status"]].bits)}
+
+
+class Control(wiring.Component):
+    """What every program needs besides memory; registers: `gateware.soc.layout.CONTROL`.
+
+    **Latency** 1 cycle to ``ack``.
+
+    Parameters
+    ----------
+    divisor : int, >= 8
+        Clock cycles per bit of the console, 8N1.
+    watchdog_cycles : int, >= 1024
+        The processor restarts when it has not written to the watchdog for so many cycles; counted
+        to the next power of two.
+    pages : int
+        Pages of the memory.
+
+    Members
+    -------
+    bus : In(WishboneSignature)
+        Registers, 3 address bits.
+    rx : In(1), tx : Out(1)
+        Console, asynchronous.
+    bus_error, asks : In(1)
+        An access went wrong, the device in the slot asks, in this cycle.
+    timer, device, console_full, error : Out(1)
+        Interrupt requests, levels.
+    fence : Out
+        See `gateware.soc.memory.Ram`.
+    restart : Out(1)
+        Restarts the processor; 8 cycles.
+    """
+
+    def __init__(self, *, divisor: int, watchdog_cycles: int, pages: int) -> None:
+        if not 1024 <= watchdog_cycles <= 1 << 32:
+            raise ValueError(f"watchdog_cycles must be 1024 to 2^32, not {watchdog_cycles!r}")
+        self.divisor, self.pages = divisor, pages
+        self.watchdog_bits = (watchdog_cycles - 1).bit_length()
+        super().__init__({
+            "bus": In(WishboneSignature(address=3)), "rx": In(1, init=1),
+            "tx": Out(1, init=1), "bus_error": In(1), "asks": In(1), "timer": Out(1),
+            "device": Out(1), "console_full": Out(1), "error": Out(1),
+            "fence": Out(range(pages + 1)), "restart": Out(1)})
+
+    def elaborate(self, platform: Any) -> Module:
+        """Registers; what happens in a cycle wins over a flag's being cleared in it."""
+        m = Module()
+        bus = self.bus
+        m.submodules.receiver = receiver = Receiver(divisor=self.divisor)
+        m.submodules.transmitter = transmitter = Transmitter(divisor=self.divisor)
+        m.d.comb += [receiver.rx.eq(self.rx), self.tx.eq(transmitter.tx)]
+
+        asked, write = Signal(), Signal()
+        m.d.comb += [asked.eq(bus.cyc & bus.stb & ~bus.ack), write.eq(asked & bus.we)]
+        m.d.sync += bus.ack.eq(asked)
+
+        def written(name: str) -> Any:
+            return write & (bus.adr == _ADDRESS[name])
+
+        cycles, alarm, on = Signal(32), Signal(32), Signal()
+        late = Signal(32)
+        m.d.comb += late.eq(cycles - alarm)
+        m.d.sync += [cycles.eq(cycles + 1), self.timer.eq(on & ~late[-1])]
+        with m.If(written("alarm")):
+            m.d.sync += [alarm.eq(bus.dat_w), self.timer.eq(0)]
+        with m.If(written("timer")):
+            m.d.sync += on.eq(bus.dat_w[0])
+
+        received = Signal(8)
+        lost, fired = Signal(), Signal()
+        m.d.comb += [transmitter.i.payload.eq(bus.dat_w[:8]),
+                     transmitter.i.valid.eq(written("console"))]
+        with m.If(asked & ~bus.we & (bus.adr == _ADDRESS["console"])):
+            m.d.sync += self.console_full.eq(0)
+        with m.If(written("status")):
+            for flag, name in ((lost, "console_lost"), (self.error, "bus_error"),
+                               (fired, "watchdog_fired"), (self.device, "device")):
+                with m.If(bus.dat_w[_STATUS[name]]):
+                    m.d.sync += flag.eq(0)
+        with m.If(receiver.valid):
+            m.d.sync += [received.eq(receiver.data), self.console_full.eq(1)]
+        with m.If((receiver.valid & self.console_full) | receiver.error):
+            m.d.sync += lost.eq(1)
+        with m.If(self.bus_error):
+            m.d.sync += self.error.eq(1)
+        with m.If(self.asks):
+            m.d.sync += self.device.eq(1)
+
+        left = Signal(self.watchdog_bits, init=-1)
+        holding = Signal(3)
+        m.d.comb += self.restart.eq(holding.any())
+        m.d.sync += [left.eq(left - 1), holding.eq(holding - holding.any())]
+        with m.If(written("watchdog") & (bus.dat_w[:16] == KICK)):
+            m.d.sync += left.eq(-1)
+        with m.If(~left.any()):
+            m.d.sync += [fired.eq(1), holding.eq(-1), left.eq(-1)]
+        with m.If(self.restart):
+            m.d.sync += [self.fence.eq(0), on.eq(0)]
+        with m.Elif(written("fence") & (bus.dat_w[:len(self.fence)] > self.fence)):
+            m.d.sync += self.fence.eq(bus.dat_w)
+
+        status = Cat(transmitter.i.ready, self.console_full, lost, self.error, fired,
+                     self.device)
+        with m.If(asked), m.Switch(bus.adr):
+            with m.Case(_ADDRESS["cycles"]):
+                m.d.sync += bus.dat_r.eq(cycles)
+            with m.Case(_ADDRESS["console"]):
+                m.d.sync += bus.dat_r.eq(received)
+            with m.Case(_ADDRESS["status"]):
+                m.d.sync += bus.dat_r.eq(status)
+            with m.Default():
+                m.d.sync += bus.dat_r.eq(Mux(bus.adr[0], alarm, 0))
+        return m

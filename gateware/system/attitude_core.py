@@ -1,0 +1,77 @@
+"""Conductor and engine together: samples in, results out."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth.hdl import Module
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In
+
+from gateware.core import Core
+from gateware.engine import Engine
+from gateware.registers import BusSignature
+from gateware.system.conductor import Conductor
+from gateware.system.programs import core_plan
+
+__all__ = ["AttitudeCore"]
+
+#: Members of the conductor that stay inside.
+_INSIDE = ("i", "o", "choice", "chosen", "framing", "saturated")
+
+
+class AttitudeCore(wiring.Component):
+    """A system's core with its conductor.
+
+    **Latency** `Conductor.latency`.
+
+    Parameters
+    ----------
+    core : Core
+        Of `gateware.system.programs.system_core`.
+    readers : int
+        Readers of the results.
+
+    Members
+    -------
+    All of the `Conductor` but its way to the core, and
+
+    bus : In(BusSignature)
+        The core's registers: parameters and status. The program is not chosen here.
+    """
+
+    def __init__(self, *, core: Core, readers: int = 2) -> None:
+        self.core = core
+        self.conductor = Conductor(plan=core_plan(core), readers=readers)
+        members = {name: member for name, member in self.conductor.signature.members.items()
+                   if name not in _INSIDE}
+        word = core.machine.arithmetic.word
+        super().__init__({**members, "bus": In(BusSignature(word=word))})
+
+    def elaborate(self, platform: Any) -> Module:
+        """Connect them."""
+        m = Module()
+        m.submodules.conductor = conductor = self.conductor
+        m.submodules.engine = engine = Engine(machine=self.core.machine, image=self.core.image,
+                                              selector=True)
+        wiring.connect(m, conductor.i, engine.i)
+        wiring.connect(m, engine.o, conductor.o)
+        wiring.connect(m, wiring.flipped(self.bus), engine.bus)
+        m.d.comb += [
+            engine.choice.eq(conductor.choice),
+            conductor.chosen.eq(engine.chosen),
+            conductor.framing.eq(engine.framing),
+            conductor.saturated.eq(engine.saturated_update),
+        ]
+        for name, member in conductor.signature.members.items():
+            if name in _INSIDE:
+                continue
+            mine, theirs = getattr(self, name), getattr(conductor, name)
+            if name == "ports":
+                for own, port in zip(mine, theirs, strict=True):
+                    wiring.connect(m, wiring.flipped(own), port)
+            elif member.flow is In:
+                m.d.comb += theirs.eq(mine)
+            else:
+                m.d.comb += mine.eq(theirs)
+        return m

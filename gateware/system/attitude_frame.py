@@ -1,0 +1,159 @@
+"""What the board tells of an attitude, in software: frames of kind ATTITUDE and lines of text.
+
+A frame (`gateware.boards.frames`) has ten words:
+
+==== ========= ==================================================================================
+word name      contents
+==== ========= ==================================================================================
+0    header    bits 15:0 number of the update, modulo 2^16; 18:16 filter; the rest in `FLAGS`
+1    stamp     clock cycle of the sample's data-ready edge, modulo 2^32
+2    pitch     half turns, 31 fraction bits
+3    roll      the same
+4    heading   the same; counter-clockwise, seen from above (docs/conventions.md)
+5..8 qw..qz    quaternion, body to navigation
+9    status    bits, as the filter that ran defines them
+==== ========= ==================================================================================
+
+Words are those of the filter: how many fraction bits quaternion and status have depends on which
+one ran (`FORMATS`, or the register map's output records).
+
+A line of text has fixed columns and ends with CR LF::
+
+    +123.45 -012.34 +001.23 002A 0108 018
+
+heading, pitch and roll in degrees, then in hexadecimal: number of the update, the header's upper
+half, bits 31:20 of the status word. An angle of the word n is the sign of n, and ``(|n| * 36000 +
+2^31) >> 32`` hundredths of a degree: rounded to the nearest, halves away from zero.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+__all__ = ["FLAGS", "FORMATS", "OUTPUTS", "STAMP", "WORDS", "Attitude", "angle_text", "attitude_of",
+           "parse_line", "text_line"]
+
+#: Bits of a word.
+WORD = 32
+#: Fraction bits of quaternion and status by the filter's number, for the usual four filters.
+FORMATS = {0: (29, 23), 1: (31, 27), 2: (31, 26), 3: (31, 25)}
+
+#: The filter's outputs in the order of the frame and of the result memory.
+OUTPUTS = ("pitch", "roll", "heading", "qw", "qx", "qy", "qz", "status")
+#: Names of a frame's words.
+WORDS = ("header", "stamp", *OUTPUTS)
+#: Place of the time stamp.
+STAMP = 1
+#: Bits of the header's upper half, from bit 16 of the header on: name and meaning. The first three
+#: are the filter's number.
+FLAGS = (
+    ("filter", "number of the filter, bit 0"),
+    ("filter", "number of the filter, bit 1"),
+    ("filter", "number of the filter, bit 2"),
+    ("field_used", "the update had a fresh magnetic field"),
+    ("field_counts", "that field was made of magnetometer counts, not of a heading"),
+    ("restart", "the update restarted the filter"),
+    ("saturated", "a value of the filter was clamped"),
+    ("reserved", "0"),
+    ("inertial_fault", "the inertial sensor is not running"),
+    ("inertial_alarm", "an alarm of the inertial sensor"),
+    ("over_range", "a gyro or accelerometer is at full scale"),
+    ("overrun", "a sample of the inertial sensor was skipped"),
+    ("compass_stale", "no good line of the compass for a while"),
+    ("compass_fault", "the compass does not answer as it should"),
+    ("reserved", "0"),
+    ("reserved", "0"),
+)
+_HUNDREDTHS = 36_000  #: of a degree, in a turn
+_DEGREES = 180.0 / (1 << WORD - 1)  #: of a word's last bit
+
+
+@dataclass(frozen=True)
+class Attitude:
+    """One attitude. Angles in degrees; what is not told is None.
+
+    ``heading`` is counter-clockwise; the compass bearing is its negative.
+    """
+
+    number: int
+    heading: float
+    pitch: float
+    roll: float
+    flags: int
+    status: int | None
+    stamp: int | None = None
+    quaternion: tuple[float, float, float, float] | None = None
+
+    @property
+    def filter(self) -> int:
+        """Number of the filter that ran."""
+        return self.flags & 7
+
+    @property
+    def flag_names(self) -> tuple[str, ...]:
+        """Names of the flags that are set."""
+        return tuple(name for k, (name, _) in enumerate(FLAGS) if k > 2 and self.flags >> k & 1)
+
+
+def attitude_of(words: Sequence[int],
+                formats: Mapping[int, tuple[int, int]] = FORMATS) -> Attitude:
+    """The attitude of a frame's signed words.
+
+    Parameters
+    ----------
+    words : sequence of int
+        Words of the frame.
+    formats : mapping
+        As `FORMATS`. Of a filter that is not there, quaternion and status are None.
+
+    Raises
+    ------
+    ValueError
+        There are not ten words.
+    """
+    if len(words) != len(WORDS):
+        raise ValueError(f"words must be {len(WORDS)}, not {len(words)}")
+    named = dict(zip(WORDS, words, strict=True))
+    flags = named["header"] >> 16 & 0xFFFF
+    quaternion, status = None, None
+    if (bits := formats.get(flags & 7)) is not None:
+        w, x, y, z = (named[n] / (1 << bits[0]) for n in ("qw", "qx", "qy", "qz"))
+        quaternion, status = (w, x, y, z), named["status"] >> bits[1]
+    return Attitude(
+        number=named["header"] & 0xFFFF, flags=flags, stamp=named["stamp"] & 0xFFFF_FFFF,
+        status=status, quaternion=quaternion,
+        heading=named["heading"] * _DEGREES, pitch=named["pitch"] * _DEGREES,
+        roll=named["roll"] * _DEGREES)
+
+
+def angle_text(value: int) -> str:
+    """Degrees of an angle's signed word, as the board writes them."""
+    hundredths = (abs(value) * _HUNDREDTHS + (1 << WORD - 1)) >> WORD
+    whole, rest = divmod(hundredths, 100)
+    return f"{'-' if value < 0 else '+'}{whole:03d}.{rest:02d}"
+
+
+def text_line(words: Sequence[int]) -> str:
+    """The line of text for the words of a frame, with its end."""
+    named = dict(zip(WORDS, words, strict=True))
+    header, status = named["header"] & 0xFFFF_FFFF, named["status"] >> 20 & 0xFFF
+    angles = " ".join(angle_text(named[n]) for n in ("heading", "pitch", "roll"))
+    return f"{angles} {header & 0xFFFF:04X} {header >> 16:04X} {status:03X}\r\n"
+
+
+def parse_line(line: str,
+               formats: Mapping[int, tuple[int, int]] = FORMATS) -> Attitude | None:
+    """The attitude of a line of text, with or without its end; None if it is none."""
+    parts = line.rstrip("\r\n").split(" ")
+    if [len(part) for part in parts] != [7, 7, 7, 4, 4, 3]:
+        return None
+    if any(p[0] not in "+-" or p[4] != "." or not (p[1:4] + p[5:]).isdecimal() for p in parts[:3]):
+        return None
+    if any(c not in "0123456789ABCDEF" for part in parts[3:] for c in part):
+        return None
+    heading, pitch, roll = (float(part) for part in parts[:3])
+    number, flags, bits = (int(part, 16) for part in parts[3:])
+    form = formats.get(flags & 7)
+    return Attitude(number=number, heading=heading, pitch=pitch, roll=roll, flags=flags,
+                    status=None if form is None else bits << 20 >> form[1])

@@ -1,0 +1,278 @@
+"""The complete attitude system: sensor pins in, attitude out."""
+
+from __future__ import annotations
+
+import hashlib
+from typing import Any
+
+from amaranth.hdl import Cat, Module, Signal
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from gateware.boards.board import Line
+from gateware.core import Core
+from gateware.register_model import RegisterMap
+from gateware.sensors.adis16385 import Adis16385
+from gateware.sensors.adis16385_flags import FLAG_MEANINGS
+from gateware.sensors.hmr3300 import FLAGS as COMPASS_FLAGS
+from gateware.sensors.hmr3300 import Hmr3300
+from gateware.system.attitude_core import AttitudeCore
+from gateware.system.attitude_output import AttitudeOutput
+from gateware.system.bridge import Bridge
+from gateware.system.bus_arbiter import BusArbiter
+from gateware.system.programs import core_plan
+from gateware.system.system_bus import ADDRESS_BITS, SystemBus
+from gateware.system.system_registers import system_map, system_registers
+from gateware.system.system_text import system_text
+from gateware.system.wishbone import WishboneSignature, WishboneSlave
+
+__all__ = ["AttitudeSystem"]
+
+#: Toggles of the LED per second are the clock's frequency over this, roughly.
+_BLINK_BIT = 25
+
+
+class AttitudeSystem(wiring.Component):
+    """Readers, core, registers and output: what the bitstream of a board is.
+
+    ::
+
+        ADIS16385 -- Adis16385 --\\                   /-- results -- SystemBus -- Bridge -- host
+                                  AttitudeCore ------<               |
+        HMR3300 ---- Hmr3300 ----/                    \\-- AttitudeOutput --------/
+                                                                     Wishbone slave
+
+    All in one clock domain; every asynchronous input goes through two flip-flops. What the host
+    or anybody on the Wishbone does cannot hold up the filter.
+
+    **Latency** `latency_cycles`: data-ready edge at the pin to new results.
+
+    Parameters
+    ----------
+    core : Core
+        From `gateware.system.programs.system_core`.
+    clock_hz : float
+        Clock, Hz.
+    host_baud : float
+        Line to the host.
+    wishbone : bool
+        With a Wishbone slave, for a processor.
+    inertial, compass : dict, optional
+        Parameters of `Adis16385` and `Hmr3300` other than their defaults.
+
+    Members
+    -------
+    adis_cs_n, adis_sclk, adis_mosi, adis_reset_n : Out(1), adis_miso, adis_data_ready : In(1)
+        The inertial sensor.
+    hmr_rx : In(1), hmr_tx : Out(1)
+        The compass: from it, to it.
+    host_rx : In(1), host_tx : Out(1)
+        The host: from it, to it.
+    led_running : Out(1)
+        Blinks as long as updates come, about once a second; else stands still.
+    led_fault : Out(1)
+        A sensor is not all right.
+    interrupt : Out(1)
+        One cycle: new results. Only with Wishbone.
+    wb : In(WishboneSignature)
+        Only with Wishbone.
+    probe_* : Out
+        For simulation; a board leaves them open.
+    """
+
+    def __init__(self, *, core: Core, clock_hz: float = 100e6, host_baud: float = 921_600,
+                 wishbone: bool = False, inertial: dict[str, Any] | None = None,
+                 compass: dict[str, Any] | None = None) -> None:
+        self.core = core
+        self.clock_hz = clock_hz
+        self.host_baud = host_baud
+        self.plan = core_plan(core)
+        self.wishbone = wishbone
+        self._inertial = Adis16385(clock_hz=clock_hz, **(inertial or {}))
+        self._compass = Hmr3300(clock_hz=clock_hz, **(compass or {}))
+        self._bridge = Bridge(clock_hz=clock_hz, baud=host_baud, address=ADDRESS_BITS)
+        self._attitude = AttitudeCore(core=core, readers=3 if wishbone else 2)
+        self._output = AttitudeOutput()
+        self.title = "attitude system"
+        self.lines = _LINES
+        #: Counted events, by their bits: whose, and which.
+        self._sources = (("inertial", self._inertial), ("compass", self._compass),
+                         ("core", self._attitude.conductor), ("host", self._bridge),
+                         ("output", self._output))
+        self.events = tuple(f"{whose}_{name}" for whose, part in self._sources
+                            for name in part.EVENTS)
+        self.registers = system_registers(
+            filters=self.plan.names[:self.plan.filters], clock_hz=clock_hz, build=self.build,
+            inertial_flags=FLAG_MEANINGS, compass_flags=COMPASS_FLAGS)
+        ports = {"wb": In(WishboneSignature(address=ADDRESS_BITS)), "interrupt": Out(1)}
+        super().__init__({
+            **{line.name: In(1, init=1) if line.input else Out(1) for line in _LINES},
+            "probe_sample": Out(1), "probe_running": Out(1), "probe_updated": Out(1),
+            "probe_program": Out(range(len(self.plan.names))), "probe_line": Out(1),
+            "probe_counts": Out(1), "probe_value0": Out(16), "probe_value1": Out(16),
+            "probe_value2": Out(16),
+            **(ports if wishbone else {}),
+        })
+
+    @property
+    def build(self) -> int:
+        """Digest of programs and configuration, 64 bits: registers system_build_low and _high."""
+        adis, compass = self._inertial, self._compass
+        configuration = repr((
+            self.core.digest, self.core.machine, float(self.clock_hz), self._bridge.divisor,
+            self.wishbone, adis.burst_cycles, adis.start_cycles, compass.divisor))
+        return int(hashlib.sha256(configuration.encode()).hexdigest()[:16], 16)
+
+    def map(self, meanings: dict[str, str] | None = None) -> RegisterMap:
+        """All registers of the system; ``meanings`` of the core's parameters."""
+        return system_map(self.core, registers=self.registers, events=self.events,
+                          meanings=meanings)
+
+    def latency_cycles(self, number: int) -> int:
+        """Data-ready at the pin to new results with filter ``number``, writes of parameters aside."""
+        return self.transfer_cycles + self._attitude.conductor.latency(number)
+
+    @property
+    def transfer_cycles(self) -> int:
+        """Data-ready at the pin to a whole, checked sample: nine frames on the SPI."""
+        return self._inertial.burst_cycles
+
+    def text(self) -> tuple[str, str]:
+        """Head and end of a project's README."""
+        return system_text(self)
+
+    def elaborate(self, platform: Any) -> Module:
+        """The parts, and who is connected to whom."""
+        m = Module()
+        m.submodules.inertial = inertial = self._inertial
+        m.submodules.compass = compass = self._compass
+        m.submodules.attitude = attitude = self._attitude
+        m.submodules.output = output = self._output
+        m.submodules.bridge = bridge = self._bridge
+        m.submodules.bus = bus = SystemBus(registers=self.registers, events=len(self.events))
+        csr = bus  # the ports of the registers
+        time = Signal(32)
+        m.d.sync += time.eq(time + 1)
+
+        self._pins(m)
+        order = csr.order
+        m.d.comb += [
+            inertial.time.eq(time), compass.time.eq(time), attitude.time.eq(time),
+            csr.time.eq(time),
+            # Inertial sensor.
+            inertial.enable.eq(1),
+            inertial.restart.eq(order[1]),
+            inertial.msc_ctrl.eq(csr.inertial_msc_ctrl),
+            inertial.smpl_prd.eq(csr.inertial_smpl_prd),
+            inertial.sens_avg.eq(csr.inertial_sens_avg),
+            inertial.index.eq(attitude.index),
+            attitude.word.eq(inertial.word),
+            attitude.sample.eq(inertial.sample),
+            attitude.stamp.eq(inertial.stamp),
+            csr.inertial_flags.eq(inertial.flags),
+            csr.temperature.eq(inertial.temperature),
+            csr.diag_stat.eq(inertial.diag_stat),
+            # Compass.
+            compass.mode.eq(csr.compass_mode),
+            compass.command.payload.eq(csr.compass_command),
+            compass.command.valid.eq(csr.compass_command_stb),
+            attitude.line.eq(compass.line),
+            attitude.is_counts.eq(compass.is_counts),
+            *(attitude.values[k].eq(compass.values[k]) for k in range(3)),
+            csr.compass_flags.eq(compass.flags),
+            *(getattr(csr, f"compass_{axis}").eq(compass.values[k])
+              for k, axis in enumerate("xyz")),
+            # Filter.
+            attitude.run.eq(csr.run),
+            attitude.filter.eq(csr.filter),
+            attitude.source.eq(csr.magnetic_source),
+            attitude.restart.eq(order[0]),
+            # Output.
+            output.updated.eq(attitude.updated),
+            output.mode.eq(csr.output_mode),
+            output.divider.eq(csr.output_divider),
+            output.flags.eq(Cat(~inertial.flags.running, inertial.flags.alarm,
+                                inertial.flags.over_range, inertial.flags.overrun,
+                                compass.flags.stale, compass.flags.paused)),
+            # Counters.
+            bus.events.eq(Cat(part.events for _, part in self._sources)),
+            bus.clear.eq(order[2]),
+        ]
+        wiring.connect(m, output.o, bridge.i)
+        wiring.connect(m, bus.core, attitude.bus)
+        wiring.connect(m, output.port, attitude.ports[0])
+        m.d.comb += [
+            attitude.ports[1].take.eq(~csr.results_hold),
+            attitude.ports[1].index.eq(bus.results.index),
+            bus.results.value.eq(attitude.ports[1].value),
+        ]
+        self._initiators(m, bus, bridge)
+        self._lights(m, time)
+        m.d.comb += [
+            self.probe_sample.eq(inertial.sample), self.probe_running.eq(inertial.flags.running),
+            self.probe_updated.eq(attitude.updated), self.probe_line.eq(compass.line),
+            self.probe_program.eq(attitude.conductor.choice),
+            self.probe_counts.eq(compass.is_counts),
+            *(getattr(self, f"probe_value{k}").eq(compass.values[k]) for k in range(3)),
+        ]
+        return m
+
+    def _pins(self, m: Module) -> None:
+        """Parts to pins."""
+        inertial, compass, bridge = self._inertial, self._compass, self._bridge
+        m.d.comb += [
+            self.adis_cs_n.eq(inertial.cs_n), self.adis_sclk.eq(inertial.sclk),
+            self.adis_mosi.eq(inertial.mosi), self.adis_reset_n.eq(inertial.reset_n),
+            inertial.miso.eq(self.adis_miso), inertial.data_ready.eq(self.adis_data_ready),
+            compass.rx.eq(self.hmr_rx), self.hmr_tx.eq(compass.tx),
+            bridge.rx.eq(self.host_rx), self.host_tx.eq(bridge.tx),
+        ]
+
+    def _initiators(self, m: Module, bus: SystemBus, bridge: Bridge) -> None:
+        """Who drives the register bus: the host, and a processor if there is one."""
+        if not self.wishbone:
+            wiring.connect(m, bridge.bus, bus.bus)
+            m.d.comb += [bridge.grant.eq(1), bus.read.eq(bridge.request & ~bridge.bus.w_stb)]
+            return
+        m.submodules.slave = slave = WishboneSlave(address=ADDRESS_BITS)
+        m.submodules.arbiter = arbiter = BusArbiter(count=2, word=32, address=ADDRESS_BITS)
+        wiring.connect(m, wiring.flipped(self.wb), slave.wb)
+        for k, initiator in enumerate((slave, bridge)):
+            wiring.connect(m, initiator.bus, arbiter.initiators[k])
+            m.d.comb += [arbiter.request[k].eq(initiator.request),
+                         initiator.grant.eq(arbiter.grant[k])]
+        wiring.connect(m, arbiter.bus, bus.bus)
+        m.d.comb += [bus.read.eq(arbiter.read), self.interrupt.eq(self._attitude.updated)]
+
+    def _lights(self, m: Module, time: Signal) -> None:
+        """One that blinks with updates, one for what is wrong with the sensors."""
+        came, beat = Signal(), Signal()
+        bit = min(_BLINK_BIT, max(int(self.clock_hz / 4).bit_length(), 1))
+        m.d.sync += beat.eq(time[bit])
+        with m.If(self._attitude.updated):
+            m.d.sync += came.eq(1)
+        with m.If(beat != time[bit]):
+            m.d.sync += came.eq(0)
+            with m.If(came):
+                m.d.sync += self.led_running.eq(~self.led_running)
+        flags = self._inertial.flags
+        m.d.sync += self.led_fault.eq(~flags.running | flags.link_error | flags.alarm
+                                      | self._compass.flags.stale)
+
+
+_LINES = (
+    Line("host_rx", "host_rx", "from the host: TXD of a 3.3 V serial adapter", input=True,
+         pull_up=True),
+    Line("host_tx", "host_tx", "to the host: RXD of the adapter"),
+    Line("adis_cs_n", "adis_cs_n", "ADIS16385 CS"),
+    Line("adis_sclk", "adis_sclk", "ADIS16385 SCLK"),
+    Line("adis_mosi", "adis_mosi", "ADIS16385 DIN"),
+    Line("adis_miso", "adis_miso", "ADIS16385 DOUT", input=True, pull_up=True),
+    Line("adis_data_ready", "adis_data_ready", "ADIS16385 DIO1, data-ready", input=True),
+    Line("adis_reset_n", "adis_reset_n", "ADIS16385 RST"),
+    Line("hmr_rx", "hmr_rx", "from the compass's TX: 5 V, needs a divider or level shifter",
+         input=True, pull_up=True),
+    Line("hmr_tx", "hmr_tx", "to the compass's RX"),
+    Line("led_running", "led0", "LED: blinks while updates come"),
+    Line("led_fault", "led1", "LED: a sensor is not all right"),
+)

@@ -1,0 +1,120 @@
+"""The host's serial line: register accesses, and what is pushed to the host."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth.hdl import Cat, Module, Mux, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from gateware.boards.dispatch import Dispatcher
+from gateware.boards.framer import Framer, body_layout
+from gateware.boards.frames import Kind
+from gateware.boards.pack import Packer
+from gateware.boards.unpack import Unpacker
+from gateware.registers import BusSignature
+from gateware.serial.uart import Receiver, Transmitter, divisor_for
+
+__all__ = ["Bridge"]
+
+
+class Bridge(wiring.Component):
+    """READ and WRITE frames to the register bus; answers and pushed bodies to the host.
+
+    ::
+
+        rx -> Receiver -> Unpacker -> Dispatcher -> bus
+                                          | answers
+                                        Packer -\\
+                                              i --> Framer -> Transmitter -> tx
+
+    `gateware.boards.frames` says what the frames look like. Answers and pushed bodies (or lines of
+    text) take turns, whole ones at a time. No sequence of bytes stops it.
+
+    **Latency** 8 cycles from the end of a frame's last byte to the begin of its answer for a
+    register that does not wait, while nothing is being pushed.
+
+    Parameters
+    ----------
+    clock_hz : float
+        Frequency of the clock, Hz.
+    baud : float
+        Bits per second; at most ``clock_hz / 8``, and within 2 % of a whole fraction of it.
+    address : int
+        Bits of an address.
+
+    Members
+    -------
+    rx : In(1), tx : Out(1)
+        Serial line.
+    bus : Out(BusSignature), request : Out(1), grant : In(1)
+        An initiator of `gateware.system.bus_arbiter`; ``grant`` is 1 for an only one.
+    i : In(stream of {data: 8, last: 1, raw: 1})
+        Bodies to push, or raw text.
+    events : Out
+        One-cycle pulses, by `EVENTS`.
+    """
+
+    #: Meaning of the bits of ``events``: a byte without stop bit; a frame that was damaged,
+    #: unknown or one too many.
+    EVENTS = ("line_error", "bad_frame")
+
+    def __init__(self, *, clock_hz: float, baud: float = 921_600, address: int = 12) -> None:
+        self.divisor = divisor_for(clock_hz=clock_hz, baud=baud)
+        self.baud = baud
+        self.address = address
+        super().__init__({
+            "rx": In(1, init=1),
+            "tx": Out(1, init=1),
+            "bus": Out(BusSignature(word=32, address=address)),
+            "request": Out(1),
+            "grant": In(1, init=1),
+            "i": In(stream.Signature(body_layout)),
+            "events": Out(len(self.EVENTS)),
+        })
+
+    def elaborate(self, platform: Any) -> Module:
+        """The parts in a row, and who is next."""
+        m = Module()
+        m.submodules.receiver = receiver = Receiver(divisor=self.divisor)
+        m.submodules.unpacker = unpacker = Unpacker(
+            word=32, lengths={Kind.WRITE: 2, Kind.READ: 1})
+        m.submodules.dispatcher = dispatcher = Dispatcher(
+            word=32, inputs=0, depth=unpacker.depth, address=self.address)
+        m.submodules.packer = packer = Packer(word=32, records=False)
+        m.submodules.framer = framer = Framer()
+        m.submodules.transmitter = transmitter = Transmitter(divisor=self.divisor)
+        wiring.connect(m, wiring.flipped(self.bus), dispatcher.bus)
+        wiring.connect(m, dispatcher.o_reply, packer.i_reply)
+        wiring.connect(m, framer.o, transmitter.i)
+        m.d.comb += [
+            receiver.rx.eq(self.rx),
+            *(getattr(unpacker, name).eq(getattr(receiver, name))
+              for name in ("data", "valid", "error")),
+            *(getattr(unpacker, name).eq(getattr(dispatcher, name))
+              for name in ("index", "read", "done")),
+            *(getattr(dispatcher, name).eq(getattr(unpacker, name))
+              for name in ("pending", "kind", "word_data")),
+            self.request.eq(dispatcher.request),
+            dispatcher.grant.eq(self.grant),
+            self.tx.eq(transmitter.tx),
+            self.events.eq(Cat(receiver.error, unpacker.dropped)),
+        ]
+
+        # One of the two has the framer until its last byte; else who wants it.
+        push, within = Signal(), Signal()
+        offered = framer.i
+        m.d.comb += [
+            offered.valid.eq(Mux(push, self.i.valid, packer.o.valid)),
+            offered.payload.eq(Mux(push, self.i.payload.as_value(), packer.o.payload.as_value())),
+            self.i.ready.eq(offered.ready & push),
+            packer.o.ready.eq(offered.ready & ~push),
+        ]
+        with m.If(offered.valid & offered.ready):
+            m.d.sync += within.eq(~offered.payload.last)
+            with m.If(offered.payload.last):
+                m.d.sync += push.eq(~push)
+        with m.Elif(~offered.valid & ~within):
+            m.d.sync += push.eq(~push)
+        return m

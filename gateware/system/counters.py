@@ -1,0 +1,100 @@
+"""Counters of events: one adder and one memory for all of them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth.hdl import Array, Module, Mux, Signal
+from amaranth.lib import data, memory, wiring
+from amaranth.lib.wiring import In, Out
+
+__all__ = ["EventCounters"]
+
+#: Cycles that each counter gets in turn.
+_SLOT = 4
+
+
+class EventCounters(wiring.Component):
+    """Counts one-cycle events of several kinds.
+
+    Every event turns over a flip-flop of its kind. Each counter in turn gets 4 cycles in which it
+    is read from the memory together with the flip-flop's state of the last time, and written back
+    with 1 more if that has changed. So events of a kind are counted one by one as long as they are
+    at least `interval` cycles apart; of more in that time pairs go uncounted. Different kinds do
+    not concern each other.
+
+    Counters wrap. They keep their values, as memories do, when domain ``sync`` is reset.
+
+    **Latency** an event is counted after at most `interval` + 4 cycles; 1 cycle for reading.
+
+    Parameters
+    ----------
+    count : int, 1 to 256
+        Kinds of events.
+    bits : int, 1 to 35
+        Bits of a counter.
+
+    Members
+    -------
+    events : In(count)
+        Bit k: an event of kind k in this cycle.
+    clear : In(1)
+        All counters to 0, one by one in their turns. An event that is counted in the very turn
+        makes it 1.
+    index : In
+        Which counter to read: one bit more than the numbers of the kinds need. Indices that no
+        kind has read 0.
+    value : Out(bits)
+        The counter at the ``index`` of the cycle before.
+    """
+
+    def __init__(self, *, count: int, bits: int = 32) -> None:
+        for name, value, most in (("count", count, 256), ("bits", bits, 35)):
+            if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= most:
+                raise ValueError(f"{name} must be an integer from 1 to {most}, not {value!r}")
+        self.count = count
+        self.bits = bits
+        self.index_bits = (count - 1).bit_length() + 1
+        super().__init__({
+            "events": In(count),
+            "clear": In(1),
+            "index": In(self.index_bits),
+            "value": Out(bits),
+        })
+
+    @property
+    def interval(self) -> int:
+        """Least cycles between events of one kind that are counted one by one."""
+        return _SLOT << self.index_bits - 1
+
+    def elaborate(self, platform: Any) -> Module:
+        """A turn: read, see whether the flip-flop has changed, write."""
+        m = Module()
+        word = data.StructLayout({"value": self.bits, "seen": 1})
+        m.submodules.memory = words = memory.Memory(
+            shape=word, depth=1 << self.index_bits, init=[], attrs={"ram_style": "block"})
+        w_port, scan, read = words.write_port(), words.read_port(), words.read_port()
+
+        turned = Signal(1 << self.index_bits - 1, reset_less=True)
+        m.d.sync += turned.eq(turned ^ self.events)
+
+        turn = Signal(self.index_bits - 1 + 2)
+        place, step = turn[2:], turn[:2]
+        now, clearing, left = Signal(), Signal(), Signal.like(turn)
+        m.d.sync += [turn.eq(turn + 1), now.eq(Array(turned)[place] if self.count > 1
+                                               else turned[0])]
+        with m.If(self.clear):
+            m.d.sync += [clearing.eq(1), left.eq(turn)]
+        with m.Elif(left == turn):
+            m.d.sync += clearing.eq(0)
+        m.d.comb += [
+            scan.addr.eq(place),
+            scan.en.eq(step == 1),
+            w_port.addr.eq(place),
+            w_port.en.eq(step == 3),
+            w_port.data.seen.eq(now),
+            w_port.data.value.eq(Mux(clearing, 0, scan.data.value) + (now ^ scan.data.seen)),
+            read.addr.eq(self.index),
+            self.value.eq(read.data.value),
+        ]
+        return m

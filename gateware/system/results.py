@@ -1,0 +1,109 @@
+"""Memory of results: one writer, readers that never see two updates mixed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth.hdl import Cat, Const, Module, Mux, Signal, Value
+from amaranth.lib import memory, wiring
+from amaranth.lib.wiring import In, Out
+
+__all__ = ["INDEX_BITS", "ResultPort", "Results"]
+
+#: Bits of the index of a word within an update.
+INDEX_BITS = 6
+
+
+class ResultPort(wiring.Signature):
+    """What a reader of the results drives and sees.
+
+    Members
+    -------
+    take : Out(1)
+        From the next cycle on read the newest whole update. Held high, always the newest.
+    index : Out(6)
+        Which word.
+    value : In(W)
+        The word at the ``index`` of the cycle before.
+    """
+
+    def __init__(self, *, word: int) -> None:
+        super().__init__({"take": Out(1), "index": Out(INDEX_BITS), "value": In(word)})
+
+
+class Results(wiring.Component):
+    """Whole updates of up to 64 words, in banks.
+
+    There is a bank for each reader, one with the newest update and one to write: so an update that
+    a reader has taken stays until that reader takes another, however long that is, and the writer
+    never waits. ``begin`` picks a bank that nobody has. Each reader has a copy of the memory.
+
+    **Latency** 1 cycle for reading; an update is the newest from the cycle after ``complete``.
+
+    Parameters
+    ----------
+    word : int
+        W.
+    readers : int, 1 to 3
+        Number of readers.
+
+    Members
+    -------
+    begin : In(1)
+        An update begins: the words that follow go to a free bank. Not in the cycle of ``complete``.
+    complete : In(1)
+        The update is complete with the word written in this cycle.
+    w_en : In(1), w_index : In(6), w_data : In(W)
+        Write a word of the update.
+    ports : In(ResultPort) array
+        The readers. Words that an update has not written are those of an older one.
+    """
+
+    def __init__(self, *, word: int, readers: int = 2) -> None:
+        if not isinstance(readers, int) or not 1 <= readers <= 3:
+            raise ValueError(f"readers must be 1 to 3, not {readers!r}")
+        self.word = word
+        self.readers = readers
+        super().__init__({
+            "begin": In(1),
+            "complete": In(1),
+            "w_en": In(1),
+            "w_index": In(INDEX_BITS),
+            "w_data": In(word),
+            "ports": In(ResultPort(word=word)).array(readers),
+        })
+
+    def elaborate(self, platform: Any) -> Module:
+        """Banks and copies."""
+        m = Module()
+        bits = (self.readers + 1).bit_length()
+        write, newest = Signal(bits, init=1), Signal(bits)
+        held = [Signal(bits, name=f"held{k}") for k in range(self.readers)]
+        with m.If(self.begin):
+            m.d.sync += write.eq(_free(newest, *held))
+        with m.If(self.complete):
+            m.d.sync += newest.eq(write)
+        for k, (bank, port) in enumerate(zip(held, self.ports, strict=True)):
+            with m.If(port.take):
+                m.d.sync += bank.eq(newest)
+            m.submodules[f"copy{k}"] = words = memory.Memory(
+                shape=self.word, depth=1 << (bits + INDEX_BITS), init=[],
+                attrs={"ram_style": "block"})
+            w_port, r_port = words.write_port(), words.read_port()
+            m.d.comb += [
+                w_port.addr.eq(Cat(self.w_index, write)),
+                w_port.data.eq(self.w_data),
+                w_port.en.eq(self.w_en),
+                r_port.addr.eq(Cat(port.index, bank)),
+                port.value.eq(r_port.data),
+            ]
+        return m
+
+
+def _free(*used: Value) -> Value:
+    """The first bank that is none of ``used``."""
+    choice: Value = Const(len(used))
+    for k in reversed(range(len(used))):
+        taken = Cat(bank == k for bank in used).any()
+        choice = Mux(taken, choice, k)
+    return choice

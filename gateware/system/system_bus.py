@@ -1,0 +1,137 @@
+"""Address decoder of a complete system: core, registers, results, counters on one bus."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from amaranth.hdl import Cat, Const, Module, Mux, Signal
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from gateware.register_model import Register
+from gateware.registers import PROGRAM, BusSignature
+from gateware.system.counters import EventCounters
+from gateware.system.csr import Csr
+from gateware.system.results import INDEX_BITS, ResultPort
+
+__all__ = ["ADDRESS_BITS", "COUNTERS", "CSR", "RESULTS", "SystemBus"]
+
+#: Bits of an address of the system's bus.
+ADDRESS_BITS = 12
+#: Where the blocks begin; the core is at 0.
+CSR, RESULTS, COUNTERS = 0x400, 0x500, 0x600
+#: The core's last address.
+_LAST = PROGRAM
+#: Place of the result memory that nobody writes: it reads 0.
+_NO_RESULT = (1 << INDEX_BITS) - 1
+
+
+class SystemBus(wiring.Component):
+    """The registers of a complete system.
+
+    ::
+
+        0x000..0x204  the core, as `gateware.registers` says
+        0x400..       registers of the system (`Csr`)
+        0x500..0x53F  results (`gateware.system.results`)
+        0x600..       counters of events
+
+    Other addresses read 0, writes there are acknowledged and do nothing, and both are an event, as
+    of the counters' own ``bad_address``. Reads of what can only be written read 0.
+
+    **Latency** 1 cycle for reading; 1 for writing, but for the core's parameters, for which it
+    waits.
+
+    Parameters
+    ----------
+    registers : sequence of Register
+        Of the block at 0x400.
+    events : int
+        Kinds of events from outside. ``bad_address`` is counted behind them.
+    counter_bits : int
+        Bits of a counter.
+
+    Members
+    -------
+    bus : In(BusSignature)
+        32 bits, 12 bits of address; the core's words have 32 bits, too.
+    read : In(1)
+        The initiator reads in this cycle; only tells bad addresses.
+    core : Out(BusSignature)
+        The core's registers.
+    results : Out(ResultPort)
+        The results, whose last place has to be 0; ``take`` is to be driven by the parent.
+    events : In(events)
+        Events to count.
+    clear : In(1)
+        Clear the counters.
+    others
+        The ports of the registers, as `Csr` says.
+    """
+
+    def __init__(self, *, registers: Sequence[Register], events: int,
+                 counter_bits: int = 32) -> None:
+        self.csr = Csr(registers)
+        if self.csr.first != CSR:
+            raise ValueError(f"registers must begin at {CSR:#x}, not {self.csr.first:#x}")
+        if not isinstance(events, int) or not 0 <= events <= 255:
+            raise ValueError(f"events must be an integer from 0 to 255, not {events!r}")
+        self.counters = EventCounters(count=events + 1, bits=counter_bits)
+        super().__init__({
+            "bus": In(BusSignature(word=32, address=ADDRESS_BITS)),
+            "read": In(1),
+            "core": Out(BusSignature(word=32)),
+            "results": Out(ResultPort(word=32)),
+            "events": In(events),
+            "clear": In(1),
+            **self.csr.ports,
+        })
+
+    def elaborate(self, platform: Any) -> Module:
+        """Which block, and whose answer."""
+        m = Module()
+        m.submodules.csr, m.submodules.counters = csr, counters = self.csr, self.counters
+        bus, core, addr = self.bus, self.core, self.bus.addr
+        page, low = addr[8:], addr[:8]
+        is_core, is_csr, is_result, is_counter = (Signal(name=name) for name in (
+            "is_core", "is_csr", "is_result", "is_counter"))
+        index_bits = counters.index_bits - 1
+        m.d.comb += [
+            is_core.eq(~addr[10:].any() & (~addr[9] | ~addr[3:9].any() & (addr[:3] <= _LAST % 8))),
+            is_csr.eq((page == CSR >> 8) & ~low[csr.bits:].any()),
+            is_result.eq((page == RESULTS >> 8) & ~low[INDEX_BITS:].any()),
+            is_counter.eq((page == COUNTERS >> 8) & ~low[index_bits:].any()),
+        ]
+
+        # A write of ours is done and acknowledged in its second cycle, when all this is decoded.
+        ours, ours_csr = Signal(), Signal()
+        access, elsewhere, core_answers = Signal(), Signal(), Signal()
+        bad = Signal()
+        m.d.sync += [
+            ours.eq(bus.w_stb & ~is_core & ~ours),
+            ours_csr.eq(is_csr),
+            core_answers.eq(is_core & addr[9]),
+            access.eq(self.read | (bus.w_stb & ~ours)),
+            elsewhere.eq(is_core | is_result | (is_counter & (low < counters.count))),
+        ]
+        m.d.comb += [
+            core.addr.eq(addr),
+            core.w_data.eq(bus.w_data),
+            core.w_stb.eq(bus.w_stb & is_core),
+            bus.w_ack.eq(bus.w_stb & (ours | (is_core & core.w_ack))),
+            csr.offset.eq(Cat(low[:csr.bits], ~is_csr)),
+            csr.w_data.eq(bus.w_data),
+            csr.w_en.eq(ours & ours_csr),
+            self.results.index.eq(Mux(is_result, low, _NO_RESULT)),
+            counters.index.eq(Cat(low[:index_bits], ~is_counter)),
+            bad.eq(access & ~elsewhere & ~csr.known),
+            counters.events.eq(Cat(self.events, bad)),
+            counters.clear.eq(self.clear),
+            bus.r_data.eq(csr.r_data | counters.value | self.results.value
+                          | Mux(core_answers, core.r_data, Const(0, 32))),
+        ]
+        for name, member in csr.ports.items():
+            outer, inner = getattr(self, name), getattr(csr, name)
+            m.d.comb += inner.eq(outer) if member.flow is In else outer.eq(inner)
+        return m

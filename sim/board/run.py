@@ -1,0 +1,290 @@
+"""A log through the simulated board, and the chain of integer models beside it."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from gateware.boards.frames import Decoder, Kind, encode
+from gateware.system.attitude_frame import OUTPUTS, WORDS
+from model.errors import InputError
+from model.fixed import IntArray
+from sim.board.build import Board, board_parameters, board_sources
+from sim.board.trace import Trace, read_trace
+from sim.compiled import build
+from sim.front import COUNTS, HEADING, NO_LINE, Chain, Samples, quantise, run_chain
+from sim.log import Log
+
+__all__ = ["BoardRun", "Judgement", "Stimulus", "frames_of", "judge", "run_board", "stimulus",
+           "writes"]
+
+#: degC of the model's temperature; it follows nothing.
+_TEMPERATURE_CODE = 37
+
+
+@dataclass(frozen=True)
+class Stimulus:
+    """What the devices send.
+
+    Attributes
+    ----------
+    counts : int (n, 6)
+        Gyro and accelerometer of every sample.
+    compass : int (m, 6)
+        Heading, pitch, roll [0.1 deg], magnetometer x, y, z [counts] of every line.
+    """
+
+    counts: IntArray
+    compass: IntArray
+
+    def files(self) -> dict[str, str]:
+        """The devices' logs, by file name."""
+        extra = np.tile([_TEMPERATURE_CODE, 0], (len(self.counts), 1))
+        return {"adis.txt": _lines(np.hstack([self.counts, extra])),
+                "hmr.txt": _lines(self.compass)}
+
+
+def _lines(rows: IntArray) -> str:
+    return "".join(" ".join(str(v) for v in row) + "\n" for row in rows.tolist())
+
+
+def stimulus(log: Log, board: Board) -> Stimulus:
+    """A log as what both devices send: row k is sample k, whatever its time.
+
+    The compass knows the log's attitude: without one it has no heading to send.
+
+    Raises
+    ------
+    InputError
+        The log has no attitude for the headings.
+    """
+    if log.q is None:
+        raise InputError.at(f"log {log.name!r}", wanted="a reference attitude, for the compass",
+                            found="none", fix="use a log with qw,qx,qy,qz")
+    setup = board.setup
+    counts = quantise(log, kind=NO_LINE).counts
+    # Line k goes out this long after the first sample.
+    every = setup.rate_hz / setup.lines_hz
+    first = setup.compass_start_cycles / setup.period_cycles
+    rows = np.minimum(np.round(first + every * np.arange(1 + len(log) / every)).astype(np.int64),
+                      len(log) - 1)
+    # Each line takes the field, and the attitude, that is there by then.
+    usable = np.flatnonzero(np.isfinite(log.q).all(axis=1) & log.mag_new)
+    if not len(usable):
+        raise InputError.at(f"log {log.name!r}", wanted="rows with field and attitude",
+                            found="none", fix="use another log")
+    rows = usable[np.clip(np.searchsorted(usable, rows, side="right") - 1, 0, None)]
+    part = _rows_of(log, rows)
+    heading = quantise(part, kind=HEADING, line_hz=1e9).values
+    field = quantise(part, kind=COUNTS, line_hz=1e9).values
+    return Stimulus(counts, np.hstack([heading, field]))
+
+
+def _rows_of(log: Log, rows: npt.NDArray[np.int64]) -> Log:
+    """Some rows of a log, with times of their own."""
+    assert log.q is not None
+    return Log(name=log.name, t=np.arange(len(rows), dtype=np.float64), gyr=log.gyr[rows],
+               acc=log.acc[rows], mag=log.mag[rows], mag_new=np.ones(len(rows), dtype=np.bool_),
+               q=log.q[rows])
+
+
+def writes(board: Board, values: Mapping[str, int], *, start: int = 2_000) -> str:
+    """Host file of the bench: writes of registers by name, in their order, from a cycle on."""
+    registers = board.system.map()
+    divisor = board_parameters(board.setup)["HOST_DIVISOR"]
+    out, cycle = [], start
+    for name, value in values.items():
+        frame = encode(Kind.WRITE, [registers.find(name).address, value], word=32)
+        for byte in frame:
+            out.append(f"{cycle} {byte:02x}\n")
+            cycle += 10 * divisor
+        cycle += 40 * 10 * divisor  # the answer
+    return "".join(out)
+
+
+@dataclass(frozen=True)
+class BoardRun:
+    """What came of a run.
+
+    Attributes
+    ----------
+    trace : Trace
+        Events and bytes.
+    frames : int (n, 10)
+        Words of the attitude frames (`gateware.system.attitude_frame.WORDS`), signed.
+    dropped : int
+        Damaged frames.
+    cycles : int
+        Clock cycles.
+    seconds : float
+        Wall clock of the simulation.
+    """
+
+    trace: Trace
+    frames: IntArray
+    dropped: int
+    cycles: int
+    seconds: float
+
+
+def frames_of(data: bytes, *, word: int = 32) -> tuple[IntArray, int]:
+    """Attitude frames (n, 10) in a stream of bytes, and how many frames were damaged."""
+    decoder = Decoder(word=word)
+    words = [w for kind, w in decoder.feed(data) if kind is Kind.ATTITUDE]
+    return np.array(words, dtype=np.int64).reshape(-1, len(WORDS)), decoder.dropped
+
+
+def run_board(board: Board, what: Stimulus, *, updates: int, settings: Mapping[str, int],
+              faults: Mapping[str, str] | None = None, max_cycles: int | None = None) -> BoardRun:
+    """Run the compiled bench until so many updates are done.
+
+    Parameters
+    ----------
+    settings : mapping
+        Registers that the host writes first, by name.
+    faults : mapping, optional
+        Texts of the devices' fault files: "adis", "hmr".
+    """
+    bench = build("bench", board_sources(board), parameters=board_parameters(board.setup))
+    files = {**what.files(), "host.txt": writes(board, settings),
+             **{f"{device}_faults.txt": text for device, text in (faults or {}).items()}}
+    arguments: dict[str, object] = {
+        "updates": updates, "host": "host.txt", "adis_log": "adis.txt", "hmr3300_data": "hmr.txt"}
+    for device, name in (("adis", "adis_faults"), ("hmr", "hmr3300_faults")):
+        if faults and device in faults:
+            arguments[name] = f"{device}_faults.txt"
+    limit = max_cycles or int(1.5 * (updates + 50) * board.setup.period_cycles) + 60_000_000
+    with tempfile.TemporaryDirectory(prefix="boresight-board-") as folder:
+        run = bench.run(arguments, max_cycles=limit, files=files, folder=Path(folder))
+        trace = read_trace((Path(folder) / "trace.txt").read_text())
+    frames, dropped = frames_of(trace.data, word=board.system.plan.word)
+    return BoardRun(trace, frames, dropped, run.cycles, run.seconds)
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """A run against the chain of integer models, fed with what the devices had at their pins.
+
+    Attributes
+    ----------
+    updates : int
+        Compared.
+    mismatches : int
+        Words of attitude frames that differ: number, stamp, outputs.
+    first : str
+        The first of them; empty if there is none.
+    fields, lines : int
+        Updates with a fresh field; good lines of the compass.
+    transfer_cycles, core_cycles : (least, most)
+        Data-ready to sample, and sample to new attitude.
+    frame_end_cycles : (least, most)
+        Data-ready to the last bit of the frame.
+    chain : Chain
+        What the models say.
+    """
+
+    updates: int
+    mismatches: int
+    first: str
+    fields: int
+    lines: int
+    transfer_cycles: tuple[int, int]
+    core_cycles: tuple[int, int]
+    frame_end_cycles: tuple[int, int]
+    chain: Chain
+
+
+def _source_kinds(source: int) -> Sequence[int]:
+    """Kinds of lines that a magnetic source takes."""
+    return {0: (), 1: (COUNTS,), 2: (HEADING,), 3: (COUNTS, HEADING)}[source]
+
+
+def judge(board: Board, what: Stimulus, run: BoardRun, *, filter: int, source: int) -> Judgement:
+    """Compare every frame of a run without faults, word by word.
+
+    The models get the rows of the devices' logs: by the number of the data-ready edge, and by the
+    slot of the compass's line. When a line counts is told from its cycle: it makes the field of the
+    update after the one that is complete next.
+    """
+    trace = run.trace
+    n = len(trace.updates)
+    if n == 0 or len(trace.samples) < n:
+        raise ValueError(f"run must have updates, not {n} of {len(trace.samples)} samples")
+    edge = np.searchsorted(trace.ready[:, 0], trace.samples[:n]) - 1
+    ready = trace.ready[edge]
+    transfer = trace.samples[:n] - ready[:, 0]
+    core = trace.updates - trace.samples[:n]
+    kinds = np.full(n, NO_LINE)
+    values = np.zeros((n, 3), dtype=np.int64)
+    good = 0
+    for line in trace.lines:
+        kind = COUNTS if line.counts else HEADING
+        row = what.compass[min(line.slot, len(what.compass) - 1)]
+        expected = row[3:] if line.counts else row[:3]
+        if tuple(expected) != line.values:
+            return _wrong(f"compass line in cycle {line.cycle}: {line.values}, sent {expected}")
+        good += 1
+        at = int(np.searchsorted(trace.updates, line.cycle)) + 1
+        if kind in _source_kinds(source) and at < n:
+            kinds[at], values[at] = kind, expected
+    restart = np.zeros(n, dtype=np.bool_)
+    restart[0] = True
+    samples = Samples(ready[:, 0] % (1 << 32), what.counts[np.minimum(
+        ready[:, 1] - 1, len(what.counts) - 1)], kinds, values, restart, np.full(n, filter))
+    chain = run_chain([part.program for part in board.core.parts], samples)
+    return _compare(run, chain, samples, transfer, core, good)
+
+
+def _wrong(text: str) -> Judgement:
+    none = np.zeros((0, 0), dtype=np.int64)
+    flags = np.zeros(0, dtype=np.bool_)
+    return Judgement(0, 1, text, 0, 0, (0, 0), (0, 0), (0, 0), Chain(none, none, flags, flags))
+
+
+def _compare(run: BoardRun, chain: Chain, samples: Samples, transfer: IntArray, core: IntArray,
+             lines: int) -> Judgement:
+    frames, n = run.frames, len(samples)
+    mismatches, first = 0, ""
+    numbers = frames[:, WORDS.index("header")] & 0xFFFF
+    offset = int(frames[0, 1] - samples.stamp[numbers[0] - 1]) % (1 << 32) if len(frames) else 0
+    for frame, number in zip(frames, numbers, strict=True):
+        k = int(number) - 1
+        header = int(frame[0]) & 0xFFFF_FFFF
+        expected = {
+            "stamp": (int(samples.stamp[k]) + offset) % (1 << 32),
+            **{name: int(v) for name, v in zip(OUTPUTS, chain.outputs[k], strict=True)},
+            "filter": int(samples.filter[k]), "field_used": int(samples.line[k] != NO_LINE),
+            "restart": int(chain.restart[k]), "saturated": int(chain.saturated[k])}
+        found = {"stamp": int(frame[1]) % (1 << 32),
+                 **{name: int(v) for name, v in zip(OUTPUTS, frame[2:], strict=True)},
+                 "filter": header >> 16 & 7, "field_used": header >> 19 & 1,
+                 "restart": header >> 21 & 1, "saturated": header >> 22 & 1}
+        for name, value in expected.items():
+            if found[name] != value:
+                mismatches += 1
+                first = first or f"update {k}, {name}: {found[name]} instead of {value}"
+    if len(frames) == 0:
+        mismatches, first = 1, "no attitude frame came"
+    ends = _frame_ends(run.trace, n)
+    ready = run.trace.samples[:n] - transfer
+    whole = ends[:len(frames)] - ready[numbers - 1] if len(ends) == len(frames) else np.zeros(1)
+    return Judgement(
+        n if len(frames) else 0, mismatches, first, int((samples.line != NO_LINE).sum()), lines,
+        _range(transfer), _range(core), _range(whole), chain)
+
+
+def _frame_ends(trace: Trace, n: int) -> IntArray:
+    """Cycles of the last byte of every attitude frame."""
+    decoder, out = Decoder(word=32), []
+    for at, byte in zip(trace.bytes_at.tolist(), trace.data, strict=True):
+        out += [at for kind, _ in decoder.feed(bytes([byte])) if kind is Kind.ATTITUDE]
+    return np.array(out, dtype=np.int64)
+
+
+def _range(values: IntArray) -> tuple[int, int]:
+    return (int(values.min()), int(values.max())) if len(values) else (0, 0)

@@ -1,0 +1,59 @@
+"""Speeds and times of a simulated board: the real ones, or all of them scaled down."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+__all__ = ["REAL", "SCALED", "Setup"]
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What the system is built with, and how fast the devices at its pins are.
+
+    Attributes
+    ----------
+    clock_hz : int
+        Clock of the system.
+    host_baud, hmr_baud : int
+        Serial lines, bits per second.
+    sclk_hz, stall_s : float
+        SPI clock, and pause between frames.
+    startup_s, reset_s : float
+        Wait after the reset of the ADIS16385, and the length of that reset.
+    rate_hz, lines_hz : int
+        Samples and compass lines a second.
+    ready_cycles : int
+        Length of the data-ready pulse.
+    compass_start_cycles : int
+        From power-up to the compass's first line.
+    ppm : int
+        By which the ADIS16385's own clock is fast.
+    """
+
+    clock_hz: int = 100_000_000
+    host_baud: int = 921_600
+    hmr_baud: int = 19_200
+    sclk_hz: float = 1e6
+    stall_s: float = 16e-6
+    startup_s: float = 0.3
+    reset_s: float = 1e-3
+    rate_hz: int = 1024
+    lines_hz: int = 8
+    ready_cycles: int = 5_000
+    compass_start_cycles: int = 80_000_000
+    ppm: int = 0
+
+    @property
+    def period_cycles(self) -> float:
+        """Cycles from sample to sample."""
+        return self.clock_hz / self.rate_hz
+
+
+#: As on the bench, but for the waits after power-up: nobody learns from 0.3 s of nothing.
+REAL = Setup(startup_s=2e-3, compass_start_cycles=1_000_000)
+
+#: Sixteen times as fast, so that 500 samples take 3 million cycles.
+SCALED = Setup(host_baud=12_500_000, hmr_baud=307_200, sclk_hz=10e6, stall_s=1e-6,
+               startup_s=0.3e-3, reset_s=50e-6, rate_hz=16_384, lines_hz=128, ready_cycles=200,
+               compass_start_cycles=60_000)

@@ -1,0 +1,116 @@
+"""What `bench.sv` wrote, as arrays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from sim.cosim import SimulationFailed
+
+__all__ = ["Line", "Trace", "read_trace"]
+
+Cycles: TypeAlias = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Line:
+    """A good line of the compass: when, whether counts, its three numbers, the device's slot."""
+
+    cycle: int
+    counts: bool
+    values: tuple[int, int, int]
+    slot: int
+
+
+@dataclass(frozen=True)
+class Trace:
+    """Events of a run, each with its clock cycle.
+
+    Attributes
+    ----------
+    ready : int64 (n, 2)
+        Data-ready rose; and the line of the log that the device had then, from 1 on.
+    samples, updates : int64
+        A sample was in the reader's buffer; an update was in the registers.
+    select : int64 (n, 2)
+        Cycles in which chip select fell and rose again.
+    programs : int64 (n, 2)
+        Cycle, and the number of the program that runs from then on.
+    lines : tuple of Line
+        Good lines of the compass.
+    starts : int64
+        The first start bit of each burst of bytes to the host.
+    bytes_at : int64, data : bytes
+        Bytes to the host, and when the stop bit of each had begun.
+    broken : int64
+        Bytes to the host without stop bit.
+    violations : int
+        Times that the reader broke the device's timing.
+    """
+
+    ready: Cycles
+    samples: Cycles
+    updates: Cycles
+    select: Cycles
+    programs: Cycles
+    lines: tuple[Line, ...]
+    starts: Cycles
+    bytes_at: Cycles
+    data: bytes = field(repr=False)
+    broken: Cycles
+    violations: int
+
+
+def read_trace(text: str) -> Trace:
+    """Read the text of a trace.
+
+    Raises
+    ------
+    SimulationFailed
+        Unknown values (X) at the pins, or no end.
+    """
+    at: dict[str, list[int]] = {kind: [] for kind in "SUTE"}
+    ready: list[tuple[int, int]] = []
+    violations = -1
+    chip: list[tuple[int, int]] = []
+    programs: list[tuple[int, int]] = []
+    lines: list[Line] = []
+    bytes_at: list[int] = []
+    data = bytearray()
+    for line in text.splitlines():
+        cycle, kind, *rest = line.split()
+        now = int(cycle)
+        if kind == "X":
+            raise SimulationFailed(f"unknown value (X) at the board's pins in cycle {now}")
+        if kind in at:
+            at[kind].append(now)
+        elif kind == "R":
+            ready.append((now, int(rest[0])))
+        elif kind == "V":
+            violations = int(rest[0])
+        elif kind == "C":
+            chip.append((now, int(rest[0])))
+        elif kind == "P":
+            programs.append((now, int(rest[0])))
+        elif kind == "B":
+            bytes_at.append(now)
+            data.append(int(rest[0], 16))
+        elif kind == "L":
+            a, b, c, slot = (int(v) for v in rest[1:])
+            lines.append(Line(now, rest[0] == "1", (a, b, c), slot))
+    if violations < 0:
+        raise SimulationFailed("the board's bench did not come to its end")
+    falls = [c for c, level in chip if not level]
+    rises = [c for c, level in chip if level and falls and c > falls[0]]
+    whole = min(len(falls), len(rises))
+    return Trace(
+        np.array(ready, dtype=np.int64).reshape(-1, 2),
+        *(np.array(at[kind], dtype=np.int64) for kind in "SU"),
+        select=np.array([falls[:whole], rises[:whole]], dtype=np.int64).T.reshape(-1, 2),
+        programs=np.array(programs, dtype=np.int64).reshape(-1, 2), lines=tuple(lines),
+        starts=np.array(at["T"], dtype=np.int64), bytes_at=np.array(bytes_at, dtype=np.int64),
+        data=bytes(data), broken=np.array(at["E"], dtype=np.int64),
+        violations=violations)

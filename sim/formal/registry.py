@@ -1,0 +1,53 @@
+"""All proofs."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from pathlib import Path
+
+from model.errors import InputError
+from sim.formal.prove import Proof
+
+__all__ = ["all_proofs", "find_proofs"]
+
+
+def all_proofs() -> tuple[Proof, ...]:
+    """The proofs of every module of this package, by name."""
+    found: list[Proof] = []
+    for module in pkgutil.iter_modules([str(Path(__file__).parent)]):
+        if not module.name.startswith("__"):
+            found += getattr(importlib.import_module(f"sim.formal.{module.name}"), "PROOFS", ())
+    names = [proof.name for proof in found]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise ValueError(f"names of proofs must differ, not {', '.join(twice)} twice")
+    return tuple(sorted(found, key=lambda proof: proof.name))
+
+
+def find_proofs(names: list[str], *, short: bool = False) -> tuple[Proof, ...]:
+    """The proofs whose name is, or begins with a part of, one of ``names``; all if there is none.
+
+    Parameters
+    ----------
+    names : list of str
+        ``uart`` stands for all proofs ``uart.*``.
+    short : bool
+        Only the short ones.
+
+    Raises
+    ------
+    InputError
+        A name stands for no proof.
+    """
+    proofs = all_proofs()
+
+    def named(name: str) -> list[Proof]:
+        return [p for p in proofs if p.name == name or p.name.startswith(f"{name}.")]
+
+    for name in names:
+        if not named(name):
+            raise InputError.at("NAME", wanted="a proof or the part before its dot", found=name,
+                                fix="see python -m sim.formal --list")
+    chosen = [p for p in proofs if not names or any(p in named(name) for name in names)]
+    return tuple(p for p in chosen if p.short or not short)

@@ -1,0 +1,70 @@
+"""Both kinds of C of every filter on recorded data, under the sanitizers of the compiler."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from firmware.build import CModel
+from firmware.emit import emit_c
+from firmware.float_build import FloatCModel
+from firmware.float_emit import emit_float_c, float_prefix
+from firmware.soc.filter import filter_header
+from model.estimator import input_words
+from model.estimators import estimator
+from sim.bundled import bundled
+from sim.feed import inputs_of
+from sim.log import read_log
+
+FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-O0",
+         "-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all")
+
+MAIN = """
+#include "filter.h"
+#include <stdio.h>
+#include <string.h>
+
+int main(void) {
+    static filter_t filter;
+    filter_in_t in;
+    filter_out_t out;
+    filter_init(&filter);
+    while (fread(&in, 4, FILTER_INPUTS, stdin) == FILTER_INPUTS) {
+        filter_update(&filter, &in, &out);
+        fwrite(&out, 4, FILTER_OUTPUTS, stdout);
+    }
+    return 0;
+}
+"""
+
+
+def run(files: dict[str, str], name: str, words: bytes, folder: Path) -> bytes:
+    """Outputs of an estimator that is compiled with all checks."""
+    for file, text in {**files, "filter.h": filter_header(name), "main.c": MAIN}.items():
+        (folder / file).write_text(text)
+    subprocess.run(["gcc", *FLAGS, f"{name}.c", "main.c", "-lm", "-o", "main"], cwd=folder,
+                   check=True)
+    done = subprocess.run(["./main"], cwd=folder, input=words, capture_output=True)
+    assert done.returncode == 0, done.stderr.decode()
+    return done.stdout
+
+
+@pytest.mark.parametrize("name", ["complementary", "ekf_quaternion", "ekf_bias", "mekf"])
+def test_recorded_data(name: str, tmp_path: Path) -> None:
+    e = estimator(name)
+    records = inputs_of(e, read_log(bundled("ximu_walk")))[:600]
+    records[200, 3:] *= 1e6  # and what no sensor says
+    records[400] = 0.0
+    program = e.compile()
+    words = input_words(program, records[..., None])[..., 0].astype(np.int32)
+    said = run(emit_c(program), name, words.tobytes(), tmp_path)
+    wanted, _ = CModel(program).update(words)
+    assert (np.frombuffer(said, np.int32).reshape(wanted.shape) == wanted).all()
+
+    single = records.astype(np.float32)
+    said = run(emit_float_c(e), float_prefix(e), single.tobytes(), tmp_path)
+    assert np.array_equal(np.frombuffer(said, np.float32).reshape(-1, len(e.outputs)),
+                          FloatCModel(e).update(single), equal_nan=True)

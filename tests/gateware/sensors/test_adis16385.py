@@ -1,0 +1,149 @@
+"""The reader of the inertial sensor with the device at its pins: samples, settings, parameters."""
+
+import random
+
+import pytest
+
+from gateware.sensors.adis16385 import Adis16385
+from gateware.sensors.adis16385_frames import CONFIG_FRAMES, RUN_FRAMES
+from gateware.verilog import to_verilog
+from sim.devices.adis16385 import PERIOD, SCALED, ReaderBench, scaled_reader
+
+
+@pytest.fixture(scope="module")
+def bench() -> ReaderBench:
+    return ReaderBench()
+
+
+def test_samples_are_those_of_the_log(bench: ReaderBench) -> None:
+    """Every word, also the extreme ones; the temperature is as of the sample before."""
+    random.seed(5)
+    full = [-32768, 32767, -1, 0, *range(-3, 3)]
+    log = [[random.choice([*full, random.randrange(-32768, 32768)]) for _ in range(6)]
+           + [random.choice([-2048, 2047, -1, 0, random.randrange(-2048, 2048)]), 0]
+           for _ in range(60)]
+    reader = bench.reader
+    happened = bench.run(samples=50, log=log)
+    assert happened.violations == 0 and not happened.complaints
+    assert [s.line for s in happened.samples] == list(range(2, 52))
+    for sample in happened.samples:
+        now, before = log[sample.line - 1], log[sample.line - 2]
+        assert sample.words == (*now[:6], before[6], 0)
+    assert [s.number for s in happened.samples] == list(range(50))
+    edges = {edge + reader.stamp_delay: edge for edge in happened.edges}
+    for sample in happened.samples:
+        assert sample.time - edges[sample.stamp] == reader.burst_cycles
+    assert set(happened.times("sample")) == {s.time for s in happened.samples}
+    assert not any(names - {"sample", "over_range"} for _, names in happened.events)
+    assert len(happened.frames) == CONFIG_FRAMES + 50 * RUN_FRAMES
+    assert happened.frames[-1] < happened.samples[-1].time
+
+
+def test_over_range_is_exact(bench: ReaderBench) -> None:
+    """From full scale on, either sign, gyro and accelerometer apart; temperature never."""
+    limits = [24000] * 3 + [20000] * 3
+    log, wanted = [[0] * 8], []
+    for axis, limit in enumerate(limits):
+        for value in (limit - 1, limit, limit + 1, 1 - limit, -limit, -limit - 1, 32767, -32768):
+            log.append([value if k == axis else 0 for k in range(6)] + [2047, 0])
+            wanted.append(not -limit < value < limit)
+    happened = bench.run(samples=len(wanted), log=log)
+    flagged = set(happened.times("over_range"))
+    assert [s.time in flagged for s in happened.samples] == wanted
+    assert [("over_range" in happened.flags_at(s.time)) for s in happened.samples] == wanted
+
+
+@pytest.mark.parametrize("bit", range(16))
+def test_bits_of_diag_stat(bench: ReaderBench, bit: int) -> None:
+    """Every bit but the unused one raises the alarm; the one of the link drops the sample."""
+    log = [[k] * 7 + [(1 << bit) - (1 << 16 if bit == 15 else 0) if k in (3, 4) else 0]
+           for k in range(10)]
+    happened = bench.run(samples=6, log=log)
+    lines = [s.line for s in happened.samples]
+    if bit == 3:
+        assert lines == [2, 3, 6, 7, 8, 9]
+        assert len(happened.times("link_error")) == 2 and not happened.times("alarm")
+        assert [s.number for s in happened.samples] == [0, 1, 4, 5, 6, 7]
+        return
+    assert lines == [2, 3, 4, 5, 6, 7] and not happened.times("link_error")
+    alarms = set(happened.times("alarm"))
+    assert [s.line for s in happened.samples if s.time in alarms] == ([] if bit == 7 else [4, 5])
+    assert [s.line for s in happened.samples if s.words[7]] == [4, 5]
+
+
+def test_settings_are_written_and_kept(bench: ReaderBench) -> None:
+    """Other settings come with a restart, and only with it."""
+    settings = (0x0006, 0x0201, 0x0104)
+    happened = bench.run(samples=12, settings=settings)
+    assert happened.violations == 0
+    assert not any(names - {"sample"} for _, names in happened.events)
+    apart = [b.stamp - a.stamp for a, b in zip(happened.samples, happened.samples[1:],
+                                               strict=False)]
+    assert set(apart) == {4 * PERIOD}  # decimation by 2**2
+
+
+def test_restart_starts_over(bench: ReaderBench) -> None:
+    at = 30_000
+    reader = bench.reader
+    happened = bench.run(cycles=60_000, restart=at)
+    assert happened.times("restart") == [at + 1]
+    assert len(happened.resets) == 3 and at < happened.resets[1] < at + 4
+    again = next(s for s in happened.samples if s.time > at)
+    assert "running" not in happened.flags_at(at + 2)
+    running = next(t for t, names in happened.flags if t > at + 2 and "running" in names)
+    assert running - at <= reader.start_cycles
+    assert again.time <= running + PERIOD + reader.burst_cycles
+    # Numbers go on: edges are counted while the reader runs.
+    numbers = [s.number for s in happened.samples]
+    assert numbers == sorted(set(numbers))
+
+
+@pytest.mark.parametrize("decimation", [0, 1, 3])
+def test_time_out_follows_the_rate(bench: ReaderBench, decimation: int) -> None:
+    happened = bench.run(samples=6, settings=(6, decimation << 8 | 1, 0x402))
+    assert not happened.times("no_data_ready") and not happened.times("restart")
+
+
+def test_slow_device_with_a_clock_of_its_own() -> None:
+    """Answers as late as is allowed, samples 2 % faster than they should be."""
+    reader = scaled_reader()
+    # The model's bit is on the pin one cycle later than it says.
+    happened = ReaderBench(reader, parameters={
+        "DOUT_DELAY": reader.spi.answer_cycles - 1, "PPM": 20_000}).run(samples=20)
+    assert len(happened.samples) == 20 and not happened.times("restart")
+    stamps = [s.stamp for s in happened.samples]
+    assert (stamps[-1] - stamps[0]) / 19 == pytest.approx(PERIOD / 1.02, abs=1)
+
+
+def test_figures_at_full_speed() -> None:
+    """9 frames of 32.5 us each: a third of a period; the stall after the last one is not waited
+    for."""
+    reader = Adis16385(clock_hz=100e6)
+    assert reader.hold_cycles == 1599
+    assert reader.burst_cycles == 3 + 9 * 3251 - 1600 + 2
+    assert reader.burst_cycles < 0.3 * 100e6 / 1024
+    assert reader.spi.half_cycles == 50 and reader.spi.stall_cycles == 1601
+    assert reader.timeout_ticks * reader.tick_cycles / 100e6 > 4 / 1024
+    assert reader.timeout_cycles() / 100e6 < 5 / 1024
+    assert reader.startup_ticks * reader.tick_cycles >= 30e6
+
+
+def test_same_component_same_verilog() -> None:
+    texts = [to_verilog(scaled_reader(), "adis16385", instances=False) for _ in range(2)]
+    assert texts[0] == texts[1]
+
+
+@pytest.mark.parametrize("given, message", [
+    ({"identity": 0x10000}, r"^identity must be an integer from 0 to 65535, not 65536$"),
+    ({"sens_avg": -1}, r"^sens_avg must be an integer from 0 to 65535, not -1$"),
+    ({"gyro_limit": 0}, r"^gyro_limit must be an integer from 1 to 32767, not 0$"),
+    ({"bad_limit": 17}, r"^bad_limit must be an integer from 1 to 16, not 17$"),
+    ({"bad_limit": True}, r"^bad_limit must be an integer from 1 to 16, not True$"),
+    ({"sclk_hz": 0}, r"^sclk_hz must be a positive number, not 0$"),
+    ({"stall_s": 0}, r"^seconds must be a positive number, not 0$"),
+    ({"timeout_periods": 0.5}, r"^timeout_periods must be 1 or more, not 0\.5$"),
+    ({"period_s": 1e-3}, r"^period_s must be longer than a burst \(0\.00114\d s "
+                          r"and a stall\), not 0\.001$")])
+def test_parameters_are_checked(given, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        Adis16385(**{**SCALED, **given})

@@ -1,0 +1,117 @@
+"""The reader as a whole: its figures, its members, stale sentences. `tests.sim.devices` has the
+rest, with the model of the compass."""
+
+import pytest
+from amaranth.sim import Simulator
+
+from gateware.sensors.hmr3300 import FLAGS, LINES_HZ, Hmr3300
+from gateware.sensors.hmr3300_sentence import SentenceParser
+from gateware.serial.uart import DIVISOR_MIN
+from gateware.synthesis.estimate import estimate
+from gateware.verilog import to_verilog
+
+SLOW = {"clock_hz": 19_200 * 8, "stale_s": 0.2}  # 8 cycles a bit, 4096 a tick
+
+
+def test_area_and_clock() -> None:
+    found = estimate(to_verilog(Hmr3300(clock_hz=100e6), "reader", instances=True), "reader")
+    assert found.area.lut <= 250
+    median = next(t for t in found.timing if (t.grade, t.nets) == (2, "median"))
+    assert median.period_ns < 10
+
+
+def test_a_byte_never_comes_too_soon() -> None:
+    assert SentenceParser.cycles_per_byte < 9 * DIVISOR_MIN
+
+
+@pytest.mark.parametrize("clock_hz", [100e6, 50e6, 19_200 * 16])
+def test_times(clock_hz: float) -> None:
+    dut = Hmr3300(clock_hz=clock_hz)
+    tick = dut.tick_cycles / clock_hz
+    assert 0.025 < tick <= 0.05
+    assert 1.3 <= dut.timeout_cycles / clock_hz < 1.8
+    assert dut.quiet_s > 2 / LINES_HZ  # a line that is lost is no silence
+
+
+def happenings(data: list, *, after: int = 0) -> tuple[list, Hmr3300]:
+    """(cycle, event or flags) while bytes or pauses of so many cycles come."""
+    dut = Hmr3300(**SLOW)
+    out: list = []
+
+    async def bench(ctx):
+        now, flags = 0, None
+
+        async def wait(cycles: int) -> None:
+            nonlocal now, flags
+            for _ in range(cycles):
+                await ctx.tick()
+                now += 1
+                ctx.set(dut.time, now)
+                events = ctx.get(dut.events)
+                out.extend((now, name) for k, name in enumerate(dut.EVENTS) if events >> k & 1)
+                if ctx.get(dut.line):
+                    out.append((now, tuple(ctx.get(value) for value in dut.values)))
+                shown = {name for name in FLAGS if ctx.get(getattr(dut.flags, name))}
+                if shown != flags:
+                    flags = shown
+                    out.append((now, shown))
+
+        for item in data:
+            if isinstance(item, int):
+                await wait(item)
+            else:
+                for byte in item:
+                    for bit in (0, *(byte >> k & 1 for k in range(8)), 1):
+                        ctx.set(dut.rx, bit)
+                        await wait(dut.divisor)
+        await wait(after)
+
+    sim = Simulator(dut)
+    sim.add_clock(1e-8)
+    sim.add_testbench(bench)
+    sim.run()
+    return out, dut
+
+
+def test_line_and_stale() -> None:
+    text = b"123.4, -5.6, 7.8\r\n"
+    out, dut = happenings([100, b"\n", text], after=60_000)
+    begin = 100 + 80 + 80 * (len(text) - 1)
+    assert [what for _, what in out] == [
+        {"stale"}, "heading_line", (1234, -56, 78), set(), {"stale"}, "went_stale"] or \
+        [what for _, what in out] == [
+        {"stale"}, "heading_line", (1234, -56, 78), set(), "went_stale", {"stale"}]
+    good = out[1][0]
+    assert good <= begin + dut.latency
+    seconds = (out[-1][0] - good) / dut.clock_hz
+    assert dut.stale_s <= seconds <= dut.stale_s + 2 * dut.tick_cycles / dut.clock_hz
+
+
+def test_counts_flag() -> None:
+    out, _ = happenings([b"\n", b"1, 2, 3\r\n", b"1.0, 2.0, 3.0\r\n"], after=100)
+    assert [what for _, what in out if isinstance(what, str)] == ["counts_line", "heading_line"]
+    assert [what for _, what in out if isinstance(what, set)] == [{"stale"}, {"counts"}, set()]
+
+
+def test_line_with_a_pause_in_it_is_rejected() -> None:
+    _, dut = happenings([])
+    pause = 2 * dut.tick_cycles
+    for data, wanted in (([b"\n", b"12", pause, b"3.4, 5.6, 7.8\r\n"], ["rejected_line"]),
+                         ([b"\n", pause, b"3.4, 5.6, 7.8\r\n"], ["heading_line"]),
+                         ([b"\n", b"12", dut.tick_cycles - 100, b"3.4, 5.6, 7.8\r\n"],
+                          ["heading_line"])):
+        out, _ = happenings(data, after=100)
+        assert [what for _, what in out if isinstance(what, str)] == wanted
+
+
+@pytest.mark.parametrize("name", ["stale_s", "quiet_s", "timeout_s"])
+@pytest.mark.parametrize("value", [0, -1.0, 100, float("nan"), "1", True])
+def test_times_are_checked(name: str, value) -> None:
+    with pytest.raises(ValueError, match=rf"^{name} must be a number of seconds between 0 and 100, "
+                                         r"not "):
+        Hmr3300(clock_hz=100e6, **{name: value})
+
+
+def test_rate_is_checked() -> None:
+    with pytest.raises(ValueError, match=r"^baud must be at most clock_hz / 8"):
+        Hmr3300(clock_hz=100e3)

@@ -1,0 +1,166 @@
+"""The address map of the system, in hardware, against its declaration."""
+
+import pytest
+from amaranth.hdl import Module, Mux, Signal
+from amaranth.sim import Simulator
+
+from gateware.register_model import Access
+from gateware.system.conductor import RAWS
+from gateware.system.csr import is_live
+from gateware.system.plan import RAW
+from gateware.system.results import INDEX_BITS
+from gateware.system.system_bus import COUNTERS, CSR, RESULTS, SystemBus
+from gateware.system.system_registers import IDENTIFICATION, system_registers
+
+REGISTERS = system_registers(
+    filters=("one", "two", "three"), clock_hz=100e6, build=0x1234_5678_9ABC_DEF0_1122_3344,
+    inertial_flags={"a": "", "b": ""}, compass_flags={"c": ""})
+EVENTS = 5
+ADDRESS = {r.name: r.address for r in REGISTERS}
+
+
+class Bench:
+    """The bus with a core and results that answer with their addresses."""
+
+    def __init__(self, bus_read, bus_write) -> None:
+        self.dut = SystemBus(registers=REGISTERS, events=EVENTS)
+        self.read_word, self.write_word = bus_read, bus_write
+        self.writes: list[tuple[int, int]] = []
+        self.delay: Signal
+
+    async def read(self, ctx, address: int) -> int:
+        ctx.set(self.dut.read, 1)
+        word = await self.read_word(ctx, self.dut.bus, address)
+        ctx.set(self.dut.read, 0)
+        return word
+
+    async def write(self, ctx, address: int, word: int) -> int:
+        return await self.write_word(ctx, self.dut.bus, address, word)
+
+    def run(self, test) -> None:
+        top, dut = Module(), self.dut
+        top.submodules.dut = dut
+        core, waited, delay = dut.core, Signal(4), Signal(4)
+        top.d.comb += core.w_ack.eq(core.w_stb & (waited >= delay))
+        top.d.sync += [
+            waited.eq(Mux(core.w_stb & ~core.w_ack, waited + 1, 0)),
+            core.r_data.eq(0xC000_0000 | core.addr),
+            dut.results.value.eq(Mux(dut.results.index == 63, 0, 0xA000_0000 | dut.results.index)),
+        ]
+        self.delay = delay
+
+        async def watch(ctx):
+            async for _, _, ack, addr, data in ctx.tick().sample(
+                    core.w_ack, core.addr, core.w_data):
+                if ack:
+                    self.writes.append((addr, data))
+
+        sim = Simulator(top)
+        sim.add_clock(1e-8)
+        sim.add_testbench(watch, background=True)
+        sim.add_testbench(test)
+        sim.run()
+
+
+@pytest.fixture
+def bench(bus_read, bus_write) -> Bench:
+    return Bench(bus_read, bus_write)
+
+
+def test_every_address_reads_what_is_there(bench: Bench) -> None:
+    wanted = {address: 0xC000_0000 | address for address in range(512, 517)}
+    wanted |= {address: 0xA000_0000 | address & 63 for address in range(RESULTS, RESULTS + 63)}
+    for register in REGISTERS:
+        wanted[register.address] = register.reset or 0
+    wanted[ADDRESS["time"]] = 0x8765_4321
+
+    async def test(ctx):
+        ctx.set(bench.dut.time, 0x8765_4321)
+        for address in [*range(0x800), *range(0x800, 0x1000, 61)]:
+            word = await bench.read_word(ctx, bench.dut.bus, address)
+            assert word == wanted.get(address, 0), hex(address)
+        mapped = [*range(517), *(r.address for r in REGISTERS), *range(RESULTS, RESULTS + 64),
+                  *range(COUNTERS, COUNTERS + EVENTS + 1)]
+        assert await bench.read(ctx, ADDRESS["identification"]) == IDENTIFICATION
+        bad, count = COUNTERS + EVENTS, 0
+        for address in (*mapped[::7], 517, 0x3FF, 0x405, 0x420, 0x540, bad + 1, 0x700, 0xFFF):
+            await bench.read(ctx, address)
+            await ctx.tick().repeat(bench.dut.counters.interval + 4)
+            count += address not in mapped
+            assert await bench.read(ctx, bad) == count, hex(address)
+
+    bench.run(test)
+
+
+def test_every_address_takes_writes(bench: Bench) -> None:
+    async def test(ctx):
+        for address in range(0x800):
+            ctx.set(bench.delay, address % 3)
+            cycles = await bench.write(ctx, address, 0x5A00_0000 | address)
+            assert cycles == (1 + address % 3 if address < 517 else 2)
+        assert bench.writes == [(a, 0x5A00_0000 | a) for a in range(517)]
+        for register in REGISTERS:
+            word = 0x5A00_0000 | register.address
+            masked = word & (1 << register.width) - 1
+            legal = not register.names or masked < len(register.names)
+            if register.access is Access.READ_WRITE:
+                wanted = masked if legal else register.reset
+                assert ctx.get(getattr(bench.dut, register.name)) == wanted, register.name
+            else:
+                wanted = 0 if register.access is Access.WRITE_ONLY else register.reset or 0
+            assert await bench.read(ctx, register.address) == wanted, register.name
+
+    bench.run(test)
+
+
+def test_inputs_and_orders_are_passed_on(bench: Bench) -> None:
+    async def test(ctx):
+        dut = bench.dut
+        for register in filter(is_live, REGISTERS):
+            ctx.set(getattr(dut, register.name), (1 << register.width) - 1)
+            assert await bench.read(ctx, register.address) == (1 << register.width) - 1
+        ctx.set(dut.bus.addr, ADDRESS["order"])
+        ctx.set(dut.bus.w_data, 5)
+        ctx.set(dut.bus.w_stb, 1)
+        seen = []
+        while not seen or not seen[-1][2]:
+            _, _, *word = await ctx.tick().sample(dut.order, dut.order_stb, dut.bus.w_ack)
+            seen.append(word)
+        assert seen == [[0, 0, 0], [5, 1, 1]]
+        ctx.set(dut.bus.w_stb, 0)
+        _, _, order = await ctx.tick().sample(dut.order)
+        assert order == 0
+
+    bench.run(test)
+
+
+def test_nobody_writes_the_place_that_reads_0() -> None:
+    assert RAWS + len(RAW) <= (1 << INDEX_BITS) - 1
+
+
+def test_counters(bench: Bench) -> None:
+    async def test(ctx):
+        dut = bench.dut
+        for k in range(EVENTS):
+            for _ in range(k + 1):
+                ctx.set(dut.events, 1 << k)
+                await ctx.tick()
+                ctx.set(dut.events, 0)
+                await ctx.tick().repeat(dut.counters.interval)
+        await ctx.tick().repeat(4)
+        counts = [await bench.read(ctx, COUNTERS + k) for k in range(EVENTS + 1)]
+        assert counts == [1, 2, 3, 4, 5, 0]
+        ctx.set(dut.clear, 1)
+        await ctx.tick()
+        ctx.set(dut.clear, 0)
+        await ctx.tick().repeat(dut.counters.interval + 4)
+        assert [await bench.read(ctx, COUNTERS + k) for k in range(EVENTS + 1)] == [0] * 6
+
+    bench.run(test)
+
+
+def test_parameters_are_checked() -> None:
+    with pytest.raises(ValueError, match=r"^events must be an integer from 0 to 255, not 256$"):
+        SystemBus(registers=REGISTERS, events=256)
+    with pytest.raises(ValueError, match=r"^registers must begin at 0x400, not 0x408$"):
+        SystemBus(registers=[r for r in REGISTERS if r.address >= CSR + 8][:2], events=1)

@@ -1,0 +1,114 @@
+"""Reader and model of the compass together, at the pins, in real time: start, modes, faults."""
+
+import pytest
+
+from sim.devices.hmr3300 import FAULTS, Happened, device_text, run_reader
+from sim.simulators import available
+
+pytestmark = pytest.mark.skipif(not available("verilator"), reason="needs Verilator")
+
+DATA = [((37 * k) % 3600, (13 * k) % 1200 - 600, (7 * k) % 1200 - 600,
+         100 * k % 4000 - 2000, -k, 5 * k) for k in range(400)]
+#: Cycle time of the sentences, s, and a sentence's own length with some to spare.
+LINE, SENTENCE = 0.125, 0.015
+BEGIN, END = 5.03, 8.03
+
+
+def check_values(found: Happened) -> None:
+    """Every accepted sentence is one that the compass had."""
+    for line in found.lines:
+        assert line.values == DATA[line.slot][3 * line.is_counts:][:3]
+
+
+def test_begins_by_itself() -> None:
+    found = run_reader(DATA, seconds=5)
+    check_values(found)
+    assert 0.8 < found.lines[0].time < 0.8 + LINE + SENTENCE
+    assert [line.slot for line in found.lines] == list(range(len(found.lines)))
+    assert len(found.lines) == round((5 - 0.8) / LINE) - 1 or \
+        len(found.lines) == round((5 - 0.8) / LINE)
+    assert found.flags == [(found.flags[0][0], frozenset())]
+    # Of the two lines of text the first has no line end before it.
+    assert [name for _, name in found.events if name != "heading_line"] == ["rejected_line"]
+
+
+@pytest.mark.parametrize("ppm", [-30_000, 30_000])
+def test_other_rates(ppm: int) -> None:
+    found = run_reader(DATA, seconds=5, ppm=ppm)
+    check_values(found)
+    assert len(found.lines) >= 32 and not found.times("framing_error")
+
+
+def test_kinds_of_sentences_as_wanted() -> None:
+    found = run_reader(DATA, seconds=15, modes=[(4, 2), (9, 1)])
+    check_values(found)
+    for begin, end, counts in ((0, 4, False), (5, 9, True), (10, 15, False)):
+        lines = [line for line in found.lines if begin < line.time < end]
+        assert lines and all(line.is_counts == counts for line in lines)
+        assert begin == 0 or len(lines) >= round((end - begin) / LINE) - 1
+    assert len(found.times("command_sent")) == 6
+    assert len(found.times("command_acknowledged")) == 4
+    assert not found.times("invalid_command") and not found.times("command_timed_out")
+
+
+def test_wanted_before_the_compass_is_awake() -> None:
+    found = run_reader(DATA, seconds=5, modes=[(0, 2)])
+    check_values(found)
+    assert found.lines[-1].is_counts and found.lines[-1].time > 5 - LINE - SENTENCE
+
+
+def test_single_letters() -> None:
+    found = run_reader(DATA, seconds=6, commands=[(2, "Q"), (3, "S"), (4, "Q"), (4.3, "Q"),
+                                                  (5, "S")])
+    check_values(found)
+    assert len(found.times("command_sent")) == 5
+    refused, = found.times("invalid_command")  # *Q while it sends
+    assert 2 < refused < 2.1
+    assert sum(3.2 < line.time < 5 for line in found.lines) == 2
+    assert sum(line.time > 5 for line in found.lines) >= 7
+
+
+#: The event that says so, and within which time.
+SIGNS = {"silence": ("went_stale", 0.56), "garbage": ("rejected_line", LINE + SENTENCE),
+         "framing": ("framing_error", 2 * LINE), "wrong_baud": ("framing_error", LINE + SENTENCE),
+         "truncated": ("rejected_line", 2 * LINE), "missing_field": ("rejected_line", 2 * LINE),
+         "out_of_range": ("rejected_line", 2 * LINE), "stuck_low": ("framing_error", 0.01),
+         "stuck_high": ("went_stale", 0.56), "reset": ("went_stale", 0.56)}
+
+
+@pytest.mark.parametrize("mode", [0, 1, 2])
+@pytest.mark.parametrize("fault", FAULTS)
+def test_fault(fault: str, mode: int) -> None:
+    found = run_reader(DATA, seconds=20, modes=[(0, mode)], faults=[(BEGIN, END, fault)])
+    check_values(found)
+    if fault in SIGNS:
+        event, within = SIGNS[fault]
+        assert BEGIN < min(t for t in found.times(event) if t > BEGIN) <= BEGIN + within
+    if fault == "glitches":
+        assert len(found.lines) >= 145
+    # With commands a compass whose line was dead may have been stopped meanwhile.
+    dead = mode and fault in ("stuck_low", "stuck_high")
+    after = [line for line in found.lines
+             if line.time > END and line.is_counts == (mode == 2)]
+    assert after[0].time <= END + (3.2 if dead else 2 * LINE)
+    assert all(b.time - a.time < LINE + 0.002 for a, b in zip(after, after[1:], strict=False))
+    assert found.flags[-1][1] == ({"counts"} if mode == 2 else frozenset())
+
+
+def test_compass_that_ignores_commands_is_let_alone_for_a_while() -> None:
+    found = run_reader(DATA, seconds=40, modes=[(2, 2)], faults=[(1, 30, "ignores_commands")])
+    check_values(found)
+    failed = found.times("command_timed_out")
+    assert len(failed) >= 5 and len(found.times("command_sent")) - 3 <= len(failed) + 1
+    assert any("paused" in names for _, names in found.flags)
+    # Headings are taken all the while; counts come once it listens.
+    assert max(b.time - a.time for a, b in zip(found.lines, found.lines[1:], strict=False)) < 1.5
+    assert found.lines[-1].is_counts
+
+
+def test_faults_by_slot(tmp_path) -> None:
+    """The same switches from a file, which a bench of the whole system uses."""
+    text = device_text()
+    assert "module hmr3300_device" in text
+    for name in ("BIT", "PPM", "LINE", "STARTUP", "ANSWER", "GLITCH", "WRONG_PPM"):
+        assert f"parameter integer {name} " in text
