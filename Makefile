@@ -7,7 +7,7 @@ BIN    := $(VENV)/bin
 OUT    ?= build
 
 .DEFAULT_GOAL := main
-.PHONY: main test lint types setup tools bench formal synth doctor clean help
+.PHONY: main test lint types setup tools bench formal firmware cross synth doctor clean help
 
 main: setup            ## Set up, then Verilog, proof on recorded data, area, clock, report
 	$(BIN)/boresight doctor --quiet
@@ -30,6 +30,9 @@ bench: setup           ## Rates of the models, as ratios in one run
 
 formal: setup          ## Prove what docs/proofs.md claims
 	$(BIN)/python -m sim.formal
+
+firmware: setup cross  ## C on a simulated soft core: cycles, sizes, equality
+	$(BIN)/python -m sim.soc -o $(OUT)/firmware
 
 doctor: setup          ## Which tools are here, and what is missing
 	$(BIN)/boresight doctor
@@ -54,6 +57,16 @@ tools: $(VENV)/.done
 	    { apt-get install -y -qq iverilog || { apt-get update -qq && apt-get install -y -qq iverilog; }; } >/dev/null 2>&1 || \
 	      echo "note: Icarus Verilog could not be installed; Verilator alone is used (apt-get install iverilog adds the second simulator)"; \
 	  else echo "note: for the second simulator: sudo apt-get install iverilog"; fi; }
+
+# The compiler for the soft core: installed where we may, asked for where not.
+CROSS := gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf
+cross:
+	@command -v riscv64-unknown-elf-gcc >/dev/null && test -e "$$(riscv64-unknown-elf-gcc -print-file-name=picolibc.specs)" || { \
+	  if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then \
+	    echo "installing $(CROSS)"; \
+	    { apt-get install -y -qq $(CROSS) || { apt-get update -qq && apt-get install -y -qq $(CROSS); }; } >/dev/null 2>&1 || \
+	      { echo "error: $(CROSS) could not be installed: install them (Debian: apt-get install $(CROSS))" >&2; exit 2; }; \
+	  else echo "error: no compiler for the soft core: sudo apt-get install $(CROSS)" >&2; exit 2; fi; }
 
 clean:                 ## Remove what make made
 	rm -rf $(OUT) $(VENV) .pytest_cache .mypy_cache .ruff_cache *.egg-info

@@ -15,8 +15,10 @@ import boresight
 from boresight.accuracy import accuracy_text, params_by_estimator
 from boresight.demo import FILTERS, STEPS, summary_table
 from boresight.experiment import EXPERIMENTS, target_lines
+from boresight.monitor import attitude_line
 from boresight.parameters import values_for
 from boresight.sharing import estimator_names, params_for_each
+from boresight.simulate import faults_text, simulate_text
 from boresight.tuning import tuning_text
 from gateware.slots import ScheduleError
 from gateware.synthesis.yosys import SynthesisError
@@ -77,7 +79,9 @@ def _parser() -> _Parser:
     sub.add_argument("estimators", nargs="+", metavar="ESTIMATOR",
                      help="several: one core that holds them all, a register says which runs")
     model_options(sub)
-    sub.add_argument("--board", help="also write the ISE project: mimas or sk-xc6slx9")
+    sub.add_argument("--board", help="also write an ISE project: mimas or sk-xc6slx9")
+    sub.add_argument("--top", default="sensors", help="what that is: sensors, the complete system, "
+                     "or records, the core alone, fed by the host")
     sub.add_argument("--synth", action="store_true", help="also estimate area and clock (yosys)")
     sub.add_argument("--urgent", type=int, help="leading outputs whose latency counts first")
     sub.add_argument("-o", "--output", default="build", metavar="DIR")
@@ -154,6 +158,26 @@ def _parser() -> _Parser:
     sub.add_argument("estimators", nargs="*", metavar="ESTIMATOR",
                      help="which; by default every Kalman filter of the main job")
     sub.add_argument("--updates", type=int, default=10_000_000, help="of each filter")
+    sub = verb("monitor", "Attitudes and registers of a board, from its serial port or a capture.")
+    sub.add_argument("source", metavar="PORT|CAPTURE")
+    sub.add_argument("--baud", type=int, default=921_600, help="bits per second")
+    sub.add_argument("--count", type=int, help="attitudes to take; default: all, or for ever")
+    sub.add_argument("--csv", metavar="OUT.csv", help="write a table")
+    sub.add_argument("--plot", metavar="OUT.png", help="write a picture: .png, .svg or .pdf")
+    sub.add_argument("--read", action="append", default=[], metavar="NAME",
+                     help="read a register, by name or address, repeatable")
+    sub.add_argument("--write", action="append", default=[], metavar="NAME=VALUE",
+                     help="write a register, before any is read, repeatable")
+    sub.add_argument("--map", metavar="REGISTERS.json", help="register map of the bitstream")
+    sub = verb("simulate", "The complete board: both sensors at its pins, attitude on its line.")
+    sub.add_argument("filter", nargs="?", help="of the long run; default: mekf")
+    sub.add_argument("log", nargs="?", help="log with attitude; default: a synthetic motion")
+    sub.add_argument("--config", default="small", help="small (one lane) or fast (two lanes)")
+    sub.add_argument("--seconds", type=float, default=1.0, help="of the long run")
+    sub.add_argument("--source", default="heading", help="the compass sends heading or counts")
+    sub.add_argument("--faults", action="store_true",
+                     help="every fault of both sensors instead: when seen, what it does")
+    sub.add_argument("-o", "--output", default="build", metavar="DIR")
     verb("doctor", "Which tools are here, and what is missing.")
     return parser
 
@@ -175,7 +199,7 @@ def _compile(args: argparse.Namespace) -> tuple[int, Any, str]:
     names = estimator_names(*args.estimators)
     data = boresight.compile(
         *names, config=args.config, board=args.board, word=args.word, synth=args.synth,
-        output=args.output, params=_params_of(args, names), urgent=args.urgent,
+        output=args.output, params=_params_of(args, names), urgent=args.urgent, top=args.top,
         progress=_progress(args))
     lines = []
     for name, report in data.get("programs", {"": data}).items():
@@ -298,6 +322,34 @@ def _covariance(args: argparse.Namespace) -> tuple[int, Any, str]:
     return 0 if good else 1, data, "\n".join(t.line() for t in found)
 
 
+def _monitor(args: argparse.Namespace) -> tuple[int, Any, str]:
+    each = None if args.json or args.quiet else lambda a: print(attitude_line(a), flush=True)
+    data = boresight.monitor(
+        args.source, baud=args.baud, count=args.count, csv=args.csv, plot=args.plot,
+        reads=args.read, writes=args.write, register_map=args.map, each=each)
+    lines = [f"{name} = 0x{word:08x} written" for name, word in data["written"].items()]
+    for name, register in data["registers"].items():
+        value = register["value"]
+        shown = ", ".join(f"{k} {v}" for k, v in value.items()) if isinstance(value, dict) \
+            else f"{value:.9g}" if isinstance(value, float) else str(value)
+        lines.append(f"{name} = {shown} {register['unit']}".rstrip()
+                     + f"  (0x{register['word']:08x})")
+    if data["attitudes"] or not lines:
+        lines.append(f"{len(data['attitudes'])} attitudes, {data['missing']} missing, "
+                     f"{data['bad']} frames or lines damaged")
+    return 0, data, "\n".join(lines)
+
+
+def _simulate(args: argparse.Namespace) -> tuple[int, Any, str]:
+    if args.faults:
+        data = boresight.simulate_faults(args.filter, progress=_progress(args))
+        return 0 if data["good"] else 1, data, faults_text(data)
+    data = boresight.simulate(args.filter, args.log, config=args.config, seconds=args.seconds,
+                              source=args.source, output=args.output, progress=_progress(args))
+    return 0 if data["good"] else 1, data, \
+        f"{simulate_text(data)}\n{args.output}/board.html"
+
+
 def _doctor(args: argparse.Namespace) -> tuple[int, Any, str]:
     data = boresight.doctor()
     lines = [f"{t['tool']:16s} {t['version']}" if t["version"] else
@@ -315,7 +367,7 @@ def _progress(args: argparse.Namespace) -> Any:
 _VERBS = {"list": _list, "compile": _compile, "run": _run, "check": _check, "report": _report,
           "accuracy": _accuracy, "tune": _tune,
           "demo": _demo, "experiment": _experiment, "bench": _bench, "covariance": _covariance,
-          "doctor": _doctor}
+          "doctor": _doctor, "monitor": _monitor}
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -16,15 +16,23 @@ from gateware.boards.ise import write_ise_project
 from gateware.boards.top import records_design
 from gateware.core import Core
 from gateware.image import rom_pieces
-from gateware.register_map import register_map_files
+from gateware.register_map import files_of, register_map_files
 from gateware.synthesis.estimate import Estimate, estimate
+from gateware.system.attitude_system import AttitudeSystem, system_design
+from gateware.system.programs import core_plan, system_core, system_estimators
 from model.errors import InputError
 from model.estimator import Estimator
 from model.estimators import estimator as find_estimator
 from sim.check_shared import shared_core
 from sim.report_data import report_data
 
-__all__ = ["check_board", "compile", "core_for", "estimate_core", "together", "write_core"]
+__all__ = ["check_board", "compile", "core_for", "estimate_core", "together", "write_core",
+           "write_system"]
+
+#: What an ISE project can be made of.
+TOPS = ("sensors", "records")
+#: Clock of complete systems, Hz.
+SYSTEM_CLOCK_HZ = 100_000_000
 
 
 def check_board(board: str | None) -> None:
@@ -49,7 +57,7 @@ def estimate_core(core: Core) -> Estimate:
 def compile(name: str, *others: str, config: str = "small", board: str | None = None,
             word: int = 32, synth: bool = False, output: str | Path = "build",
             params: Mapping[str, Any] | None = None, urgent: int | None = None,
-            progress: Callable[[str], None] | None = None) -> dict[str, Any]:
+            top: str = "sensors", progress: Callable[[str], None] | None = None) -> dict[str, Any]:
     """Compile one estimator or several into a core, and write everything about it.
 
     With several estimators the core holds them all, a register says which runs, and the files of a
@@ -62,7 +70,10 @@ def compile(name: str, *others: str, config: str = "small", board: str | None = 
     config : str
         "small" or "fast".
     board : str, optional
-        Also write the ISE project for this board.
+        Also write an ISE project for this board.
+    top : str
+        What that project is: "sensors", the complete system of readers, calibration, filters and
+        output (`gateware.system`), or "records", the core alone, fed by the host.
     word : int
         Word width, 18 to 32.
     synth : bool
@@ -92,6 +103,9 @@ def compile(name: str, *others: str, config: str = "small", board: str | None = 
     names = estimator_names(name, *others)
     estimators = [find_estimator(n) for n in names]
     check_board(board)
+    if top not in TOPS:
+        raise InputError.at("top", wanted=f"one of {', '.join(TOPS)}", found=repr(top),
+                            fix="choose one of these")
     with output_folder(Path(output)) as folder:
         start = time.perf_counter()
         core = shared_core(estimators, config=config, word=word, urgent=urgent,
@@ -100,8 +114,14 @@ def compile(name: str, *others: str, config: str = "small", board: str | None = 
         write_core(folder, core, estimators)
         seconds = time.perf_counter() - start
         if board is not None:
-            say(f"ISE project for {board}")
-            write_ise_project(records_design(core), board, folder / f"ise-{board}")
+            say(f"ISE project for {board}: {top}")
+            if top == "records":
+                write_ise_project(records_design(core), board, folder / f"ise-{board}")
+            else:
+                given = dict(zip(names, params_of_each(names, params), strict=True))
+                write_system(folder / f"ise-{board}", board, system_core(
+                    names, config=config, word=word,
+                    params={name: values for name, values in given.items() if values}))
         area = None
         if synth:
             say("synthesis (yosys) and clock estimate")
@@ -111,6 +131,24 @@ def compile(name: str, *others: str, config: str = "small", board: str | None = 
         data["compile_seconds"] = round(seconds, 2)
         (folder / "report.json").write_text(json.dumps(data, indent=1) + "\n")
     return data
+
+
+def write_system(folder: Path, board: str, core: Core) -> AttitudeSystem:
+    """Write the ISE project of a complete system, with its register map beside it."""
+    made: list[AttitudeSystem] = []
+    design = system_design(core)
+
+    def make(clock_hz: int) -> AttitudeSystem:
+        made.append(design(clock_hz))
+        return made[-1]
+    # 100 MHz whatever the oscillator.
+    write_ise_project(make, board, folder, clock_hz=SYSTEM_CLOCK_HZ)
+    names = core.names[:core_plan(core).filters]
+    meanings = {f"{e.name}.{p.name}": p.meaning for e in system_estimators(names)
+                for p in e.params}
+    for file, text in files_of(made[-1].map(meanings)).items():
+        (folder / file).write_text(text)
+    return made[-1]
 
 
 def write_core(folder: Path, core: Core, estimators: Sequence[Estimator]) -> None:

@@ -117,7 +117,7 @@ class Expressions:
 
     def statements(self) -> list[str]:
         """A declaration for every value that has a variable."""
-        lines = []
+        lines: list[str] = []
         for value in self.program.values:
             if value.kind == "const":
                 self._text[value.index] = (float_literal(value.number), _PRIMARY)

@@ -10,11 +10,11 @@ from gateware.register_model import RegisterMap, register_map
 from gateware.register_page import to_markdown
 from gateware.register_svd import to_svd
 
-__all__ = ["RegisterMap", "register_map", "register_map_files"]
+__all__ = ["RegisterMap", "files_of", "register_map", "register_map_files"]
 
 
 def register_map_files(core: Core, *, meanings: Mapping[str, str] | None = None) -> dict[str, str]:
-    """Texts by file name: ``registers`` with .h, .json, .md and .svd.
+    """The register map of a core as files; see `files_of`.
 
     Parameters
     ----------
@@ -23,7 +23,11 @@ def register_map_files(core: Core, *, meanings: Mapping[str, str] | None = None)
     meanings : mapping, optional
         What each parameter does, by name: ``{p.name: p.meaning for p in Estimator.params}``.
     """
-    registers = register_map(core, meanings=meanings)
+    return files_of(register_map(core, meanings=meanings))
+
+
+def files_of(registers: RegisterMap) -> dict[str, str]:
+    """Texts by file name: ``registers`` with .h, .json, .md and .svd."""
     return {
         "registers.h": to_header(registers),
         "registers.json": registers.to_json(),

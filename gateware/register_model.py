@@ -68,8 +68,8 @@ class Register:
     For parameters ``frac`` is the number of fraction bits, and ``minimum``, ``maximum`` and
     ``reset`` are the signed words of ``low``, ``high`` and the default, rounded as
     `Format.quantise` does. Limits are None for the other registers, whose words are unsigned
-    unless they are ``signed``, and numbers of ``unit`` times 2^-frac if there is a ``frac``; ``reset``
-    is then the word after power-up, or the word that a register always reads.
+    unless they are ``signed``, and numbers of ``unit`` times 2^-frac if there is a ``frac``;
+    ``reset`` is then the word after power-up, or the word that a register always reads.
     ``width`` is the number of bits, a word's if None; bits above it read 0, also of signed ones.
     ``names`` are those of the numbers 0, 1, ... that the register may hold, if they have names.
     """

@@ -28,7 +28,8 @@ def to_svd(registers: RegisterMap, *, base_address: int = 0) -> str:
     peripheral = ET.SubElement(ET.SubElement(device, "peripherals"), "peripheral")
     _add(peripheral, name=name.upper(), description="parameters and status",
          baseAddress=f"{base_address:#010x}")
-    _add(ET.SubElement(peripheral, "addressBlock"), offset="0x0", size=f"{size:#x}", usage="registers")
+    _add(ET.SubElement(peripheral, "addressBlock"), offset="0x0", size=f"{size:#x}",
+         usage="registers")
     parent = ET.SubElement(peripheral, "registers")
     known = dict(zip(("build_low", "build_high"), registers.build, strict=True))
     for register in registers.registers:

@@ -10,6 +10,7 @@ The bench (``conductor_bench.sv``) takes one command a cycle::
     d ADDRESS            read on the bus
     n N                  wait for N updates in all
     t, q                 second reader: take, print its words
+    x BITS               an upset: bits for the conductor's registers (hexadecimal)
 """
 
 from __future__ import annotations

@@ -27,19 +27,21 @@ module bench #(parameter WORD = 32, FILTER_BITS = 2) (input clk, input rst);
     integer file, scanned, k, left, updates, wanted, dump0, dump1, reading;
     reg [7:0] command;
     reg [31:0] a, b, c, d, e, f, g;
+    reg upset;
 
     initial begin
         file = $fopen("script.txt", "r");
         {sample, line, is_counts, run, restart, take1, w_stb} = 0;
         {stamp, cycle, values, filter, source, index0, index1, addr, w_data} = 0;
         {left, updates, wanted, dump0, dump1, reading} = 0;
+        upset = 0;
         for (k = 0; k < 8; k = k + 1) words[k] = 0;
     end
 
     always @(posedge clk) begin
         cycle <= cycle + 1;
         if (!rst) begin
-            {sample, line, restart, take1} <= 0;
+            {sample, line, restart, take1, upset} <= 0;
             if (sample) $display("S %0d", cycle);
             if (events[6:1] != 0) $display("E %0d %0d", cycle, events);
             // The newest update is read by the first port at once, index by index.
@@ -96,10 +98,21 @@ module bench #(parameter WORD = 32, FILTER_BITS = 2) (input clk, input rst);
                     end
                     "n": begin scanned = $fscanf(file, "%d\n", a); wanted <= a; end
                     "t": begin scanned = $fscanf(file, "\n"); take1 <= 1; end
+                    "x": begin scanned = $fscanf(file, "%h\n", a); upset <= 1; end
                     "q": begin scanned = $fscanf(file, "\n"); index1 <= 0; dump1 <= 1; left <= 70; end
                     default: begin $display("bad command"); $finish; end
                 endcase
             end
+        end
+    end
+
+    // Any state at all: every register of the conductor at once.
+    always @(negedge clk) begin
+        if (upset) begin
+            {dut.conductor.state, dut.conductor.job, dut.conductor.count, dut.conductor.running,
+             dut.conductor.i__valid, dut.conductor.waiting, dut.conductor.line_waits,
+             dut.conductor.line_counts, dut.conductor.fresh, dut.conductor.field_counts,
+             dut.conductor.use_field, dut.conductor.restarting, dut.conductor.choice} = a;
         end
     end
 endmodule

@@ -20,7 +20,7 @@ from model.fixed import IntArray
 from sim.memories import split_memories
 from sim.simulators import BUILD_ARGS, simulator_environment, version
 
-__all__ = ["BusWrite", "RegisterWrite", "RtlRun", "RtlSimulation", "SimulationFailed"]
+__all__ = ["BusWrite", "RegisterWrite", "RtlRun", "RtlSimulation", "SimulationFailed", "quiet"]
 
 
 class SimulationFailed(RuntimeError):
@@ -128,7 +128,7 @@ class RtlSimulation:
     def _build(self, text: str, harness: str) -> None:
         (self.build / "core.sv").write_text(text)
         (self.build / "replay.sv").write_text(harness)
-        with _quiet(self.build / "build.log", f"{self.simulator} build"), \
+        with quiet(self.build / "build.log", f"{self.simulator} build"), \
                 simulator_environment(self.simulator):
             self._runner().build(
                 sources=[self.build / "core.sv", self.build / "replay.sv"],
@@ -187,7 +187,7 @@ class RtlSimulation:
                   trace: int | None, writes: int) -> None:
         limit = (steps + 4) * max_interval * (16 if stall else 1) + 64 * writes + 1000
         root = str(Path(__file__).parent.parent)
-        with _quiet(folder / "run.log", f"{self.simulator} run"), \
+        with quiet(folder / "run.log", f"{self.simulator} run"), \
                 simulator_environment(self.simulator):
             self._runner().test(
                 hdl_toplevel="replay", hdl_toplevel_lang="verilog",
@@ -248,7 +248,7 @@ def _register_writes(lines: list[str]) -> tuple[RegisterWrite, ...]:
 
 
 @contextlib.contextmanager
-def _quiet(log: Path, what: str) -> Iterator[None]:
+def quiet(log: Path, what: str) -> Iterator[None]:
     """Keep the tools' chatter in a file; say its end when something fails."""
     failed: BaseException | None = None
     with log.open("w") as file:

@@ -2,9 +2,10 @@
 
 A log file is either CSV with the header ``t,gx,gy,gz,ax,ay,az,mx,my,mz`` and optionally
 ``qw,qx,qy,qz`` (columns in any order, comment lines starting with ``#`` above the header), or
-``.npz`` with the arrays ``t, gyr, acc, mag`` and optionally ``q, mov, restart, fs``. Units and frames are
-those of `Log`. A magnetometer triple that is empty (CSV) or NaN (npz) says that the sensor had
-nothing new in that row; an empty or NaN quaternion says that the reference has a gap there.
+``.npz`` with the arrays ``t, gyr, acc, mag`` and optionally ``q, mov, restart, fs``. Units and
+frames are those of `Log`. A magnetometer triple that is empty (CSV) or NaN (npz) says that the
+sensor had nothing new in that row; an empty or NaN quaternion says that the reference has a gap
+there.
 """
 
 from __future__ import annotations

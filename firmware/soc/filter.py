@@ -4,14 +4,37 @@ from __future__ import annotations
 
 __all__ = ["filter_header"]
 
+_HEAD = """\
+/**
+ * @file filter.h
+ * @brief The estimator of this image: {what}.
+ *
+ * Generated; do not edit.
+ */
 
-def filter_header(name: str) -> str:
-    """Text of ``filter.h`` for an estimator whose C has the prefix ``name``."""
+#ifndef FILTER_H
+#define FILTER_H
+
+"""
+
+
+def filter_header(name: str | None, *, single: bool = False) -> str:
+    """Text of ``filter.h``.
+
+    Parameters
+    ----------
+    name : str or None
+        Prefix of the estimator's C; None for an image without estimator.
+    single : bool
+        It is the float C.
+    """
+    if name is None:
+        return _HEAD.format(what="none") + "#define FILTER_KIND 0\n\n#endif\n"
     macro = name.upper()
     kinds = "\n".join(f"typedef {name}{kind}_t filter{kind}_t;" for kind in ("", "_in", "_out"))
-    return (f"/**\n * @file filter.h\n * @brief The estimator of this image: {name}.\n *\n"
-            " * Generated; do not edit.\n */\n\n#ifndef FILTER_H\n#define FILTER_H\n\n"
-            f"#include \"{name}.h\"\n\n"
-            f"#define FILTER_INPUTS {macro}_INPUTS\n#define FILTER_OUTPUTS {macro}_OUTPUTS\n"
-            f"#define filter_init {name}_init\n#define filter_reset {name}_reset\n"
-            f"#define filter_update {name}_update\n\n{kinds}\n\n#endif\n")
+    return _HEAD.format(what=name) + (
+        f"#include \"{name}.h\"\n\n"
+        f"#define FILTER_KIND {2 if single else 1} // 1: integer words, 2: float\n"
+        f"#define FILTER_INPUTS {macro}_INPUTS\n#define FILTER_OUTPUTS {macro}_OUTPUTS\n"
+        f"#define filter_init {name}_init\n#define filter_reset {name}_reset\n"
+        f"#define filter_update {name}_update\n\n{kinds}\n\n#endif\n")

@@ -22,7 +22,8 @@ PACKAGES = "gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf"
 #: Warnings are errors. libm's functions set no errno and float arithmetic no flag that is read.
 CFLAGS = ("-std=c99", "-march=rv32im", "-mabi=ilp32", "-Wa,-march=rv32im_zicsr", "-Wall",
           "-Wextra", "-Wconversion", "-Werror", "-ffreestanding", "-fno-math-errno",
-          "-fno-trapping-math", "-ffp-contract=off", "-ffunction-sections", "-fdata-sections")
+          "-fno-trapping-math", "-fno-strict-aliasing", "-fno-tree-loop-distribute-patterns",
+          "-ffp-contract=off", "-ffunction-sections", "-fdata-sections")
 _LINK = ("--specs=picolibc.specs", "-nostartfiles", "-Wl,--gc-sections",
          "-Wl,--no-warn-rwx-segments")
 _FIXED = ("start.S", "link.ld", "soc.h", "soc.c")

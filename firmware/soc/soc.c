@@ -8,6 +8,9 @@
 
 #include "soc.h"
 
+#include <stddef.h>
+#include <string.h>
+
 //------------------------------------------------------------------------------
 // Definitions
 
@@ -37,6 +40,24 @@ void soc_interrupts_on(void);
 
 //------------------------------------------------------------------------------
 // Functions
+
+// The C library's copies bytes one by one. Structures of words are what is copied here.
+void *memcpy(void *const restrict to, const void *const restrict from, const size_t size) {
+    uint8_t *t = to;
+    const uint8_t *f = from;
+    const uint8_t *const end = f + size;
+    if ((((uintptr_t) t | (uintptr_t) f) & 3u) == 0u) {
+        while (end - f >= 4) {
+            *(uint32_t *) (void *) t = *(const uint32_t *) (const void *) f;
+            t += 4;
+            f += 4;
+        }
+    }
+    while (f != end) {
+        *t++ = *f++;
+    }
+    return to;
+}
 
 void soc_begin(void) {
     soc_kick();

@@ -32,8 +32,7 @@ class Framer(wiring.Component):
 
     Raw bytes pass as they are, outside frames: ``raw`` is the same for all bytes up to the last.
 
-    **Latency** none: END goes out in the cycle in which the first byte is there, and nothing is
-    stored but the CRC.
+    **Latency** 1 cycle from the first byte to END; a byte takes 2 cycles and what the line needs.
 
     Members
     -------
@@ -47,47 +46,50 @@ class Framer(wiring.Component):
         super().__init__({"i": In(stream.Signature(body_layout)), "o": Out(stream.Signature(8))})
 
     def elaborate(self, platform: Any) -> Module:
-        """One state per part of a frame; the escape goes out before the byte that needs it."""
+        """One state per part of a frame; a byte is stored, then sent, an escape before it."""
         m = Module()
         m.submodules.crc = crc = CRC.create()
         part = Signal(_Part)
-        begin, body, literal, escaped = Signal(), Signal(), Signal(), Signal()
-        byte, special, sent = Signal(8), Signal(), Signal()
+        byte, literal, full, escaped = Signal(8), Signal(), Signal(), Signal()
+        special = Signal()
         m.d.comb += [
-            begin.eq((part == _Part.BEGIN) & ~self.i.payload.raw),
-            body.eq((part == _Part.BODY) | self.i.payload.raw & (part == _Part.BEGIN)),
-            literal.eq(begin | (part == _Part.FINISH) | self.i.payload.raw & body),
             special.eq(~literal & ((byte == END) | (byte == ESC))),
-            self.o.valid.eq(self.i.valid | ~(begin | body)),
-            self.o.payload.eq(Mux(~special, byte, Mux(
-                ~escaped, ESC, Mux(byte == END, END_ESCAPED, ESC_ESCAPED)))),
-            sent.eq(self.o.valid & self.o.ready & (~special | escaped)),
-            self.i.ready.eq(body & self.o.ready & (~special | escaped)),
-            crc.start.eq(begin),
-            crc.data.eq(byte),
-            crc.valid.eq(body & sent),
+            self.o.valid.eq(full),
+            self.o.payload.eq(byte),
         ]
-        with m.If(self.o.valid & self.o.ready):
-            m.d.sync += escaped.eq(special & ~escaped)
-        with m.Switch(part):
+        with m.If(special):
+            # Bit 0 tells ESC from END.
+            m.d.comb += self.o.payload.eq(Mux(
+                escaped, Mux(byte[0], ESC_ESCAPED, END_ESCAPED), ESC))
+        with m.If(full & self.o.ready):
+            m.d.sync += [full.eq(special & ~escaped), escaped.eq(special & ~escaped)]
+
+        begin, body = Signal(), Signal()
+        raw = self.i.payload.raw
+        m.d.comb += [
+            begin.eq((part == _Part.BEGIN) & ~raw),
+            body.eq((part == _Part.BODY) | (part == _Part.BEGIN) & raw),
+            self.i.ready.eq(body & ~full),
+            crc.start.eq(begin),
+            crc.data.eq(self.i.payload.data),
+            crc.valid.eq(self.i.valid & self.i.ready),
+        ]
+        with m.If(~full), m.Switch(part):
             with m.Case(_Part.CHECK_LOW):
-                m.d.comb += byte.eq(crc.crc[:8])
+                m.d.sync += [byte.eq(crc.crc[:8]), literal.eq(0), full.eq(1),
+                             part.eq(_Part.CHECK_HIGH)]
             with m.Case(_Part.CHECK_HIGH):
-                m.d.comb += byte.eq(crc.crc[8:])
-            with m.Default():
-                m.d.comb += byte.eq(Mux(body, self.i.payload.data, END))
-        with m.If(sent):
-            with m.Switch(part):
-                with m.Case(_Part.BEGIN):
-                    with m.If(begin):
-                        m.d.sync += part.eq(_Part.BODY)
-                with m.Case(_Part.BODY):
-                    with m.If(self.i.payload.last):
-                        m.d.sync += part.eq(_Part.CHECK_LOW)
-                with m.Case(_Part.CHECK_LOW):
-                    m.d.sync += part.eq(_Part.CHECK_HIGH)
-                with m.Case(_Part.CHECK_HIGH):
-                    m.d.sync += part.eq(_Part.FINISH)
-                with m.Default():
-                    m.d.sync += part.eq(_Part.BEGIN)
+                m.d.sync += [byte.eq(crc.crc[8:]), full.eq(1), part.eq(_Part.FINISH)]
+            with m.Case(_Part.BODY):
+                m.d.sync += [byte.eq(self.i.payload.data), literal.eq(0),
+                             full.eq(self.i.valid)]
+                with m.If(self.i.valid & self.i.payload.last):
+                    m.d.sync += part.eq(_Part.CHECK_LOW)
+            with m.Case(_Part.BEGIN):
+                m.d.sync += [byte.eq(Mux(raw, self.i.payload.data, END)), literal.eq(1),
+                             full.eq(self.i.valid)]
+                with m.If(self.i.valid & ~raw):
+                    m.d.sync += part.eq(_Part.BODY)
+            with m.Default():  # FINISH, and codes that are no part
+                m.d.sync += [byte.eq(END), literal.eq(1), full.eq(1), part.eq(_Part.BEGIN)]
         return m

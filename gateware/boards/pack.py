@@ -8,8 +8,8 @@ from amaranth.hdl import Module, Mux, Signal
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from gateware.boards.frames import Kind, word_bytes
 from gateware.boards.framer import body_layout
+from gateware.boards.frames import Kind, word_bytes
 from gateware.engine import word_layout
 
 __all__ = ["Packer", "reply_layout"]

@@ -11,8 +11,8 @@ from amaranth.lib.wiring import In, Out
 
 from gateware.boards.board import Line
 from gateware.boards.dispatch import Dispatcher
-from gateware.boards.frames import Kind
 from gateware.boards.framer import Framer
+from gateware.boards.frames import Kind
 from gateware.boards.pack import Packer
 from gateware.boards.records_text import records_text
 from gateware.boards.unpack import Unpacker

@@ -83,7 +83,7 @@ class Unpacker(wiring.Component):
         m = Module()
         size, depth = word_bytes(self.word), self.depth
         m.submodules.buffer = buffer = memory.Memory(
-            shape=self.word, depth=2 * depth, init=[], attrs={"ram_style": "distributed"})
+            shape=self.word, depth=2 * depth, init=[], attrs={"ram_style": "block"})
         writer, reader = buffer.write_port(), buffer.read_port()
         m.submodules.crc = crc = CRC.create()
 

@@ -103,7 +103,7 @@ class Hmr3300(wiring.Component):
         self.clock_hz, self.baud, self.angle_max = clock_hz, baud, angle_max
         self.stale_s, self.quiet_s, self.timeout_s = stale_s, quiet_s, timeout_s
         #: Bit of ``time`` that beats.
-        self.beat = max(int(math.log2(clock_hz * _TICK_S)), 0)
+        self.beat = max(int(math.log2(clock_hz * min(_TICK_S, stale_s / 8, quiet_s / 4))), 0)
         self._receiver = Receiver(divisor=self.divisor)
         self._parser = SentenceParser(angle_max=angle_max)
         self._commander = Commander(timeout_ticks=self._ticks(timeout_s),
@@ -152,7 +152,7 @@ class Hmr3300(wiring.Component):
         ticks = self._ticks(self.stale_s) + 1
         age = Signal(ticks.bit_length(), init=-1)  # ticks, up to all ones
         stale, was_stale = Signal(), Signal(init=1)
-        m.d.comb += stale.eq(age.all())
+        m.d.comb += stale.eq(age.all() & ~parser.line)
         m.d.sync += was_stale.eq(stale)
         with m.If(parser.line):
             m.d.sync += age.eq((1 << len(age)) - 1 - ticks)

@@ -5,22 +5,18 @@ from __future__ import annotations
 from enum import Enum
 from typing import Any
 
-from amaranth.hdl import Cat, Const, Module, Mux, Signal, signed
+from amaranth.hdl import Cat, Module, Mux, Signal, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-__all__ = ["COUNT_MAX", "HEADING_MAX", "SPACES_MAX", "SentenceParser", "Step"]
+from gateware.sensors.hmr3300_number import BITS, DecimalNumber
 
-#: Largest heading, tenths of a degree.
-HEADING_MAX = 3599
-#: Largest magnitude of a magnetometer count.
-COUNT_MAX = 32_767
+__all__ = ["SPACES_MAX", "SentenceParser", "Step"]
+
 #: Most spaces in front of a number.
 SPACES_MAX = 7
 #: Digits in front of a point, digits of a count.
 WHOLE_MAX, DIGITS_MAX = 3, 5
-
-_BITS = 16
 
 
 class Step(Enum):
@@ -51,9 +47,6 @@ class SentenceParser(wiring.Component):
     is 0. A line that begins with ``#I`` is the compass's answer to a command that it does not
     take; it counts as that and not as rejected, and the rest of it is skipped. A byte with a
     framing error spoils its line, and so does a pause in it: the rest may belong to the next one.
-
-    Numbers are built with serial arithmetic, a bit a cycle: 10 x + digit = 2 x + 8 x + digit, where
-    the digit is what the delays of 2 x and 8 x and the carry begin with.
 
     **Latency** ``line`` comes `latency` cycles after LF. Bytes may come every `cycles_per_byte`
     cycles.
@@ -87,7 +80,7 @@ class SentenceParser(wiring.Component):
     """
 
     #: Fewest cycles from byte to byte.
-    cycles_per_byte = _BITS + 2
+    cycles_per_byte = BITS + 2
     #: Cycles from the LF of a good line to ``line``.
     latency = 3
 
@@ -99,7 +92,7 @@ class SentenceParser(wiring.Component):
         self.angle_max = angle_max
         super().__init__({
             "data": In(8), "valid": In(1), "error": In(1), "pause": In(1),
-            "line": Out(1), "is_counts": Out(1), "values": Out(signed(_BITS)).array(3),
+            "line": Out(1), "is_counts": Out(1), "values": Out(signed(BITS)).array(3),
             "rejected": Out(1), "invalid": Out(1),
         })
 
@@ -124,7 +117,7 @@ class SentenceParser(wiring.Component):
 
         tenths, negative = Signal(), Signal()
         field = Signal(2)  # 0 to 2
-        m.submodules.arithmetic = arithmetic = _Arithmetic(angle_max=self.angle_max)
+        m.submodules.arithmetic = arithmetic = DecimalNumber(angle_max=self.angle_max)
         over = arithmetic.over
         m.d.comb += [
             arithmetic.digit.eq(nibble),
@@ -141,7 +134,7 @@ class SentenceParser(wiring.Component):
         m.d.sync += [good.eq(0), self.line.eq(good), self.rejected.eq(0), self.invalid.eq(0)]
         with m.If(good):
             m.d.sync += [self.is_counts.eq(kind),
-                         *(value.eq(arithmetic.values.word_select(k, _BITS))
+                         *(value.eq(arithmetic.values.word_select(k, BITS))
                            for k, value in enumerate(self.values))]
         at_begin = Signal()
         m.d.comb += at_begin.eq((step == Step.NUMBER) & (field == 0) & (count == 0))
@@ -202,77 +195,4 @@ class SentenceParser(wiring.Component):
                     m.d.sync += [good.eq(1), kind.eq(~tenths), self.rejected.eq(0)]
         with m.Elif(error | (self.pause & ~at_begin)):
             m.d.sync += [step.eq(Step.SKIP), self.rejected.eq(step != Step.SKIP)]
-        return m
-
-
-class _Arithmetic(wiring.Component):
-    """One number, bit by bit, and the last three.
-
-    ``take`` makes it 10 times as large and adds ``digit``; ``store`` puts it, with its sign, after
-    the numbers before and begins with 0. Either takes the 16 cycles that follow, and ``over`` one
-    more.
-
-    Members
-    -------
-    digit : In(4), take : In(1)
-        A digit.
-    store : In(1), negative : In(1)
-        The end; ``negative`` has to stay.
-    tenths, first : In(1)
-        Which limit it has.
-    over : Out(1)
-        It is beyond its limit, or too large for 16 bits.
-    values : Out(48)
-        The last three.
-    """
-
-    def __init__(self, *, angle_max: int) -> None:
-        self.angle_max = angle_max
-        super().__init__({"digit": In(4), "take": In(1), "store": In(1), "negative": In(1),
-                          "tenths": In(1), "first": In(1), "over": Out(1), "values": Out(48)})
-
-    def elaborate(self, platform: Any) -> Module:
-        """A shift register of 16, delays of 1 and 3 bits, one full adder, one comparison."""
-        m = Module()
-        begin, run, storing = Signal(), Signal(), Signal()
-        timer = Signal(range(2 * _BITS))  # the upper half are the bits
-        index = timer[:-1]
-        m.d.comb += [begin.eq(self.take | self.store), run.eq(timer[-1])]
-        with m.If(begin):
-            m.d.sync += [timer.eq(_BITS), storing.eq(self.store)]
-        with m.Else():
-            m.d.sync += timer.eq(timer + run)
-
-        number = Signal(_BITS, reset_less=True)
-        twice, fourfold, eightfold, carry, above = (
-            Signal(name=n) for n in ("twice", "fourfold", "eightfold", "carry", "above"))
-        low, new = Signal(), Signal()
-        m.d.comb += [low.eq(number[0]), new.eq(twice ^ eightfold ^ carry)]
-
-        def bit_of(constant: int) -> Any:
-            return Const(constant, _BITS).bit_select(index, 1)
-
-        bound = Mux(self.tenths, Mux(self.first, bit_of(HEADING_MAX), bit_of(self.angle_max)),
-                    bit_of(COUNT_MAX))
-        with m.If(begin):
-            # The digit is 5 twice + 2 fourfold + eightfold + carry: twice counts at once and,
-            # two bits later, as eightfold.
-            def among(*digits: int) -> Any:
-                return self.take & Const(sum(1 << d for d in digits), 16).bit_select(self.digit, 1)
-
-            m.d.sync += [twice.eq(among(5, 6, 7, 8, 9)), fourfold.eq(among(2, 3, 4, 7, 8, 9)),
-                         eightfold.eq(among(1, 3, 4, 6, 8, 9)), carry.eq(among(4, 9)),
-                         above.eq(0)]
-        with m.Elif(run):
-            m.d.sync += [
-                number.eq(Cat(number[1:], new & ~storing)),
-                Cat(twice, fourfold, eightfold).eq(Cat(low, twice, fourfold)),
-                carry.eq(Mux(storing, carry | low,
-                             (twice & eightfold) | (twice & carry) | (eightfold & carry))),
-                above.eq(Mux(new == bound, above, new)),
-            ]
-        with m.If(run & storing):  # minus: the bits above the lowest one are inverted
-            m.d.sync += self.values.eq(Cat(self.values[1:], low ^ (self.negative & carry)))
-        # What has not come out of the delays and the carry counts 65,536 and more.
-        m.d.sync += self.over.eq(above | twice | fourfold | eightfold | carry)
         return m

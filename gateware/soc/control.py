@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth.hdl import Cat, Module, Mux, Signal
+from amaranth.hdl import Cat, Module, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
@@ -126,6 +126,8 @@ class Control(wiring.Component):
                 m.d.sync += bus.dat_r.eq(received)
             with m.Case(_ADDRESS["status"]):
                 m.d.sync += bus.dat_r.eq(status)
+            with m.Case(_ADDRESS["alarm"]):
+                m.d.sync += bus.dat_r.eq(alarm)
             with m.Default():
-                m.d.sync += bus.dat_r.eq(Mux(bus.adr[0], alarm, 0))
+                m.d.sync += bus.dat_r.eq(0)
         return m

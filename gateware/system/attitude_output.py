@@ -92,41 +92,44 @@ class AttitudeOutput(wiring.Component):
         m = Module()
         state, text = Signal(_State), Signal()
         left, due = Signal(10), Signal()  # updates until the next one that is sent
+        later = left[1:].any()
         idle, start, flags = state == _State.IDLE, Signal(), Signal(8)
         enabled = (self.mode == OutputMode.BINARY) | (self.mode == OutputMode.TEXT)
         m.d.comb += [
-            due.eq(self.updated & enabled & ~left[1:].any()),
+            due.eq(self.updated & enabled & ~later),
             start.eq(due & idle),
             self.port.take.eq(start),
             self.events.eq(Cat(start, due & ~idle)),
         ]
         with m.If(due):
             m.d.sync += left.eq(self.divider)
-        with m.Elif(self.updated):
+        with m.Elif(self.updated & later):
             m.d.sync += left.eq(left - 1)
         with m.If(start):
             m.d.sync += [flags.eq(self.flags), text.eq(self.mode == OutputMode.TEXT)]
 
         # Place in the line; or in the words of the frame: 0 to 7, then 32 to 63, so that its high
         # bits say which word.
+        # What stands there is in flip-flops from LOAD on.
         place, bit = Signal(6), Signal(6)
-        op, code = Signal(2), Signal(7)
+        entry_op, entry_code = Signal(2), Signal(7)
         with m.Switch(place):
             for k, entry in enumerate(LINE):
                 with m.Case(k):
-                    m.d.comb += [op.eq(entry.op), code.eq(entry.code)]
+                    m.d.comb += [entry_op.eq(entry.op), entry_code.eq(entry.code)]
         with m.If(~text):
-            m.d.comb += [op.eq(Op.HEX), code.eq(Cat(Const(0, 1), place))]
-        ends, next_place = Signal(), Signal(6)
-        m.d.comb += [ends.eq(Mux(text, place == len(LINE) - 1, place == 63)),
-                     next_place.eq(place + 1)]
+            m.d.comb += [entry_op.eq(Op.HEX), entry_code.eq(Cat(Const(0, 1), place))]
+        op, code, ends, next_place = Signal(2), Signal(7), Signal(), Signal(6)
+        m.d.sync += [op.eq(entry_op), code.eq(entry_code),
+                     ends.eq(Mux(text, place == len(LINE) - 1, place == 63))]
+        m.d.comb += next_place.eq(place + 1)
         with m.If(~text & (place == 7)):
             m.d.comb += next_place.eq(32)
 
         # The byte of the result there.
         word, value, byte = code[3:], self.port.value, Signal(8)
         multiplying = state == _State.MULTIPLY
-        m.d.comb += self.port.index.eq(Cat(word[:3], Const(0, 1), word[3]))
+        m.d.comb += self.port.index.eq(Cat(entry_code[3:6], Const(0, 1), entry_code[6]))
         m.d.sync += byte.eq(value.word_select(Mux(multiplying, bit[3:5], code[1:3]), 8))
         with m.If(~word.any() & code[1:3].all()):
             m.d.sync += byte.eq(flags)
@@ -134,13 +137,16 @@ class AttitudeOutput(wiring.Component):
         # Its character.
         m.submodules.digits = digits = AngleDigits()
         digit, low = Signal(4), Signal(3)
-        m.d.sync += [low.eq(bit), digits.bit.eq(byte.bit_select(low, 1))]
+        m.d.sync += [
+            low.eq(bit),
+            digits.bit.eq(byte.bit_select(low, 1)),
+            digits.negative.eq(value[31]),
+            digits.shift.eq(multiplying & bit.any() & ~digits.last),
+        ]
         m.d.comb += [
             digits.power.eq(code),
-            digits.negative.eq(value[31]),
             digits.last.eq(bit == 31 + _BIT_DELAY),
-            digits.start.eq((op == Op.SIGN) & (state == _State.FETCH)),
-            digits.shift.eq(multiplying & (bit >= _BIT_DELAY)),
+            digits.start.eq((op == Op.SIGN) & (state == _State.LOAD)),
             digits.subtract.eq(state == _State.SUBTRACT),
         ]
         shown, character = Signal(4), Signal(8)
@@ -149,7 +155,7 @@ class AttitudeOutput(wiring.Component):
             with m.Case(Op.LITERAL):
                 m.d.comb += character.eq(code[:6])
             with m.Case(Op.SIGN):
-                m.d.comb += character.eq(Mux(value[31], ord("-"), ord("+")))
+                m.d.comb += character.eq(Mux(digits.negative, ord("-"), ord("+")))
             with m.Default():
                 m.d.comb += character.eq(Mux(shown > 9, ord("A") - 10, ord("0")) + shown)
 
@@ -164,9 +170,8 @@ class AttitudeOutput(wiring.Component):
                 with m.If(start):
                     m.d.sync += state.eq(Mux(self.mode == OutputMode.TEXT, _State.FETCH,
                                              _State.KIND))
-            with m.Case(_State.KIND):
-                with m.If(self.o.ready):
-                    m.d.sync += state.eq(_State.FETCH)
+            with m.Case(_State.KIND), m.If(self.o.ready):
+                m.d.sync += state.eq(_State.FETCH)
             with m.Case(_State.FETCH):
                 m.d.sync += [digit.eq(0), bit.eq(0), state.eq(_State.LOAD)]
             with m.Case(_State.LOAD):
@@ -179,13 +184,12 @@ class AttitudeOutput(wiring.Component):
             with m.Case(_State.FORM):
                 m.d.sync += [self.o.payload.data.eq(Mux(text, character, byte)),
                              self.o.payload.last.eq(ends), state.eq(_State.PUT)]
-            with m.Case(_State.PUT):
-                with m.If(self.o.ready):
-                    m.d.sync += [place.eq(next_place), state.eq(_State.FETCH)]
-                    with m.If(ends):
-                        m.d.sync += state.eq(_State.IDLE)
-                    with m.Elif(op == Op.SIGN):
-                        m.d.sync += [place.eq(place), state.eq(_State.MULTIPLY)]
+            with m.Case(_State.PUT), m.If(self.o.ready):
+                m.d.sync += [place.eq(next_place), state.eq(_State.FETCH)]
+                with m.If(ends):
+                    m.d.sync += state.eq(_State.IDLE)
+                with m.Elif(op == Op.SIGN):
+                    m.d.sync += [place.eq(place), state.eq(_State.MULTIPLY)]
             with m.Case(_State.MULTIPLY):
                 m.d.sync += bit.eq(bit + 1)
                 with m.If(digits.last):

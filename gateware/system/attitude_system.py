@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable
 from typing import Any
 
 from amaranth.hdl import Cat, Module, Signal
@@ -25,8 +26,9 @@ from gateware.system.system_bus import ADDRESS_BITS, SystemBus
 from gateware.system.system_registers import system_map, system_registers
 from gateware.system.system_text import system_text
 from gateware.system.wishbone import WishboneSignature, WishboneSlave
+from model.errors import InputError
 
-__all__ = ["AttitudeSystem"]
+__all__ = ["AttitudeSystem", "system_design"]
 
 #: Toggles of the LED per second are the clock's frequency over this, roughly.
 _BLINK_BIT = 25
@@ -110,7 +112,7 @@ class AttitudeSystem(wiring.Component):
             "probe_sample": Out(1), "probe_running": Out(1), "probe_updated": Out(1),
             "probe_program": Out(range(len(self.plan.names))), "probe_line": Out(1),
             "probe_counts": Out(1), "probe_value0": Out(16), "probe_value1": Out(16),
-            "probe_value2": Out(16),
+            "probe_value2": Out(16), "probe_events": Out(len(self.events)),
             **(ports if wishbone else {}),
         })
 
@@ -129,7 +131,7 @@ class AttitudeSystem(wiring.Component):
                           meanings=meanings)
 
     def latency_cycles(self, number: int) -> int:
-        """Data-ready at the pin to new results with filter ``number``, writes of parameters aside."""
+        """Data-ready at the pin to new results of a filter, without writes of parameters."""
         return self.transfer_cycles + self._attitude.conductor.latency(number)
 
     @property
@@ -174,8 +176,6 @@ class AttitudeSystem(wiring.Component):
             csr.diag_stat.eq(inertial.diag_stat),
             # Compass.
             compass.mode.eq(csr.compass_mode),
-            compass.command.payload.eq(csr.compass_command),
-            compass.command.valid.eq(csr.compass_command_stb),
             attitude.line.eq(compass.line),
             attitude.is_counts.eq(compass.is_counts),
             *(attitude.values[k].eq(compass.values[k]) for k in range(3)),
@@ -198,6 +198,12 @@ class AttitudeSystem(wiring.Component):
             bus.events.eq(Cat(part.events for _, part in self._sources)),
             bus.clear.eq(order[2]),
         ]
+        # A letter waits until the reader can send it; the next one replaces it.
+        with m.If(compass.command.ready):
+            m.d.sync += compass.command.valid.eq(0)
+        with m.If(csr.compass_command_stb):
+            m.d.sync += [compass.command.valid.eq(1),
+                         compass.command.payload.eq(csr.compass_command)]
         wiring.connect(m, output.o, bridge.i)
         wiring.connect(m, bus.core, attitude.bus)
         wiring.connect(m, output.port, attitude.ports[0])
@@ -212,7 +218,7 @@ class AttitudeSystem(wiring.Component):
             self.probe_sample.eq(inertial.sample), self.probe_running.eq(inertial.flags.running),
             self.probe_updated.eq(attitude.updated), self.probe_line.eq(compass.line),
             self.probe_program.eq(attitude.conductor.choice),
-            self.probe_counts.eq(compass.is_counts),
+            self.probe_counts.eq(compass.is_counts), self.probe_events.eq(bus.events),
             *(getattr(self, f"probe_value{k}").eq(compass.values[k]) for k in range(3)),
         ]
         return m
@@ -237,7 +243,8 @@ class AttitudeSystem(wiring.Component):
         m.submodules.slave = slave = WishboneSlave(address=ADDRESS_BITS)
         m.submodules.arbiter = arbiter = BusArbiter(count=2, word=32, address=ADDRESS_BITS)
         wiring.connect(m, wiring.flipped(self.wb), slave.wb)
-        for k, initiator in enumerate((slave, bridge)):
+        initiators: tuple[Any, ...] = (slave, bridge)
+        for k, initiator in enumerate(initiators):
             wiring.connect(m, initiator.bus, arbiter.initiators[k])
             m.d.comb += [arbiter.request[k].eq(initiator.request),
                          initiator.grant.eq(arbiter.grant[k])]
@@ -276,3 +283,25 @@ _LINES = (
     Line("led_running", "led0", "LED: blinks while updates come"),
     Line("led_fault", "led1", "LED: a sensor is not all right"),
 )
+
+
+def system_design(core: Core, *, host_baud: int = 921_600) -> Callable[[int], AttitudeSystem]:
+    """What `gateware.boards.ise.write_ise_project` makes a project of: the system for a clock.
+
+    Raises
+    ------
+    InputError
+        The core's words have not 32 bits; when called, a clock that the serial lines cannot use.
+    """
+    word = core.machine.arithmetic.word
+    if word != 32:
+        raise InputError.at("word", wanted="32 bits for a complete system", found=str(word),
+                            fix="leave --word out, or say --top records")
+
+    def make(clock_hz: int) -> AttitudeSystem:
+        try:
+            return AttitudeSystem(core=core, clock_hz=clock_hz, host_baud=host_baud)
+        except ValueError as error:
+            raise InputError.at("clock", wanted="one that both serial lines can be made of",
+                                found=f"{clock_hz} Hz", fix=str(error)) from error
+    return make

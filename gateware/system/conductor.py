@@ -5,64 +5,27 @@ from __future__ import annotations
 from typing import Any
 
 from amaranth.hdl import Cat, Const, Module, Mux, Signal, Value
-from amaranth.lib import data, enum, memory, stream, wiring
+from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from gateware.bitwise import Bitwise, multiplex
 from gateware.engine import word_layout
+from gateware.system.conductor_words import (
+    HEADER,
+    OUTPUTS,
+    RAWS,
+    RECORDS,
+    STAMP,
+    Job,
+    State,
+    header_layout,
+    input_word,
+    put_away,
+    waiting_words,
+)
 from gateware.system.plan import RAW, RECORD, Plan
 from gateware.system.results import ResultPort, Results
 
 __all__ = ["HEADER", "OUTPUTS", "RAWS", "RECORDS", "STAMP", "Conductor", "header_layout"]
-
-#: Places in the result memory: the header, the filter's output record, the input record that it
-#: had, and the raw words that this came from.
-HEADER, OUTPUTS, RECORDS, RAWS = 0x00, 0x10, 0x20, 0x30
-#: The time stamp: beside the header, not among the raw words.
-STAMP = 0x01
-#: Where the words wait for the filter: of the inertial sample from 0 on, of the field, and a zero.
-_FIELD_AT, _ZERO_AT = 8, 15
-
-
-def header_layout() -> data.StructLayout:
-    """Word 0 of the results.
-
-    ``number`` counts updates, 1 the first; one that was never completed leaves a gap. ``filter``:
-    which one made it. ``field_used``: the record had a fresh field, ``field_counts``: from
-    magnetometer counts, not from a heading. ``restart``: the time step was negative. ``saturated``:
-    a value of the filter was clamped.
-    """
-    return data.StructLayout({"number": 16, "filter": 3, "field_used": 1, "field_counts": 1,
-                              "restart": 1, "saturated": 1})
-
-
-class State(enum.Enum, shape=3):
-    """Where in its job the conductor is; codes that are no state count as FLUSH."""
-
-    IDLE = 0
-    FEED = 1
-    COLLECT = 2
-    FINISH = 3
-    FLUSH = 4
-    TURN = 5
-
-
-class Job(enum.Enum, shape=2):
-    """What the core works at."""
-
-    INERTIAL = 0
-    FILTER = 1
-    HEADING = 2
-    COUNTS = 3
-
-
-class Source(enum.Enum, shape=2):
-    """Where a word for the core comes from."""
-
-    WAITING = 0
-    STAMP = 1
-    SAMPLE = 2
-    LINE = 3
 
 
 class Conductor(wiring.Component):
@@ -182,24 +145,34 @@ class Conductor(wiring.Component):
         return 1 + self.plan.lengths[self.plan.inertial] + 4 + self.plan.lengths[number] + 3
 
     def elaborate(self, platform: Any) -> Module:
-        """Job, state and index; requests from outside; the words to and from the core."""
+        """Job, state and count; requests from outside; the words to and from the core."""
         m = Module()
         plan = self.plan
-        state, job = Signal(State), Signal(Job)
-        index, next_index = Signal(4), Signal(4)
+        state = Signal(State)
+        job = Signal(Job)
+        count = Signal(4)
+        next_count = Signal(4)
         running = Signal.like(self.filter)
-        use_field, field_counts, restarting = Signal(), Signal(), Signal()
-        fresh, line_waits, line_counts, waiting = Signal(), Signal(), Signal(), Signal()
-        restart_next, begin, complete = Signal(init=1), Signal(), Signal()
-        is_inertial, is_filter = job == Job.INERTIAL, job == Job.FILTER
+        use_field = Signal()  # the update at work has a fresh field
+        restarting = Signal()  # ... a negative time step
+        restart_next = Signal(init=1)
+        waiting = Signal()  # a sample
+        line_waits = Signal()  # a line of the compass, not yet at work
+        line_counts = Signal()  # ... with counts
+        fresh = Signal()  # a field that no update has used
+        field_counts = Signal()  # ... from counts
+        begin = Signal()
+        complete = Signal()
         # What the core does in a cycle depends on ``valid``: a register of its own.
-        offer, ends = Signal(), Signal()
+        offer = Signal()
+        ends = Signal()
         fire = offer & self.i.ready
+        is_inertial, is_filter = job == Job.INERTIAL, job == Job.FILTER
 
         accepted = self.line & Mux(self.is_counts, self.source[0], self.source[1])
         with m.If(accepted):
             m.d.sync += [line_waits.eq(1), line_counts.eq(self.is_counts)]
-        busy = (state != State.IDLE) & ~job.as_value()[1]
+        busy = (state != State.IDLE) & ~job[1]
         with m.If(self.sample & self.run & ~busy):
             m.d.sync += waiting.eq(1)
         with m.If(self.restart | ~self.run):
@@ -215,12 +188,12 @@ class Conductor(wiring.Component):
             "watchdog": late,
         })
 
-        m.d.comb += [next_index.eq(index), self.i.valid.eq(offer), self.o.ready.eq(1), ends.eq(
-            index == Mux(is_inertial, len(RAW) - 1, Mux(is_filter, len(RECORD) - 1, 2)))]
-        m.d.sync += [index.eq(next_index), self.updated.eq(complete), offer.eq(0)]
+        m.d.comb += [next_count.eq(count), self.i.valid.eq(offer), self.o.ready.eq(1), ends.eq(
+            count == Mux(is_inertial, len(RAW) - 1, Mux(is_filter, len(RECORD) - 1, 2)))]
+        m.d.sync += [count.eq(next_count), self.updated.eq(complete), offer.eq(0)]
         with m.Switch(state):
             with m.Case(State.IDLE):
-                m.d.comb += next_index.eq(0)
+                m.d.comb += next_count.eq(0)
                 m.d.sync += [job.eq(Job.INERTIAL), self.choice.eq(plan.inertial)]
                 with m.If((self.sample | waiting) & self.run):
                     wanted = self.filter
@@ -237,19 +210,19 @@ class Conductor(wiring.Component):
             with m.Case(State.FEED):
                 m.d.sync += offer.eq(self.chosen & ~(fire & ends))
                 with m.If(fire):
-                    m.d.comb += next_index.eq(Mux(ends, 0, index + 1))
+                    m.d.comb += next_count.eq(Mux(ends, 0, count + 1))
                 with m.If(fire & ends):
                     m.d.sync += [state.eq(State.COLLECT),
                                  self.choice.eq(Mux(is_inertial, running, plan.inertial))]
             with m.Case(State.COLLECT):
                 with m.If(self.o.valid):
-                    m.d.comb += next_index.eq(Mux(self.o.payload.last, 0, index + 1))
+                    m.d.comb += next_count.eq(Mux(self.o.payload.last, 0, count + 1))
                 with m.If(self.o.valid & self.o.payload.last):
                     m.d.sync += state.eq(State.FINISH)
                     with m.If(is_inertial):  # the sign of the time step, its last word
                         m.d.sync += restarting.eq(self.o.payload.data[-1])
             with m.Case(State.FINISH):
-                m.d.comb += next_index.eq(0)
+                m.d.comb += next_count.eq(0)
                 with m.If(is_inertial):
                     m.d.sync += [state.eq(State.FEED), job.eq(Job.FILTER)]
                 with m.Elif(is_filter):
@@ -267,10 +240,10 @@ class Conductor(wiring.Component):
                     # A line that has come since may have changed the words on their way.
                     m.d.sync += [state.eq(State.IDLE), fresh.eq(~line_waits & ~accepted)]
             with m.Case(State.TURN):  # until ``chosen`` is that of the new choice
-                m.d.comb += next_index.eq(0)
+                m.d.comb += next_count.eq(0)
                 m.d.sync += state.eq(State.FEED)
             with m.Default():
-                m.d.comb += next_index.eq(0)
+                m.d.comb += next_count.eq(0)
                 m.d.sync += [offer.eq(~fire), self.choice.eq(plan.inertial), job.eq(Job.INERTIAL),
                              restart_next.eq(1)]
                 with m.If(fire):
@@ -278,17 +251,22 @@ class Conductor(wiring.Component):
         with m.If(late):
             m.d.sync += state.eq(State.FLUSH)
 
-        m.d.comb += [
-            self.index.eq(index),
-            self.i.payload.last.eq(ends | state.as_value()[2]),
-        ]
-        self._input(m, job, index, restarting,
-                    self._words_that_wait(m, job, index, fire, use_field))
-        header = Cat(self.number, running, Const(0, 3 - len(running)), use_field,
-                     field_counts & use_field, restarting, self.saturated)
         m.submodules.results = results = Results(word=plan.word, readers=self.readers)
-        self._results(m, results, state, job, index, header)
-        m.d.comb += [results.begin.eq(begin), results.complete.eq(complete)]
+        for mine, theirs in zip(self.ports, results.ports, strict=True):
+            wiring.connect(m, wiring.flipped(mine), theirs)
+        waits = waiting_words(m, self.o, job=job, count=count, fire=fire, use_field=use_field)
+        m.d.comb += [
+            results.begin.eq(begin),
+            results.complete.eq(complete),
+            self.index.eq(count),
+            self.i.payload.last.eq(ends | state[2]),
+            self.i.payload.data.eq(input_word(
+                m, plan, job=job, count=count, waits=waits, stamp=self.stamp, word=self.word,
+                values=self.values, restarting=restarting)),
+        ]
+        put_away(m, results, self.i, self.o, state=state, job=job, count=count, header=Cat(
+            self.number, running, Const(0, 3 - len(running)), use_field, field_counts & use_field,
+            restarting, self.saturated))
         return m
 
     def _report(self, m: Module, pulses: dict[str, Value]) -> None:
@@ -297,91 +275,10 @@ class Conductor(wiring.Component):
 
     def _watch(self, m: Module, done: Value) -> Value:
         """A pulse after the watched bit of the time has changed twice without ``done``."""
-        bit, once, late = Signal(), Signal(), Signal()
+        bit = Signal()
+        once = Signal()
+        late = Signal()
         change = bit ^ self.time[self._watch_bit]
         m.d.sync += [bit.eq(self.time[self._watch_bit]), once.eq((once | change) & ~done),
                      late.eq(once & change)]
         return late
-
-    def _words_that_wait(self, m: Module, job: Signal, index: Signal, fire: Value,
-                         use_field: Signal) -> Value:
-        """Memory of the calibrated words between the programs; the filter's word number index."""
-        m.submodules.waiting = words = memory.Memory(shape=self.plan.word, depth=16, init=[],
-                                                     attrs={"ram_style": "block"})
-        w_port, r_port = words.write_port(), words.read_port()
-        # As they come: gyro, accelerometer, time step; field.
-        place = {f"{s}{a}": at + k for s, at in (("g", 0), ("a", 3), ("m", _FIELD_AT))
-                 for k, a in enumerate("xyz")} | {"dt": 6}
-        # The word of the next cycle: a table of index, ``fire`` and ``use_field``.
-        with m.Switch(Cat(index, fire)):
-            for k, name in enumerate(RECORD):
-                with m.Case(k, k - 1 + 16 if k else k):
-                    at: Any = place[name]
-                    m.d.comb += r_port.addr.eq(
-                        Mux(use_field, at, _ZERO_AT) if at >= _FIELD_AT else at)
-        m.d.comb += [
-            w_port.addr.eq(Cat(index[:3], job.as_value()[1])),
-            w_port.data.eq(self.o.payload.data),
-            w_port.en.eq(self.o.valid & (job != Job.FILTER)),
-        ]
-        return r_port.data
-
-    def _input(self, m: Module, job: Signal, index: Signal, restarting: Signal, waits: Value
-               ) -> None:
-        """The word for the core."""
-        word, bits = self.plan.word, self.plan.count_bits
-        source, which = Signal(Source), Signal(2)  # which: of the values
-        with m.Switch(job):
-            with m.Case(Job.INERTIAL):
-                m.d.comb += [which.eq(3), source.eq(Mux(
-                    index[:3] < RAW.index("stamp"), Source.SAMPLE,
-                    Mux(index[0], Source.LINE, Source.STAMP)))]
-            with m.Case(Job.FILTER):
-                m.d.comb += source.eq(Source.WAITING)
-            with m.Default():
-                m.d.comb += [source.eq(Source.LINE), which.eq(index)]
-        # The fourth value of a line is the sample's word ``restart``.
-        m.submodules.value = value = Bitwise(function=multiplex, inputs=6, width=16)
-        m.submodules.high = high = Bitwise(function=multiplex, inputs=6, width=16)
-        m.submodules.low = low = Bitwise(function=_either, inputs=4, width=bits)
-        value.connect(m, *self.values, Cat(Const(0, 15), restarting), which[0], which[1])
-        stamp, (s0, s1) = self.stamp[32 - word:], source.as_value()
-        high.connect(m, waits[bits:], stamp[bits:], self.word, value.o, s0, s1)
-        low.connect(m, waits[:bits], stamp[:bits], s0, s1)
-        m.d.comb += self.i.payload.data.eq(Cat(low.o, high.o))
-
-    def _results(self, m: Module, results: Results, state: Signal, job: Signal, index: Signal,
-                 header: Value) -> None:
-        """What goes to the result memory when, and its readers."""
-        for mine, theirs in zip(self.ports, results.ports, strict=True):
-            wiring.connect(m, wiring.flipped(mine), theirs)
-        is_filter, region = job == Job.FILTER, Signal(2)
-        with m.Switch(state):
-            with m.Case(State.FEED):
-                m.d.comb += [
-                    results.w_en.eq(self.i.valid & self.i.ready & ~job.as_value()[1]),
-                    region.eq(Mux(is_filter, RECORDS >> 4, RAWS >> 4)),
-                ]
-            with m.Case(State.COLLECT):
-                m.d.comb += [results.w_en.eq(is_filter & self.o.valid), region.eq(OUTPUTS >> 4)]
-            with m.Case(State.FINISH):
-                m.d.comb += results.w_en.eq(is_filter)
-        m.submodules.put = put = Bitwise(function=_put, inputs=5, width=self.plan.word)
-        s0, s1, _ = state.as_value()
-        m.d.comb += [
-            results.w_index.eq(Mux((region == RAWS >> 4) & (index == RAW.index("stamp")), STAMP,
-                                   Cat(index, region))),
-            results.w_data.eq(put.connect(m, self.i.payload.data, self.o.payload.data,
-                                          Cat(header, Const(0, self.plan.word - len(header))),
-                                          s0, s1)),
-        ]
-
-
-def _either(waits: Any, stamp: Any, s0: Any, s1: Any) -> Any:
-    """What `multiplex` gives where the other two words have no bits."""
-    return multiplex(waits, stamp, 0, 0, s0, s1)
-
-
-def _put(given: Any, taken: Any, header: Any, s0: Any, s1: Any) -> Any:
-    """By the state: FEED, COLLECT, FINISH."""
-    return multiplex(given, given, taken, header, s0, s1)

@@ -77,7 +77,8 @@ class Results(wiring.Component):
         """Banks and copies."""
         m = Module()
         bits = (self.readers + 1).bit_length()
-        write, newest = Signal(bits, init=1), Signal(bits)
+        write = Signal(bits, init=1)
+        newest = Signal(bits)
         held = [Signal(bits, name=f"held{k}") for k in range(self.readers)]
         with m.If(self.begin):
             m.d.sync += write.eq(_free(newest, *held))

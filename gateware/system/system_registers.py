@@ -114,10 +114,17 @@ def system_registers(
 def result_registers(core: Core) -> tuple[Register, ...]:
     """The results of an update: header, time stamp, outputs, the filter's input record.
 
-    The names of the outputs and inputs are the first program's with ``result_`` and ``input_``
-    before them.
+    The names of the outputs and inputs are the filters' with ``result_`` and ``input_`` before
+    them. A word whose fraction bits are not the same in all filters has no ``frac`` here: the
+    output records of the programs tell.
+
+    Raises
+    ------
+    InputError
+        The first program is no filter.
     """
     program = core.parts[0].program
+    filters = [p.program for p in core.parts if p.program.output_names == OUTPUTS]
     names = tuple(program.values[n].name for n in program.inputs)
     for what, found, wanted in (("outputs", program.output_names, OUTPUTS),
                                 ("inputs", names, RECORD)):
@@ -126,11 +133,14 @@ def result_registers(core: Core) -> tuple[Register, ...]:
                                 found=", ".join(found), fix="choose a filter that has them")
     word = core.machine.arithmetic.word
 
-    def of(prefix: str, name: str, place: int, number: int, meaning: str) -> Register:
-        value = program.values[number]
-        # Bits and counts are plain numbers: their words have no binary point for the reader.
-        return Register(f"{prefix}_{name}", RESULTS + place, _READ, meaning, unit=value.unit,
-                        frac=value.frac, width=word, signed=True)
+    def of(prefix: str, name: str, place: int, numbers: Sequence[int], meaning: str) -> Register:
+        values = [p.values[n] for p, n in zip(filters, numbers, strict=True)]
+        fracs = {v.frac for v in values}
+        if len(fracs) > 1:
+            meaning += "; fraction bits " + ", ".join(
+                f"{v.frac} ({p.name})" for v, p in zip(values, filters, strict=True))
+        return Register(f"{prefix}_{name}", RESULTS + place, _READ, meaning, unit=values[0].unit,
+                        frac=fracs.pop() if len(fracs) == 1 else None, width=word, signed=True)
 
     header = Register(
         "result_header", RESULTS, _READ, "which update, and how it came about", width=word, fields=(
@@ -145,10 +155,10 @@ def result_registers(core: Core) -> tuple[Register, ...]:
                      "time at the sample's data-ready edge", unit="cycles", width=word)
     return (
         header, stamp,
-        *(of("result", name, 0x10 + k, n, f"output {name}")
-          for k, (name, n) in enumerate(zip(OUTPUTS, program.outputs, strict=True))),
-        *(of("input", name, 0x20 + k, n, f"input {name} of that update")
-          for k, (name, n) in enumerate(zip(RECORD, program.inputs, strict=True))),
+        *(of("result", name, 0x10 + k, [p.outputs[k] for p in filters], f"output {name}")
+          for k, name in enumerate(OUTPUTS)),
+        *(of("input", name, 0x20 + k, [p.inputs[k] for p in filters],
+             f"input {name} of that update") for k, name in enumerate(RECORD)),
     )
 
 

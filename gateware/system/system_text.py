@@ -19,8 +19,8 @@ Host     {baud:.0f} baud, 8 data bits, no parity, 1 stop bit, 3.3 V levels
 """
 
 _BODY = """\
-The ADIS16385 takes 5 V supply and 3.3 V lines; the HMR3300 speaks with 5 V: put a divider or a level
-shifter between its TX and hmr_rx. Both draw their supply from elsewhere, not from these pins.
+The ADIS16385 takes 5 V supply and 3.3 V lines; the HMR3300 speaks with 5 V: put a divider or a
+level shifter between its TX and hmr_rx. Both draw their supply from elsewhere, not from these pins.
 
 WHAT IT DOES
 After power-up it resets the ADIS16385, checks its identity, sets it up, reads it at each data-ready

@@ -77,12 +77,10 @@ class WishboneSlave(wiring.Component):
         with m.If(~asked & ~fetch & ~wb.ack):
             m.d.sync += [bus.addr.eq(wb.adr), bus.w_data.eq(wb.dat_w), writes.eq(wb.we),
                          asked.eq(selected), wanted.eq(selected)]
-        with m.If(asked):
-            with m.If(writes):
-                with m.If(bus.w_ack):
-                    m.d.sync += [asked.eq(0), wb.ack.eq(wanted & selected)]
-            with m.Elif(self.grant):
-                m.d.sync += [asked.eq(0), fetch.eq(1)]
+        with m.If(asked & writes & bus.w_ack):
+            m.d.sync += [asked.eq(0), wb.ack.eq(wanted & selected)]
+        with m.If(asked & ~writes & self.grant):
+            m.d.sync += [asked.eq(0), fetch.eq(1)]
         with m.If(fetch):
             m.d.sync += [wb.dat_r.eq(bus.r_data), wb.ack.eq(wanted & selected)]
         return m

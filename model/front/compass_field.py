@@ -15,7 +15,7 @@ TENTH_HT = 1.0 / 1800.0  #: half turns in a tenth of a degree.
 
 
 def _angle(name: str, scale: float, meaning: str) -> tuple[Param, Param]:
-    return (Param(f"{name}_scale", scale, -(2.0**-10), 2.0**-10, "ht per 0.1 deg", meaning),
+    return (Param(f"{name}_scale", scale, -9.7e-4, 9.7e-4, "ht per 0.1 deg", meaning),
             Param(f"{name}_offset_ht", 0.0, -1.0, 0.999, "ht", f"added to the {name}"))
 
 

@@ -26,8 +26,8 @@ class CalibrateField(Estimator):
     summary = "magnetometer counts to field words: hard and soft iron, mounting"
     inputs = counts(*(f"m{a}_counts" for a in AXES))
     params = (
-        *matrix_params("field", FIELD_SCALE, 0.5, "uT per count", "soft iron, scale, misalignment "
-                       "and mounting of the magnetometer"),
+        *matrix_params("field", FIELD_SCALE, 0.499, "uT per count", "soft iron, scale, "
+                       "misalignment and mounting of the magnetometer"),
         *vector_params("field_bias", 32767.0, "counts", "hard iron, subtracted from the counts"),
     )
     states = ()

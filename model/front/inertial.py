@@ -49,10 +49,10 @@ class CalibrateInertial(Estimator):
     )
     params = (
         Param("tick_s", 1e-8, 1e-9, 9e-7, "s", "period of the clock that stamps count"),
-        *matrix_params("gyro", GYRO_SCALE, 2.0**-8, "rad/s per count", "scale, misalignment and "
+        *matrix_params("gyro", GYRO_SCALE, 3.9e-3, "rad/s per count", "scale, misalignment and "
                        "mounting of the gyro"),
         *vector_params("gyro_bias", 1.0, "rad/s", "subtracted from the rate, in body axes"),
-        *matrix_params("acc", ACC_SCALE, 2.0**-4, "m/s^2 per count", "scale, misalignment and "
+        *matrix_params("acc", ACC_SCALE, 0.0624, "m/s^2 per count", "scale, misalignment and "
                        "mounting of the accelerometer"),
         *vector_params("acc_bias", 16.0, "m/s^2", "subtracted from the specific force, in body "
                        "axes"),

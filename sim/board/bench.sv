@@ -13,6 +13,8 @@
 //   cycle B byte       the stop bit of a byte from the host line has begun (byte in hex)
 //   cycle E            a byte without stop bit
 //   cycle T            the first start bit after a pause of the host line
+//   cycle N events     pulses of the counted events, as bits (hex)
+//   cycle F adis hmr   faults of the devices that are on, as bits (hex)
 //   cycle V n          violations of the timing that the ADIS16385 saw, at the end
 //   cycle L counts a b c slot  a line of the compass is good
 
@@ -33,11 +35,12 @@ module bench #(
     parameter HMR_STARTUP_CYCLES = 1_000_000,
     parameter HMR_ANSWER_CYCLES = 100_000
 ) (
-    input wire clk,
-    input wire rst,
-    output reg done,
-    output reg byte_strobe,      // changes with every byte from the board
-    output reg [7:0] byte_heard
+    // What cocotb drives and sees.
+    input wire clk /*verilator public_flat_rw*/,
+    input wire rst /*verilator public_flat_rw*/,
+    output reg done /*verilator public_flat_rw*/,
+    output reg byte_strobe /*verilator public_flat_rw*/,  // changes with every byte from the board
+    output reg [7:0] byte_heard /*verilator public_flat_rw*/
 );
     wire adis_cs_n, adis_sclk, adis_mosi, adis_miso, adis_data_ready, adis_reset_n;
     wire hmr_rx, hmr_tx, host_tx;
@@ -96,6 +99,7 @@ module bench #(
     reg [7:0] heard;
     reg listening, was_ready, was_cs_n, keep;
     integer was_program;
+    reg [31:0] was_faults;
 
     initial begin
         done = 0; byte_strobe = 0; byte_heard = 0;
@@ -109,7 +113,7 @@ module bench #(
         host_rx = 1; host_bit = 10; host_timer = 0; host_frame = 10'h3ff;
         listening = 0; listen_timer = 0; listen_bit = 0; quiet = 0; since_update = 0;
         seen_running = 0;
-        was_ready = 0; was_cs_n = 1; was_program = -1;
+        was_ready = 0; was_cs_n = 1; was_program = -1; was_faults = 0;
         next_host;
     end
 
@@ -164,6 +168,11 @@ module bench #(
             was_cs_n <= adis_cs_n;
             if (adis_cs_n != was_cs_n) $fwrite(trace, "%0d C %0d\n", cycle, adis_cs_n);
 
+            if ({adis.on, 4'd0, hmr.active} != was_faults) begin
+                $fwrite(trace, "%0d F %h %h\n", cycle, adis.on, hmr.active);
+                was_faults <= {adis.on, 4'd0, hmr.active};
+            end
+
             // Both logs begin when the inertial sensor is first running.
             if (dut.probe_running === 1'b1) seen_running <= 1;
 
@@ -173,6 +182,7 @@ module bench #(
                 $fwrite(trace, "%0d P %0d\n", cycle, dut.probe_program);
                 was_program <= dut.probe_program;
             end
+            if (dut.probe_events != 0) $fwrite(trace, "%0d N %h\n", cycle, dut.probe_events);
             if (dut.probe_line === 1'b1)
                 $fwrite(trace, "%0d L %0d %0d %0d %0d %0d\n", cycle, dut.probe_counts,
                         $signed(dut.probe_value0), $signed(dut.probe_value1), $signed(dut.probe_value2),

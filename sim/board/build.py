@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib.resources
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -31,17 +31,21 @@ class Board:
 
 
 def make_board(setup: Setup, *, filters: Sequence[str] = FILTERS, config: str = "small",
-               restarts: int | None = None, core: Core | None = None) -> Board:
+               restarts: int | None = None, core: Core | None = None,
+               wishbone: bool = False,
+               params: Mapping[str, Mapping[str, float]] | None = None) -> Board:
     """A complete system for these speeds.
 
     Parameters
     ----------
     setup : Setup
         Speeds.
-    filters, config, restarts
+    filters, config, restarts, params
         Of `gateware.system.programs.system_core`; not used with a ``core``.
+    wishbone : bool
+        With a Wishbone slave, for a processor.
     """
-    core = core or system_core(filters, config=config, restarts=restarts)
+    core = core or system_core(filters, config=config, restarts=restarts, params=params)
     inertial: dict[str, Any] = {
         "sclk_hz": setup.sclk_hz, "stall_s": setup.stall_s, "startup_s": setup.startup_s,
         "reset_s": setup.reset_s, "period_s": 1.0 / setup.rate_hz}
@@ -50,7 +54,7 @@ def make_board(setup: Setup, *, filters: Sequence[str] = FILTERS, config: str = 
     compass = {"baud": setup.hmr_baud, "stale_s": 0.5 * slower, "quiet_s": 0.3 * slower,
                "timeout_s": 1.3 * slower}
     return Board(AttitudeSystem(core=core, clock_hz=setup.clock_hz, host_baud=setup.host_baud,
-                                inertial=inertial, compass=compass), setup)
+                                inertial=inertial, compass=compass, wishbone=wishbone), setup)
 
 
 def board_sources(board: Board) -> dict[str, str]:

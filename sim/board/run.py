@@ -20,8 +20,8 @@ from sim.compiled import build
 from sim.front import COUNTS, HEADING, NO_LINE, Chain, Samples, quantise, run_chain
 from sim.log import Log
 
-__all__ = ["BoardRun", "Judgement", "Stimulus", "frames_of", "judge", "run_board", "stimulus",
-           "writes"]
+__all__ = ["BoardRun", "Judgement", "Stimulus", "cycles_limit", "files_and_arguments",
+           "frame_ends", "frames_of", "judge", "run_board", "stimulus", "writes"]
 
 #: degC of the model's temperature; it follows nothing.
 _TEMPERATURE_CODE = 37
@@ -132,9 +132,9 @@ class BoardRun:
     seconds: float
 
 
-def frames_of(data: bytes, *, word: int = 32) -> tuple[IntArray, int]:
+def frames_of(data: bytes) -> tuple[IntArray, int]:
     """Attitude frames (n, 10) in a stream of bytes, and how many frames were damaged."""
-    decoder = Decoder(word=word)
+    decoder = Decoder(word=32)
     words = [w for kind, w in decoder.feed(data) if kind is Kind.ATTITUDE]
     return np.array(words, dtype=np.int64).reshape(-1, len(WORDS)), decoder.dropped
 
@@ -150,20 +150,33 @@ def run_board(board: Board, what: Stimulus, *, updates: int, settings: Mapping[s
     faults : mapping, optional
         Texts of the devices' fault files: "adis", "hmr".
     """
+    files, arguments = files_and_arguments(board, what, updates, settings, faults or {})
+    limit = max_cycles or cycles_limit(board, updates)
     bench = build("bench", board_sources(board), parameters=board_parameters(board.setup))
-    files = {**what.files(), "host.txt": writes(board, settings),
-             **{f"{device}_faults.txt": text for device, text in (faults or {}).items()}}
-    arguments: dict[str, object] = {
-        "updates": updates, "host": "host.txt", "adis_log": "adis.txt", "hmr3300_data": "hmr.txt"}
-    for device, name in (("adis", "adis_faults"), ("hmr", "hmr3300_faults")):
-        if faults and device in faults:
-            arguments[name] = f"{device}_faults.txt"
-    limit = max_cycles or int(1.5 * (updates + 50) * board.setup.period_cycles) + 60_000_000
     with tempfile.TemporaryDirectory(prefix="boresight-board-") as folder:
         run = bench.run(arguments, max_cycles=limit, files=files, folder=Path(folder))
         trace = read_trace((Path(folder) / "trace.txt").read_text())
-    frames, dropped = frames_of(trace.data, word=board.system.plan.word)
+    frames, dropped = frames_of(trace.data)
     return BoardRun(trace, frames, dropped, run.cycles, run.seconds)
+
+
+def cycles_limit(board: Board, updates: int) -> int:
+    """Cycles after which a run counts as hung."""
+    start = board.setup.clock_hz * (board.setup.startup_s + 0.01)
+    return int(1.5 * (updates + 50) * board.setup.period_cycles + 20 * start)
+
+
+def files_and_arguments(board: Board, what: Stimulus, updates: int, settings: Mapping[str, int],
+                        faults: Mapping[str, str]) -> tuple[dict[str, str], dict[str, object]]:
+    """Files of a run by name, and the plusargs of the bench."""
+    files = {**what.files(), "host.txt": writes(board, settings),
+             **{f"{device}_faults.txt": text for device, text in faults.items()}}
+    arguments: dict[str, object] = {
+        "updates": updates, "host": "host.txt", "adis_log": "adis.txt", "hmr3300_data": "hmr.txt"}
+    for device, name in (("adis", "adis_faults"), ("hmr", "hmr3300_faults")):
+        if device in faults:
+            arguments[name] = f"{device}_faults.txt"
+    return files, arguments
 
 
 @dataclass(frozen=True)
@@ -270,15 +283,15 @@ def _compare(run: BoardRun, chain: Chain, samples: Samples, transfer: IntArray, 
                 first = first or f"update {k}, {name}: {found[name]} instead of {value}"
     if len(frames) == 0:
         mismatches, first = 1, "no attitude frame came"
-    ends = _frame_ends(run.trace, n)
+    ends = frame_ends(run.trace)
     ready = run.trace.samples[:n] - transfer
-    whole = ends[:len(frames)] - ready[numbers - 1] if len(ends) == len(frames) else np.zeros(1)
+    whole = ends - ready[numbers - 1] if len(ends) == len(frames) else ends[:0]
     return Judgement(
         n if len(frames) else 0, mismatches, first, int((samples.line != NO_LINE).sum()), lines,
         _range(transfer), _range(core), _range(whole), chain)
 
 
-def _frame_ends(trace: Trace, n: int) -> IntArray:
+def frame_ends(trace: Trace) -> IntArray:
     """Cycles of the last byte of every attitude frame."""
     decoder, out = Decoder(word=32), []
     for at, byte in zip(trace.bytes_at.tolist(), trace.data, strict=True):

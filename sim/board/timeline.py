@@ -117,19 +117,19 @@ def _whole(axes: Any, one: Timeline) -> None:
 
 def _close(axes: Any, timelines: Sequence[Timeline]) -> None:
     """The core's part alone, from the last SPI frame."""
+    longest = max(one.core[-1].end_us - one.core[0].start_us for one in timelines)
     for y, one in enumerate(timelines):
         start = one.core[0].start_us
         for span in one.core:
             _row(axes, y, Span(span.name, span.start_us - start, span.end_us - start),
                  _COLOURS.get(span.name, COLOUR["grey"]),
-                 text=span.name if span.length_us > 0.35 else "")
+                 text=span.name if span.length_us > 0.06 * longest else "")
         axes.text(one.core[-1].end_us - start, y, f"  {one.core[-1].end_us - start:.2f} µs",
                   va="center")
     _clean(axes, [one.filter for one in timelines])
-    axes.set_xlim(left=0.0, right=1.12 * max(one.core[-1].end_us - one.core[0].start_us
-                                             for one in timelines))
+    axes.set_xlim(left=0.0, right=1.12 * longest)
     axes.set_xlabel("µs from the last bit of the sample")
-    axes.set_title("The core's part", loc="left", fontsize=10)
+    axes.set_title("The core's part: calibration (amber), filter (blue)", loc="left", fontsize=10)
 
 
 def _bars(axes: Any, timelines: Sequence[Timeline]) -> None:

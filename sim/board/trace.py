@@ -39,6 +39,10 @@ class Trace:
         Cycles in which chip select fell and rose again.
     programs : int64 (n, 2)
         Cycle, and the number of the program that runs from then on.
+    faults : list of (cycle, inertial bits, compass bits)
+        Faults of the devices that are on from then on.
+    events : list of (cycle, bits)
+        Pulses of the counted events (`AttitudeSystem.events`).
     lines : tuple of Line
         Good lines of the compass.
     starts : int64
@@ -56,6 +60,8 @@ class Trace:
     updates: Cycles
     select: Cycles
     programs: Cycles
+    faults: list[tuple[int, int, int]]
+    events: list[tuple[int, int]] = field(repr=False)
     lines: tuple[Line, ...]
     starts: Cycles
     bytes_at: Cycles
@@ -77,6 +83,8 @@ def read_trace(text: str) -> Trace:
     violations = -1
     chip: list[tuple[int, int]] = []
     programs: list[tuple[int, int]] = []
+    events: list[tuple[int, int]] = []
+    faults: list[tuple[int, int, int]] = []
     lines: list[Line] = []
     bytes_at: list[int] = []
     data = bytearray()
@@ -89,6 +97,10 @@ def read_trace(text: str) -> Trace:
             at[kind].append(now)
         elif kind == "R":
             ready.append((now, int(rest[0])))
+        elif kind == "F":
+            faults.append((now, int(rest[0], 16), int(rest[1], 16)))
+        elif kind == "N":
+            events.append((now, int(rest[0], 16)))
         elif kind == "V":
             violations = int(rest[0])
         elif kind == "C":
@@ -106,11 +118,12 @@ def read_trace(text: str) -> Trace:
     falls = [c for c, level in chip if not level]
     rises = [c for c, level in chip if level and falls and c > falls[0]]
     whole = min(len(falls), len(rises))
+    def cycles(kind: str) -> Cycles:
+        return np.array(at[kind], dtype=np.int64)
     return Trace(
-        np.array(ready, dtype=np.int64).reshape(-1, 2),
-        *(np.array(at[kind], dtype=np.int64) for kind in "SU"),
+        ready=np.array(ready, dtype=np.int64).reshape(-1, 2), samples=cycles("S"),
+        updates=cycles("U"), starts=cycles("T"), broken=cycles("E"),
         select=np.array([falls[:whole], rises[:whole]], dtype=np.int64).T.reshape(-1, 2),
-        programs=np.array(programs, dtype=np.int64).reshape(-1, 2), lines=tuple(lines),
-        starts=np.array(at["T"], dtype=np.int64), bytes_at=np.array(bytes_at, dtype=np.int64),
-        data=bytes(data), broken=np.array(at["E"], dtype=np.int64),
+        programs=np.array(programs, dtype=np.int64).reshape(-1, 2), faults=faults, events=events,
+        lines=tuple(lines), bytes_at=np.array(bytes_at, dtype=np.int64), data=bytes(data),
         violations=violations)

@@ -184,7 +184,8 @@ def _read(text: str, speed: float) -> Happened:
 def _record(happened: Happened, time: int, kind: str, rest: list[str]) -> None:
     if kind == "S":
         words = tuple((int(word, 16) ^ 0x8000) - 0x8000 for word in rest[3:])
-        happened.samples.append(Sample(time, *(int(word) for word in rest[:3]), words))
+        stamp, number, log_line = (int(word) for word in rest[:3])
+        happened.samples.append(Sample(time, stamp, number, log_line, words))
     elif kind == "E":
         happened.events.append((time, _names(rest[0], EVENTS)))
     elif kind == "F":

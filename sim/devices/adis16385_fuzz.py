@@ -70,7 +70,7 @@ def fuzz(frames: int, *, seed: int = 1, cache: Path | None = None) -> FuzzResult
 
 def _records(lines: Iterable[str]) -> Iterator[tuple[int, str, list[str]]]:
     """Records in the order in which the reader sees them: data-ready edges late."""
-    found = []
+    found: list[tuple[int, int, int, int, str, list[str]]] = []
     for line in lines:
         head, *rest = line.split()
         if head == "violation:":

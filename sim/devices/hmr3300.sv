@@ -11,6 +11,7 @@
 //
 // +hmr3300_data=FILE    lines "heading pitch roll mx my mz": tenths of a degree, counts
 // +hmr3300_faults=FILE  lines "from_slot to_slot bit": fault[bit] as well, in these slots
+// +hmr3300_ppm=NUMBER   instead of PPM
 module hmr3300_device #(
     parameter integer BIT = 5208,          // a bit
     parameter integer PPM = 0,             // how much longer a bit is, 1e-6
@@ -34,10 +35,11 @@ module hmr3300_device #(
     // ---- data and faults
     reg signed [31:0] numbers [0:6*DATA_LINES-1];
     integer first [0:255], last [0:255], which [0:255];
-    integer lines = 0, ranges = 0, file, got, k;
+    integer ppm = PPM, lines = 0, ranges = 0, file, got, k;
     reg [1023:0] name;
     initial begin
         for (k = 0; k < 6; k = k + 1) numbers[k] = 0;
+        if ($value$plusargs("hmr3300_ppm=%d", k)) ppm = k;
         if ($value$plusargs("hmr3300_data=%s", name)) begin
             file = $fopen(name, "r");
             got = 6;
@@ -154,7 +156,7 @@ module hmr3300_device #(
     reg [9:0] shift = 10'h3FF;
     reg level = 1, spoil = 0;
     reg signed [63:0] elapsed = 0;
-    wire signed [63:0] length = 64'(BIT) * (64'sd1_000_000 + 64'(active[4] ? WRONG_PPM : PPM));
+    wire signed [63:0] length = 64'(BIT) * (64'sd1_000_000 + 64'(active[4] ? WRONG_PPM : ppm));
     integer glitch = 0, until_glitch = 0;
     assign tx = active[8] ? 1'b0 : active[9] ? 1'b1 : level ^ (glitch != 0);
 

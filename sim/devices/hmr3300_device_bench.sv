@@ -2,8 +2,7 @@
 // +script=FILE: lines "cycle what value": what 0 mode, 1 command (its letter), 2 faults (bits), 3 end.
 // Prints "cycle what ..." a line.
 module hmr3300_device_bench #(
-    parameter integer BIT = 16, PPM = 0, LINE = 38_400, STARTUP = 245_760, ANSWER = 300,
-    parameter integer GLITCH = 1
+    parameter integer BIT = 8, LINE = 19_200, STARTUP = 122_880, ANSWER = 150, GLITCH = 1
 ) (input clk, input rst);
     reg [31:0] now = 0;
     reg [1:0] mode = 0;
@@ -15,7 +14,7 @@ module hmr3300_device_bench #(
     wire [8:0] events;
     wire [3:0] flags;
     wire [31:0] slot;
-    hmr3300_device #(.BIT(BIT), .PPM(PPM), .LINE(LINE), .STARTUP(STARTUP), .ANSWER(ANSWER),
+    hmr3300_device #(.BIT(BIT), .LINE(LINE), .STARTUP(STARTUP), .ANSWER(ANSWER),
         .GLITCH(GLITCH)) device (.clk(clk), .rst(rst), .rx(tx), .tx(rx), .fault(fault),
         .slot(slot));
     hmr3300_reader reader (.clk(clk), .rst(rst), .rx(rx), .tx(tx), .\time (now), .mode(mode),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -15,12 +15,10 @@ from sim.compiled import build
 from sim.devices.hmr3300_grammar import BROKEN, Event, events_of
 from sim.devices.hmr3300_symbols import hostile_bytes, hostile_line, noise
 
-__all__ = ["DIVISOR", "GLITCH", "Fuzzed", "fuzz_noise", "fuzz_parser", "fuzz_pin"]
+__all__ = ["DIVISOR", "Fuzzed", "fuzz_noise", "fuzz_parser", "fuzz_pin"]
 
 #: Cycles of a bit in the runs at the pin: the clock is scaled down, the line is not.
 DIVISOR = 32
-#: Longest glitch in them, cycles: one less than the receiver's `spacing`.
-GLITCH = 3
 
 
 @dataclass(frozen=True)
@@ -88,16 +86,16 @@ def fuzz_parser(size: int, *, seed: int = 1, angle_max: int = 900) -> Fuzzed:
                   _difference(found, wanted))
 
 
-def _run_line(levels: Iterable[tuple[int, int]], cycles: int) -> tuple[list[int], list[Event],
-                                                                      int, float]:
-    """Symbols as received, events of the reader."""
+def _run_line(levels: Sequence[tuple[int, int]], receiver: Receiver) -> tuple[
+        list[int], list[Event], int, float]:
+    """Symbols as the receiver gets them, events of the reader, cycles, seconds."""
     reader = Hmr3300(clock_hz=19_200 * DIVISOR)
     bench = build("hmr3300_line_bench", {
         "reader.v": to_verilog(reader, "hmr3300_reader", instances=False),
-        "receiver.v": to_verilog(Receiver(divisor=DIVISOR), "hmr3300_receiver", instances=False),
+        "receiver.v": to_verilog(receiver, "hmr3300_receiver", instances=False),
         "bench.sv": _bench("hmr3300_line_bench.sv"),
     })
-    run = bench.run({"levels": "levels.txt"}, max_cycles=cycles + 10_000,
+    run = bench.run({"levels": "levels.txt"}, max_cycles=sum(n for _, n in levels) + 10_000,
                     files={"levels.txt": "".join(f"{v} {n}\n" for v, n in levels)})
     symbols, events = [], []
     for text in run.stdout.splitlines():
@@ -110,11 +108,16 @@ def _run_line(levels: Iterable[tuple[int, int]], cycles: int) -> tuple[list[int]
     return symbols, events, run.cycles, run.seconds
 
 
-def fuzz_pin(size: int, *, seed: int = 1) -> Fuzzed:
-    """``size`` symbols at the pin, with wrong rates, glitches, false starts, framing faults."""
+def fuzz_pin(size: int, *, seed: int = 1, glitch: int | None = None) -> Fuzzed:
+    """``size`` symbols at the pin, with wrong rates, glitches, false starts, framing faults.
+
+    Glitches are as long as the receiver says it does not see, or up to ``glitch`` cycles.
+    """
+    receiver = Receiver(divisor=DIVISOR)
     symbols = hostile_bytes(size, seed=seed, broken=0.01)
-    levels = hostile_line(symbols, divisor=DIVISOR, glitch=GLITCH, seed=seed)
-    received, found, cycles, seconds = _run_line(levels, sum(n for _, n in levels))
+    levels = hostile_line(symbols, divisor=DIVISOR, seed=seed,
+                          glitch=receiver.spacing - 1 if glitch is None else glitch)
+    received, found, cycles, seconds = _run_line(levels, receiver)
     difference = _difference(found, list(events_of(symbols)))
     if not difference and received != symbols:
         difference = "other bytes"
@@ -131,7 +134,7 @@ def fuzz_noise(cycles: int, *, seed: int = 1) -> Fuzzed:
     levels = [*hostile_line([10], divisor=DIVISOR, glitch=0, seed=seed),
               *noise(cycles, seed=seed, longest=4 * DIVISOR), (1, 20 * DIVISOR),
               *hostile_line(tail, divisor=DIVISOR, glitch=0, seed=seed)]
-    received, found, ran, seconds = _run_line(levels, sum(n for _, n in levels))
+    received, found, ran, seconds = _run_line(levels, Receiver(divisor=DIVISOR))
     difference = _difference(found, list(events_of(received)))
     if not difference and (received[-len(tail):] != tail
                            or found[-1] != Event("heading", (1234, -56, 78))):

@@ -29,11 +29,11 @@ def _sentence(rng: random.Random) -> bytes:
 
 
 def _mutated(text: bytes, rng: random.Random) -> bytes:
-    """One to three bytes put in, taken out, changed, doubled; or the line cut."""
+    """One to three bytes put in, taken out, changed, doubled, zeros in front; or the line cut."""
     out = bytearray(text)
     for _ in range(rng.randint(1, 3)):
         at = rng.randrange(len(out) + 1)
-        how = rng.randrange(6)
+        how = rng.randrange(7)
         if how == 0:
             out.insert(at, rng.choice(_NEAR))
         elif how == 1:
@@ -44,6 +44,11 @@ def _mutated(text: bytes, rng: random.Random) -> bytes:
             out[at:at] = out[at:at + 1] * rng.randint(1, 8)
         elif how == 4:
             out[at:at] = b" " * rng.randint(1, 9)
+        elif how == 5:
+            digits = [k for k in range(len(out)) if out[k:k + 1].isdigit()
+                      and not (k and chr(out[k - 1]) in "0123456789.")]
+            at = rng.choice([*digits, 0])
+            out[at:at] = b"0" * rng.randint(1, 4)
         elif rng.random() < 0.3:
             del out[at:]
     return bytes(out)
@@ -94,9 +99,9 @@ def hostile_line(symbols: Iterable[int], *, divisor: int, glitch: int,
                  seed: int) -> list[tuple[int, int]]:
     """Levels of a line that carries ``symbols``, as well as a bad line may.
 
-    Bytes come at rates of up to +-3 % beside the right one (+-1.5 % with glitches), with and without
-    gaps, with short pulses in and between them, false starts in the gaps; framing errors are stop
-    bits that are low, for a moment or for long.
+    Bytes come at rates of up to +-3 % beside the right one (+-1.5 % with glitches), with and
+    without gaps, with short pulses in and between them, false starts in the gaps; framing errors
+    are stop bits that are low, for a moment or for long.
 
     Parameters
     ----------

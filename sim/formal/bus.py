@@ -123,7 +123,7 @@ class Slave(Elaboratable):
         fetched = before(m, ends & ~bus.w_stb, "fetched")
         free = ~dut.request & ~fetched & ~wb.ack
         kept = Signal(len(drives), name="kept")
-        begun, held_on = Signal(), Signal()
+        begun, held_on = Signal(name="begun"), Signal(name="held_on")
         began = before(m, free & selected, "began")
         with m.If(free):
             m.d.sync += [kept.eq(drives), begun.eq(selected), held_on.eq(selected)]
@@ -156,13 +156,17 @@ class Slave(Elaboratable):
         return m
 
 
+def _arbiter(count: int) -> Proof:
+    return Proof(
+        name=f"bus.arbiter_{count}", depth=12, induction=3, cover=range(11, 13),
+        claim=f"BusArbiter, {count} initiators: one has the bus at a time; a transfer that has "
+        "begun is finished as it began; an acknowledge goes to its own writer; nobody waits "
+        "longer than one transfer of each other one",
+        harness=lambda: Shared(BusArbiter(count=count, word=4, address=3)))
+
+
 PROOFS = (
-    *(Proof(name=f"bus.arbiter_{count}", depth=12, induction=3, cover=range(11, 13),
-            claim=f"BusArbiter, {count} initiators: one has the bus at a time; a transfer that has "
-            "begun is finished as it began; an acknowledge goes to its own writer; nobody waits "
-            "longer than one transfer of each other one",
-            harness=lambda count=count: Shared(BusArbiter(count=count, word=4, address=3)))
-      for count in (2, 3)),
+    _arbiter(2), _arbiter(3),
     Proof(name="bus.wishbone", depth=12, induction=3, cover=range(11, 13),
           claim="WishboneSlave: on the bus come the transfers that the master began, each once, as "
           "it drove them, finished even if given up; each is answered once, with its own word, if "

@@ -4,19 +4,26 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth.hdl import Assert, Cat, Elaboratable, Module, Mux, Signal
+from amaranth.hdl import Assert, Elaboratable, Module, Mux, Signal, Value
 from amaranth.lib.crc import Parameters
 
 from gateware.boards.frames import CRC
 from sim.formal.harness import reached, unknown
 from sim.formal.prove import Proof
 
-__all__ = ["PROOFS", "AgainstShifts"]
+__all__ = ["PROOFS", "AgainstShifts", "shifts"]
 
 #: x^16 + x^12 + x^5 + 1 of RFC 1662, least significant bit first.
 POLYNOMIAL = 0x8408
 #: What a body with its check leaves in the register.
 GOOD = 0xF0B8
+
+
+def shifts(register: Value, byte: Value) -> Value:
+    """The register of RFC 1662 after the 8 bits of a byte, least significant first."""
+    for k in range(8):
+        register = Mux(register[0] ^ byte[k], POLYNOMIAL, 0) ^ register[1:]
+    return register[:16]
 
 
 class AgainstShifts(Elaboratable):
@@ -38,12 +45,8 @@ class AgainstShifts(Elaboratable):
         start, valid, byte = unknown(m, 1, "start"), unknown(m, 1, "valid"), unknown(m, 8, "byte")
         m.d.comb += [dut.start.eq(start), dut.valid.eq(valid), dut.data.eq(byte)]
         register = Signal(16, init=0xFFFF, name="register")
-        shifted: Any = Mux(start, 0xFFFF, register)
-        for k in range(8):
-            shifted = Mux(shifted[0] ^ byte[k], POLYNOMIAL, 0) ^ Cat(shifted[1:], 0)
-            shifted = shifted[:16]
         with m.If(valid):
-            m.d.sync += register.eq(shifted)
+            m.d.sync += register.eq(shifts(Mux(start, 0xFFFF, register)[:16], byte))
         with m.Elif(start):
             m.d.sync += register.eq(0xFFFF)
         m.d.comb += [
@@ -56,7 +59,7 @@ class AgainstShifts(Elaboratable):
 
 PROOFS = (
     Proof(name="crc.frames", depth=6, induction=2, cover=range(5, 7),
-          claim="CRC-16 of the frames, any bytes and restarts: a byte is eight shifts of RFC 1662's "
-          "register, and a good body is told by the remainder 0xF0B8",
+          claim="CRC-16 of the frames, any bytes and restarts: a byte is eight shifts of the "
+          "register of RFC 1662, and a good body is told by the remainder 0xF0B8",
           harness=lambda: AgainstShifts(CRC)),
 )

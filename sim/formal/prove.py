@@ -162,7 +162,7 @@ class _WithoutReset(Elaboratable):
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         m.domains.sync = self.domain
-        m.submodules += self.harness
+        m.submodules.harness = self.harness
         return m
 
 

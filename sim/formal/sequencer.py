@@ -27,7 +27,7 @@ PROGRAMS = (
 
 def tiny_image(machine: Machine) -> Image:
     """`PROGRAMS` as an image."""
-    rom = []
+    rom: list[int] = []
     for words in PROGRAMS:
         for number, text in enumerate(words):
             fields = dict.fromkeys(text.split(), 1)
@@ -88,8 +88,9 @@ class Stepped(Elaboratable):
         """What comes out in a cycle, and the word at work in the next."""
         dut = self.dut
         self.at = at = Signal(range(-FILL, 8), init=-FILL)
-        self.begun, self.swallowing = begun, swallowing = Signal(), Signal()
-        self.active, self.length = Signal(name="at_work"), Signal(range(8))
+        self.begun = begun = Signal(name="begun")
+        self.swallowing = swallowing = Signal(name="swallowing")
+        self.active, self.length = Signal(name="at_work"), Signal(range(8), name="length")
         first, takes, moves, fault, grant, home = (
             Signal(name=n) for n in ("first", "takes", "moves", "fault", "granted", "at_home"))
         self.first, self.takes, self.fault, self.moves = first, takes, fault, moves

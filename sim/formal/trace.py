@@ -64,8 +64,9 @@ def read_trace(vcd: str) -> Trace:
         elif kind == "$var":
             code, name = rest[2], rest[3]
             if name not in _TOOL_SIGNALS and "$" not in name and not name.startswith("_"):
-                # The first scope is the harness itself.
-                names.setdefault(code, []).append(".".join([*scope[1:], name]))
+                # The first scope, or two, are the harness itself.
+                parts = scope[2:] if scope[1:2] == ["harness"] else scope[1:]
+                names.setdefault(code, []).append(".".join([*parts, name]))
                 history.setdefault(code, [])
         elif kind.startswith("#"):
             if int(kind[1:]) % _STEP:
@@ -75,7 +76,7 @@ def read_trace(vcd: str) -> Trace:
             now[rest[0]] = int("".join("1" if c == "1" else "0" for c in kind[1:]), 2)
         elif kind[:1] in tuple("01xz"):
             now[kind[1:]] = int(kind[0] == "1")
-    values = {name: tuple(history[code]) for code, each in names.items() for name in each}
-    return Trace({name: each for name, each in values.items()
-                  if not any(other.endswith(f".{name}") and values[other] == each
-                             for other in values)})
+    found = {name: tuple(history[code]) for code, each in names.items() for name in each}
+    return Trace({name: each for name, each in found.items()
+                  if not any(other.endswith(f".{name}") and found[other] == each
+                             for other in found)})

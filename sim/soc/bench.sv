@@ -8,19 +8,24 @@
 //   V index word   a figure
 //   T byte         a byte from the console
 //   W cycle        the watchdog restarts the processor
+//
+// Arguments: records and words of each (records.hex), gap in cycles between them, limit in cycles,
+// deaf, keys (bytes in hexadecimal) and keys_at.
 module bench #(
     parameter DIVISOR = 8
 ) (
     input clk,
     input rst
 );
-    integer records, words, gap, position, waited, limit;
+    integer records, words, gap, position, waited, limit, deaf, keys_at;
+    reg [63:0] keys;
     reg [31:0] memory [0:65535];
     reg [31:0] now;
     wire [11:0] adr;
     wire [31:0] dat_w;
     reg [31:0] dat_r;
     wire cyc, stb, we, tx, restart;
+    reg rx;
     reg ack, asks, asked_before, restarted;
 
     initial begin
@@ -28,6 +33,9 @@ module bench #(
         if (!$value$plusargs("words=%d", words)) words = 10;
         if (!$value$plusargs("gap=%d", gap)) gap = 0;
         if (!$value$plusargs("limit=%d", limit)) limit = 0;
+        if (!$value$plusargs("deaf=%d", deaf)) deaf = 0;
+        if (!$value$plusargs("keys=%h", keys)) keys = 0;
+        if (!$value$plusargs("keys_at=%d", keys_at)) keys_at = 0;
         if (records > 0) $readmemh("records.hex", memory, 0, records * words - 1);
         position = 0;
         waited = 0;
@@ -38,12 +46,13 @@ module bench #(
     end
 
     soc soc (
-        .clk(clk), .rst(rst), .rx(1'b1), .tx(tx), .restart(restart), .interrupt(asks && !asked_before),
+        .clk(clk), .rst(rst), .rx(rx), .tx(tx), .restart(restart), .interrupt(asks && !asked_before),
         .slot__adr(adr), .slot__dat_w(dat_w), .slot__dat_r(dat_r), .slot__cyc(cyc),
         .slot__stb(stb), .slot__we(we), .slot__ack(ack)
     );
 
-    wire asked = cyc && stb && !ack;
+    // A deaf bench does not answer below this address.
+    wire asked = cyc && stb && !ack && adr >= deaf;
 
     always @(posedge clk) begin
         now <= now + 1;
@@ -71,6 +80,22 @@ module bench #(
             else if (adr < 16) $display("V %0d %0d", adr, dat_w);
             else $display("O %h", dat_w);
         end
+    end
+
+    // Keys: bytes to the console, the lowest first, from the cycle keys_at on.
+    integer key_ticks, key_bit;
+    initial begin
+        rx = 1;
+        key_ticks = 0;
+        key_bit = 0;
+    end
+    always @(posedge clk) if (now >= keys_at && keys != 0) begin
+        if (key_ticks == 0) begin
+            key_ticks <= DIVISOR - 1;
+            rx <= key_bit == 0 ? 1'b0 : key_bit <= 8 ? keys[key_bit - 1] : 1'b1;
+            key_bit <= key_bit == 11 ? 0 : key_bit + 1;
+            if (key_bit == 11) keys <= keys >> 8;
+        end else key_ticks <= key_ticks - 1;
     end
 
     // Console: bits in the middle of their time.

@@ -58,7 +58,7 @@ class Measured:
     seconds: float
 
 
-def soc_bench(*, ram: int = RAM, watchdog_cycles: int = 1 << 24) -> Compiled:
+def soc_bench(*, ram: int = RAM, watchdog_cycles: int = 1 << 20) -> Compiled:
     """The compiled bench; its firmware is the file ``firmware.hex`` where it runs."""
     soc = Soc(words=ram // 4, divisor=DIVISOR, watchdog_cycles=watchdog_cycles)
     text = Path(__file__).with_name("bench.sv").read_text(encoding="utf-8")

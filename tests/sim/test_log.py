@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from model.errors import InputError
-from sim.log import Log, read_log, write_log
+from sim.log import RESTART_S, Log, read_log, write_log
 from sim.synthetic import SensorError, synthetic_log
 
 ARRAYS = ("t", "gyr", "acc", "mag", "mag_new", "q", "mov")
@@ -119,6 +119,17 @@ def test_round_trip_of_npz_keeps_mov_and_fs(tmp_path: Path) -> None:
     assert_equal(read_log(tmp_path / "a.npz"), log)
 
 
+def test_restarts_are_kept_and_are_time_steps(tmp_path: Path) -> None:
+    flags = np.arange(150) % 40 == 0
+    log = dataclasses.replace(noisy(), restart=flags)
+    write_log(tmp_path / "a.npz", log)
+    again = read_log(tmp_path / "a.npz")
+    assert again.restart is not None
+    assert (again.restart == flags).all()
+    assert (log.dt[flags] == RESTART_S).all()
+    assert (log.dt[~flags] == noisy().dt[~flags]).all()
+
+
 def test_csv_without_reference_reads_as_none(tmp_path: Path) -> None:
     log = dataclasses.replace(noisy(), q=None)
     write_log(tmp_path / "a.csv", log)
@@ -131,6 +142,7 @@ def test_csv_without_reference_reads_as_none(tmp_path: Path) -> None:
     [
         ({"fs": 50.0}, "fs"),
         ({"mov": [True] * 4}, "mov"),
+        ({"restart": [True] * 4}, "restart"),
         ({"fs": 50.0, "mov": [True] * 4}, "mov and fs"),
     ],
 )

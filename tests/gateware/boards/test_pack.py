@@ -7,8 +7,8 @@ from amaranth.hdl import Module
 from amaranth.lib import wiring
 from amaranth.sim import Simulator
 
-from gateware.boards.frames import Decoder, Kind, encode
 from gateware.boards.framer import Framer
+from gateware.boards.frames import Decoder, Kind, encode
 from gateware.boards.pack import Packer
 
 

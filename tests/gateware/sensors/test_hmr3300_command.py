@@ -36,7 +36,7 @@ class Compass:
 
 
 def run(compass: Compass, cycles: int, mode, *, commands: dict[int, str] | None = None,
-        silent=range(0)) -> tuple[list, Commander]:
+        silent=range(0), deaf=None) -> tuple[list, Commander]:
     """(cycle, event) pairs; ``mode`` is a number or a mapping from cycles to numbers."""
     dut = Commander(timeout_ticks=10, quiet_ticks=5)
     events: list[tuple[int, str]] = []
@@ -49,6 +49,8 @@ def run(compass: Compass, cycles: int, mode, *, commands: dict[int, str] | None 
             if cycle in (commands or {}):
                 ctx.set(dut.command.payload, ord(commands[cycle]))
                 ctx.set(dut.command.valid, 1)
+            if deaf is not None:
+                compass.deaf = any(cycle in span for span in deaf)
             ctx.set(dut.tick, cycle % TICK == 0)
             speaks = compass.streaming and cycle % LINE == 0 and cycle not in silent
             refuses = compass.refusals > refusals and cycle not in silent
@@ -115,8 +117,10 @@ def test_mode_0_takes_silence_and_counts() -> None:
 
 def test_starts_a_compass_that_is_stopped_without_stopping_it() -> None:
     compass = Compass(streaming=False)
-    run(compass, 1000, 1)
+    events, dut = run(compass, 1000, 1)
     assert letters(compass) == "HS" and compass.streaming
+    # Time for the answer to *H.
+    assert events[1][0] - events[0][0] > dut.quiet_ticks * TICK
 
 
 def test_begins_after_the_time_out() -> None:
@@ -139,6 +143,21 @@ def test_tries_four_times_then_waits_four_time_outs() -> None:
         else:
             assert whole < pause < 2 * whole
     assert len(failed) > TRIES and {"paused"} < set(names(events))
+
+
+def test_success_gives_all_tries_again() -> None:
+    compass = Compass()
+    events, _ = run(compass, 5000, {0: 2, 1500: 1}, deaf=(range(0, 500), range(1500, 5000)))
+    assert 2 <= sum(cycle < 1500 for cycle, name in events if name == "timed_out") < TRIES
+    late = [name for cycle, name in events if cycle > 1500 and name in ("timed_out", "paused")]
+    assert late[:TRIES] == ["timed_out"] * TRIES and late[TRIES] == "paused"
+
+
+def test_the_time_out_begins_with_the_mode() -> None:
+    for begin in range(500, 700, 20):
+        compass = Compass(streaming=False)
+        events, _ = run(compass, 1000, {0: 0, begin: 1})
+        assert events[0][0] - begin >= 15 * TICK
 
 
 def test_refusal_ends_an_attempt_at_once() -> None:
@@ -173,6 +192,9 @@ def test_single_letters() -> None:
     compass = Compass(streaming=False)
     events, _ = run(compass, 400, 0, commands={20: "Q", 100: "?", 200: "S"})
     assert letters(compass) == "Q?S" and names(events) == ["sent"] * 3
+    compass = Compass()
+    run(compass, 1000, {0: 0, 200: 2}, commands={20: "Q"})
+    assert letters(compass) == "QSMS"
 
 
 def test_single_letter_waits_for_the_end_of_a_sequence() -> None:

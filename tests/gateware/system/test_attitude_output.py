@@ -162,7 +162,7 @@ def test_divider(divider: int, every: int) -> None:
             await bench.update(ctx, given[-1], pause=200)
 
     bench.run(test)
-    assert bench.bodies == [body_of(w) for w in given[every - 1::every]]
+    assert bench.bodies == [body_of(w) for w in given[::every]]
 
 
 def test_off_and_changes_on_the_way() -> None:

@@ -66,12 +66,16 @@ class Host:
         assert answer is not None and answer[0] is kind, answer
         return answer[1]
 
-    async def push(self, ctx, body: bytes, raw: bool = False) -> None:
+    async def push(self, ctx, body: bytes, raw: bool = False, gap: int = 0,
+                   last: bool = True) -> None:
         for k, byte in enumerate(body):
-            ctx.set(self.dut.i.payload, {"data": byte, "last": k == len(body) - 1, "raw": raw})
+            for _ in range(gap):
+                await ctx.tick()
+            ctx.set(self.dut.i.payload, {"data": byte, "raw": raw,
+                                        "last": last and k == len(body) - 1})
             ctx.set(self.dut.i.valid, 1)
             await ctx.tick().until(self.dut.i.ready)
-        ctx.set(self.dut.i.valid, 0)
+            ctx.set(self.dut.i.valid, 0)
 
 
 @pytest.fixture
@@ -110,17 +114,19 @@ def test_records_are_unknown_here(host) -> None:
     end.run(test)
 
 
-def test_answers_and_bodies_take_turns(host) -> None:
-    """Both always there: whole ones, one after the other."""
+@pytest.mark.parametrize("gap", [0, 300])
+def test_answers_and_bodies_take_turns(gap: int, host) -> None:
+    """Both always there: whole ones, one after the other, also if a body comes slowly."""
     end, rng = host(), random.Random(2)
     bodies = [bytes([Kind.ATTITUDE]) + b"".join(
-        rng.getrandbits(32).to_bytes(4, "little") for _ in range(3)) for _ in range(8)]
+        rng.getrandbits(32).to_bytes(4, "little") for _ in range(3)) for _ in range(4)]
 
     async def test(ctx):
         await end.send(ctx, encode(Kind.READ, [1], word=32))
         for body in bodies:
-            await end.push(ctx, body)
+            await end.push(ctx, body[:1], gap=gap, last=False)
             await end.send(ctx, encode(Kind.READ, [1], word=32))
+            await end.push(ctx, body[1:], gap=gap)
         while (frame := await end.answer(ctx)) is not None:
             got.append(frame)
 
@@ -130,7 +136,8 @@ def test_answers_and_bodies_take_turns(host) -> None:
     pushed = [words for kind, words in got if kind is Kind.ATTITUDE]
     assert pushed == [[int.from_bytes(b[k:k + 4], "little", signed=True) for k in (1, 5, 9)]
                       for b in bodies]
-    assert [kind for kind, _ in got].count(Kind.READ) == 9
+    answers = [kind for kind, _ in got].count(Kind.READ)
+    assert answers >= 4 and answers + end.events[1] == 5  # a third one ahead is dropped
 
 
 def test_text_between_answers(host) -> None:
@@ -149,14 +156,14 @@ def test_text_between_answers(host) -> None:
     assert bytes(end.received) == b"hello\r\n" + frame + b"there\r\n"
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", range(3))
 def test_nothing_stops_it(seed: int, host) -> None:
     end, rng = host(), random.Random(seed)
     pieces = [bytes([c]) for c in (END, ESC, 0xDC, 0xDD, 0, 1, 2, 3, 4, 0xFF)]
 
     async def test(ctx):
-        for n in range(8):
-            match n % 4:
+        for n in range(4):
+            match n:
                 case 0:
                     await end.send(ctx, rng.randbytes(rng.randrange(30)))
                 case 1:

@@ -1,0 +1,188 @@
+"""`boresight monitor`: attitudes and registers of a board, from a port or a capture."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from boresight.board_line import BoardLine, Listener, RegisterTable
+from boresight.monitor_plot import save_plot
+from boresight.output import write_file
+from gateware.boards.frames import Kind
+from gateware.system.attitude_frame import Attitude
+from model.errors import InputError
+
+__all__ = ["Track", "attitude_line", "monitor", "track_of"]
+
+_COLUMNS = ("number", "time_s", "heading_deg", "pitch_deg", "roll_deg", "qw", "qx", "qy", "qz",
+            "flags", "status")
+
+
+@dataclass(frozen=True)
+class Track:
+    """Attitudes in time.
+
+    ``number`` goes on behind 65535. ``time_s`` is None without time stamps. ``gaps`` holds, for
+    each place after which frames are missing, the index of the attitude before and how many.
+    """
+
+    attitudes: tuple[Attitude, ...]
+    number: tuple[int, ...]
+    time_s: tuple[float, ...] | None
+    gaps: tuple[tuple[int, int], ...]
+
+    @property
+    def missing(self) -> int:
+        """Frames that did not come."""
+        return sum(count for _, count in self.gaps)
+
+
+def track_of(attitudes: Sequence[Attitude], *, clock_hz: float) -> Track:
+    """Put attitudes in a row. The commonest step of the numbers is the one without a gap."""
+    numbers: list[int] = []
+    times: list[float] | None = []
+    for k, attitude in enumerate(attitudes):
+        before = attitudes[k - 1]
+        step = (attitude.number - before.number) % 2**16 if k else 0
+        numbers.append(numbers[-1] + step if k else attitude.number)
+        if attitude.stamp is None:
+            times = None
+        elif times is not None:
+            ticks = (attitude.stamp - (before.stamp or 0)) % 2**32 if k else 0
+            times.append(times[-1] + ticks / clock_hz if k else 0.0)
+    steps = [b - a for a, b in zip(numbers, numbers[1:], strict=False)]
+    usual = max(1, Counter(steps).most_common(1)[0][0]) if steps else 1
+    gaps = tuple((k, (step - 1) // usual) for k, step in enumerate(steps) if step > usual)
+    return Track(tuple(attitudes), tuple(numbers), None if times is None else tuple(times), gaps)
+
+
+def attitude_line(attitude: Attitude) -> str:
+    """One line for people."""
+    notes = ", ".join(attitude.flag_names)
+    status = "--" if attitude.status is None else f"{attitude.status:02X}"
+    return (f"{attitude.number:5d}  heading {attitude.heading:+8.2f}  pitch {attitude.pitch:+7.2f}"
+            f"  roll {attitude.roll:+8.2f}  filter {attitude.filter}  status {status}"
+            f"{'  ' + notes if notes else ''}")
+
+
+def _csv(track: Track) -> str:
+    """The track as CSV; what is not known is empty."""
+    rows = [",".join(_COLUMNS)]
+    for k, a in enumerate(track.attitudes):
+        quaternion = a.quaternion or ("", "", "", "")
+        rows.append(",".join(str(cell) for cell in (
+            track.number[k], "" if track.time_s is None else f"{track.time_s[k]:.8f}",
+            f"{a.heading:.7f}", f"{a.pitch:.7f}", f"{a.roll:.7f}",
+            *(q if isinstance(q, str) else f"{q:.9f}" for q in quaternion),
+            f"0x{a.flags:04x}", "" if a.status is None else f"0x{a.status:02x}")))
+    return "\n".join(rows) + "\n"
+
+
+def _assignment(text: str) -> tuple[str, str]:
+    name, separator, value = text.partition("=")
+    if not separator or not name or not value:
+        raise InputError.at("--write", wanted="NAME=VALUE", found=repr(text),
+                            fix="for example --write filter=mekf")
+    return name, value
+
+
+def monitor(source: str, *, baud: int = 921_600, count: int | None = None,
+            csv: str | Path | None = None, plot: str | Path | None = None,
+            reads: Sequence[str] = (), writes: Sequence[str] = (),
+            register_map: str | Path | None = None, silence_s: float = 5.0,
+            each: Callable[[Attitude], None] | None = None) -> dict[str, Any]:
+    """Listen to a board; first write, then read registers.
+
+    With ``reads`` or ``writes`` and without ``count``, ``csv`` and ``plot`` that is all. A port is
+    listened to until ``count`` attitudes have come, or for ever; Ctrl-C ends it in good order.
+
+    Parameters
+    ----------
+    source : str
+        Serial port, or a file of what came from one.
+    baud : int
+        Bits per second.
+    count : int, optional
+        Attitudes to take.
+    csv, plot : path, optional
+        Files to write: a table; a picture (.png, .svg, .pdf) of heading, pitch and roll.
+    reads : sequence of str
+        Names or addresses of registers.
+    writes : sequence of str
+        ``NAME=VALUE``.
+    register_map : path, optional
+        ``registers.json`` of the bitstream: names, formats, clock.
+    silence_s : float
+        Longest silence of a port.
+    each : callable, optional
+        Told each attitude.
+
+    Returns
+    -------
+    dict
+        ``attitudes``, ``missing`` (frames that did not come, by their numbers), ``bad`` (frames
+        and lines that were damaged), ``registers`` by name.
+
+    Raises
+    ------
+    InputError
+        Wrong argument, no such register, or a line that cannot be read.
+    """
+    if count is not None and count < 1:
+        raise InputError.at("--count", wanted="1 or more", found=str(count), fix="give more")
+    if not isinstance(baud, int) or baud < 1:
+        raise InputError.at("--baud", wanted="bits per second", found=str(baud),
+                            fix="give that of the bitstream, 921600 if nobody changed it")
+    if plot is not None and Path(plot).suffix not in (".png", ".svg", ".pdf"):
+        raise InputError.at("--plot", wanted="a name with .png, .svg or .pdf", found=str(plot),
+                            fix="give such a name")
+    table = RegisterTable(register_map)
+    to_write = [(table.find(name), value) for name, value in map(_assignment, writes)]
+    words = [(register, table.word_of(register, value)) for register, value in to_write]
+    to_read = [table.find(name) for name in reads]
+    for register in to_read:
+        if register.get("access") == "write-only":
+            raise InputError.at(f"--read {register['name']}", wanted="a register that can be read",
+                                found="write-only", fix="choose another")
+
+    attitudes: list[Attitude] = []
+    registers: dict[str, Any] = {}
+
+    def take(attitude: Attitude) -> None:
+        attitudes.append(attitude)
+        if each is not None:
+            each(attitude)
+
+    accesses_only = bool(reads or writes) and count is None and csv is None and plot is None
+    with BoardLine(source, baud=baud, listener=Listener(table.formats)) as line:
+        for register, word in words:
+            line.access(Kind.WRITE, [register["address"], word])
+        for register in to_read:
+            word = line.access(Kind.READ, [register["address"]])
+            registers[register["name"]] = {"word": word & 0xFFFF_FFFF,
+                                           "value": table.value_of(register, word),
+                                           "unit": register.get("unit", "")}
+        try:
+            for item in () if accesses_only else line.items(silence_s=silence_s):
+                if isinstance(item, Attitude):
+                    take(item)
+                if count is not None and len(attitudes) >= count:
+                    break
+        except KeyboardInterrupt:
+            pass
+        bad = line.listener.bad
+    track = track_of(attitudes, clock_hz=table.clock_hz)
+    if csv is not None:
+        write_file(Path(csv), _csv(track))
+    if plot is not None:
+        if not attitudes:
+            raise InputError.at(source, wanted="attitudes to plot", found="none",
+                                fix="check --baud and register output_mode")
+        save_plot(track.time_s or track.number, attitudes, track.gaps, Path(plot),
+                  timed=track.time_s is not None)
+    return {"attitudes": [asdict(a) for a in attitudes], "missing": track.missing, "bad": bad,
+            "written": {r["name"]: word & 0xFFFF_FFFF for r, word in words},
+            "registers": registers}

@@ -1,0 +1,116 @@
+/**
+ * @file attitude.c
+ * @brief Attitude of the newest sample: by the hardware core, or by software from the same record.
+ */
+
+//------------------------------------------------------------------------------
+// Includes
+
+#include "attitude.h"
+
+#include "registers.h"
+#include "soc.h"
+
+//------------------------------------------------------------------------------
+// Definitions
+
+#define FIRST_FIELD 4u // mx my mz in the record
+#define FIELDS 3u
+#define ATTEMPTS 3u
+
+//------------------------------------------------------------------------------
+// Variables
+
+// One is the newest, one is being copied, one is free to be written: nobody waits for a copy.
+static attitude_t updates[3];
+static uint32_t newest;
+static uint32_t taken;
+static uint32_t spare = 1u;
+static volatile bool fresh;
+static uint32_t missed;
+
+//------------------------------------------------------------------------------
+// Functions
+
+// Reads one whole update, the attitude first: the header is the same before and after.
+static bool read_update(attitude_t *const to) {
+    for (uint32_t attempt = 0u; attempt < ATTEMPTS; attempt++) {
+        to->header = SOC_SLOT[CORE_RESULT_HEADER_ADDR];
+        for (uint32_t k = 0u; k < ATTITUDE_OUTPUTS; k++) {
+            to->outputs[k] = core_reg_signed(SOC_SLOT[CORE_RESULT_PITCH_ADDR + k]);
+        }
+        to->stamp = SOC_SLOT[CORE_RESULT_STAMP_ADDR];
+        to->age = SOC_SLOT[CORE_TIME_ADDR] - to->stamp;
+        for (uint32_t k = 0u; k < ATTITUDE_INPUTS; k++) {
+            to->inputs[k] = core_reg_signed(SOC_SLOT[CORE_INPUT_DT_ADDR + k]);
+        }
+        if (SOC_SLOT[CORE_RESULT_HEADER_ADDR] == to->header) {
+            return true;
+        }
+    }
+    return false;
+}
+
+// The one that is neither the newest nor being copied.
+static void choose_spare(void) {
+    spare = newest == taken ? (newest + 1u) % 3u : 3u - newest - taken;
+}
+
+// Time and field of an update that nobody took go to the next one; a restart starts afresh.
+static void merge(attitude_t *const to, const attitude_t *const before) {
+    if (to->inputs[0] < 0) {
+        return;
+    }
+    if (before->inputs[0] < 0) {
+        to->inputs[0] = before->inputs[0];
+    } else {
+        const int64_t sum = (int64_t) to->inputs[0] + before->inputs[0];
+        to->inputs[0] = sum > INT32_MAX ? INT32_MAX : (int32_t) sum;
+    }
+    bool has_field = false;
+    for (uint32_t k = FIRST_FIELD; k < FIRST_FIELD + FIELDS; k++) {
+        has_field = has_field || to->inputs[k] != 0;
+    }
+    if (!has_field) {
+        for (uint32_t k = FIRST_FIELD; k < FIRST_FIELD + FIELDS; k++) {
+            to->inputs[k] = before->inputs[k];
+        }
+    }
+}
+
+void attitude_interrupt(void) {
+    attitude_t *const to = &updates[spare];
+    const bool whole = read_update(to);
+    SOC_CONTROL[SOC_STATUS_ADDR] = SOC_STATUS_DEVICE;
+    if (!whole) {
+        missed++;
+        return;
+    }
+    if (fresh) {
+        missed++;
+        merge(to, &updates[newest]);
+    }
+    newest = spare;
+    fresh = true;
+    choose_spare();
+}
+
+bool attitude_take(attitude_t *const attitude) {
+    if (!fresh) {
+        return false;
+    }
+    const uint32_t mask = soc_mask();
+    taken = newest;
+    fresh = false;
+    choose_spare();
+    soc_unmask(mask);
+    *attitude = updates[taken];
+    return true;
+}
+
+uint32_t attitude_missed(void) {
+    return missed;
+}
+
+//------------------------------------------------------------------------------
+// End of file

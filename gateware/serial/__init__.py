@@ -1,0 +1,9 @@
+"""Serial lines.
+
+====== ========================================================================
+module what it holds
+====== ========================================================================
+uart   asynchronous line: receiver and transmitter of bytes
+spi    synchronous, mode 3: one 16-bit frame per command
+====== ========================================================================
+"""

@@ -1,0 +1,178 @@
+"""Every fault of both devices on the complete board: when it is seen, what it does, what is left.
+
+The board runs 16 times as fast as the real one, everything alike, and is told so (``tick_s``), so
+that times and rates that the filter sees are the real ones. All times here are real ones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from gateware.system.attitude_frame import WORDS
+from model.attitude import quaternion_conjugate, quaternion_multiply
+from sim.board.build import Board, make_board
+from sim.board.run import BoardRun, run_board, stimulus
+from sim.board.setup import FASTER, FAULTY
+from sim.cosim import SimulationFailed
+from sim.devices.adis16385 import FAULTS as INERTIAL_FAULTS
+from sim.devices.hmr3300 import FAULTS as COMPASS_FAULTS
+from sim.log import Log
+from sim.synthetic import SensorError, synthetic_log
+
+__all__ = ["COMPASS_FAULTS", "INERTIAL_FAULTS", "FaultTrial", "fault_board", "fault_trial",
+           "trial_log"]
+
+#: The fault lasts from sample to sample, and from line to line of the compass; samples of a run.
+_INERTIAL_SPAN, _COMPASS_SPAN, _UPDATES = (1200, 1400), (9, 15), 3600
+#: By how much the motion is slower than `synthetic_log` makes it.
+_SLOWER = 6.0
+#: Events that are no sign of a fault.
+_USUAL = {"inertial_sample", "compass_heading_line", "core_update", "core_field_used",
+          "output_attitude_sent", "host_bad_address"}
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class FaultTrial:
+    """What a fault did. Times in s of the real board, angles in degrees.
+
+    Attributes
+    ----------
+    device, fault : str
+        Whose, and which.
+    fault_s : float
+        How long it lasted.
+    seen_after_s : float or None
+        From its begin to the first event that tells of it; None: never.
+    seen_as : tuple of str
+        Events, in the order in which they first came.
+    dropped : int
+        Samples that did not make an update between its begin and recovery.
+    before_deg, during_deg, after_deg : float
+        Largest error of the attitude in the half second before, during the fault (with the first
+        half second after it), and in the last half second of the run.
+    back_after_s : float or None
+        From its end to the first update (inertial) or good line (compass); None: never again.
+    """
+
+    device: str
+    fault: str
+    fault_s: float
+    seen_after_s: float | None
+    seen_as: tuple[str, ...]
+    dropped: int
+    before_deg: float
+    during_deg: float
+    after_deg: float
+    back_after_s: float | None
+
+    @property
+    def good(self) -> bool:
+        """It was seen, and the board came back by itself to about what it was."""
+        return (self.seen_after_s is not None and self.back_after_s is not None
+                and self.after_deg <= max(1.0, 2.0 * self.before_deg))
+
+
+def trial_log() -> Log:
+    """The motion of the trials, slow turns, with ordinary sensor errors and exact truth."""
+    # Made at a higher rate than it is played at, so that all of it is slower.
+    log = synthetic_log(
+        seconds=(_UPDATES + 600) / 1024 / _SLOWER, rate_hz=1024.0 * _SLOWER, seed=5,
+        acceleration=0.1, gyr_error=SensorError(noise=0.003 * _SLOWER),
+        acc_error=SensorError(noise=0.05), name="fault trials")
+    return replace(log, t=log.t * _SLOWER, gyr=log.gyr / _SLOWER)
+
+
+def fault_board(filters: Sequence[str] = ("mekf",), *, restarts: int | None = None) -> Board:
+    """A board with one filter, 16 times as fast."""
+    return make_board(FAULTY, filters=filters, restarts=restarts,
+                      params={"calibrate_inertial": {"tick_s": FASTER / FAULTY.clock_hz}})
+
+
+def fault_trial(board: Board, device: str, fault: str, *, log: Log | None = None,
+                progress: Callable[[str], None] | None = None) -> FaultTrial:
+    """Run one fault.
+
+    Parameters
+    ----------
+    device : str
+        "adis" or "hmr".
+    fault : str
+        One of `INERTIAL_FAULTS`, `COMPASS_FAULTS`.
+    """
+    say = progress or (lambda text: None)
+    log = log or trial_log()
+    say(f"{device}: {fault}")
+    first, last = _INERTIAL_SPAN if device == "adis" else _COMPASS_SPAN
+    name = fault if device == "adis" else str(COMPASS_FAULTS.index(fault))
+    run = run_board(board, stimulus(log, board), updates=_UPDATES - 400,
+                    settings={"output_divider": 1}, faults={device: f"{first} {last} {name}\n"},
+                    max_cycles=60_000_000)
+    return _judge(board, run, log, device, fault)
+
+
+def _span_cycles(run: BoardRun, device: str) -> tuple[float, float]:
+    """Begin and end of the fault, in clock cycles: when the device's model had it on.
+
+    Raises
+    ------
+    SimulationFailed
+        It was never on, or did not end.
+    """
+    bits = [(at, inertial if device == "adis" else compass)
+            for at, inertial, compass in run.trace.faults]
+    begin = next((at for at, on in bits if on), None)
+    end = next((at for at, on in bits if begin is not None and at > begin and not on), None)
+    if begin is None or end is None:
+        raise SimulationFailed(f"the fault of {device} did not begin and end within the run")
+    return float(begin), float(end)
+
+
+def _errors(run: BoardRun, log: Log) -> tuple[npt.NDArray[np.int64], FloatArray]:
+    """Cycle of each update with a frame, and the angle between its attitude and the truth, deg."""
+    trace = run.trace
+    assert log.q is not None
+    number = np.unwrap(run.frames[:, 0] & 0xFFFF, period=1 << 16).astype(np.int64)
+    keep = (number >= 1) & (number <= len(trace.updates))
+    number, frames = number[keep], run.frames[keep]
+    updated = trace.updates[number - 1]
+    line = trace.ready[np.searchsorted(trace.ready[:, 0], updated) - 1, 1]
+    truth = log.q[np.minimum(line - 1, len(log) - 1)]
+    q = frames[:, WORDS.index("qw"):WORDS.index("qz") + 1].astype(np.float64)
+    q /= np.linalg.norm(q, axis=1, keepdims=True)
+    error = quaternion_multiply(q, quaternion_conjugate(truth))
+    return updated, np.degrees(2.0 * np.arccos(np.clip(np.abs(error[:, 0]), 0.0, 1.0)))
+
+
+def _judge(board: Board, run: BoardRun, log: Log, device: str, fault: str) -> FaultTrial:
+    trace, names = run.trace, board.system.events
+    second = board.setup.clock_hz / FASTER  # of the real board, in cycles
+    begin, end = _span_cycles(run, device)
+    seen: dict[str, float] = {}
+    whose = ("inertial_",) if device == "adis" else ("compass_",)
+    for at, bits in trace.events:
+        for k, name in enumerate(names):
+            if bits >> k & 1 and at >= begin and name not in _USUAL and name.startswith(whose):
+                seen.setdefault(name, (at - begin) / second)
+    cycles, errors = _errors(run, log)
+    good = trace.updates if device == "adis" else np.array([x.cycle for x in trace.lines])
+    back = good[good > end]
+    resumed = float(back[0]) if len(back) else float(trace.updates[-1])
+    expected = (min(resumed, float(trace.updates[-1])) - begin) / board.setup.period_cycles
+    made = int(((trace.updates > begin) & (trace.updates < resumed)).sum())
+
+    def worst(since: float, until: float) -> float:
+        part = errors[(cycles >= since) & (cycles < until)]
+        return float(part.max()) if len(part) else 0.0
+    half = 0.5 * second
+    last = float(cycles[-1]) if len(cycles) else end
+    return FaultTrial(
+        device, fault, (end - begin) / second, min(seen.values(), default=None),
+        tuple(sorted(seen, key=lambda name: seen[name])), max(round(expected) - made, 0),
+        worst(begin - half, begin), worst(begin, end + half), worst(last - half, last + 1.0),
+        (resumed - end) / second if len(back) else None)

@@ -1,0 +1,165 @@
+"""Proofs of the SPI's timing rules: `gateware.serial.spi`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth.hdl import Assert, Cover, Elaboratable, Module, Mux, Signal
+
+from gateware.serial.spi import BITS, SpiController
+from sim.formal.harness import reached, unknown
+from sim.formal.inside import Inside
+from sim.formal.prove import Proof
+
+__all__ = ["PROOFS", "Framed", "proof"]
+
+
+class Framed(Elaboratable):
+    """The pins by three watchers that know nothing of the controller, and the words.
+
+    ``high_for``, ``since`` and ``edges`` watch ``cs_n`` and ``sclk`` alone: for how long ``cs_n``
+    has been high (up to the stall), cycles since the last edge of any of the two, edges of ``sclk``
+    in the frame. ``half`` and ``cycle`` say where a frame stands, counted from the command: what
+    induction needs to know of the registers inside is said with them.
+
+    Parameters
+    ----------
+    dut : SpiController
+        Component.
+    stall, setup : int
+        What the user asked for, clock cycles.
+    whole : bool
+        Reach a second frame (else the beginning of the first: long periods).
+    """
+
+    def __init__(self, dut: SpiController, *, stall: int, setup: int, whole: bool = True) -> None:
+        self.dut = dut
+        self.stall = stall
+        self.setup = setup
+        self.whole = whole
+
+    def elaborate(self, platform: Any) -> Module:
+        """Rules at the pins; where a frame stands; the words."""
+        m = Module()
+        dut, period = self.dut, self.dut.half_cycles
+        m.submodules.dut = (inside := Inside(dut, platform)).module
+        valid, payload = unknown(m, 1, "valid"), unknown(m, BITS, "payload")
+        m.d.comb += [dut.i.valid.eq(valid), dut.i.payload.eq(payload),
+                     dut.miso.eq(unknown(m, 1, "miso_pin"))]
+        take = valid & dut.i.ready
+
+        # Watchers. After a reset a frame may have been cut short, so the stall begins anew.
+        cs_before, sclk_before = Signal(init=1), Signal(init=1)
+        high_for = Signal(range(self.stall + 1))
+        since = Signal(range(max(self.setup, period) + 1))
+        edges = Signal(range(2 * BITS + 2))
+        falls, rises = cs_before & ~dut.cs_n, ~cs_before & dut.cs_n
+        changes = dut.sclk ^ sclk_before
+        limit = max(self.setup, period)
+        m.d.sync += [
+            cs_before.eq(dut.cs_n), sclk_before.eq(dut.sclk),
+            high_for.eq(Mux(dut.cs_n, Mux(high_for == self.stall, high_for, high_for + 1), 0)),
+            since.eq(Mux(falls | changes, 1, Mux(since == limit, since, since + 1))),
+            edges.eq(Mux(falls, 0, edges + changes)),
+        ]
+        m.d.comb += [
+            Assert(~falls | (high_for == self.stall)),      # never a short stall
+            Assert(~falls | (dut.sclk & sclk_before)),      # idle level at the start
+            Assert(~changes | ~(dut.cs_n | cs_before)),     # edges within frames only
+            Assert(~changes | (since >= Mux(edges == 0, self.setup, period))),
+            Assert(~rises | ((edges == 2 * BITS) & (since >= period) & dut.sclk)),
+            Assert(~dut.cs_n | dut.sclk),
+        ]
+
+        # Where the frame stands; after a reset at the beginning of the stall.
+        before, frame = dut.setup_halves, dut.setup_halves + 2 * BITS
+        total = frame + dut.stall_halves
+        busy, framed = Signal(init=1), Signal()
+        half, cycle = Signal(range(total + 1), init=frame), Signal(range(period))
+        last = cycle == period - 1
+        sent, heard = Signal(BITS), Signal(BITS)
+        clocked = busy & (half >= before) & (half < frame)
+        shifts = clocked & last & ((half - before)[0])
+        with m.If(busy):
+            m.d.sync += cycle.eq(Mux(last, 0, cycle + 1))
+            with m.If(last):
+                m.d.sync += half.eq(half + 1)
+                with m.If(half == total - 1):
+                    m.d.sync += [busy.eq(0), half.eq(0)]
+        with m.If(shifts):
+            m.d.sync += heard.eq(heard << 1 | inside["miso"])
+        with m.If(take):
+            m.d.sync += [busy.eq(1), half.eq(0), sent.eq(payload), heard.eq(0), framed.eq(1)]
+        shifted = Signal(range(BITS + 1))
+        m.d.comb += shifted.eq(Mux(clocked, (half - before) >> 1,
+                                   Mux(busy & (half < before), 0, BITS)))
+        m.d.comb += [
+            Assert(dut.i.ready == ~busy), Assert(dut.busy == busy),
+            Assert(dut.cs_n == ~(busy & (half < frame))),
+            Assert(dut.sclk == ~(clocked & ~(half - before)[0])),
+            # Each bit of the command is there before and during the whole of its clock.
+            Assert(dut.mosi == dut.o_data[-1]),
+            Assert(~clocked | (dut.mosi == sent.bit_select((BITS - 1 - shifted)[:4], 1))),
+            Assert(dut.o_data == ((sent << shifted) | heard)[:BITS]),
+            Assert(dut.o_valid == (busy & framed & (half == frame) & (cycle == 0))),
+        ]
+
+        # For induction: the registers inside, and what the watchers have seen by now.
+        left, timer = inside["left"], inside["timer"]
+        base = 1 << len(left) - 1
+        elapsed = (half - frame) * period + cycle  # of the stall
+        stalls = busy & (half >= frame)
+        ended = stalls & (half == frame) & (cycle == 0)
+        m.d.comb += [
+            Assert((high_for <= self.stall) & (since <= limit)),
+            Assert((half < total) & (cycle < period) & (busy | (half + cycle == 0))),
+            Assert(framed | ~busy | stalls), Assert((heard >> shifted) == 0),
+            Assert(left == Mux(busy, base + 2 * BITS - 1 + before - half,
+                               base - 1 - dut.stall_halves)),
+            Assert(timer == Mux(busy, period - 1 - cycle, period - 1)),
+            Assert((high_for == self.stall) | (stalls & (high_for == elapsed))
+                   | (busy & ~stalls & ((half + cycle != 0) | ~cs_before))),
+            Assert(~(busy & ~stalls & (half + cycle != 0)) | ~cs_before),
+            Assert(~(busy & ~stalls & (half + cycle == 0)) | (cs_before & sclk_before)),
+            Assert(busy | (cs_before & sclk_before)),
+            Assert(~(stalls & (half + cycle != frame)) | (cs_before & sclk_before)),
+            Assert(~ended | ((cs_before ^ framed) & sclk_before)),
+            # Edges of sclk so far: that at the beginning of this half is seen within its cycle 0.
+            Assert(~(busy & (half < before) & (half + cycle != 0)) | (edges == 0)),
+            Assert(~clocked | (edges == (half - before) + (cycle != 0))),
+            Assert(~(clocked & (cycle != 0)) | (sclk_before == dut.sclk)),
+            Assert(~(clocked & (cycle == 0)) | (sclk_before != dut.sclk)),
+            Assert(~(busy & (half < before) & (half + cycle != 0)) | sclk_before),
+            Assert(~(clocked & (cycle != 0)) | (since == cycle)),
+            Assert(~(clocked & (cycle == 0) & (half > before)) | (since >= period)),
+            Assert(~(clocked & (cycle == 0) & (half == before)) | (since >= self.setup)),
+            Assert(~(busy & (half < before) & (half + cycle != 0))
+                   | (since == Mux(half * period + cycle > limit, limit, half * period + cycle))),
+            Assert(~(framed & ended) | ((edges == 2 * BITS) & (since >= period))),
+        ]
+        second = Signal()
+        with m.If(dut.o_valid):
+            m.d.sync += second.eq(1)
+        m.d.comb += reached(m, second & falls, "again") if self.whole else Cover(~dut.sclk)
+        return m
+
+
+def proof(half: int, stall: int, setup: int, *, whole: bool = True) -> Proof:
+    """The proof for one choice of half period, stall, and setup."""
+    def harness() -> Framed:
+        dut = SpiController(half_cycles=half, stall_cycles=stall, setup_cycles=setup)
+        return Framed(dut, stall=stall, setup=setup, whole=whole)
+
+    pause = -(-stall // half) * half
+    second = 2 * pause + (-(-setup // half) + 2 * BITS) * half + 5
+    return Proof(
+        name=f"spi.framed_{half}_{stall}_{setup}", depth=6, induction=2,
+        cover=range(second, second + 1) if whole else stall + setup + 3 * half,
+        claim=f"SPI, half period {half}, stall {stall}, setup {setup} cycles: no shorter half "
+        "period, setup or stall than these, whatever the inputs and resets; 16 clocks in each "
+        "frame and none outside; both words are whole and in order",
+        harness=harness)
+
+
+PROOFS = (proof(3, 1, 3), proof(3, 10, 7, whole=False), proof(5, 17, 1, whole=False),
+          proof(50, 1600, 50, whole=False), proof(25, 900, 25, whole=False))

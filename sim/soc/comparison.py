@@ -1,0 +1,114 @@
+"""The paper's software figures measured again: float C, integer C and the hardware core.
+
+The paper (its Figure 8) has 316 us for the complementary filter and 1.14 ms for the Kalman filter
+of four states, C on a soft processor at 100 MHz.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from firmware.build import CModel
+from firmware.float_trace import trace_float
+from gateware.core import build_core
+from model.estimator import Estimator, input_words
+from model.estimators import estimator
+from sim.accuracy import largest_turn_deg
+from sim.feed import attitude_of, inputs_of
+from sim.log import Log
+from sim.soc.measure import Measured, measure_float, measure_integer
+
+__all__ = ["ESTIMATORS", "FLOAT_BOUND_DEG", "PAPER_CYCLES", "compare", "compare_one"]
+
+#: Estimators that are compared.
+ESTIMATORS = ("complementary", "ekf_quaternion", "ekf_bias", "mekf")
+#: Cycles of the paper's C: 316 us and 1.14 ms at 100 MHz.
+PAPER_CYCLES = {"complementary": 31_600, "ekf_quaternion": 114_000}
+#: Largest difference between float C and the float reference, deg: what single precision gives
+#: over a few thousand updates (see tests/firmware/test_float_build.py).
+FLOAT_BOUND_DEG = 0.02
+
+
+def _figures(run: Measured) -> dict[str, Any]:
+    return {
+        "updates": len(run.cycles),
+        "cycles": {"min": int(run.cycles.min()), "median": int(np.median(run.cycles)),
+                   "max": int(run.cycles.max())},
+        "interrupt_to_result_cycles": {"median": int(np.median(run.response[1:])),
+                                       "max": int(run.response[1:].max())},
+        "overhead_cycles": int((run.response - run.cycles)[1:].max()),
+        "code_bytes": run.code, "data_bytes": run.data, "stack_bytes": run.stack,
+        "simulation_seconds": round(run.seconds, 2)}
+
+
+def _integer(e: Estimator, inputs: npt.NDArray[np.float64], optimise: str) -> dict[str, Any]:
+    program = e.compile()
+    run = measure_integer(program, inputs, optimise=optimise)
+    wanted, _ = CModel(program).update(input_words(program, inputs[..., None])[..., 0])
+    wrong = (run.outputs.view(np.int32) != wanted).any(axis=1)
+    return {**_figures(run), "mismatches": int(wrong.sum())}
+
+
+def _single(e: Estimator, inputs: npt.NDArray[np.float64], optimise: str) -> dict[str, Any]:
+    run = measure_float(e, inputs, optimise=optimise)
+    inputs = inputs.astype(np.float32).astype(np.float64)
+    reference = e.run_float(inputs[..., None]).outputs
+    values = run.outputs.view(np.float32).astype(np.float64)
+    named = {o.name: values[:, k] for k, o in enumerate(e.outputs)}
+    apart = largest_turn_deg(attitude_of(named),
+                             attitude_of({k: v[:, 0] for k, v in reference.items()}))
+    wrong = named["status"] != reference["status"][:, 0]
+    return {**_figures(run), "apart_deg": float(apart), "bound_deg": FLOAT_BOUND_DEG,
+            "status_mismatches": int(wrong.sum())}
+
+
+def compare_one(name: str, log: Log, *, updates: int = 1000,
+                optimise: str = "-Os") -> dict[str, Any]:
+    """One estimator: float C, integer C on the simulated soft core, and the core's schedule.
+
+    Parameters
+    ----------
+    name : str
+        Estimator.
+    log : Log
+        Recorded data; its first ``updates`` samples are used.
+    updates : int
+        How many.
+    optimise : str
+        The compiler's level.
+
+    Raises
+    ------
+    ToolMissing
+        The cross compiler, or Verilator, is not installed.
+    """
+    e = estimator(name)
+    inputs = inputs_of(e, log)[:updates]
+    single, integer = _single(e, inputs, optimise), _integer(e, inputs, optimise)
+    core = build_core(e.compile(), "small", urgent=e.urgent)
+    hardware = {"cycles": core.schedule.latency, "interval_cycles": core.schedule.interval}
+    paper = PAPER_CYCLES.get(name)
+    return {
+        "estimator": name, "log": log.name, "float": single, "integer": integer,
+        "hardware": hardware, "operations": trace_float(e).counts(), "paper_cycles": paper,
+        "ratios": {
+            "float_to_paper": None if paper is None else single["cycles"]["median"] / paper,
+            "float_to_integer": single["cycles"]["median"] / integer["cycles"]["median"],
+            "integer_to_hardware": integer["cycles"]["median"] / hardware["cycles"],
+            "float_to_hardware": single["cycles"]["median"] / hardware["cycles"]}}
+
+
+def compare(log: Log, *, names: Sequence[str] = ESTIMATORS, updates: int = 1000,
+            optimise: str = "-Os",
+            progress: Callable[[str], None] | None = None) -> list[dict[str, Any]]:
+    """`compare_one` for each of ``names``."""
+    rows = []
+    for name in names:
+        if progress is not None:
+            progress(f"{name}: float and integer C on the soft core, {updates} updates each")
+        rows.append(compare_one(name, log, updates=updates, optimise=optimise))
+    return rows

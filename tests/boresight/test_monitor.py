@@ -1,0 +1,292 @@
+"""`boresight monitor`: captures of the hardware, a port, registers by name, and what goes wrong."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import random
+import threading
+
+import pytest
+from amaranth.hdl import Module
+from amaranth.lib import wiring
+from amaranth.sim import Simulator
+
+import boresight
+from boresight.board_line import Listener, RegisterTable, Reply
+from boresight.cli import main
+from boresight.monitor import track_of
+from gateware.boards.framer import Framer
+from gateware.boards.frames import END, Decoder, Kind, encode
+from gateware.system.attitude_frame import Attitude, attitude_of, text_line
+from gateware.system.attitude_output import AttitudeOutput, OutputMode
+from gateware.system.results import Results
+
+REGISTERS = {"programs": [], "registers": [
+    {"name": "clock_hz", "address": 1026, "access": "read-only", "width": 32, "reset": 50_000_000},
+    {"name": "filter", "address": 1041, "access": "read-write", "width": 2, "reset": 0,
+     "names": ["slow", "fast"]},
+    {"name": "gain", "address": 3, "access": "write-only", "frac": 30, "unit": "1/s",
+     "minimum": -(2**30), "maximum": 2**30, "low": -1.0, "high": 1.0},
+    {"name": "temperature", "address": 1038, "access": "read-only", "width": 16, "signed": True,
+     "unit": "0.0678 degC"},
+    {"name": "result_pitch", "address": 1296, "access": "read-only", "width": 32, "frac": 31,
+     "signed": True, "unit": "ht"},
+    {"name": "flags", "address": 1033, "access": "read-only", "width": 8, "fields": [
+        {"name": "running", "bit": 0, "width": 1}, {"name": "rate", "bit": 4, "width": 3}]},
+]}
+
+
+def words_of(number: int, stamp: int, *, heading: int = 1 << 29, filter: int = 0) -> list[int]:
+    return [number | filter << 16 | 1 << 19, stamp, 1 << 28, -(1 << 27), heading, 1 << 29, 0, 0,
+            0, 3 << 23]
+
+
+def frames(numbers, *, step: int = 100_000) -> bytes:
+    return b"".join(encode(Kind.ATTITUDE, words_of(n % 65536, n * step % 2**32), word=32)
+                    for n in numbers)
+
+
+@pytest.fixture
+def registers(tmp_path):
+    path = tmp_path / "registers.json"
+    path.write_text(json.dumps(REGISTERS))
+    return path
+
+
+@pytest.fixture
+def refused(capsys):
+    """Run; expect exit code 2 and one line on stderr, nothing on stdout."""
+    def run(*argv) -> str:
+        try:
+            code = main(["monitor", *map(str, argv)])
+        except SystemExit as stop:
+            code = stop.code
+        out = capsys.readouterr()
+        assert code == 2 and out.out == "" and out.err.count("\n") == 1, out
+        assert out.err.startswith("error: ")
+        return out.err
+    return run
+
+
+class Board:
+    """The other end of a port: answers accesses from a dict, sends attitudes."""
+
+    def __init__(self, words: dict[int, int], *, deaf: int = 0, noise: bytes = b"") -> None:
+        self.words, self.deaf, self.noise = words, deaf, noise
+        self.written: list[tuple[int, int]] = []
+        self._master, slave = os.openpty()
+        self.port = os.ttyname(slave)
+        self._slave, self._stop = slave, threading.Event()
+        self._thread = threading.Thread(target=self._run)
+
+    def _run(self) -> None:
+        decoder, number = Decoder(word=32), 0
+        os.set_blocking(self._master, False)
+        while not self._stop.wait(0.005):
+            number += 8
+            os.write(self._master, frames([number]) + self.noise)
+            try:
+                data = os.read(self._master, 4096)
+            except BlockingIOError:
+                continue
+            for kind, words in decoder.feed(data):
+                if self.deaf:
+                    self.deaf -= 1
+                    continue
+                if kind is Kind.WRITE:
+                    self.words[words[0]] = words[1]
+                    self.written.append((words[0], words[1]))
+                    os.write(self._master, encode(kind, words[:1], word=32))
+                else:
+                    os.write(self._master, encode(kind, [self.words.get(words[0], 0)], word=32))
+
+    def __enter__(self) -> Board:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_) -> None:
+        self._stop.set()
+        self._thread.join()
+        os.close(self._master)
+        os.close(self._slave)
+
+
+@pytest.mark.parametrize("mode", [OutputMode.BINARY, OutputMode.TEXT])
+def test_capture_of_the_hardware(mode: OutputMode, tmp_path, capsys) -> None:
+    """Bytes as the gateware sends them; the third update is lost on the way."""
+    results, output, framer = Results(word=32), AttitudeOutput(), Framer()
+    top, sent, rng = Module(), [], random.Random(1)
+    top.submodules += [results, output, framer]
+    wiring.connect(top, output.port, results.ports[0])
+    wiring.connect(top, output.o, framer.i)
+    given = [words_of(k, 97_656 * k, heading=rng.randrange(-(1 << 31), 1 << 31), filter=0)
+             for k in range(1, 9)]
+
+    async def take(ctx):
+        ctx.set(framer.o.ready, 1)
+        async for _, _, valid, byte in ctx.tick().sample(framer.o.valid, framer.o.payload):
+            if valid:
+                sent[-1].append(byte)
+
+    async def write(ctx):
+        ctx.set(output.mode, mode)
+        for words in given:
+            sent.append(bytearray())
+            for k, word in enumerate([None, *words]):
+                ctx.set(results.begin, k == 0)
+                ctx.set(results.w_en, k > 0)
+                ctx.set(results.w_index, k - 1 if k < 3 else 13 + k)
+                ctx.set(results.w_data, (word or 0) & 0xFFFF_FFFF)
+                ctx.set(results.complete, k == 10)
+                await ctx.tick()
+            ctx.set(results.complete, 0)
+            ctx.set(output.updated, 1)
+            await ctx.tick()
+            ctx.set(output.updated, 0)
+            await ctx.tick().repeat(900)
+
+    sim = Simulator(top)
+    sim.add_clock(1e-8)
+    sim.add_testbench(take, background=True)
+    sim.add_testbench(write)
+    sim.run()
+
+    capture = tmp_path / "capture.bin"
+    capture.write_bytes(b"".join(bytes(s) for k, s in enumerate(sent) if k != 2))
+    table, picture = tmp_path / "out.csv", tmp_path / "out.svg"
+    assert main(["monitor", str(capture), "--csv", str(table), "--plot", str(picture)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[-1] == "7 attitudes, 1 missing, 0 frames or lines damaged"
+    exact = [attitude_of(w) for k, w in enumerate(given) if k != 2]
+    rows = list(csv.DictReader(table.read_text().splitlines()))
+    tolerance = 1e-6 if mode == OutputMode.BINARY else 0.0051
+    for row, line, attitude in zip(rows, lines, exact, strict=False):
+        assert int(row["number"]) == attitude.number and f"{attitude.number:5d}  heading" in line
+        for name in ("heading", "pitch", "roll"):
+            assert abs(float(row[f"{name}_deg"]) - getattr(attitude, name)) <= tolerance
+        assert row["status"] == "0x03" and "field_used" in line
+        assert bool(row["time_s"]) == bool(row["qw"]) == (mode == OutputMode.BINARY)
+    if mode == OutputMode.BINARY:
+        assert float(rows[-1]["time_s"]) == pytest.approx(7 * 97_656e-8)
+    assert "1 missing" in picture.read_text()
+
+
+def test_json(tmp_path, capsys) -> None:
+    capture = tmp_path / "capture.bin"
+    capture.write_bytes(b"\x03half a frame\xc0" + frames([1, 2]) + b"\x04\x05\xc0" + frames([4]))
+    assert main(["monitor", str(capture), "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert [a["number"] for a in data["attitudes"]] == [1, 2, 4]
+    assert (data["missing"], data["bad"], data["registers"]) == (1, 1, {})
+    assert data["attitudes"][0]["heading"] == 45.0
+
+
+def test_port(registers) -> None:
+    seen = []
+    with Board({}, noise=b"\x7f") as board:
+        data = boresight.monitor(board.port, count=5, register_map=registers, each=seen.append)
+    assert len(data["attitudes"]) == len(seen) == 5
+    numbers = [a.number for a in seen]
+    assert numbers == list(range(numbers[0], numbers[0] + 40, 8))
+
+
+def test_registers_by_name(registers, capsys) -> None:
+    with Board({1038: -5 & 0xFFFF, 1296: -(1 << 30), 1033: 0x31, 1041: 0}, deaf=1) as board:
+        assert main(["monitor", board.port, "--map", str(registers), "--write", "filter=fast",
+                     "--write", "gain=-0.25", "--write", "0x410=1", "--read", "filter",
+                     "--read", "temperature", "--read", "result_pitch", "--read", "flags",
+                     "--read", "0x411"]) == 0
+        assert board.written == [(1041, 1), (3, -(1 << 28)), (1040, 1)]
+    assert capsys.readouterr().out.splitlines() == [
+        "filter = 0x00000001 written", "gain = 0xf0000000 written", "0x410 = 0x00000001 written",
+        "filter = fast  (0x00000001)", "temperature = -5 0.0678 degC  (0x0000fffb)",
+        "result_pitch = -0.5 ht  (0xc0000000)", "flags = running 1, rate 3  (0x00000031)"]
+
+
+def test_registers_and_attitudes_together(registers) -> None:
+    with Board({5: 77}) as board:
+        data = boresight.monitor(board.port, reads=["5"], count=2)
+    assert data["registers"] == {"5": {"word": 77, "value": 77, "unit": ""}}
+    assert len(data["attitudes"]) == 2
+
+
+@pytest.mark.parametrize(("option", "message"), [
+    (("--write", "filter"), "--write: wanted NAME=VALUE, found 'filter'"),
+    (("--write", "filter=quick"), "--write filter: wanted a number or slow or fast, found 'quick'"),
+    (("--write", "filter=2"), "--write filter: wanted 0 to 1, found 2"),
+    (("--write", "gain=1.5"), "--write gain: wanted -1 to 1, found 1.5"),
+    (("--write", "temperature=1"), "wanted a register that can be written, found read-only"),
+    (("--read", "gain"), "--read gain: wanted a register that can be read, found write-only"),
+    (("--read", "gians"), "register gians: wanted a register of"),
+    (("--read", "5000"), "wanted an address from 0 to 4095, found 5000"),
+    (("--count", "0"), "--count: wanted 1 or more, found 0"),
+    (("--baud", "0"), "--baud: wanted bits per second, found 0"),
+    (("--plot", "out.gif"), "--plot: wanted a name with .png, .svg or .pdf, found out.gif"),
+    (("--read", "filter"), "wanted a serial port to read or write registers, found a file"),
+    (("--plot", "out.png"), "wanted attitudes to plot, found none"),
+    (("--csv", "/proc/none/out.csv"), "wanted a place that can be written"),
+])
+def test_wrong_use(option, message: str, registers, tmp_path, refused) -> None:
+    capture = tmp_path / "capture.bin"
+    capture.write_bytes(b"")
+    assert message in refused(capture, "--map", registers, *option)
+
+
+def test_no_such_port_map_or_board(tmp_path, registers, refused) -> None:
+    assert "wanted a serial port, or a file" in refused(tmp_path / "none")
+    assert "wanted a serial port, or a file" in refused(tmp_path)
+    assert "and --map registers.json" in refused(tmp_path, "--read", "filter")
+    (tmp_path / "bad.json").write_text("[1]")
+    assert "wanted a registers.json" in refused(tmp_path, "--map", tmp_path / "bad.json")
+    master, slave = os.openpty()
+    try:
+        with pytest.raises(boresight.InputError, match="found none for 0.2 s; check wiring"):
+            boresight.monitor(os.ttyname(slave), silence_s=0.2)
+        with pytest.raises(boresight.InputError, match="found none in 3 tries"):
+            boresight.monitor(os.ttyname(slave), reads=["0x400"])
+    finally:
+        os.close(master)
+        os.close(slave)
+
+
+def test_listener_takes_everything_apart() -> None:
+    words = words_of(7, 9)
+    text = text_line(words).encode()
+    reply = encode(Kind.READ, [-1], word=32)
+    listener = Listener()
+    got = list(listener.feed(b"rt\r\n" + text + text + frames([7]) + reply + b"nonsense\r\n" + text
+                             + bytes([END, END]) + b"\x02\xff\xc0" + b"\xfe" * 300 + b"\xc0"
+                             + encode(Kind.RECORD, [1], word=32) + reply[1:]))
+    kinds = [type(item) for item in got]
+    assert kinds == [Attitude, Attitude, Attitude, Reply, Attitude, Reply]
+    assert got[3] == Reply(Kind.READ, -1) and got[0].number == 7
+    assert listener.bad == 5  # a line, a short frame, two pieces of noise, a record
+
+
+def test_track() -> None:
+    def at(number: int, stamp: int) -> Attitude:
+        return attitude_of(words_of(number, stamp))
+
+    track = track_of([at(65_528, 2**32 - 500), at(0, 500), at(8, 1500), at(32, 4500), at(40, 5500)],
+                     clock_hz=1e3)
+    assert track.number == (65_528, 65_536, 65_544, 65_568, 65_576)
+    assert track.time_s == (0.0, 1.0, 2.0, 5.0, 6.0)
+    assert track.gaps == ((2, 2),) and track.missing == 2
+    assert track_of([], clock_hz=1.0).missing == 0
+
+
+def test_formats_of_a_map(registers) -> None:
+    table = RegisterTable(registers)
+    assert table.clock_hz == 50e6 and table.formats[1] == (31, 27)
+    table.data["programs"] = [{"outputs": [{"name": "qw", "frac": 20}, {"name": "status",
+                                                                       "frac": 10}]}]
+    assert table.formats == {0: (20, 10)}
+
+
+def test_only_the_answer_to_this_write_counts() -> None:
+    other = encode(Kind.WRITE, [999], word=32)
+    with Board({}, deaf=1, noise=other) as board:
+        boresight.monitor(board.port, writes=["5=77"])
+        assert board.written == [(5, 77)]

@@ -1,0 +1,190 @@
+"""Control block: every register, and what happens without the bus."""
+
+import pytest
+from amaranth.hdl import ClockDomain, Module
+from amaranth.sim import Simulator
+
+from gateware.soc.control import Control
+from gateware.soc.layout import CONTROL, KICK
+
+ADDRESS = {register.name: k for k, register in enumerate(CONTROL)}
+BIT = {name: 1 << k for k, name in enumerate(CONTROL[ADDRESS["status"]].bits)}
+
+
+def run(bench, **options) -> None:
+    dut = Control(**{"divisor": 8, "watchdog_cycles": 1024, "pages": 24, **options})
+    top = Module()
+    top.domains.sync = ClockDomain()
+    top.submodules.dut = dut
+    sim = Simulator(top)
+    sim.add_clock(1e-8)
+
+    async def testbench(ctx):
+        await bench(ctx, dut)
+    sim.add_testbench(testbench)
+    sim.run()
+
+
+async def transfer(ctx, dut, name: str, word: int | None = None) -> int:
+    """Write a word, or read one: two cycles."""
+    ctx.set(dut.bus.adr, ADDRESS[name])
+    ctx.set(dut.bus.we, word is not None)
+    ctx.set(dut.bus.dat_w, word or 0)
+    ctx.set(dut.bus.cyc, 1)
+    ctx.set(dut.bus.stb, 1)
+    await ctx.tick()
+    assert ctx.get(dut.bus.ack)
+    got = ctx.get(dut.bus.dat_r)
+    await ctx.tick()
+    assert not ctx.get(dut.bus.ack), "one acknowledgement a transfer"
+    ctx.set(dut.bus.cyc, 0)
+    ctx.set(dut.bus.stb, 0)
+    return got
+
+
+def test_cycles_count() -> None:
+    async def bench(ctx, dut):
+        first = await transfer(ctx, dut, "cycles")
+        await ctx.tick().repeat(100)
+        assert await transfer(ctx, dut, "cycles") - first == 102
+    run(bench)
+
+
+def test_timer() -> None:
+    async def bench(ctx, dut):
+        now = await transfer(ctx, dut, "cycles")
+        await transfer(ctx, dut, "alarm", now + 100)
+        assert await transfer(ctx, dut, "alarm") == now + 100
+        await ctx.tick().repeat(200)
+        assert not ctx.get(dut.timer), "it is off"
+        await transfer(ctx, dut, "timer", 1)
+        await ctx.tick().repeat(2)
+        assert ctx.get(dut.timer)
+        now = await transfer(ctx, dut, "cycles")
+        await transfer(ctx, dut, "alarm", now + 50)
+        assert not ctx.get(dut.timer)
+        while not ctx.get(dut.timer):
+            await ctx.tick()
+        assert 50 <= await transfer(ctx, dut, "cycles") - now <= 54
+        await transfer(ctx, dut, "timer", 0)
+        await ctx.tick()
+        assert not ctx.get(dut.timer)
+    run(bench)
+
+
+def test_alarm_across_the_wrap() -> None:
+    async def bench(ctx, dut):
+        await transfer(ctx, dut, "alarm", 2**32 - 5)  # long past, though the number is large
+        await transfer(ctx, dut, "timer", 1)
+        await ctx.tick().repeat(2)
+        assert ctx.get(dut.timer)
+    run(bench)
+
+
+def test_console_out(listen) -> None:
+    received = bytearray()
+    dut = Control(divisor=8, watchdog_cycles=4096, pages=24)
+
+    async def bench(ctx):
+        await ctx.tick().repeat(4)
+        for byte in b"hi":
+            while not await transfer(ctx, dut, "status") & BIT["console_free"]:
+                pass
+            await transfer(ctx, dut, "console", byte)
+        assert not await transfer(ctx, dut, "status") & BIT["console_free"]
+        await transfer(ctx, dut, "console", ord("!"))  # lost
+        await ctx.tick().repeat(200)
+    sim = Simulator(dut)
+    sim.add_clock(1e-8)
+    sim.add_testbench(listen(dut.tx, 8, received), background=True)
+    sim.add_testbench(bench)
+    sim.run()
+    assert received == b"hi"
+
+
+def test_console_in(send) -> None:
+    async def bench(ctx, dut):
+        await send(ctx, dut.rx, 8, b"x")
+        await ctx.tick().repeat(8)
+        assert ctx.get(dut.console_full)
+        assert await transfer(ctx, dut, "status") & BIT["console_full"]
+        assert await transfer(ctx, dut, "console") == ord("x")
+        assert not ctx.get(dut.console_full)
+        await send(ctx, dut.rx, 8, b"yz")
+        await ctx.tick().repeat(8)
+        assert await transfer(ctx, dut, "status") & BIT["console_lost"]
+        assert await transfer(ctx, dut, "console") == ord("z")
+        await transfer(ctx, dut, "status", BIT["bus_error"])
+        assert await transfer(ctx, dut, "status") & BIT["console_lost"]
+        await transfer(ctx, dut, "status", BIT["console_lost"])
+        assert not await transfer(ctx, dut, "status") & BIT["console_lost"]
+        await send(ctx, dut.rx, 8, b"\0", stop=0)
+        await ctx.tick().repeat(8)
+        assert await transfer(ctx, dut, "status") & BIT["console_lost"], "no stop bit"
+    run(bench)
+
+
+@pytest.mark.parametrize(("port", "flag", "level"), [
+    ("bus_error", "bus_error", "error"), ("asks", "device", "device")])
+def test_sticky_flags(port: str, flag: str, level: str) -> None:
+    async def bench(ctx, dut):
+        assert not await transfer(ctx, dut, "status") & BIT[flag]
+        ctx.set(getattr(dut, port), 1)
+        await ctx.tick()
+        ctx.set(getattr(dut, port), 0)
+        await ctx.tick().repeat(5)
+        assert ctx.get(getattr(dut, level))
+        assert await transfer(ctx, dut, "status") & ~BIT["console_free"] == BIT[flag]
+        await transfer(ctx, dut, "status", BIT[flag])
+        assert not ctx.get(getattr(dut, level))
+        ctx.set(getattr(dut, port), 1)
+        await transfer(ctx, dut, "status", BIT[flag])
+        assert ctx.get(getattr(dut, level)), "what happens wins over what clears"
+    run(bench)
+
+
+def test_watchdog() -> None:
+    async def bench(ctx, dut):
+        for _ in range(5):
+            await ctx.tick().repeat(900)
+            assert not ctx.get(dut.restart)
+            await transfer(ctx, dut, "watchdog", KICK)
+        await transfer(ctx, dut, "fence", 7)
+        await ctx.tick().repeat(900)
+        await transfer(ctx, dut, "watchdog", KICK + 1)  # not the key
+        waited = 0
+        while not ctx.get(dut.restart):
+            await ctx.tick()
+            waited += 1
+        assert waited <= 130
+        length = 0
+        while ctx.get(dut.restart):
+            await ctx.tick()
+            length += 1
+        assert length == 7
+        assert ctx.get(dut.fence) == 0, "a restart may load its data anew"
+        assert await transfer(ctx, dut, "status") & BIT["watchdog_fired"]
+        await transfer(ctx, dut, "status", BIT["watchdog_fired"])
+        assert not await transfer(ctx, dut, "status") & BIT["watchdog_fired"]
+    run(bench)
+
+
+def test_fence_only_rises() -> None:
+    async def bench(ctx, dut):
+        for written, stands in ((5, 5), (3, 5), (24, 24), (0, 24)):
+            await transfer(ctx, dut, "fence", written)
+            assert ctx.get(dut.fence) == stands
+    run(bench)
+
+
+def test_unused_registers_read_zero() -> None:
+    async def bench(ctx, dut):
+        for name in ("timer", "watchdog", "fence"):
+            await transfer(ctx, dut, "alarm", 77)
+            assert await transfer(ctx, dut, name) == 0
+    run(bench)
+
+
+def test_bounds() -> None:
+    with pytest.raises(ValueError, match=r"^watchdog_cycles must be 1024 to 2\^32, not 1000$"):
+        Control(divisor=8, watchdog_cycles=1000, pages=24)

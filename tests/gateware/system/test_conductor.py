@@ -1,0 +1,469 @@
+"""The conductor alone, beside a core that the test plays: order of words, faults, any state."""
+
+import random
+from dataclasses import replace
+
+import pytest
+from amaranth.sim import Simulator
+
+from gateware.system.conductor import (
+    HEADER,
+    OUTPUTS,
+    RAWS,
+    RECORDS,
+    STAMP,
+    Conductor,
+    header_layout,
+)
+from gateware.system.plan import FRONT_NAMES, RAW, RECORD, Plan
+
+PLAN = Plan(word=32, names=("one", "two", "three", *FRONT_NAMES), filters=3,
+            lengths=(60, 80, 70, 20, 15, 18), outputs=8, count_bits=16)
+#: Words of the input and output records of each program.
+RECORDS_IN = (10, 10, 10, 8, 3, 3)
+RECORDS_OUT = (8, 8, 8, 7, 3, 3)
+MASK = (1 << 32) - 1
+#: Words of `HEADER` by name.
+BITS = {name: (field.offset, field.shape if isinstance(field.shape, int) else 1)
+        for name, field in header_layout()}
+
+
+def field_of(header: int, name: str) -> int:
+    offset, width = BITS[name]
+    return header >> offset & ((1 << width) - 1)
+
+
+class Bench:
+    """A conductor, a core that answers word k of program p with ``answer``, and readers."""
+
+    def __init__(self, plan: Plan = PLAN, seed: int = 0) -> None:
+        self.dut = Conductor(plan=plan)
+        self.plan = plan
+        self.rng = random.Random(seed)
+        self.records: list[tuple[int, list[int]]] = []
+        self.events: list[str] = []
+        self.updates = 0
+        self.broken = False  # the core stands still
+        self.restarting = False  # ... gives a negative time step
+        self.words = [0] * 6
+        self.framing = 0
+        self.running = 0
+
+    def answer(self, program: int, k: int) -> int:
+        if program == self.plan.inertial and k == 6:
+            return 1 << 31 if self.restarting else 839
+        return 1000 * (program + 1) + 10 * len(self.records) + k
+
+    async def pause(self, ctx, cycles: int) -> None:
+        for _ in range(cycles):
+            await ctx.tick()
+
+    async def core(self, ctx):
+        """Programs in turn: takes a record, answers, then looks whether it shall change."""
+        dut = self.dut
+        while True:
+            ctx.set(dut.i.ready, 0)
+            ctx.set(dut.o.valid, 0)
+            if ctx.get(dut.choice) != self.running:
+                await self.pause(ctx, self.rng.randrange(1, 6))
+                self.running = ctx.get(dut.choice)
+                continue
+            running = self.running
+            record: list[int] = []
+            while True:
+                ctx.set(dut.i.ready, int(not self.broken and (self.rng.random() < 0.8)))
+                _, _, valid, ready, data, last = await ctx.tick().sample(
+                    dut.i.valid, dut.i.ready, dut.i.payload.data, dut.i.payload.last)
+                if valid and ready:
+                    record.append(data)
+                    if last:
+                        break
+                if not record and not valid and ctx.get(dut.choice) != running:
+                    break
+            ctx.set(dut.i.ready, 0)
+            if not record:
+                continue
+            if len(record) != RECORDS_IN[running]:
+                ctx.set(dut.framing, 1)
+                self.framing += 1
+                await ctx.tick()
+                ctx.set(dut.framing, 0)
+                continue
+            self.records.append((running, record))
+            for k in range(RECORDS_OUT[running]):
+                ctx.set(dut.o.valid, 0)
+                await self.pause(ctx, self.rng.randrange(1, 4))
+                while self.broken:
+                    await ctx.tick()
+                ctx.set(dut.o.valid, 1)
+                ctx.set(dut.o.payload.data, self.answer(running, k))
+                ctx.set(dut.o.payload.last, k == RECORDS_OUT[running] - 1)
+                await ctx.tick()
+            ctx.set(dut.o.valid, 0)
+            await self.pause(ctx, 2)
+
+    async def clock(self, ctx):
+        now, offered = self.rng.getrandbits(20), False
+        while True:
+            now = (now + 1) & MASK
+            ctx.set(self.dut.time, now)
+            running = self.running
+            _, _, events, updated, valid, ready, choice = await ctx.tick().sample(
+                self.dut.events, self.dut.updated, self.dut.i.valid, self.dut.i.ready,
+                self.dut.choice)
+            ctx.set(self.dut.chosen, choice == running)  # one cycle late, as the core does
+            assert valid or not offered, "a word was withdrawn"
+            offered = valid and not ready
+            self.events += [n for k, n in enumerate(Conductor.EVENTS) if events >> k & 1]
+            self.updates += updated
+
+    def run(self, test) -> None:
+        sim = Simulator(self.dut)
+        sim.add_clock(1e-8)
+        sim.add_testbench(self.core, background=True)
+        sim.add_testbench(self.clock, background=True)
+        sim.add_process(self.reader)
+
+        async def whole(ctx):
+            ctx.set(self.dut.run, 1)
+            ctx.set(self.dut.source, 3)
+            await ctx.tick().repeat(3)
+            await test(ctx)
+
+        sim.add_testbench(whole)
+        sim.run()
+
+    async def reader(self, ctx):
+        """The sensor's words, in the cycle in which they are asked for."""
+        async for index, _ in ctx.changed(self.dut.index, self.dut.sample):
+            ctx.set(self.dut.word, self.words[min(index, 5)])
+
+    async def pulse(self, ctx, signal) -> None:
+        ctx.set(signal, 1)
+        await ctx.tick()
+        ctx.set(signal, 0)
+
+    async def sample(self, ctx, stamp: int = 5000, wait: bool = True) -> None:
+        self.words = [self.rng.getrandbits(16) for _ in range(6)]
+        ctx.set(self.dut.stamp, stamp)
+        before = self.updates
+        await self.pulse(ctx, self.dut.sample)
+        if wait:
+            await self.until(ctx, lambda: self.updates > before)
+
+    async def line(self, ctx, values, counts: int) -> None:
+        for k, value in enumerate(values):
+            ctx.set(self.dut.values[k], value & 0xFFFF)
+        ctx.set(self.dut.is_counts, counts)
+        await self.pulse(ctx, self.dut.line)
+
+    async def until(self, ctx, condition, cycles: int = 3000) -> None:
+        for _ in range(cycles):
+            if condition():
+                return
+            await ctx.tick()
+        raise AssertionError("it never came")
+
+    async def results(self, ctx, port: int = 0) -> list[int]:
+        ports = self.dut.ports[port]
+        await self.pulse(ctx, ports.take)
+        out = []
+        for k in range(64):
+            ctx.set(ports.index, k)
+            await ctx.tick()
+            out.append(ctx.get(ports.value))
+        return out
+
+
+def test_a_sample_goes_through_calibration_and_filter() -> None:
+    bench = Bench()
+
+    async def test(ctx):
+        ctx.set(bench.dut.filter, 2)
+        await bench.sample(ctx, 0x87654321)
+        await bench.sample(ctx, 0x87656321)
+        words = await bench.results(ctx)
+        (p0, _), (p1, _), (p2, raw), (p3, record) = bench.records
+        assert (p0, p1, p2, p3) == (3, 2, 3, 2)
+        counts = [w << 16 for w in bench.words]
+        assert raw == [*counts, 0x87656321, 0]
+        calibrated = [4000 + 30 + k for k in range(6)]
+        assert record == [839, *calibrated[:3], 0, 0, 0, *calibrated[3:]]
+        assert words[RAWS:RAWS + 6] == counts
+        assert words[RAWS + RAW.index("restart")] == 0
+        assert words[STAMP] == 0x87656321
+        assert words[RECORDS:RECORDS + len(RECORD)] == record
+        assert words[OUTPUTS:OUTPUTS + 8] == [3000 + 40 + k for k in range(8)]
+        header = words[HEADER]
+        assert [field_of(header, n) for n in ("number", "filter", "field_used", "restart")] == [
+            2, 2, 0, 0]
+
+    bench.run(test)
+
+
+def test_a_narrower_word() -> None:
+    """Raw words keep their binary point: counts lose low zeros, stamps their lowest cycles."""
+    bench = Bench(replace(PLAN, word=26, count_bits=10))
+
+    async def test(ctx):
+        await bench.sample(ctx, 0x87654321)
+        counts = [w << 10 for w in bench.words]
+        assert bench.records[0][1] == [*counts, 0x87654321 >> 6, 1 << 25]
+
+    bench.run(test)
+
+
+def test_restarts() -> None:
+    """The first sample, on demand, another filter, run low, and what the time step says."""
+    bench = Bench()
+
+    async def flags(ctx) -> tuple[int, int]:
+        header = (await bench.results(ctx))[HEADER]
+        inertial = [r for p, r in bench.records if p == 3][-1]
+        return inertial[7] >> 31, field_of(header, "restart")
+
+    async def test(ctx):
+        bench.restarting = True
+        await bench.sample(ctx)
+        assert await flags(ctx) == (1, 1)
+        bench.restarting = False
+        await bench.sample(ctx)
+        assert await flags(ctx) == (0, 0)
+        bench.restarting = True  # a gap, which only the calibration sees
+        await bench.sample(ctx)
+        assert await flags(ctx) == (0, 1)
+        for action in (bench.dut.restart, None, "run", "filter"):
+            bench.restarting = False
+            await bench.sample(ctx)
+            assert await flags(ctx) == (0, 0)
+            if action is bench.dut.restart:
+                await bench.pulse(ctx, action)
+            elif action == "run":
+                ctx.set(bench.dut.run, 0)
+                before = bench.updates
+                await bench.sample(ctx, wait=False)
+                await ctx.tick().repeat(300)
+                assert bench.updates == before
+                ctx.set(bench.dut.run, 1)
+            elif action == "filter":
+                ctx.set(bench.dut.filter, 3)  # there is none
+                await bench.sample(ctx)
+                assert await flags(ctx) == (0, 0)
+                ctx.set(bench.dut.filter, 1)
+            bench.restarting = action is not None
+            await bench.sample(ctx)
+            assert await flags(ctx) == ((1, 1) if action is not None else (0, 0)), action
+        assert bench.events.count("restart") == 5
+        assert "sample_dropped" not in bench.events
+
+    bench.run(test)
+
+
+@pytest.mark.parametrize("counts", [0, 1])
+def test_a_field_is_used_once(counts: int) -> None:
+    bench = Bench()
+    program = PLAN.field if counts else PLAN.compass
+
+    async def test(ctx):
+        await bench.line(ctx, (5, -6, 7), counts)
+        await bench.sample(ctx)
+        assert field_of((await bench.results(ctx))[HEADER], "field_used") == 0
+        await bench.until(ctx, lambda: len(bench.records) == 3)
+        await ctx.tick().repeat(60)
+        assert bench.records[2] == (program, [5 << 16, (-6 & 0xFFFF) << 16, 7 << 16])
+        field = [1000 * (program + 1) + 30 + k for k in range(3)]
+        await bench.sample(ctx)
+        words = await bench.results(ctx)
+        assert bench.records[-1][1][4:7] == field == words[RECORDS + 4:RECORDS + 7]
+        assert field_of(words[HEADER], "field_used") == 1
+        assert field_of(words[HEADER], "field_counts") == counts
+        await bench.sample(ctx)
+        words = await bench.results(ctx)
+        assert bench.records[-1][1][4:7] == [0, 0, 0] == words[RECORDS + 4:RECORDS + 7]
+        assert field_of(words[HEADER], "field_used") == 0
+        assert bench.events.count("field_used") == 1
+
+    bench.run(test)
+
+
+@pytest.mark.parametrize("source", range(4))
+@pytest.mark.parametrize("counts", [0, 1])
+def test_source_says_which_lines_count(source: int, counts: int) -> None:
+    bench = Bench()
+    wanted = bool(source >> (0 if counts else 1) & 1)
+
+    async def test(ctx):
+        ctx.set(bench.dut.source, source)
+        await bench.line(ctx, (1, 2, 3), counts)
+        await bench.sample(ctx)
+        await ctx.tick().repeat(100)
+        assert (len(bench.records) == 3) == wanted
+        ctx.set(bench.dut.source, 0)  # what was fresh is not wanted any more
+        await bench.sample(ctx)
+        assert bench.records[-1][1][4:7] == [0, 0, 0]
+        ctx.set(bench.dut.source, source)
+        await bench.sample(ctx)
+        assert bench.records[-1][1][4:7] == [0, 0, 0]
+        assert "field_used" not in bench.events
+
+    bench.run(test)
+
+
+@pytest.mark.parametrize("delay", range(0, 60, 3))
+def test_a_line_in_the_midst_of_another_never_mixes(delay: int) -> None:
+    """Whenever it comes: a field that is used is of one line, and the newer one is used."""
+    bench = Bench(seed=delay)
+
+    async def test(ctx):
+        await bench.line(ctx, (1, 1, 1), 1)
+        await bench.sample(ctx)
+        await bench.pause(ctx, delay)
+        await bench.line(ctx, (2, 2, 2), 0)
+        await ctx.tick().repeat(120)
+        used = []
+        for _ in range(3):
+            await bench.sample(ctx)
+            words = await bench.results(ctx)
+            if field_of(words[HEADER], "field_used"):
+                number = words[RECORDS + 4] % 1000 // 10
+                program, record = bench.records[number - 1]
+                assert program == words[RECORDS + 4] // 1000 - 1
+                assert len(set(record)) == 1, "two lines mixed"
+                assert record[0] >> 16 == (1 if program == PLAN.field else 2)
+                assert field_of(words[HEADER], "field_counts") == (program == PLAN.field)
+                used.append(record[0] >> 16)
+            await ctx.tick().repeat(120)
+        assert used[-1:] == [2]
+        assert used in ([2], [1, 2])
+
+    bench.run(test)
+
+
+@pytest.mark.parametrize("early", range(-2, 8))
+def test_a_line_in_the_cycle_in_which_another_is_begun(early: int) -> None:
+    """It counts as come later, of its own kind: the first is not used if its words were gone."""
+    cycles = []
+    for lead in (None, early):
+        bench = Bench(seed=5)
+
+        async def test(ctx, bench=bench, lead=lead):
+            await bench.line(ctx, (1, 1, 1), 1)
+            await bench.sample(ctx, wait=False)
+            for k in range(400):
+                if lead is None and bench.updates:
+                    cycles.append(k)
+                    return
+                if lead is not None and k == cycles[0] - lead:
+                    await bench.line(ctx, (2, 2, 2), 0)
+                await ctx.tick()
+            for _ in range(3):
+                await bench.sample(ctx)
+                words = await bench.results(ctx)
+                if field_of(words[HEADER], "field_used"):
+                    program, record = bench.records[words[RECORDS + 4] % 1000 // 10 - 1]
+                    kind = field_of(words[HEADER], "field_counts")
+                    assert program == (PLAN.field if kind else PLAN.compass)
+                    assert record == [(1 if kind else 2) << 16] * 3
+                await bench.pause(ctx, 120)
+            assert [r for p, r in bench.records if p == PLAN.compass] == [[2 << 16] * 3]
+
+        bench.run(test)
+
+
+def test_lines_that_are_too_many_are_counted() -> None:
+    bench = Bench()
+
+    async def test(ctx):
+        for _ in range(3):
+            await bench.line(ctx, (1, 2, 3), 1)
+        assert bench.events.count("field_dropped") == 2
+
+    bench.run(test)
+
+
+@pytest.mark.parametrize("delay", [1, 5, 20, 50, 70])
+def test_a_sample_too_early_is_dropped_and_told(delay: int) -> None:
+    bench = Bench()
+
+    async def test(ctx):
+        await bench.sample(ctx, wait=False)
+        await bench.pause(ctx, delay)
+        early = bench.updates == 0
+        await bench.sample(ctx, wait=False)
+        await ctx.tick().repeat(600)
+        assert early
+        assert bench.updates == 1
+        assert bench.events.count("sample_dropped") == 1
+        await bench.sample(ctx)
+        assert field_of((await bench.results(ctx))[HEADER], "number") == 2
+
+    bench.run(test)
+
+
+@pytest.mark.parametrize("delay", range(0, 50, 7))
+def test_a_sample_during_the_field_waits(delay: int) -> None:
+    bench = Bench()
+
+    async def test(ctx):
+        await bench.line(ctx, (1, 2, 3), 1)
+        await bench.sample(ctx)
+        await bench.pause(ctx, delay)
+        await bench.sample(ctx)
+        assert bench.updates == 2
+        assert "sample_dropped" not in bench.events
+
+    bench.run(test)
+
+
+@pytest.mark.parametrize("when", range(2, 150, 17))
+def test_watchdog(when: int) -> None:
+    """A core that stands still, at any time of the job; then it goes on."""
+    bench = Bench(seed=when)
+
+    async def test(ctx):
+        await bench.line(ctx, (1, 2, 3), 1)
+        await bench.sample(ctx, wait=False)
+        await ctx.tick().repeat(when)
+        working = bench.updates == 0 or len(bench.records) < 3
+        bench.broken = True
+        await ctx.tick().repeat(bench.dut.patience + 20)
+        if working:
+            assert bench.events.count("watchdog") >= 1
+        bench.broken = False
+        await ctx.tick().repeat(300)
+        before, watchdogs = bench.updates, bench.events.count("watchdog")
+        bench.restarting = True
+        for number in range(3):
+            await bench.sample(ctx)
+            assert bench.updates == before + number + 1
+            inertial = [r for p, r in bench.records if p == 3][-1]
+            if working:
+                assert inertial[7] >> 31 == (number == 0)
+            bench.restarting = False
+        assert bench.events.count("watchdog") == watchdogs
+        assert bench.events.count("framing") == bench.framing
+
+    bench.run(test)
+
+
+def test_an_idle_conductor_needs_no_watchdog() -> None:
+    bench = Bench()
+
+    async def test(ctx):
+        await ctx.tick().repeat(3 * bench.dut.patience)
+        assert bench.events == []
+
+    bench.run(test)
+
+
+def test_latency_and_patience_are_of_the_plan() -> None:
+    dut = Conductor(plan=PLAN)
+    assert dut.latency(1) - dut.latency(0) == 20
+    assert dut.patience >= 2 * (20 + 80)
+
+
+@pytest.mark.parametrize("change", [{"filters": 0}, {"filters": 9}, {"word": 25}, {"word": 33},
+                                    {"outputs": 17}])
+def test_plan_is_checked(change) -> None:
+    with pytest.raises(ValueError, match=r"^plan must have 1 to 8 filters"):
+        Conductor(plan=replace(PLAN, **change))

@@ -1,0 +1,81 @@
+"""The whole board with a soft core: hardware's attitude in its memory, software from the same."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from firmware.build import CModel
+from model.estimators import estimator
+from sim.board.run import Stimulus, stimulus
+from sim.bundled import bundled
+from sim.log import read_log
+from sim.soc.board import BoardBench, attitude_image, soc_board
+
+#: Cycles from new results in the registers to all of the attitude in memory.
+MOST = 250
+
+
+@pytest.fixture(scope="module")
+def board() -> BoardBench:
+    return soc_board(filters=("complementary",))
+
+
+@pytest.fixture(scope="module")
+def walk(board: BoardBench) -> Stimulus:
+    return stimulus(read_log(bundled("ximu_walk")), board.board)
+
+
+def test_offload(board: BoardBench, walk: Stimulus) -> None:
+    system = board.board.system
+    image = attitude_image(system, ram=board.ram)
+    run = board.run(image, walk, updates=150)
+    assert run.restarts == 0
+    newest, shown = run.newest, run.shown
+    numbers = newest.header & 0xFFFF
+    assert numbers.tolist() == list(range(1, 151)), "every update, once"
+    wanted, _ = CModel(board.board.core.parts[0].program).update(newest.inputs)
+    assert (newest.outputs == wanted).all()
+    assert (shown.header == newest.header).all()
+    assert (shown.computed == wanted).all()
+    took = newest.complete - run.updates[:len(numbers)]
+    assert took[2:].max() <= MOST, "the first ones wait for the start-up"
+    assert (run.updates - run.samples[:len(run.updates)] < 1000).all()
+    lines = re.findall(r"h (\d+) (-?\d+\.\d\d) (-?\d+\.\d\d) (-?\d+\.\d\d) (\d+) (\d+)\r\n",
+                       run.console)
+    assert [int(line[0]) for line in lines] == [128]
+    heading, pitch, roll = (180.0 * word / 2**31 for word in wanted[127, [2, 0, 1]])
+    assert np.allclose([float(v) for v in lines[0][1:4]], [heading, pitch, roll], atol=0.0051)
+    assert run.console.startswith("boresight 1\r\n")
+
+
+@pytest.mark.parametrize("single", [False, True])
+def test_software_on_the_same_records(board: BoardBench, walk: Stimulus, single: bool) -> None:
+    """It misses updates here, which come ten times as fast as from the sensor; time does not."""
+    e, program = estimator("complementary"), board.board.core.parts[0].program
+    image = attitude_image(board.board.system, software=e, single=single, ram=board.ram)
+    run = board.run(image, walk, updates=120, keys=b"1?", keys_at=300_000)
+    assert run.restarts == 0
+    shown, newest = run.shown, run.newest
+    assert 5 < len(shown.header) < len(newest.header)
+    if single:
+        records = np.stack([program.format(n).real(shown.inputs[:, k])
+                            for k, n in enumerate(program.inputs)], axis=1)
+        reference = e.run_float(records[..., None]).outputs
+        for k, (name, n) in enumerate(zip(reference, program.outputs, strict=True)):
+            apart = np.abs(program.format(n).real(shown.computed[:-1, k]) - reference[name][:-1, 0])
+            assert np.minimum(apart, np.abs(apart - 2.0)).max() < 1e-5, name
+    else:
+        wanted, _ = CModel(program).update(shown.inputs)
+        assert (shown.computed[:-1] == wanted[:-1]).all()
+    # The time of what was missed is in the next step.
+    ends = np.searchsorted(newest.header & 0xFFFF, shown.header & 0xFFFF)
+    total = np.cumsum(np.where(newest.inputs[:, 0] < 0, 0, newest.inputs[:, 0].astype(np.int64)))
+    assert shown.inputs[1:, 0].tolist() == np.diff(total[ends]).tolist()
+    told = re.search(r"missed (\d+) crashes 0 cause 0 pc 0 status \d+ stack (\d+) of \d+\r\n",
+                     run.console)
+    assert told
+    assert int(told[1]) > 0
+    assert 100 < int(told[2]) < 1024

@@ -1,0 +1,56 @@
+"""Integer C on the simulated soft core equals the model bit for bit; float C its reference."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from model.estimators import estimator
+from sim.bundled import bundled
+from sim.feed import inputs_of
+from sim.log import read_log
+from sim.soc.comparison import ESTIMATORS, PAPER_CYCLES, compare_one
+from sim.soc.measure import measure_float, measure_integer
+
+#: Updates: every program runs the same instructions in each but for its data.
+UPDATES = 12
+
+
+@pytest.mark.parametrize("name", ESTIMATORS)
+def test_comparison(name: str) -> None:
+    row = compare_one(name, read_log(bundled("ximu_walk")), updates=UPDATES)
+    integer, single = row["integer"], row["float"]
+    assert integer["updates"] == single["updates"] == UPDATES
+    assert integer["mismatches"] == 0
+    assert single["status_mismatches"] == 0
+    assert single["apart_deg"] < 1e-4
+    # No interrupt reaches into an update: integers take the same path but for what data asks for.
+    assert integer["cycles"]["max"] < 1.05 * integer["cycles"]["min"]
+    assert row["hardware"]["cycles"] * 10 < integer["cycles"]["min"] < single["cycles"]["min"]
+    for way in (integer, single):
+        assert 0 < way["overhead_cycles"] < 1500
+        assert 100 < way["stack_bytes"] < 1024
+        assert way["code_bytes"] > 10_000
+    if name in PAPER_CYCLES:
+        assert 0.5 < row["ratios"]["float_to_paper"] < 2.0
+
+
+def test_ways_of_compiling_change_nothing_but_the_cycles() -> None:
+    program = estimator("complementary").compile()
+    inputs = inputs_of(estimator("complementary"), read_log(bundled("ximu_walk")))[:5]
+    small, fast = (measure_integer(program, inputs, optimise=o) for o in ("-Os", "-O2"))
+    assert (small.outputs == fast.outputs).all()
+    assert small.code < fast.code
+
+
+def test_what_no_sensor_says() -> None:
+    """Float C goes on, with what its reference gives: what is no number stays none."""
+    e = estimator("complementary")
+    inputs = inputs_of(e, read_log(bundled("ximu_walk")))[:8].copy()
+    inputs[2, 1:] = np.inf
+    inputs[3] = 0.0
+    run = measure_float(e, inputs)
+    outputs = run.outputs.view(np.float32)
+    assert len(outputs) == 8
+    assert np.isfinite(outputs[:2]).all()
+    assert np.isnan(outputs[2, 3])
