@@ -32,7 +32,7 @@ formal: setup          ## Prove what docs/proofs.md claims
 	$(BIN)/python -m sim.formal
 
 firmware: setup cross  ## C on a simulated soft core: cycles, sizes, equality
-	$(BIN)/python -m sim.soc -o $(OUT)/firmware
+	$(BIN)/python -m sim.soc --board -o $(OUT)/firmware
 
 doctor: setup          ## Which tools are here, and what is missing
 	$(BIN)/boresight doctor

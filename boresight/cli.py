@@ -367,7 +367,7 @@ def _progress(args: argparse.Namespace) -> Any:
 _VERBS = {"list": _list, "compile": _compile, "run": _run, "check": _check, "report": _report,
           "accuracy": _accuracy, "tune": _tune,
           "demo": _demo, "experiment": _experiment, "bench": _bench, "covariance": _covariance,
-          "doctor": _doctor, "monitor": _monitor}
+          "simulate": _simulate, "doctor": _doctor, "monitor": _monitor}
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -7,10 +7,10 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from boresight.compiling import estimate_core, together, write_core
+from boresight.compiling import estimate_core, together, write_core, write_system
 from boresight.output import output_folder
-from gateware.boards.ise import write_ise_project
-from gateware.boards.top import records_design
+from boresight.simulate import simulate, simulate_text
+from gateware.system.programs import system_core
 from model.estimators import estimator as find_estimator
 from sim.bundled import bundled
 from sim.check import check as check_log
@@ -26,26 +26,31 @@ RECORDING = "ximu_walk"
 FILTERS = ("complementary", "ekf_quaternion", "ekf_bias", "mekf")
 #: Leading samples of the recording that every level runs.
 STEPS = 4000
+#: Simulated time of the complete board, s.
+BOARD_S = 0.1
 
 
 def demo(names: Sequence[str] = FILTERS, *, output: str | Path = "build", steps: int = STEPS,
          progress: Callable[[str], None] | None = None) -> dict[str, Any]:
     """Compile one core with all filters, prove it on the bundled recording, estimate, report.
 
-    Writes ``<output>/core-<config>/`` (Verilog, ISE project, C, register map, ``report.json`` and
-    a page for each filter) for small and fast, and ``<output>/summary.json``.
+    Writes ``<output>/core-<config>/`` (Verilog, ISE project of the complete system, C, register
+    map, ``report.json`` and a page for each filter) for small and fast, ``<output>/board/``, the
+    page of the complete board in simulation, and ``<output>/summary.json``.
     """
     say = progress or (lambda text: None)
     estimators = [find_estimator(name) for name in names]
     log = read_log(Path(bundled(RECORDING)))
-    cores, rows = [], []
+    cores, rows, systems = [], [], []
     for config in ("small", "fast"):
         target = Path(output) / f"core-{config}"
         with output_folder(target) as folder:
             say(f"{config}: {', '.join(names)} in one core")
             core = shared_core(estimators, config=config)
             write_core(folder, core, estimators)
-            write_ise_project(records_design(core), "mimas", folder / "ise-mimas")
+            system = system_core(names, config=config)
+            write_system(folder / "ise-mimas", "mimas", system)
+            systems.append(system)
             say("synthesis (yosys) and clock estimate")
             area = estimate_core(core)
             reports = []
@@ -71,8 +76,11 @@ def demo(names: Sequence[str] = FILTERS, *, output: str | Path = "build", steps:
             "ramb16": area.area.ramb16,
             "clock_mhz_estimate": None if fmax is None else round(fmax, 1),
         })
-    summary = {"log": RECORDING, "good": all(r["good"] for r in rows), "cores": cores,
-               "filters": rows}
+    say("the complete board, both sensors at its pins")
+    board = simulate(names[-1], core=systems[0], seconds=BOARD_S, output=Path(output) / "board",
+                     progress=say)
+    summary = {"log": RECORDING, "good": all(r["good"] for r in rows) and board["good"],
+               "cores": cores, "filters": rows, "board": board["runs"]}
     with output_folder(Path(output)) as folder:
         (folder / "summary.json").write_text(json.dumps(summary, indent=1) + "\n")
     return summary
@@ -115,4 +123,6 @@ def summary_table(data: dict[str, Any]) -> str:
                       ("RAMB16 (of 32)", "ramb16"),
                       ("clock, MHz (estimate, -2, median nets)", "clock_mhz_estimate")):
         text += f"\n{name:40s}" + "".join(f"{c[key]!s:>12s}" for c in data["cores"])
+    if "board" in data:
+        text += "\n\ncomplete board in simulation, small\n" + simulate_text({"runs": data["board"]})
     return text

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from boresight.output import output_folder
+from gateware.core import Core
 from gateware.system.programs import FILTERS, system_core
 from model.errors import InputError
 from sim.board.build import Board, make_board
@@ -36,7 +37,7 @@ _LONGEST_S = 20.0
 
 def simulate(name: str | None = None, log: str | Path | None = None, *, config: str = "small",
              seconds: float = 1.0, source: str = "heading", output: str | Path = "build",
-             progress: Callable[[str], None] | None = None) -> dict[str, Any]:
+             core: Core | None = None, progress: Callable[[str], None] | None = None) -> dict[str, Any]:
     """Run the complete system with both sensors at its pins, at the real speeds.
 
     Writes ``board.html`` and ``board.json``. Every attitude frame that comes out of the host's line
@@ -57,6 +58,8 @@ def simulate(name: str | None = None, log: str | Path | None = None, *, config: 
         The compass sends "heading" or "counts".
     output : path
         Folder.
+    core : Core, optional
+        Of `gateware.system.programs.system_core`; by default one with all filters is compiled.
 
     Raises
     ------
@@ -75,13 +78,15 @@ def simulate(name: str | None = None, log: str | Path | None = None, *, config: 
     updates = round(seconds * REAL.rate_hz)
     given = _default_log(updates) if log is None else read_log(Path(log))
     with output_folder(Path(output)) as folder:
-        say(f"core with {', '.join(FILTERS)} and the calibration, {config}")
-        core = system_core(config=config)
+        if core is None:
+            say(f"core with {', '.join(FILTERS)} and the calibration, {config}")
+            core = system_core(config=config)
         board = make_board(REAL, core=core)
+        filters = board.system.plan.names[:board.system.plan.filters]
         what = stimulus(given, board)
         number, mode = sources[source]
         runs, timelines = [], []
-        for filter, each in enumerate(FILTERS):
+        for filter, each in enumerate(filters):
             length = updates if each == name else _SHORT
             say(f"{each}: {length} samples, {length * board.setup.period_cycles / 1e6:.1f} million "
                 "cycles")
@@ -91,7 +96,7 @@ def simulate(name: str | None = None, log: str | Path | None = None, *, config: 
             verdict = judge(board, what, run, filter=filter, source=number)
             runs.append(_row(board, each, filter, run, verdict))
             timelines.append(timeline_of(board, run, filter=filter, update=_SHORT // 2))
-        data = {"config": config, "source": source, "log": given.name,
+        data = {"config": core.machine.name, "source": source, "log": given.name,
                 "clock_mhz": board.setup.clock_hz / 1e6, "good": all(r["good"] for r in runs),
                 "runs": runs, "timelines": [asdict(t) for t in timelines],
                 "setup": asdict(board.setup), "build": f"{board.system.build:016x}"}

@@ -1,6 +1,6 @@
 """Writes an estimator as C99 in single precision, as one would write it by hand.
 
-The mathematics is that of the float reference (`firmware.float_trace`), with ``float`` for
+The mathematics is that of the float reference (`firmware.float_program`), with ``float`` for
 ``double`` and the functions of ``math.h``. Units and formats are those of the estimator's
 declarations: SI, angles in half turns. The interface has the form of the integer C's.
 """
@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from firmware.float_program import FloatProgram, trace_float
 from firmware.float_text import Expressions, float_helpers, float_literal
-from firmware.float_trace import FloatProgram, trace_float
 from firmware.layout import END, banner, block, join
 from firmware.names import comment, identifier
 from model.estimator import Estimator

@@ -6,7 +6,8 @@ import re
 
 import numpy as np
 
-from firmware.float_trace import CONDITIONS, FloatProgram, Value
+from firmware.float_program import FloatProgram
+from firmware.float_trace import CONDITIONS, Value
 from firmware.names import identifier
 
 __all__ = ["Expressions", "float_helpers", "float_literal"]

@@ -7,5 +7,6 @@ component                 what it is                                            
 `memory.Ram`              block RAM, instructions and data                        1 cycle
 `control.Control`         timer, watchdog, console, causes of trouble             1 cycle
 `system.Soc`              all of them, and a slot for a Wishbone device
+`attitude_soc`            the attitude system in that slot
 ========================  ======================================================  ==============
 """

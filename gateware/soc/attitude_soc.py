@@ -15,9 +15,9 @@ from gateware.system.attitude_system import AttitudeSystem
 
 __all__ = ["CONSOLE", "RAM_WORDS", "AttitudeSoc"]
 
-#: Words of memory that the XC6SLX9 has room for beside a core with all four filters: 16 KB. Beside
+#: Words of memory that the XC6SLX9 has room for beside a core with all four filters: 12 KB. Beside
 #: one with `mekf` alone it is 28 KB (`docs/decisions/0010-soft-core.md`).
-RAM_WORDS = 4096
+RAM_WORDS = 3072
 
 #: The soft core's own serial line.
 CONSOLE = (

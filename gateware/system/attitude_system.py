@@ -277,7 +277,7 @@ _LINES = (
     Line("adis_miso", "adis_miso", "ADIS16385 DOUT", input=True, pull_up=True),
     Line("adis_data_ready", "adis_data_ready", "ADIS16385 DIO1, data-ready", input=True),
     Line("adis_reset_n", "adis_reset_n", "ADIS16385 RST"),
-    Line("hmr_rx", "hmr_rx", "from the compass's TX: 5 V, needs a divider or level shifter",
+    Line("hmr_rx", "hmr_rx", "from the compass's TX, which is 5 V: by a divider",
          input=True, pull_up=True),
     Line("hmr_tx", "hmr_tx", "to the compass's RX"),
     Line("led_running", "led0", "LED: blinks while updates come"),

@@ -1,4 +1,4 @@
-"""The board's bench under cocotb, with Verilator or Icarus: the same run, heard by Python."""
+"""The board's bench under cocotb with Verilator: the same run, heard by Python."""
 
 from __future__ import annotations
 
@@ -11,21 +11,17 @@ from sim.board.build import Board, board_parameters, board_sources
 from sim.board.run import BoardRun, Stimulus, cycles_limit, files_and_arguments, frames_of
 from sim.board.trace import read_trace
 from sim.cosim import SimulationFailed, quiet
-from sim.simulators import BUILD_ARGS, simulator_environment
+from sim.simulators import simulator_environment
 
 __all__ = ["run_under_cocotb"]
 
-#: As for the core alone; but with Verilator nothing inside is public, only what the bench says.
-_ARGS = {
-    "verilator": ["-Wno-fatal", "-Wno-lint", "-O3", "--x-initial", "unique", "--x-assign",
-                  "unique", "--no-public-flat-rw"],
-    "icarus": BUILD_ARGS["icarus"],
-}
+#: Nothing inside is public, only what the bench says: that is what makes it fast.
+_ARGS = ["-Wno-fatal", "-Wno-lint", "-O3", "--x-initial", "unique", "--x-assign", "unique",
+         "--no-public-flat-rw"]
 
 
 def run_under_cocotb(board: Board, what: Stimulus, *, updates: int, settings: Mapping[str, int],
-                     simulator: str = "verilator", faults: Mapping[str, str] | None = None
-                     ) -> BoardRun:
+                     faults: Mapping[str, str] | None = None) -> BoardRun:
     """Run the bench under cocotb until so many updates are done.
 
     The bytes of the host's line are heard by Python, as they come; they must be those that the
@@ -34,7 +30,7 @@ def run_under_cocotb(board: Board, what: Stimulus, *, updates: int, settings: Ma
     Raises
     ------
     ToolMissing
-        The simulator is not installed.
+        Verilator is not installed.
     SimulationFailed
         The run did not end, or Python heard other bytes than the bench.
     """
@@ -43,20 +39,20 @@ def run_under_cocotb(board: Board, what: Stimulus, *, updates: int, settings: Ma
 
     files, arguments = files_and_arguments(board, what, updates, settings, faults or {})
     with tempfile.TemporaryDirectory(prefix="boresight-board-") as temporary, \
-            simulator_environment(simulator):
+            simulator_environment("verilator"):
         folder = Path(temporary)
         texts = {name: text.replace("always @*", "always_comb")
                  for name, text in board_sources(board).items()}
         for name, text in {**texts, **files}.items():
             (folder / name).write_text(text)
-        runner = get_runner(simulator)
-        with quiet(folder / "build.log", f"{simulator} build"):
+        runner = get_runner("verilator")
+        with quiet(folder / "build.log", "verilator build"):
             runner.build(sources=[folder / name for name in texts], hdl_toplevel="bench",
-                         build_args=_ARGS[simulator],
+                         build_args=_ARGS,
                          build_dir=folder / "build", parameters=board_parameters(board.setup),
                          always=True, timescale=("1ns", "1ps"))
         root = str(Path(__file__).parent.parent.parent)
-        with quiet(folder / "run.log", f"{simulator} run"):
+        with quiet(folder / "run.log", "verilator run"):
             runner.test(
                 hdl_toplevel="bench", hdl_toplevel_lang="verilog",
                 test_module="sim.board.cocotb_bench", build_dir=folder / "build",
@@ -66,10 +62,10 @@ def run_under_cocotb(board: Board, what: Stimulus, *, updates: int, settings: Ma
                            "PYTHONPATH": os.pathsep.join([root, os.environ.get("PYTHONPATH", "")])})
         tests, failed = get_results(folder / "results.xml")
         if tests != 1 or failed:
-            raise SimulationFailed(f"{simulator}: the board's bench did not come to its end")
+            raise SimulationFailed("verilator: the board's bench did not come to its end")
         trace = read_trace((folder / "trace.txt").read_text())
         if (folder / "heard.bin").read_bytes() != trace.data:
-            raise SimulationFailed(f"{simulator}: Python heard other bytes than the bench")
+            raise SimulationFailed("verilator: Python heard other bytes than the bench")
         cycles, seconds = (folder / "speed.txt").read_text().split()
     frames, dropped = frames_of(trace.data)
     return BoardRun(trace, frames, dropped, int(cycles), float(seconds))

@@ -55,7 +55,7 @@ module adis16385_device #(
 );
     // --- Faults -------------------------------------------------------------------------------
     localparam int ENTRIES = 256;
-    integer first_of[ENTRIES], last_of[ENTRIES], bit_of[ENTRIES], entries, file, got, n;
+    integer first_of[ENTRIES], last_of[ENTRIES], bit_of[ENTRIES], entries, file, got, n, from, to;
     reg [8*256-1:0] path;
     reg [8*32-1:0] name;
     reg [15:0] scheduled;
@@ -91,8 +91,10 @@ module adis16385_device #(
             end
             got = 3;
             while (got == 3 && entries < ENTRIES) begin
-                got = $fscanf(file, "%d %d %s", first_of[entries], last_of[entries], name);
+                got = $fscanf(file, "%d %d %s", from, to, name);
                 if (got == 3) begin
+                    first_of[entries] = from;
+                    last_of[entries] = to;
                     bit_of[entries] = number_of(name);
                     if (bit_of[entries] < 0) begin
                         $display("adis16385: faults: no fault %0s", name);
@@ -149,6 +151,7 @@ module adis16385_device #(
     reg fast_tick, base_tick, instant, falls, rises;
     integer decimation;
     integer value[0:7];
+    integer v0, v1, v2, v3, v4, v5, v6, v7;
 
     // --- Serial port --------------------------------------------------------------------------
     reg cs_before, sclk_before, rst_before;
@@ -234,8 +237,12 @@ module adis16385_device #(
             // The world goes on during a later reset, but does not begin before the first start.
             if ((alive || line_v != 0) && !(hold_log && line_v != 0)
                 && log_file != 0 && !log_done_v) begin
-                got = $fscanf(log_file, "%d %d %d %d %d %d %d %d", value[0], value[1], value[2],
-                              value[3], value[4], value[5], value[6], value[7]);
+                // By variables: Icarus does not read into an element of an array.
+                got = $fscanf(log_file, "%d %d %d %d %d %d %d %d", v0, v1, v2, v3, v4, v5, v6, v7);
+                if (got == 8) begin
+                    value[0] = v0; value[1] = v1; value[2] = v2; value[3] = v3;
+                    value[4] = v4; value[5] = v5; value[6] = v6; value[7] = v7;
+                end
                 if (got == 8) line_v = line_v + 1;
                 else begin
                     log_done_v = 1'b1;

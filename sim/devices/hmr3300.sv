@@ -35,7 +35,7 @@ module hmr3300_device #(
     // ---- data and faults
     reg signed [31:0] numbers [0:6*DATA_LINES-1];
     integer first [0:255], last [0:255], which [0:255];
-    integer ppm = PPM, lines = 0, ranges = 0, file, got, k;
+    integer ppm = PPM, lines = 0, ranges = 0, file, got, k, n0, n1, n2, n3, n4, n5;
     reg [1023:0] name;
     initial begin
         for (k = 0; k < 6; k = k + 1) numbers[k] = 0;
@@ -43,10 +43,15 @@ module hmr3300_device #(
         if ($value$plusargs("hmr3300_data=%s", name)) begin
             file = $fopen(name, "r");
             got = 6;
+            // By variables: Icarus does not read into an element of an array.
             while (got == 6 && lines < DATA_LINES) begin
-                got = $fscanf(file, "%d %d %d %d %d %d", numbers[6*lines], numbers[6*lines+1],
-                    numbers[6*lines+2], numbers[6*lines+3], numbers[6*lines+4],
-                    numbers[6*lines+5]);
+                got = $fscanf(file, "%d %d %d %d %d %d", n0, n1, n2, n3, n4, n5);
+                numbers[6*lines] = n0;
+                numbers[6*lines+1] = n1;
+                numbers[6*lines+2] = n2;
+                numbers[6*lines+3] = n3;
+                numbers[6*lines+4] = n4;
+                numbers[6*lines+5] = n5;
                 if (got == 6) lines = lines + 1;
             end
             $fclose(file);
@@ -55,7 +60,10 @@ module hmr3300_device #(
             file = $fopen(name, "r");
             got = 3;
             while (got == 3 && ranges < 256) begin
-                got = $fscanf(file, "%d %d %d", first[ranges], last[ranges], which[ranges]);
+                got = $fscanf(file, "%d %d %d", n0, n1, n2);
+                first[ranges] = n0;
+                last[ranges] = n1;
+                which[ranges] = n2;
                 if (got == 3) ranges = ranges + 1;
             end
             $fclose(file);

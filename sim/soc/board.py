@@ -129,8 +129,10 @@ class BoardBench:
     ram: int
 
     def run(self, image: Image, what: Stimulus, *, updates: int, after: int = 5000,
-            keys: bytes = b"", keys_at: int = 0) -> BoardSocRun:
+            keys: bytes = b"", keys_at: int = 0, faults: str = "") -> BoardSocRun:
         """Run until so many updates are done, and some cycles more.
+
+        ``faults`` is the text of the ADIS16385's fault file; such updates as it costs come late.
 
         Raises
         ------
@@ -141,9 +143,9 @@ class BoardBench:
             {"updates": updates, "after": after, "adis_log": "adis.txt",
              "hmr3300_data": "hmr.txt", "watch_a": image.symbols["updates"],
              "watch_b": image.symbols["shown"], "keys": keys[::-1].hex() or "0",
-             "keys_at": keys_at},
-            max_cycles=cycles_limit(self.board, updates) + after,
-            files={**what.files(), "firmware.hex": image.hex})
+             "keys_at": keys_at, **({"adis_faults": "faults.txt"} if faults else {})},
+            max_cycles=2 * cycles_limit(self.board, updates) + after,
+            files={**what.files(), "firmware.hex": image.hex, "faults.txt": faults})
         said: dict[str, list[list[str]]] = {kind: [] for kind in "SUABTW"}
         for line in done.stdout.splitlines():
             kind, *rest = line.split()

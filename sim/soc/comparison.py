@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from firmware.build import CModel
-from firmware.float_trace import trace_float
+from firmware.float_program import trace_float
 from gateware.core import build_core
 from model.estimator import Estimator, input_words
 from model.estimators import estimator
@@ -66,8 +66,8 @@ def _single(e: Estimator, inputs: npt.NDArray[np.float64], optimise: str) -> dic
             "status_mismatches": int(wrong.sum())}
 
 
-def compare_one(name: str, log: Log, *, updates: int = 1000,
-                optimise: str = "-Os") -> dict[str, Any]:
+def compare_one(name: str, log: Log, *, updates: int = 1000, optimise: str = "-Os",
+                restarts: int | None = None) -> dict[str, Any]:
     """One estimator: float C, integer C on the simulated soft core, and the core's schedule.
 
     Parameters
@@ -80,6 +80,8 @@ def compare_one(name: str, log: Log, *, updates: int = 1000,
         How many.
     optimise : str
         The compiler's level.
+    restarts : int, optional
+        Effort of the core's scheduler.
 
     Raises
     ------
@@ -89,7 +91,7 @@ def compare_one(name: str, log: Log, *, updates: int = 1000,
     e = estimator(name)
     inputs = inputs_of(e, log)[:updates]
     single, integer = _single(e, inputs, optimise), _integer(e, inputs, optimise)
-    core = build_core(e.compile(), "small", urgent=e.urgent)
+    core = build_core(e.compile(), "small", urgent=e.urgent, restarts=restarts)
     hardware = {"cycles": core.schedule.latency, "interval_cycles": core.schedule.interval}
     paper = PAPER_CYCLES.get(name)
     return {

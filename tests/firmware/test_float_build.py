@@ -18,7 +18,7 @@ from sim.log import read_log
 #: its magnetometer's gate is at the edge and its heading weakly held: 7e-3 deg at update 6919.
 BOUND_DEG = {"complementary": 1e-3, "ekf_quaternion": 2e-2, "ekf_bias": 2e-3, "mekf": 1e-3}
 #: Updates: the bounds hold for the whole logs, but the reference takes its time.
-UPDATES = 2500
+UPDATES = 1200
 
 
 def apart_deg(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -55,12 +55,15 @@ class Odd(Estimator):
         self.inputs = (Input("x", -4.0, 4.0, ""), Input("int", -4.0, 4.0, ""))
         self.params = (Param("gain", 2.0, 0.0, 4.0, "", ""),)
         self.states = (State("sum", -100.0, 100.0, "", 1.0),)
-        self.outputs = (Output("sum", ""), Output("angle", "ht"))
+        self.outputs = (Output("sum", ""), Output("angle", "ht"), Output("limited", ""),
+                        Output("wrapped", "ht"), Output("larger", ""))
 
     def step(self, x, u, p):
         from model import ops
         total = x.sum + p.gain * u.x
-        return {"sum": total}, {"sum": total, "angle": ops.atan2_ht(u.x, u.int)}
+        return {"sum": total}, {
+            "sum": total, "angle": ops.atan2_ht(u.x, u.int), "limited": ops.clip(u.x, -2.0, 3.0),
+            "wrapped": ops.wrap_ht(u.x), "larger": ops.rsqrt(u.x)}
 
 
 def test_parameters_states_reset() -> None:
@@ -76,6 +79,19 @@ def test_parameters_states_reset() -> None:
     (1.0, 0.0, 0.5), (-1.0, 0.0, -0.5), (1.0, 1.0, 0.25)])
 def test_arc_tangent_at_its_edges(y: float, x: float, angle: float) -> None:
     assert FloatCModel(Odd()).update([[y, x]])[0, 1] == angle
+
+
+@pytest.mark.parametrize(("x", "limited", "wrapped"), [
+    (-4.0, -2.0, 0.0), (-2.0, -2.0, 0.0), (-1.5, -1.5, 0.5), (-1.0, -1.0, -1.0), (0.25, 0.25, 0.25),
+    (1.0, 1.0, -1.0), (3.0, 3.0, -1.0), (3.25, 3.0, -0.75)])
+def test_limits_and_wraps(x: float, limited: float, wrapped: float) -> None:
+    assert FloatCModel(Odd()).update([[x, 0.0]])[0, 2:4].tolist() == [limited, wrapped]
+
+
+def test_root_of_nothing_is_finite() -> None:
+    roots = FloatCModel(Odd()).update([[4.0, 0.0], [0.0, 0.0], [-1.0, 0.0]])[:, 4]
+    assert roots[0] == 0.5
+    assert roots[1] == roots[2] > 1e18
 
 
 def test_shape_is_checked() -> None:

@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from firmware.float_program import FloatProgram
 from firmware.float_text import Expressions, float_helpers, float_literal
-from firmware.float_trace import FloatProgram, Tape, Value
+from firmware.float_trace import Tape, Value
 from model import ops
 from model.estimator import Estimator
 

@@ -135,6 +135,19 @@ def test_missed_updates_lose_neither_time_nor_field(tmp_path: Path) -> None:
         "15 30 15000 15007 dt 2 field 0", "18 30 18000 18007 dt 3 field 0"]
 
 
+def test_copy_is_not_disturbed(tmp_path: Path) -> None:
+    """Interrupts between the choice of the newest update and its copy."""
+    main = ATTITUDE.replace(
+        'void soc_unmask(uint32_t mask) { if (mask != 7u) { printf("mask\\n"); } }',
+        "static void sample(uint32_t number, int32_t dt, int32_t field);\n"
+        "void soc_unmask(uint32_t mask) {\n"
+        "    for (uint32_t n = 0; n < 5u; n++) { sample(100u + n + mask - 7u, 1, 0); }\n}")
+    assert "100u + n" in main
+    main = main.split("int main")[0] + "int main(void) { sample(1, 5, 0); show(); show(); }\n"
+    assert run(main, ("attitude.c",), tmp_path)[:2] == [
+        "1 30 1000 1007 dt 5 field 0 missed 4", "104 30 104000 104007 dt 5 field 0 missed 8"]
+
+
 def test_update_that_changes_while_it_is_read(tmp_path: Path) -> None:
     """Three attempts, then it counts as missed; nothing is taken."""
     main = ATTITUDE.split("int main")[0] + """

@@ -9,10 +9,12 @@ from pathlib import Path
 
 import pytest
 
+from boresight.compiling import write_system
 from gateware.boards.board import BOARDS
 from gateware.boards.ise import pins, write_ise_project
 from gateware.boards.top import records_design
 from gateware.core import Core
+from gateware.system.programs import system_core
 from model.errors import InputError
 
 FILES = ["README.txt", "build.bat", "build.sh", "build_top.bat", "build_top.sh", "top.prj",
@@ -199,3 +201,44 @@ def test_bad_arguments(options: dict, message: str, leaky: Core, tmp_path) -> No
 def test_pin_without_letter_is_refused() -> None:
     with pytest.raises(ValueError, match=r"^pin must begin with P, not '65': NET \"a\" LOC=65;$"):
         pins('NET "a" LOC=65;\n')
+
+
+#: Nets of the complete system, but for the clock; Mimas, SK-XC6SLX9.
+SYSTEM_PINS = {
+    "host_rx_0__io": ("P35", "P34"), "host_tx_0__io": ("P34", "P33"),
+    "adis_cs_n_0__io": ("P33", "P29"), "adis_sclk_0__io": ("P32", "P27"),
+    "adis_mosi_0__io": ("P30", "P26"), "adis_miso_0__io": ("P29", "P24"),
+    "adis_data_ready_0__io": ("P27", "P23"), "adis_reset_n_0__io": ("P26", "P22"),
+    "hmr_rx_0__io": ("P24", "P21"), "hmr_tx_0__io": ("P23", "P17"),
+    "led_0__io": ("P119", "P32"), "led_1__io": ("P118", "P30"),
+}
+
+
+@BOARD
+def test_complete_system(board: str, tmp_path) -> None:
+    write_system(tmp_path, board, system_core(("complementary",), restarts=1))
+    assert sorted(os.listdir(tmp_path)) == sorted(
+        [*FILES, *(f"registers.{end}" for end in ("h", "json", "md", "svd"))])
+    ucf = (tmp_path / "top.ucf").read_text()
+    found = pins(ucf)
+    clock = next(net for net in found if net.startswith("clk"))
+    column = ("mimas", "sk-xc6slx9").index(board)
+    assert found == {clock: PINS[board][clock],
+                     **{net: both[column] for net, both in SYSTEM_PINS.items()}}
+    # Every constraint: the period, and no path from a pad of an asynchronous input.
+    assert f'TIMESPEC "TS{clock}"=PERIOD' in ucf
+    assert {line.split('"')[1] for line in ucf.splitlines() if line.endswith(" TIG;")} == {
+        f"{name}_0__io" for name in ("host_rx", "adis_miso", "adis_data_ready", "hmr_rx")}
+    assert ucf.count("PULLUP=TRUE;") == 3 and ucf.count("SLEW=SLOW;") == 6
+    # 100 MHz on both.
+    verilog = (tmp_path / "top.v").read_text()
+    assert ("PLL_BASE" in verilog) == (board == "sk-xc6slx9")
+    done = subprocess.run(
+        [sys.executable, "-c", YOSYS, "-p",
+         "read_verilog -lib +/xilinx/cells_sim.v +/xilinx/cells_xtra.v; read_verilog top.v; "
+         "hierarchy -check -top top; proc; check -assert"],
+        cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    text = (tmp_path / "README.txt").read_text()
+    assert all(len(line) <= 100 for line in text.splitlines()) and "{" not in text
+    assert "complementary" in text and "boresight monitor" in text

@@ -151,7 +151,8 @@ def test_watchdog() -> None:
             await transfer(ctx, dut, "watchdog", KICK)
         await transfer(ctx, dut, "fence", 7)
         await ctx.tick().repeat(900)
-        await transfer(ctx, dut, "watchdog", KICK + 1)  # not the key
+        for wrong in (KICK + 1, KICK ^ 0x8000, KICK ^ 0x0100, 0):  # not the key
+            await transfer(ctx, dut, "watchdog", wrong)
         waited = 0
         while not ctx.get(dut.restart):
             await ctx.tick()

@@ -13,6 +13,7 @@ from sim.board.run import Stimulus, stimulus
 from sim.bundled import bundled
 from sim.log import read_log
 from sim.soc.board import BoardBench, attitude_image, soc_board
+from sim.soc.offload import offload
 
 #: Cycles from new results in the registers to all of the attitude in memory.
 MOST = 250
@@ -79,3 +80,23 @@ def test_software_on_the_same_records(board: BoardBench, walk: Stimulus, single:
     assert told
     assert int(told[1]) > 0
     assert 100 < int(told[2]) < 1024
+
+
+def test_figures_of_the_offload(board: BoardBench) -> None:
+    row = offload(board, read_log(bundled("ximu_walk")), updates=20)
+    assert (row["updates"], row["in_memory"], row["mismatches"]) == (20, 20, 0)
+    assert 0 < row["update_to_memory_cycles"]["max"] <= MOST
+    assert row["sample_to_update_cycles"]["min"] == row["sample_to_update_cycles"]["max"]
+
+
+def test_sensor_faults_do_not_stop_it(board: BoardBench, walk: Stimulus) -> None:
+    """No data-ready, a dead line, a sensor that resets: the firmware waits and goes on."""
+    image = attitude_image(board.board.system, ram=board.ram)
+    faults = "30 60 no_data_ready\n90 100 stuck_high\n160 161 reset\n"
+    run = board.run(image, walk, updates=150, faults=faults)
+    assert run.restarts == 0
+    wanted, _ = CModel(board.board.core.parts[0].program).update(run.newest.inputs)
+    assert (run.newest.outputs == wanted).all()
+    steps = run.newest.inputs[1:, 0]
+    assert steps.max() > 5 * np.median(steps), "samples were missing"
+    assert len(run.newest.header) == len(run.updates)

@@ -29,7 +29,7 @@ def test_table_says_what_differs() -> None:
 def test_one_estimator(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--estimator", "complementary", "--updates", "3", "-o", str(tmp_path)]) == 0
     assert capsys.readouterr().out.splitlines()[1].startswith("complementary ")
-    (row,) = json.loads((tmp_path / "report.json").read_text())
+    (row,) = json.loads((tmp_path / "report.json").read_text())["software"]
     assert row["float"]["updates"] == 3
 
 

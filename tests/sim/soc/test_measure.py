@@ -13,12 +13,12 @@ from sim.soc.comparison import ESTIMATORS, PAPER_CYCLES, compare_one
 from sim.soc.measure import measure_float, measure_integer
 
 #: Updates: every program runs the same instructions in each but for its data.
-UPDATES = 12
+UPDATES = 8
 
 
 @pytest.mark.parametrize("name", ESTIMATORS)
 def test_comparison(name: str) -> None:
-    row = compare_one(name, read_log(bundled("ximu_walk")), updates=UPDATES)
+    row = compare_one(name, read_log(bundled("ximu_walk")), updates=UPDATES, restarts=1)
     integer, single = row["integer"], row["float"]
     assert integer["updates"] == single["updates"] == UPDATES
     assert integer["mismatches"] == 0
@@ -54,3 +54,22 @@ def test_what_no_sensor_says() -> None:
     assert len(outputs) == 8
     assert np.isfinite(outputs[:2]).all()
     assert np.isnan(outputs[2, 3])
+
+
+def test_a_wrong_bit_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The comparison finds one bit in one update, in either way."""
+    from sim.soc import comparison
+
+    def flipped(way: str, place: tuple[int, int], bit: int) -> None:
+        measured = getattr(comparison, way)
+
+        def wrong(*arguments, **options):
+            run = measured(*arguments, **options)
+            run.outputs[place] ^= np.uint32(1 << bit)
+            return run
+        monkeypatch.setattr(comparison, way, wrong)
+    flipped("measure_integer", (3, 6), 0)
+    flipped("measure_float", (2, 3), 24)
+    row = compare_one("complementary", read_log(bundled("ximu_walk")), updates=5, restarts=1)
+    assert row["integer"]["mismatches"] == 1
+    assert row["float"]["apart_deg"] > row["float"]["bound_deg"]

@@ -1,0 +1,53 @@
+"""The attitude by the hardware core, in the soft core's memory: equality and cycles."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from firmware.build import CModel
+from sim.board.run import stimulus
+from sim.log import Log
+from sim.soc.board import BoardBench, attitude_image
+
+__all__ = ["offload"]
+
+#: Updates that wait for the firmware's start-up.
+_FIRST = 2
+
+
+def offload(bench: BoardBench, log: Log, *, updates: int = 1000) -> dict[str, Any]:
+    """Run the complete board: sensors at the pins, interrupt, attitude in memory.
+
+    Every update's outputs in memory are compared with the integer model on the inputs that stand
+    beside them.
+
+    Parameters
+    ----------
+    bench : BoardBench
+        From `sim.soc.board.soc_board`.
+    log : Log
+        What the sensors send; with a reference attitude, for the compass.
+    updates : int
+        How many.
+    """
+    image = attitude_image(bench.board.system, ram=bench.ram)
+    run = bench.run(image, stimulus(log, bench.board), updates=updates)
+    seen = run.newest
+    program = bench.board.core.parts[0].program
+    # Every parameter is as after power-up.
+    wanted, _ = CModel(program).update(seen.inputs)
+    at = (seen.header & 0xFFFF) - 1
+    to_memory = (seen.complete - run.updates[at])[_FIRST:]
+    to_update = run.updates - run.samples[:len(run.updates)]
+    return {
+        "estimator": program.name, "updates": len(run.updates), "in_memory": len(at),
+        "mismatches": int((seen.outputs != wanted).any(axis=1).sum()),
+        "sample_to_update_cycles": {"min": int(to_update.min()), "max": int(to_update.max())},
+        "update_to_memory_cycles": {"median": int(np.median(to_memory)),
+                                    "max": int(to_memory.max())},
+        "code_bytes": image.code_size, "data_bytes": image.data_size,
+        "setup": dataclasses.asdict(bench.board.setup), "simulated_cycles": run.cycles,
+        "simulation_seconds": round(run.seconds, 2)}

@@ -1,0 +1,44 @@
+"""What a single-precision operation costs on the soft core, and what an update should cost by that.
+
+The sum of counted operations leaves out what is not float arithmetic: loads, stores, branches, and
+the instruction cache, which is cold where a program is longer than it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from firmware.soc.image import build_image, source
+from gateware.soc.layout import soc_header
+from sim.soc.measure import RAM, soc_bench
+
+__all__ = ["counted_cycles", "operation_cycles"]
+
+#: Operations in the order of firmware/soc/operations.c, behind the empty loop.
+_NAMES = ("add", "sub", "mul", "div", "less", "sqrt", "sin", "cos", "asin", "atan2")
+_REPEAT = 16
+
+
+def operation_cycles(*, optimise: str = "-Os") -> dict[str, float]:
+    """Mean cycles of each operation, loads and stores of its operands not counted."""
+    image = build_image(
+        {"operations.c": source("operations.c"), "soc_registers.h": soc_header()},
+        sources=("operations.c",), ram=RAM, optimise=optimise)
+    run = soc_bench(ram=RAM).run({}, max_cycles=5_000_000, files={"firmware.hex": image.hex})
+    words = [int(line.split()[1], 16) for line in run.stdout.splitlines() if line[:2] == "O "]
+    empty, *rest = words
+    costs = {name: (word - empty) / _REPEAT for name, word in zip(_NAMES, rest, strict=True)}
+    # The operand of the arc tangent is a difference.
+    costs["atan2"] -= costs["sub"]
+    return costs
+
+
+def counted_cycles(operations: Mapping[str, int], costs: Mapping[str, float]) -> float:
+    """Cycles of so many operations (`firmware.float_program.FloatProgram.counts`).
+
+    A limit is two comparisons, as is a wrap (its common case); the larger of two is one. Changes
+    of sign, selections and logic are a few instructions each and count as nothing.
+    """
+    comparisons = {"clip": 2, "wrap_ht": 2, "max": 1}
+    return sum(n * (costs[kind] if kind in costs else costs["less"] * comparisons.get(kind, 0))
+               for kind, n in operations.items())

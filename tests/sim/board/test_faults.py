@@ -1,0 +1,29 @@
+"""Faults on the complete board: seen, survived, gone. All of them: `boresight simulate --faults`."""
+
+import pytest
+
+from sim.board.faults import COMPASS_FAULTS, INERTIAL_FAULTS, fault_board, fault_trial
+
+
+@pytest.fixture(scope="module")
+def board():
+    """16 times as fast as the real one."""
+    return fault_board(restarts=1)
+
+
+@pytest.mark.parametrize("device, fault, event, within_s, worst_deg", [
+    ("adis", "absent", "inertial_no_data_ready", 0.01, 4.0),
+    ("adis", "bit_flips", "inertial_config_error", 0.01, 4.0),
+    ("hmr", "silence", "compass_went_stale", 0.7, 2.0),
+])
+def test_fault(board, device: str, fault: str, event: str, within_s: float, worst_deg: float
+               ) -> None:
+    trial = fault_trial(board, device, fault)
+    assert trial.good, trial
+    assert event in trial.seen_as and trial.seen_after_s < within_s
+    assert trial.before_deg < 1.5 and trial.during_deg < worst_deg and trial.after_deg < 1.5
+    assert (trial.dropped > 150) == (device == "adis")
+
+
+def test_all_faults_are_known() -> None:
+    assert len(set(INERTIAL_FAULTS)) == 13 and len(set(COMPASS_FAULTS)) == 12

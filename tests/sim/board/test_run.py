@@ -1,0 +1,114 @@
+"""The complete board against the integer models: every word of every frame; and a judge that bites."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from gateware.boards.frames import Decoder, Kind
+from gateware.system.attitude_frame import FLAGS, WORDS, attitude_of, parse_line, text_line
+from model.errors import InputError
+from sim.board.run import frame_ends, judge, run_board, stimulus, writes
+from sim.log import Log
+
+from .conftest import UPDATES
+
+
+def test_every_frame_equals_the_models(board, what, plain) -> None:
+    verdict = judge(board, what, plain, filter=1, source=2)
+    assert (verdict.mismatches, verdict.first) == (0, "")
+    assert verdict.updates == len(plain.frames) == len(plain.trace.samples) == UPDATES
+    assert verdict.lines >= 2 and verdict.fields >= 2
+    assert plain.dropped == plain.trace.violations == len(plain.trace.broken) == 0
+
+
+def test_latency_is_the_stated_one(board, what, plain) -> None:
+    verdict = judge(board, what, plain, filter=1, source=2)
+    assert verdict.transfer_cycles == (board.system.transfer_cycles,) * 2
+    assert sum(verdict.transfer_cycles[:1] + verdict.core_cycles[:1]) \
+        == board.system.latency_cycles(1)
+    least, most = verdict.core_cycles
+    assert least == most <= board.system.plan.lengths[1] + 100  # 1 us at 100 MHz
+
+
+def test_no_sample_is_lost(plain) -> None:
+    edges = plain.trace.ready[plain.trace.ready[:, 0] > plain.trace.samples[0]]
+    assert len(edges) in (len(plain.trace.samples) - 1, len(plain.trace.samples))
+    assert np.array_equal(np.diff(plain.frames[:, 0] & 0xFFFF), np.ones(UPDATES - 1))
+
+
+@pytest.mark.parametrize("word", WORDS)
+def test_one_wrong_bit_is_seen(word: str, board, what, plain) -> None:
+    frames = plain.frames.copy()
+    frames[UPDATES // 2, WORDS.index(word)] ^= 1 << (20 if word == "header" else 0)
+    verdict = judge(board, what, dataclasses.replace(plain, frames=frames), filter=1, source=2)
+    if word == "header":  # another kind of field: not a word that the models know
+        frames[UPDATES // 2, 0] ^= 1 << 21
+        verdict = judge(board, what, dataclasses.replace(plain, frames=frames), filter=1, source=2)
+    assert verdict.mismatches == 1 and f"update {UPDATES // 2}" in verdict.first
+
+
+def test_another_sample_or_line_is_seen(board, what, plain) -> None:
+    counts = what.counts.copy()
+    counts[UPDATES // 2, 2] += 1
+    assert judge(board, dataclasses.replace(what, counts=counts), plain, filter=1,
+                 source=2).mismatches > 0
+    compass = what.compass.copy()
+    compass[0, 0] += 1
+    assert judge(board, dataclasses.replace(what, compass=compass), plain, filter=1,
+                 source=2).mismatches > 0
+
+
+def test_no_frames_is_no_pass(board, what, plain) -> None:
+    silent = dataclasses.replace(plain, frames=plain.frames[:0])
+    verdict = judge(board, what, silent, filter=1, source=2)
+    assert verdict.mismatches == 1 and verdict.updates == 0
+
+
+def test_magnetometer_counts(board, what) -> None:
+    run = run_board(board, what, updates=5 * UPDATES, settings={
+        "filter": 0, "magnetic_source": 1, "compass_mode": 2, "output_divider": 1})
+    verdict = judge(board, what, run, filter=0, source=1)
+    assert (verdict.mismatches, verdict.first) == (0, "")
+    # The compass wakes up with headings and has to be told.
+    assert not run.trace.lines[0].counts and run.trace.lines[-1].counts
+    assert verdict.fields >= 1
+    kinds = {name for k, (name, _) in enumerate(FLAGS) if (run.frames[-1, 0] >> 16 + k) & 1}
+    assert not kinds & {"inertial_fault", "saturated"}
+
+
+def test_text_and_divider(board, what) -> None:
+    run = run_board(board, what, updates=60, settings={"output_mode": 2, "output_divider": 4})
+    pieces = run.trace.data.replace(b"\xc0", b"\n").decode("latin-1").split("\n")
+    kept = [line for line in pieces if parse_line(line)]
+    assert len(kept) == 60 // 4
+    decoder = Decoder(word=32)
+    assert [kind for kind, _ in decoder.feed(run.trace.data)] == [Kind.WRITE] * 2  # the answers
+    attitude = parse_line(kept[-1])
+    assert attitude is not None and attitude.quaternion is None
+
+
+def test_text_and_binary_say_the_same(plain) -> None:
+    words = plain.frames[-1].tolist()
+    assert abs(parse_line(text_line(words)).heading - attitude_of(words).heading) < 0.006
+
+
+def test_ends_of_frames(plain) -> None:
+    ends = frame_ends(plain.trace)
+    assert len(ends) == UPDATES and np.all(np.diff(ends) > 0)
+    assert np.all(ends > plain.trace.updates)
+
+
+def test_writes_are_frames(board) -> None:
+    text = writes(board, {"filter": 1})
+    data = bytes(int(line.split()[1], 16) for line in text.splitlines())
+    address = board.system.map().find("filter").address
+    assert list(Decoder(word=32).feed(data)) == [(Kind.WRITE, [address, 1])]
+
+
+def test_a_log_needs_an_attitude(board) -> None:
+    zeros = np.zeros((4, 3))
+    log = Log(name="bare", t=np.arange(4.0), gyr=zeros, acc=zeros, mag=zeros,
+              mag_new=np.ones(4, dtype=bool))
+    with pytest.raises(InputError, match="wanted a reference attitude"):
+        stimulus(log, board)

@@ -1,0 +1,29 @@
+"""Costs of operations on the soft core, and what they explain of an update."""
+
+from __future__ import annotations
+
+import pytest
+
+from firmware.float_program import trace_float
+from model.estimators import estimator
+from sim.bundled import bundled
+from sim.feed import inputs_of
+from sim.log import read_log
+from sim.soc.measure import measure_float
+from sim.soc.operations import counted_cycles, operation_cycles
+
+
+def test_costs_explain_an_update() -> None:
+    costs = operation_cycles()
+    assert 20 < costs["less"] < costs["mul"] < costs["div"] < costs["sin"] < 10_000
+    assert costs["add"] == pytest.approx(costs["sub"], rel=0.5)
+    e = estimator("ekf_quaternion")
+    run = measure_float(e, inputs_of(e, read_log(bundled("ximu_walk")))[:6])
+    counted = counted_cycles(trace_float(e).counts(), costs)
+    assert 0.4 < counted / run.cycles.max() < 1.0
+
+
+def test_counting() -> None:
+    costs = {"add": 10.0, "less": 3.0, "sin": 100.0}
+    assert counted_cycles({"add": 2, "sin": 1, "clip": 1, "wrap_ht": 1, "max": 1, "less": 1,
+                           "select": 9, "neg": 4, "and": 2}, costs) == 20 + 100 + 6 + 6 + 3 + 3
