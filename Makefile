@@ -48,6 +48,8 @@ $(VENV)/.done: pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[test]'
 	@touch $@
 
+CROSS := gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf
+
 # Icarus is a second simulator: installed where we may, asked for where not.
 tools: $(VENV)/.done
 	@for t in gcc g++ make perl; do command -v $$t >/dev/null || { echo "error: $$t not found: install it (Debian: apt-get install build-essential perl)" >&2; exit 2; }; done
@@ -57,9 +59,13 @@ tools: $(VENV)/.done
 	    { apt-get install -y -qq iverilog || { apt-get update -qq && apt-get install -y -qq iverilog; }; } >/dev/null 2>&1 || \
 	      echo "note: Icarus Verilog could not be installed; Verilator alone is used (apt-get install iverilog adds the second simulator)"; \
 	  else echo "note: for the second simulator: sudo apt-get install iverilog"; fi; }
+	@command -v riscv64-unknown-elf-gcc >/dev/null || { \
+	  if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then \
+	    $(MAKE) --no-print-directory cross || \
+	      echo "note: without that compiler the tests of the soft core's firmware are skipped, and say so"; \
+	  else echo "note: for the tests of the soft core's firmware: sudo apt-get install $(CROSS)"; fi; }
 
 # The compiler for the soft core: installed where we may, asked for where not.
-CROSS := gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf
 cross:
 	@command -v riscv64-unknown-elf-gcc >/dev/null && test -e "$$(riscv64-unknown-elf-gcc -print-file-name=picolibc.specs)" || { \
 	  if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then \

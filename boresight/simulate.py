@@ -37,7 +37,8 @@ _LONGEST_S = 20.0
 
 def simulate(name: str | None = None, log: str | Path | None = None, *, config: str = "small",
              seconds: float = 1.0, source: str = "heading", output: str | Path = "build",
-             core: Core | None = None, progress: Callable[[str], None] | None = None) -> dict[str, Any]:
+             core: Core | None = None, progress: Callable[[str], None] | None = None
+             ) -> dict[str, Any]:
     """Run the complete system with both sensors at its pins, at the real speeds.
 
     Writes ``board.html`` and ``board.json``. Every attitude frame that comes out of the host's line

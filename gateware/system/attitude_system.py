@@ -93,7 +93,7 @@ class AttitudeSystem(wiring.Component):
         self._inertial = Adis16385(clock_hz=clock_hz, **(inertial or {}))
         self._compass = Hmr3300(clock_hz=clock_hz, **(compass or {}))
         self._bridge = Bridge(clock_hz=clock_hz, baud=host_baud, address=ADDRESS_BITS)
-        self._attitude = AttitudeCore(core=core, readers=3 if wishbone else 2)
+        self._attitude = AttitudeCore(core=core, readers=2)
         self._output = AttitudeOutput()
         self.title = "attitude system"
         self.lines = _LINES

@@ -1,4 +1,4 @@
-"""Faults on the complete board: seen, survived, gone. All of them: `boresight simulate --faults`."""
+"""Faults on the complete board: seen, survived, gone. `boresight simulate --faults` has all."""
 
 import pytest
 

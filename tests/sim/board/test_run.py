@@ -1,4 +1,4 @@
-"""The complete board against the integer models: every word of every frame; and a judge that bites."""
+"""The complete board against the integer models, word by word; and a judge that bites."""
 
 import dataclasses
 
