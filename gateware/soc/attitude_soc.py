@@ -27,6 +27,14 @@ CONSOLE = (
 )
 
 
+_FIRMWARE = """\
+SOFT CORE
+VexRiscv.v and ram.v are part of the project; firmware.hex is what the memory holds when the FPGA is
+configured. Its sources and build.sh are in the folder firmware: build there, copy firmware.hex
+here, and run this folder's build.sh again. The attitude system works without it.
+"""
+
+
 class AttitudeSoc(wiring.Component):
     """`AttitudeSystem`, its registers in the slot of a `Soc`, its updates as the interrupt.
 
@@ -55,10 +63,20 @@ class AttitudeSoc(wiring.Component):
         self.soc = Soc(words=words, watchdog_cycles=watchdog_cycles, image=image,
                        divisor=divisor_for(clock_hz=system.clock_hz, baud=console_baud))
         self.lines = (*system.lines, *CONSOLE)
+        self.clock_hz = system.clock_hz
+        self.title = "attitude system with a soft core"
+        self.console_baud = console_baud
+        self.words = words
         super().__init__({
             **{name: member for name, member in system.signature.members.items()
                if name not in ("wb", "interrupt")},
             "console_rx": In(1, init=1), "console_tx": Out(1, init=1)})
+
+    def text(self) -> tuple[str, str]:
+        """Head and end of a project's README."""
+        head, body = self.system.text()
+        return (f"{head}CPU      VexRiscv, {4 * self.words // 1024} KB of memory, console "
+                f"{self.console_baud:.0f} baud\n", f"{body}\n{_FIRMWARE}")
 
     def elaborate(self, platform: Any) -> Module:
         """Two parts and what is between them."""

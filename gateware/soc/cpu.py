@@ -6,7 +6,7 @@ import importlib.util
 from pathlib import Path
 from typing import Any
 
-from amaranth.hdl import ClockSignal, Const, Instance, Module, ResetSignal
+from amaranth.hdl import ClockSignal, Const, Instance, Module, ResetSignal, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
@@ -63,6 +63,9 @@ class Cpu(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         """The instance of the package's module; its text stands beside ours."""
         m = Module()
+        # On a board nothing else resets it after power-up.
+        starting = Signal(3, init=-1)
+        m.d.sync += starting.eq(starting - starting.any())
         ports: dict[str, Any] = {}
         for name, bus in (("iBus", self.ibus), ("dBus", self.dbus)):
             ports |= {f"o_{name}Wishbone_{port}": getattr(bus, member) for port, member in (
@@ -71,7 +74,8 @@ class Cpu(wiring.Component):
             ports |= {f"i_{name}Wishbone_ACK": bus.ack, f"i_{name}Wishbone_DAT_MISO": bus.dat_r,
                       f"i_{name}Wishbone_ERR": Const(0, 1)}
         m.submodules.core = Instance(
-            "VexRiscv", i_clk=ClockSignal(), i_reset=ResetSignal() | self.restart,
+            "VexRiscv", i_clk=ClockSignal(),
+            i_reset=ResetSignal(allow_reset_less=True) | self.restart | starting.any(),
             i_externalResetVector=Const(RESET_VECTOR, 32), i_timerInterrupt=self.timer,
             i_softwareInterrupt=Const(0, 1), i_externalInterruptArray=self.interrupts, **ports)
         return m

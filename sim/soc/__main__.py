@@ -17,6 +17,7 @@ from sim.log import read_log
 from sim.soc.board import soc_board
 from sim.soc.comparison import ESTIMATORS, compare
 from sim.soc.offload import offload
+from sim.soc.page import render_page
 
 __all__ = ["main", "table"]
 
@@ -48,7 +49,8 @@ def main(argv: Sequence[str] | None = None) -> int:
                         help="only this one; may be repeated")
     parser.add_argument("--board", action="store_true",
                         help="also the hardware's attitude on the complete board")
-    parser.add_argument("-o", "--output", type=Path, default=None, help="folder for report.json")
+    parser.add_argument("-o", "--output", type=Path, default=None,
+                        help="folder for report.json, firmware.html")
     args = parser.parse_args(argv)
     try:
         if args.updates < 2:
@@ -72,6 +74,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         if args.output is not None:
             args.output.mkdir(parents=True, exist_ok=True)
             (args.output / "report.json").write_text(json.dumps(report, indent=1) + "\n")
+            (args.output / "firmware.html").write_text(render_page(report), encoding="utf-8")
     except (InputError, ToolMissing, ImageError, SimulationFailed, OSError) as error:
         print(f"error: {' '.join(str(error).split())}", file=sys.stderr)
         return 2

@@ -27,7 +27,7 @@ from sim.board.run import Stimulus, cycles_limit
 from sim.board.setup import SCALED, Setup
 from sim.compiled import Compiled, build
 
-__all__ = ["BoardBench", "Watched", "attitude_image", "soc_board"]
+__all__ = ["BoardBench", "Watched", "attitude_files", "attitude_image", "soc_board"]
 
 #: Files of the firmware that shows the attitude.
 _FILES = ("main.c", "attitude.h", "attitude.c", "software.h", "software.c", "text.h", "text.c")
@@ -52,6 +52,13 @@ def attitude_image(system: AttitudeSystem, *, software: Estimator | None = None,
     ram : int
         Bytes of memory.
     """
+    files, sources = attitude_files(system, software=software, single=single)
+    return build_image(files, sources=sources, ram=ram, optimise=optimise)
+
+
+def attitude_files(system: AttitudeSystem, *, software: Estimator | None = None,
+                   single: bool = False) -> tuple[dict[str, str], list[str]]:
+    """Texts of that firmware by file name, and which of them are compiled."""
     files = {name: source(name) for name in _FILES}
     sources = [name for name in _FILES if name.endswith(".c")]
     prefix = None
@@ -63,7 +70,7 @@ def attitude_image(system: AttitudeSystem, *, software: Estimator | None = None,
         sources.append(f"{prefix}.c")
     files |= {"filter.h": filter_header(prefix, single=single),
               "registers.h": to_header(system.map()), "soc_registers.h": soc_header()}
-    return build_image(files, sources=sources, ram=ram, optimise=optimise)
+    return files, sources
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,47 @@
+"""ISE project of the complete system with a soft core, its firmware in block RAM."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from firmware.soc.image import build_image, project_files
+from gateware.boards.ise import write_ise_project
+from gateware.core import Core
+from gateware.register_map import files_of
+from gateware.soc.attitude_soc import RAM_WORDS, AttitudeSoc
+from gateware.soc.cpu import cpu_verilog
+from gateware.soc.memory import ram_verilog
+from gateware.system.attitude_system import AttitudeSystem
+from sim.soc.board import attitude_files
+
+__all__ = ["SOC_CLOCK_HZ", "write_soc"]
+
+#: Clock of a system with a soft core, Hz: our estimate for the soft core is 65 MHz
+#: (`docs/decisions/0010-soft-core.md`).
+SOC_CLOCK_HZ = 50_000_000
+
+
+def write_soc(folder: Path, board: str, core: Core, meanings: dict[str, str]) -> AttitudeSoc:
+    """Write the ISE project, the register map, and the firmware's sources ready to build.
+
+    Raises
+    ------
+    ToolMissing
+        There is no compiler for the soft core.
+    ImageError
+        The firmware could not be built.
+    """
+    system = AttitudeSystem(core=core, clock_hz=SOC_CLOCK_HZ, wishbone=True)
+    soc = AttitudeSoc(system=system, words=RAM_WORDS)
+    files, sources = attitude_files(system)
+    image = build_image(files, sources=sources, ram=4 * RAM_WORDS)
+    write_ise_project(lambda _: soc, board, folder, clock_hz=SOC_CLOCK_HZ, files={
+        "VexRiscv.v": cpu_verilog(), "ram.v": ram_verilog(), "firmware.hex": image.hex})
+    for name, text in files_of(system.map(meanings)).items():
+        (folder / name).write_text(text)
+    place = folder / "firmware"
+    place.mkdir()
+    for name, text in project_files(files, sources=sources, ram=4 * RAM_WORDS).items():
+        (place / name).write_text(text, encoding="utf-8")
+    (place / "build.sh").chmod(0o755)
+    return soc
