@@ -99,7 +99,8 @@ def _offload(report: Mapping[str, Any]) -> str:
     return (f"<p>Offload, the complete board with {escape(row['estimator'])} on the core: "
             f"{row['in_memory']:,} of {row['updates']:,} updates in the processor's memory, "
             f"{row['mismatches']} differ; sample to results "
-            f"{row['sample_to_update_cycles']['max']} cycles, from there through the interrupt into memory "
+            f"{row['sample_to_update_cycles']['max']} cycles, from there through the "
+            f"interrupt into memory "
             f"{row['update_to_memory_cycles']['median']} (at most "
             f"{row['update_to_memory_cycles']['max']}).</p>")
 
