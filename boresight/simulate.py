@@ -134,7 +134,7 @@ def _row(board: Board, name: str, filter: int, run: BoardRun, verdict: Judgement
         "filter": name, "updates": verdict.updates, "frames": len(run.frames),
         "mismatches": verdict.mismatches, "first_mismatch": verdict.first,
         "lost_samples": lost, "fields": verdict.fields, "compass_lines": verdict.lines,
-        "transfer_cycles": verdict.transfer_cycles, "core_cycles": verdict.core_cycles,
+        "transfer_cycles": list(verdict.transfer_cycles), "core_cycles": list(verdict.core_cycles),
         "program_cycles": board.system.plan.lengths[filter],
         "beside_program_us": round(excess * us, 3),
         "in_registers_us": round((verdict.transfer_cycles[1] + verdict.core_cycles[1]) * us, 2),

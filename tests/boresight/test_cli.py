@@ -154,7 +154,10 @@ def test_demo_proves_every_filter_on_one_core(tmp_path):
         assert report["resources"]["lut"] == core["lut"]
         assert list(report["programs"]) == ["complementary", "mekf"]
     assert json.loads((tmp_path / "summary.json").read_text()) == data
-    assert summary_table(data).count("mekf") == 2
+    assert summary_table(data).count("mekf") == 3  # two cores and the board
+    assert [(r["filter"], r["good"]) for r in data["board"]] == [
+        ("complementary", True), ("mekf", True)]
+    assert (tmp_path / "board" / "board.html").is_file()
     assert main(["demo", "--steps", "0", "-o", str(tmp_path)]) == 2
 
 

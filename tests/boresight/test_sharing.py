@@ -63,7 +63,8 @@ def test_parameters_not_by_estimator_are_refused():
 @pytest.fixture(scope="module")
 def built(tmp_path_factory):
     folder = tmp_path_factory.mktemp("shared")
-    data = compile(*NAMES, output=folder, board="mimas", params={NAMES[1]: {"kp_roll_per_s": 4.0}})
+    data = compile(*NAMES, output=folder, board="mimas", top="records",
+                   params={NAMES[1]: {"kp_roll_per_s": 4.0}})
     return folder, data
 
 
