@@ -46,8 +46,12 @@ module bench #(
     wire hmr_rx, hmr_tx, host_tx;
     reg host_rx;
 
+    // By a register: what depends on an input is computed twice in every cycle.
+    reg reset = 1;
+    always @(posedge clk) reset <= rst;
+
     system dut (
-        .clk(clk), .rst(rst),
+        .clk(clk), .rst(reset),
         .adis_cs_n(adis_cs_n), .adis_sclk(adis_sclk), .adis_mosi(adis_mosi), .adis_miso(adis_miso),
         .adis_data_ready(adis_data_ready), .adis_reset_n(adis_reset_n),
         .hmr_rx(hmr_rx), .hmr_tx(hmr_tx),
@@ -72,7 +76,7 @@ module bench #(
         .BIT(HMR_DIVISOR), .LINE(HMR_LINE_CYCLES), .STARTUP(HMR_STARTUP_CYCLES),
         .ANSWER(HMR_ANSWER_CYCLES), .GLITCH(HMR_DIVISOR / 50)
     ) hmr (
-        .clk(clk), .rst(rst || !seen_running), .rx(hmr_tx), .tx(hmr_rx), .fault(12'd0),
+        .clk(clk), .rst(reset || !seen_running), .rx(hmr_tx), .tx(hmr_rx), .fault(12'd0),
         .slot(hmr_slot)
     );
 
@@ -135,7 +139,7 @@ module bench #(
             next_host;
         end
 
-        if (!rst) begin
+        if (!reset) begin
             // Board to host: bytes, each in the middle of its bits.
             if (!listening) begin
                 quiet <= quiet + 1;
