@@ -201,5 +201,6 @@ def faults_text(data: dict[str, Any]) -> str:
             f"{t['device'] + ' ' + t['fault']:24s}{t['fault_s']:>6.2f} s{s(t['seen_after_s']):>12s}"
             f"{t['dropped']:>9d}{s(t['back_after_s']):>12s}{t['before_deg']:>10.2f} deg"
             f"{t['during_deg']:>8.2f}{t['after_deg']:>8.2f}  {', '.join(t['seen_as'][:3])}"
-            + ("" if t["good"] else "  FAILED"))
+            + ("" if t["good"] else "  FAILED")
+            + ("" if t["seen_as"] or not t["good"] else "no effect"))
     return "\n".join(lines)

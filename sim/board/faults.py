@@ -72,9 +72,15 @@ class FaultTrial:
     back_after_s: float | None
 
     @property
+    def harmless(self) -> bool:
+        """It did nothing that anybody could see: no sample dropped, no event, no larger error."""
+        return (self.seen_after_s is None and self.dropped == 0
+                and self.during_deg <= max(1.0, 1.2 * self.before_deg))
+
+    @property
     def good(self) -> bool:
-        """It was seen, and the board came back by itself to about what it was."""
-        return (self.seen_after_s is not None and self.back_after_s is not None
+        """It was seen, or did nothing; and the board came back by itself to about what it was."""
+        return ((self.seen_after_s is not None or self.harmless) and self.back_after_s is not None
                 and self.after_deg <= max(1.0, 2.0 * self.before_deg))
 
 

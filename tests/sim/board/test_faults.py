@@ -2,7 +2,13 @@
 
 import pytest
 
-from sim.board.faults import COMPASS_FAULTS, INERTIAL_FAULTS, fault_board, fault_trial
+from sim.board.faults import (
+    COMPASS_FAULTS,
+    INERTIAL_FAULTS,
+    FaultTrial,
+    fault_board,
+    fault_trial,
+)
 
 
 @pytest.fixture(scope="module")
@@ -27,3 +33,18 @@ def test_fault(board, device: str, fault: str, event: str, within_s: float, wors
 
 def test_all_faults_are_known() -> None:
     assert len(set(INERTIAL_FAULTS)) == 13 and len(set(COMPASS_FAULTS)) == 12
+
+
+@pytest.mark.parametrize("changes, harmless, good", [
+    ({}, True, True),
+    ({"dropped": 1}, False, False),
+    ({"during_deg": 1.3}, False, False),
+    ({"seen_after_s": 0.1}, False, True),
+    ({"seen_after_s": 0.1, "back_after_s": None}, False, False),
+    ({"seen_after_s": 0.1, "after_deg": 2.1}, False, False),
+])
+def test_what_counts_as_good(changes: dict, harmless: bool, good: bool) -> None:
+    values = {"seen_after_s": None, "seen_as": (), "dropped": 0, "before_deg": 1.0,
+              "during_deg": 1.1, "after_deg": 1.0, "back_after_s": 0.01, **changes}
+    trial = FaultTrial(device="hmr", fault="glitches", fault_s=0.9, **values)
+    assert (trial.harmless, trial.good) == (harmless, good)
