@@ -209,6 +209,12 @@ def _compile(args: argparse.Namespace) -> tuple[int, Any, str]:
         timing = report["timing"]["latency_cycles_by_output"]
         lines.append(f"{args.output}: {name and name + ': '}" + ", ".join(
             f"{k} {v}" for k, v in timing.items()) + " cycles")
+    if "system" in data:
+        whole = data["system"]
+        clock = whole["clock_mhz_estimate"]
+        lines.append(f"complete system: {whole['lut']} LUT, {whole['ff']} FF, {whole['dsp']} "
+                     f"DSP48A1, {whole['ramb16']:g} RAMB16; clock {clock['median']} MHz (estimate, "
+                     f"-2, median nets; {clock['p75']} with 75th percentile nets)")
     return 0, data, "\n".join(lines)
 
 
@@ -345,6 +351,9 @@ def _monitor(args: argparse.Namespace) -> tuple[int, Any, str]:
 
 def _simulate(args: argparse.Namespace) -> tuple[int, Any, str]:
     if args.faults:
+        if args.log is not None:
+            raise InputError.at("--faults", wanted="no log: the trials have a motion of their own",
+                                found=args.log, fix="leave it out")
         data = boresight.simulate_faults(args.filter, progress=_progress(args))
         return 0 if data["good"] else 1, data, faults_text(data)
     data = boresight.simulate(args.filter, args.log, config=args.config, seconds=args.seconds,

@@ -10,7 +10,7 @@ from typing import Any
 
 from boresight.output import output_folder
 from boresight.sharing import estimator_names, params_of_each
-from boresight.soc_project import SOC_CLOCK_HZ, write_soc
+from boresight.soc_project import SOC_CLOCK_HZ, soc_verilog, write_soc
 from firmware.emit import emit_c
 from firmware.soc.image import find_cross_compiler
 from gateware.boards.board import BOARDS
@@ -22,6 +22,7 @@ from gateware.register_map import files_of, register_map_files
 from gateware.synthesis.estimate import Estimate, estimate
 from gateware.system.attitude_system import AttitudeSystem, system_design
 from gateware.system.programs import core_plan, system_core, system_estimators
+from gateware.verilog import to_verilog
 from model.errors import InputError
 from model.estimator import Estimator
 from model.estimators import estimator as find_estimator
@@ -80,7 +81,8 @@ def compile(name: str, *others: str, config: str = "small", board: str | None = 
     word : int
         Word width, 18 to 32.
     synth : bool
-        Also synthesise: area and clock estimate.
+        Also synthesise: area and clock estimate of the core, and of the complete system if there
+        is one (``system`` in the report).
     with_cpu : bool
         With a soft core beside it, its firmware in block RAM; needs a board and "sensors".
     output : path
@@ -105,6 +107,7 @@ def compile(name: str, *others: str, config: str = "small", board: str | None = 
         The programs do not fit into one core.
     """
     say = progress or (lambda text: None)
+    whole: dict[str, Any] | None = None
     names = estimator_names(name, *others)
     estimators = [find_estimator(n) for n in names]
     check_board(board)
@@ -130,22 +133,36 @@ def compile(name: str, *others: str, config: str = "small", board: str | None = 
             else:
                 given = dict(zip(names, params_of_each(names, params), strict=True))
                 clock_hz = SOC_CLOCK_HZ if with_cpu else SYSTEM_CLOCK_HZ
-                made = system_core(names, config=config, word=word, params={
-                    "calibrate_inertial": {"tick_s": 1.0 / clock_hz},
-                    **{name: values for name, values in given.items() if values}})
+                made = system_core(names, config=config, word=word, clock_hz=clock_hz, params={
+                    name: values for name, values in given.items() if values})
+                place = folder / f"ise-{board}"
                 if with_cpu:
-                    write_soc(folder / f"ise-{board}", board, made, _meanings(made))
+                    verilog = soc_verilog(write_soc(place, board, made, _meanings(made)))
                 else:
-                    write_system(folder / f"ise-{board}", board, made)
+                    verilog = to_verilog(write_system(place, board, made), "system",
+                                         instances=True)
+                if synth:
+                    say("synthesis of the complete system")
+                    whole = figures_of(estimate(verilog, "system"))
         area = None
         if synth:
             say("synthesis (yosys) and clock estimate")
             area = estimate_core(core)
         reports = [report_data(core.select(k), e, area=area) for k, e in enumerate(estimators)]
         data = together(core, reports)
+        if whole is not None:
+            data["system"] = whole
         data["compile_seconds"] = round(seconds, 2)
         (folder / "report.json").write_text(json.dumps(data, indent=1) + "\n")
     return data
+
+
+def figures_of(found: Estimate) -> dict[str, Any]:
+    """Area, and the clock in MHz on -2 by kind of nets; the clock is an estimate, not ISE."""
+    return {"lut": found.area.lut, "ff": found.area.ff, "dsp": found.area.dsp,
+            "ramb16": found.area.ramb16, "clock_mhz_estimate": {
+                nets: None if (fmax := found.corner(grade=2, nets=nets).fmax_mhz) is None
+                else round(fmax, 1) for nets in ("median", "p75")}}
 
 
 def write_system(folder: Path, board: str, core: Core) -> AttitudeSystem:

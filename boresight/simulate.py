@@ -65,7 +65,7 @@ def simulate(name: str | None = None, log: str | Path | None = None, *, config: 
     Raises
     ------
     InputError
-        Unknown filter or source, a length out of range, a log without attitude.
+        Unknown filter or source, a length out of range, a log without attitude or too short.
     """
     say = progress or (lambda text: None)
     name = _filter(name)
@@ -78,6 +78,9 @@ def simulate(name: str | None = None, log: str | Path | None = None, *, config: 
                             fix="choose a length inside the range")
     updates = round(seconds * REAL.rate_hz)
     given = _default_log(updates) if log is None else read_log(Path(log))
+    if len(given) < max(updates, _SHORT):
+        raise InputError.at(f"log {given.name!r}", wanted=f"{max(updates, _SHORT)} rows or more",
+                            found=str(len(given)), fix="give a longer log, or fewer --seconds")
     with output_folder(Path(output)) as folder:
         if core is None:
             say(f"core with {', '.join(FILTERS)} and the calibration, {config}")
@@ -124,16 +127,13 @@ def _row(board: Board, name: str, filter: int, run: BoardRun, verdict: Judgement
     """What a run says, as plain data."""
     us = 1e6 / board.setup.clock_hz
     trace = run.trace
-    first = int(trace.samples[0])
-    edges = int((trace.ready[:, 0] > first).sum())
-    lost = max(edges - len(trace.samples), 0)
-    good = verdict.mismatches == 0 and run.dropped == 0 and trace.violations == 0 and lost == 0 \
+    good = verdict.mismatches == verdict.lost == run.dropped == trace.violations == 0 \
         and len(trace.broken) == 0 and len(run.frames) == verdict.updates > 0
     excess = verdict.core_cycles[1] - board.system.plan.lengths[filter]
     return {
         "filter": name, "updates": verdict.updates, "frames": len(run.frames),
         "mismatches": verdict.mismatches, "first_mismatch": verdict.first,
-        "lost_samples": lost, "fields": verdict.fields, "compass_lines": verdict.lines,
+        "lost_samples": verdict.lost, "fields": verdict.fields, "compass_lines": verdict.lines,
         "transfer_cycles": list(verdict.transfer_cycles), "core_cycles": list(verdict.core_cycles),
         "program_cycles": board.system.plan.lengths[filter],
         "beside_program_us": round(excess * us, 3),

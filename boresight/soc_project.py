@@ -12,13 +12,20 @@ from gateware.soc.attitude_soc import RAM_WORDS, AttitudeSoc
 from gateware.soc.cpu import cpu_verilog
 from gateware.soc.memory import ram_verilog
 from gateware.system.attitude_system import AttitudeSystem
+from gateware.verilog import to_verilog
 from sim.soc.board import attitude_files
 
-__all__ = ["SOC_CLOCK_HZ", "write_soc"]
+__all__ = ["SOC_CLOCK_HZ", "soc_verilog", "write_soc"]
 
 #: Clock of a system with a soft core, Hz: our estimate for the soft core is 65 MHz
 #: (`docs/decisions/0010-soft-core.md`).
 SOC_CLOCK_HZ = 50_000_000
+
+
+def soc_verilog(soc: AttitudeSoc) -> str:
+    """All of its Verilog for synthesis, top ``system``; the memory's contents do not matter."""
+    memory = ram_verilog().replace("    initial $readmemh(IMAGE, words);\n", "")
+    return "\n".join((to_verilog(soc, "system", instances=True), memory, cpu_verilog()))
 
 
 def write_soc(folder: Path, board: str, core: Core, meanings: dict[str, str]) -> AttitudeSoc:

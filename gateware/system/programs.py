@@ -29,7 +29,7 @@ def system_estimators(filters: Sequence[str] = FILTERS) -> list[Estimator]:
 
 
 def system_core(filters: Sequence[str] = FILTERS, *, config: str = "small", word: int = 32,
-                params: Mapping[str, Mapping[str, float]] | None = None,
+                clock_hz: float = 100e6, params: Mapping[str, Mapping[str, float]] | None = None,
                 restarts: int | None = None) -> Core:
     """Compile the core of a system. Filter k is program k; the front programs follow.
 
@@ -39,6 +39,8 @@ def system_core(filters: Sequence[str] = FILTERS, *, config: str = "small", word
         Filters of the same inputs and outputs.
     config : str
         "small" or "fast".
+    clock_hz : float
+        Clock of the system, Hz: time stamps count its cycles (``tick_s``).
     params : mapping, optional
         By program's name, the parameter values other than the defaults.
     restarts : int, optional
@@ -61,7 +63,10 @@ def system_core(filters: Sequence[str] = FILTERS, *, config: str = "small", word
             raise InputError.at(f"parameters of {name}", fix="leave them out, or add the filter",
                                 wanted=f"one of {', '.join(e.name for e in estimators)}",
                                 found=repr(name))
-    programs = [with_params(e.compile(word=word), e, (params or {}).get(e.name))
+    values = {"calibrate_inertial": {"tick_s": 1.0 / clock_hz}}
+    for name, given in (params or {}).items():
+        values[name] = {**values.get(name, {}), **given}
+    programs = [with_params(e.compile(word=word), e, values.get(e.name))
                 for e in estimators]
     return build_shared_core(programs, config, urgents=[e.urgent for e in estimators],
                              restarts=restarts)

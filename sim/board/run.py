@@ -23,7 +23,7 @@ from sim.log import Log
 __all__ = ["BoardRun", "Judgement", "Stimulus", "cycles_limit", "files_and_arguments",
            "frame_ends", "frames_of", "judge", "run_board", "stimulus", "writes"]
 
-#: degC of the model's temperature; it follows nothing.
+#: Word of TEMP_OUT, 27.5 degC; it follows nothing.
 _TEMPERATURE_CODE = 37
 
 
@@ -188,7 +188,9 @@ class Judgement:
     updates : int
         Compared.
     mismatches : int
-        Words of attitude frames that differ: number, stamp, outputs.
+        Words of attitude frames that differ: stamp, outputs, parts of the header.
+    lost : int
+        Data-ready edges from the first sample's to the last one's that made no sample.
     first : str
         The first of them; empty if there is none.
     fields, lines : int
@@ -203,6 +205,7 @@ class Judgement:
 
     updates: int
     mismatches: int
+    lost: int
     first: str
     fields: int
     lines: int
@@ -250,17 +253,18 @@ def judge(board: Board, what: Stimulus, run: BoardRun, *, filter: int, source: i
     samples = Samples(ready[:, 0] % (1 << 32), what.counts[np.minimum(
         ready[:, 1] - 1, len(what.counts) - 1)], kinds, values, restart, np.full(n, filter))
     chain = run_chain([part.program for part in board.core.parts], samples)
-    return _compare(run, chain, samples, transfer, core, good)
+    lost = int(edge[-1] - edge[0]) + 1 - n
+    return _compare(run, chain, samples, transfer, core, good, lost)
 
 
 def _wrong(text: str) -> Judgement:
     none = np.zeros((0, 0), dtype=np.int64)
     flags = np.zeros(0, dtype=np.bool_)
-    return Judgement(0, 1, text, 0, 0, (0, 0), (0, 0), (0, 0), Chain(none, none, flags, flags))
+    return Judgement(0, 1, 0, text, 0, 0, (0, 0), (0, 0), (0, 0), Chain(none, none, flags, flags))
 
 
 def _compare(run: BoardRun, chain: Chain, samples: Samples, transfer: IntArray, core: IntArray,
-             lines: int) -> Judgement:
+             lines: int, lost: int) -> Judgement:
     frames, n = run.frames, len(samples)
     mismatches, first = 0, ""
     numbers = frames[:, WORDS.index("header")] & 0xFFFF
@@ -272,10 +276,12 @@ def _compare(run: BoardRun, chain: Chain, samples: Samples, transfer: IntArray, 
             "stamp": (int(samples.stamp[k]) + offset) % (1 << 32),
             **{name: int(v) for name, v in zip(OUTPUTS, chain.outputs[k], strict=True)},
             "filter": int(samples.filter[k]), "field_used": int(samples.line[k] != NO_LINE),
+            "field_counts": int(samples.line[k] == COUNTS),
             "restart": int(chain.restart[k]), "saturated": int(chain.saturated[k])}
         found = {"stamp": int(frame[1]) % (1 << 32),
                  **{name: int(v) for name, v in zip(OUTPUTS, frame[2:], strict=True)},
                  "filter": header >> 16 & 7, "field_used": header >> 19 & 1,
+                 "field_counts": header >> 20 & 1,
                  "restart": header >> 21 & 1, "saturated": header >> 22 & 1}
         for name, value in expected.items():
             if found[name] != value:
@@ -287,8 +293,8 @@ def _compare(run: BoardRun, chain: Chain, samples: Samples, transfer: IntArray, 
     ready = run.trace.samples[:n] - transfer
     whole = ends - ready[numbers - 1] if len(ends) == len(frames) else ends[:0]
     return Judgement(
-        n if len(frames) else 0, mismatches, first, int((samples.line != NO_LINE).sum()), lines,
-        _range(transfer), _range(core), _range(whole), chain)
+        n if len(frames) else 0, mismatches, lost, first, int((samples.line != NO_LINE).sum()),
+        lines, _range(transfer), _range(core), _range(whole), chain)
 
 
 def frame_ends(trace: Trace) -> IntArray:

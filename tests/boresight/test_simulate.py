@@ -9,6 +9,7 @@ import boresight
 from boresight.cli import main
 from boresight.simulate import faults_text, simulate_text
 from gateware.system.programs import system_core
+from sim.bundled import bundled
 
 #: The function has the module's name.
 module = importlib.import_module("boresight.simulate")
@@ -42,6 +43,9 @@ def test_figures_and_page(small, tmp_path) -> None:
     (["mekf", "--seconds", "0"], "error: seconds: wanted 0.05 to 20, found 0"),
     (["mekf", "--seconds", "nan"], "error: seconds: wanted 0.05 to 20, found nan"),
     (["kalman", "--faults"], "error: filter: wanted one of complementary, "),
+    (["mekf", "a.csv", "--faults"], "error: --faults: wanted no log: "),
+    (["mekf", str(bundled("ximu_walk")), "--seconds", "13"],
+     "error: log 'ximu_walk': wanted 13312 rows or more, found 12625; give a longer log"),
 ])
 def test_refused(arguments, message, capsys, tmp_path) -> None:
     assert main(["simulate", *arguments, "-o", str(tmp_path / "new")]) == 2

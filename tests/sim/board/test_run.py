@@ -31,9 +31,8 @@ def test_latency_is_the_stated_one(board, what, plain) -> None:
     assert least == most <= board.system.plan.lengths[1] + 100  # 1 us at 100 MHz
 
 
-def test_no_sample_is_lost(plain) -> None:
-    edges = plain.trace.ready[plain.trace.ready[:, 0] > plain.trace.samples[0]]
-    assert len(edges) in (len(plain.trace.samples) - 1, len(plain.trace.samples))
+def test_no_sample_is_lost(board, what, plain) -> None:
+    assert judge(board, what, plain, filter=1, source=2).lost == 0
     assert np.array_equal(np.diff(plain.frames[:, 0] & 0xFFFF), np.ones(UPDATES - 1))
 
 
@@ -42,10 +41,17 @@ def test_one_wrong_bit_is_seen(word: str, board, what, plain) -> None:
     frames = plain.frames.copy()
     frames[UPDATES // 2, WORDS.index(word)] ^= 1 << (20 if word == "header" else 0)
     verdict = judge(board, what, dataclasses.replace(plain, frames=frames), filter=1, source=2)
-    if word == "header":  # another kind of field: not a word that the models know
-        frames[UPDATES // 2, 0] ^= 1 << 21
-        verdict = judge(board, what, dataclasses.replace(plain, frames=frames), filter=1, source=2)
     assert verdict.mismatches == 1 and f"update {UPDATES // 2}" in verdict.first
+
+
+def test_one_lost_sample_is_seen(board, what, plain) -> None:
+    trace = plain.trace
+    gone = dataclasses.replace(trace, samples=np.delete(trace.samples, 5),
+                               updates=np.delete(trace.updates, 5))
+    frames = plain.frames[:-1]
+    verdict = judge(board, what, dataclasses.replace(plain, trace=gone, frames=frames), filter=1,
+                    source=2)
+    assert verdict.lost == 1
 
 
 def test_another_sample_or_line_is_seen(board, what, plain) -> None:
