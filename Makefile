@@ -16,11 +16,13 @@ main: setup            ## Set up, then Verilog, proof on recorded data, area, cl
 test: setup            ## Set up, then lint, types and all tests
 	$(BIN)/boresight doctor --quiet
 	$(BIN)/ruff check .
+	$(BIN)/ruff format --check --quiet .
 	$(BIN)/mypy
 	$(BIN)/pytest -n 2 --dist worksteal
 
-lint: setup            ## ruff
+lint: setup            ## ruff: rules and format
 	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
 
 types: setup           ## mypy
 	$(BIN)/mypy
@@ -29,10 +31,10 @@ bench: setup           ## Rates of the models, as ratios in one run
 	$(BIN)/boresight bench
 
 formal: setup          ## Prove what docs/proofs.md claims
-	$(BIN)/python -m sim.formal
+	$(BIN)/python -m boresight.sim.formal
 
 firmware: setup cross  ## C on a simulated soft core: cycles, sizes, equality
-	$(BIN)/python -m sim.soc --board -o $(OUT)/firmware
+	$(BIN)/python -m boresight.sim.soc --board -o $(OUT)/firmware
 
 doctor: setup          ## Which tools are here, and what is missing
 	$(BIN)/boresight doctor

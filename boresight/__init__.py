@@ -15,28 +15,70 @@ Everything the command line does is one function here::
     boresight.monitor("/dev/ttyUSB0", count=100, plot="attitude.png")
     boresight.simulate("mekf", seconds=1.0, output="build")
     boresight.doctor()
+
+Importing this package alone is cheap: a function's module is imported when it is first asked for.
 """
 
 from __future__ import annotations
 
-from boresight.accuracy import accuracy
-from boresight.bench import bench
-from boresight.compiling import compile
-from boresight.covariance import covariance
-from boresight.demo import demo
-from boresight.doctor import doctor
-from boresight.experiment import experiment
-from boresight.listing import list_estimators
-from boresight.monitor import monitor
-from boresight.proving import check
-from boresight.reporting import report
-from boresight.running import run
-from boresight.simulate import simulate, simulate_faults
-from boresight.tuning import tune
-from model.errors import InputError, ToolMissing
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
-__all__ = ["InputError", "ToolMissing", "accuracy", "bench", "check", "compile",
-           "covariance", "demo", "doctor", "experiment", "list_estimators", "monitor", "report",
-           "run", "simulate", "simulate_faults", "tune"]
+if TYPE_CHECKING:
+    from boresight.model.errors import InputError, ToolMissing
+    from boresight.verbs.accuracy import accuracy
+    from boresight.verbs.bench import bench
+    from boresight.verbs.check import check
+    from boresight.verbs.compile import compile
+    from boresight.verbs.covariance import covariance
+    from boresight.verbs.demo import demo
+    from boresight.verbs.doctor import doctor
+    from boresight.verbs.experiment import experiment
+    from boresight.verbs.list import list_estimators
+    from boresight.verbs.monitor import monitor
+    from boresight.verbs.report import report
+    from boresight.verbs.run import run
+    from boresight.verbs.simulate import simulate, simulate_faults
+    from boresight.verbs.tune import tune
+
+__all__ = [
+    "InputError",
+    "ToolMissing",
+    "accuracy",
+    "bench",
+    "check",
+    "compile",
+    "covariance",
+    "demo",
+    "doctor",
+    "experiment",
+    "list_estimators",
+    "monitor",
+    "report",
+    "run",
+    "simulate",
+    "simulate_faults",
+    "tune",
+]
 
 __version__ = "0.1.0"
+
+#: Names whose module is not ``boresight.verbs.NAME``.
+_ELSEWHERE = {
+    "InputError": "model.errors",
+    "ToolMissing": "model.errors",
+    "list_estimators": "verbs.list",
+    "simulate_faults": "verbs.simulate",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(import_module(f"{__name__}.{_ELSEWHERE.get(name, f'verbs.{name}')}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

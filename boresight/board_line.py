@@ -10,9 +10,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from gateware.boards.frames import END, Decoder, Kind, encode
-from gateware.system.attitude_frame import FORMATS, WORDS, Attitude, attitude_of, parse_line
-from model.errors import InputError
+from boresight.gateware.boards.frames import END, Decoder, Kind, encode
+from boresight.gateware.system.attitude_frame import (
+    FORMATS,
+    WORDS,
+    Attitude,
+    attitude_of,
+    parse_line,
+)
+from boresight.model.errors import InputError
 
 __all__ = ["BoardLine", "Listener", "Reply", "RegisterTable"]
 
@@ -93,9 +99,12 @@ class RegisterTable:
                 self.data = json.loads(Path(path).read_text(encoding="utf-8"))
                 self._by_name = {r["name"]: r for r in self.data["registers"]}
             except (OSError, ValueError, KeyError, TypeError) as error:
-                raise InputError.at(str(path), wanted="a registers.json of `boresight compile`",
-                                    found=str(error) or type(error).__name__,
-                                    fix="give the file of this board's bitstream") from error
+                raise InputError.at(
+                    str(path),
+                    wanted="a registers.json of `boresight compile`",
+                    found=str(error) or type(error).__name__,
+                    fix="give the file of this board's bitstream",
+                ) from error
         else:
             self._by_name = {}
 
@@ -127,13 +136,24 @@ class RegisterTable:
         try:
             address = int(name, 0)
         except ValueError:
-            wanted = f"a register of {self.path}" if self.path else \
-                "an address, or a name and --map registers.json"
-            raise InputError.at(f"register {name}", wanted=wanted, found=repr(name),
-                                fix="registers.md of the bitstream lists them") from None
+            wanted = (
+                f"a register of {self.path}"
+                if self.path
+                else "an address, or a name and --map registers.json"
+            )
+            raise InputError.at(
+                f"register {name}",
+                wanted=wanted,
+                found=repr(name),
+                fix="registers.md of the bitstream lists them",
+            ) from None
         if not 0 <= address < 4096:
-            raise InputError.at(f"register {name}", wanted="an address from 0 to 4095", found=name,
-                                fix="registers.md of the bitstream lists them")
+            raise InputError.at(
+                f"register {name}",
+                wanted="an address from 0 to 4095",
+                found=name,
+                fix="registers.md of the bitstream lists them",
+            )
         for register in self._by_name.values():
             if register["address"] == address:
                 return dict(register)
@@ -149,25 +169,38 @@ class RegisterTable:
         """
         where = f"--write {register['name']}"
         if register.get("access") == "read-only":
-            raise InputError.at(where, wanted="a register that can be written", found="read-only",
-                                fix="choose another")
+            raise InputError.at(
+                where,
+                wanted="a register that can be written",
+                found="read-only",
+                fix="choose another",
+            )
         if text in register.get("names", ()):
             return int(list(register["names"]).index(text))
         frac = register.get("frac")
         try:
-            word = int(text, 0) if frac is None else round(float(text) * 2.0 ** frac)
+            word = int(text, 0) if frac is None else round(float(text) * 2.0**frac)
         except (ValueError, OverflowError):
-            raise InputError.at(where, wanted=" or ".join(["a number", *register.get("names", ())]),
-                                found=repr(text), fix="give such a value") from None
+            raise InputError.at(
+                where,
+                wanted=" or ".join(["a number", *register.get("names", ())]),
+                found=repr(text),
+                fix="give such a value",
+            ) from None
         width = register.get("width") or 32
         plain = register.get("width") is None or register.get("signed")
         low = register.get("minimum", -(1 << width - 1) if plain else 0)
-        high = register.get("maximum", len(register["names"]) - 1 if register.get("names")
-                            else (1 << width) - 1)
+        high = register.get(
+            "maximum", len(register["names"]) - 1 if register.get("names") else (1 << width) - 1
+        )
         if not low <= word <= high:
-            scale = 1.0 if frac is None else 2.0 ** -frac
-            raise InputError.at(where, wanted=f"{low * scale:g} to {high * scale:g}", found=text,
-                                fix="give a value inside the range")
+            scale = 1.0 if frac is None else 2.0**-frac
+            raise InputError.at(
+                where,
+                wanted=f"{low * scale:g} to {high * scale:g}",
+                found=text,
+                fix="give a value inside the range",
+            )
         return word
 
     def value_of(self, register: Mapping[str, Any], word: int) -> Any:
@@ -177,8 +210,7 @@ class RegisterTable:
         if register.get("signed") and bits >> width - 1:
             bits -= 1 << width
         if register.get("fields"):
-            return {f["name"]: bits >> f["bit"] & (1 << f["width"]) - 1
-                    for f in register["fields"]}
+            return {f["name"]: bits >> f["bit"] & (1 << f["width"]) - 1 for f in register["fields"]}
         names = register.get("names", ())
         if 0 <= bits < len(names):
             return names[bits]
@@ -212,13 +244,17 @@ class BoardLine:
                 if path.exists() and not stat.S_ISCHR(path.stat().st_mode):
                     raise OSError("is not a port or a file")
                 import serial
+
                 self._file: Any = serial.Serial(source, baud, timeout=0.05)
             else:
                 self._file = path.open("rb")
         except (OSError, ValueError) as error:
-            raise InputError.at(source, wanted="a serial port, or a file of captured bytes",
-                                found=str(error), fix="name one that is there and may be opened, "
-                                "at a rate that it has") from error
+            raise InputError.at(
+                source,
+                wanted="a serial port, or a file of captured bytes",
+                found=str(error),
+                fix="name one that is there and may be opened, at a rate that it has",
+            ) from error
 
     def __enter__(self) -> BoardLine:
         return self
@@ -244,11 +280,19 @@ class BoardLine:
                 return
             elif time.monotonic() - heard > silence_s:
                 raise InputError.at(
-                    self.source, wanted="bytes from the board", found=f"none for {silence_s:g} s",
-                    fix="check wiring and power, --baud, and register output_mode")
+                    self.source,
+                    wanted="bytes from the board",
+                    found=f"none for {silence_s:g} s",
+                    fix="check wiring and power, --baud, and register output_mode",
+                )
 
-    def access(self, kind: Kind, words: list[int], *,
-               also: Callable[[Attitude], object] = lambda attitude: None) -> int:
+    def access(
+        self,
+        kind: Kind,
+        words: list[int],
+        *,
+        also: Callable[[Attitude], object] = lambda attitude: None,
+    ) -> int:
         """Send a register access and wait for its answer; attitudes meanwhile go to ``also``.
 
         Raises
@@ -257,8 +301,12 @@ class BoardLine:
             No port, or no answer.
         """
         if not self.is_port:
-            raise InputError.at(self.source, wanted="a serial port to read or write registers",
-                                found="a file", fix="name the port")
+            raise InputError.at(
+                self.source,
+                wanted="a serial port to read or write registers",
+                found="a file",
+                fix="name the port",
+            )
         for _ in range(_TRIES):
             self._send(bytes([END]) + encode(kind, words, word=32))
             end = time.monotonic() + _ANSWER_S
@@ -272,8 +320,11 @@ class BoardLine:
                 if answer is not None:
                     return answer
         raise InputError.at(
-            self.source, wanted="an answer from the board", found=f"none in {_TRIES} tries",
-            fix="check the line to the board, and --baud")
+            self.source,
+            wanted="an answer from the board",
+            found=f"none in {_TRIES} tries",
+            fix="check the line to the board, and --baud",
+        )
 
     def _read(self) -> bytes:
         try:
@@ -290,5 +341,6 @@ class BoardLine:
             raise self._gone(error) from error
 
     def _gone(self, error: OSError) -> InputError:
-        return InputError.at(self.source, wanted="a line that stays", found=str(error),
-                             fix="plug the board in again")
+        return InputError.at(
+            self.source, wanted="a line that stays", found=str(error), fix="plug the board in again"
+        )

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from gateware.system.attitude_frame import Attitude
-from model.errors import InputError
-from sim.plotting import COLOUR, INK, figure_and_axes, settings
+from boresight.gateware.system.attitude_frame import Attitude
+from boresight.model.errors import InputError
+from boresight.sim.plotting import COLOUR, INK, figure_and_axes, settings
 
 __all__ = ["save_plot"]
 
@@ -34,8 +34,14 @@ def _times(values: Sequence[float], times: Sequence[float], gaps: set[int]) -> l
     return out
 
 
-def save_plot(times: Sequence[float], attitudes: Sequence[Attitude],
-              gaps: Sequence[tuple[int, int]], path: Path, *, timed: bool) -> None:
+def save_plot(
+    times: Sequence[float],
+    attitudes: Sequence[Attitude],
+    gaps: Sequence[tuple[int, int]],
+    path: Path,
+    *,
+    timed: bool,
+) -> None:
     """Heading, pitch and roll over time, one under the other; missing frames are grey.
 
     Parameters
@@ -61,10 +67,12 @@ def save_plot(times: Sequence[float], attitudes: Sequence[Attitude],
             values = [getattr(a, name) for a in attitudes]
             single = {"marker": "."} if len(values) < 3 else {}
             for index, _ in gaps:
-                axis.axvspan(times[index], times[index + 1], color=COLOUR["grey"], alpha=0.35,
-                             linewidth=0.8)
-            axis.plot(_times(values, times, holes), _broken(values, holes), color=COLOUR[name],
-                      **single)
+                axis.axvspan(
+                    times[index], times[index + 1], color=COLOUR["grey"], alpha=0.35, linewidth=0.8
+                )
+            axis.plot(
+                _times(values, times, holes), _broken(values, holes), color=COLOUR[name], **single
+            )
             axis.set_ylabel(f"{name} [deg]")
         missing = sum(count for _, count in gaps)
         note = f"{len(attitudes)} attitudes"
@@ -80,6 +88,9 @@ def _save(figure: Any, path: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(path, dpi=130)
     except OSError as error:
-        raise InputError.at(str(path), wanted="a place that can be written",
-                            found=error.strerror or type(error).__name__,
-                            fix="choose another with --plot") from error
+        raise InputError.at(
+            str(path),
+            wanted="a place that can be written",
+            found=error.strerror or type(error).__name__,
+            fix="choose another with --plot",
+        ) from error

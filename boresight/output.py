@@ -9,15 +9,18 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from model.errors import InputError
+from boresight.model.errors import InputError
 
 __all__ = ["output_folder", "write_file"]
 
 
 def _refuse(path: Path, error: OSError) -> InputError:
-    return InputError.at(str(path), wanted="a place that can be written",
-                         found=error.strerror or type(error).__name__,
-                         fix="choose another with -o, or change its permissions")
+    return InputError.at(
+        str(path),
+        wanted="a place that can be written",
+        found=error.strerror or type(error).__name__,
+        fix="choose another with -o, or change its permissions",
+    )
 
 
 @contextmanager

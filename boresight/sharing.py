@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from boresight.model.errors import InputError
+from boresight.model.estimators import estimator as find_estimator
 from boresight.parameters import parse_settings, read_params
-from model.errors import InputError
-from model.estimators import estimator as find_estimator
 
 __all__ = ["estimator_names", "params_for_each", "params_of_each"]
 
@@ -25,13 +25,18 @@ def estimator_names(*texts: str) -> list[str]:
     for k, name in enumerate(names):
         find_estimator(name)
         if name in names[:k]:
-            raise InputError.at("estimators", wanted="each name once", found=f"{name} twice",
-                                fix="leave one out: a core holds one program of each")
+            raise InputError.at(
+                "estimators",
+                wanted="each name once",
+                found=f"{name} twice",
+                fix="leave one out: a core holds one program of each",
+            )
     return names
 
 
-def params_of_each(names: Sequence[str], params: Mapping[str, Any] | None
-                   ) -> list[Mapping[str, float] | None]:
+def params_of_each(
+    names: Sequence[str], params: Mapping[str, Any] | None
+) -> list[Mapping[str, float] | None]:
     """Parameter values of each estimator.
 
     Parameters
@@ -48,14 +53,18 @@ def params_of_each(names: Sequence[str], params: Mapping[str, Any] | None
         return [params for _ in names]
     for name, values in params.items():
         if name not in names or not isinstance(values, Mapping):
-            raise InputError.at("parameters", wanted=f"values of {', '.join(names)}",
-                                found=name, fix="write for example --param "
-                                f"{names[0]}.NAME=NUMBER")
+            raise InputError.at(
+                "parameters",
+                wanted=f"values of {', '.join(names)}",
+                found=name,
+                fix=f"write for example --param {names[0]}.NAME=NUMBER",
+            )
     return [params.get(name) for name in names]
 
 
-def params_for_each(names: Sequence[str], files: Sequence[str | Path],
-                    settings: Sequence[str]) -> dict[str, dict[str, float]]:
+def params_for_each(
+    names: Sequence[str], files: Sequence[str | Path], settings: Sequence[str]
+) -> dict[str, dict[str, float]]:
     """Values by estimator: of files that name theirs, then of ``ESTIMATOR.NAME=NUMBER`` texts.
 
     Raises
@@ -67,9 +76,12 @@ def params_for_each(names: Sequence[str], files: Sequence[str | Path],
 
     def take(where: str, owner: str | None, values: Mapping[str, float]) -> None:
         if owner not in names:
-            raise InputError.at(where, wanted=f"parameters of {', '.join(names)}",
-                                found="those of nobody" if owner is None else f"those of {owner}",
-                                fix=f"write for example --param {names[0]}.NAME=NUMBER")
+            raise InputError.at(
+                where,
+                wanted=f"parameters of {', '.join(names)}",
+                found="those of nobody" if owner is None else f"those of {owner}",
+                fix=f"write for example --param {names[0]}.NAME=NUMBER",
+            )
         assert owner is not None
         out[owner] = out.get(owner, {}) | dict(values)
 

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from firmware.soc.image import build_image, project_files
-from gateware.boards.ise import write_ise_project
-from gateware.core import Core
-from gateware.register_map import files_of
-from gateware.soc.attitude_soc import RAM_WORDS, AttitudeSoc
-from gateware.soc.cpu import cpu_verilog
-from gateware.soc.memory import ram_verilog
-from gateware.system.attitude_system import AttitudeSystem
-from gateware.verilog import to_verilog
-from sim.soc.board import attitude_files
+from boresight.firmware.soc.image import build_image, project_files
+from boresight.gateware.boards.ise import write_ise_project
+from boresight.gateware.core import Core
+from boresight.gateware.register_map import files_of
+from boresight.gateware.soc.attitude_soc import RAM_WORDS, AttitudeSoc
+from boresight.gateware.soc.cpu import cpu_verilog
+from boresight.gateware.soc.memory import ram_verilog
+from boresight.gateware.system.attitude_system import AttitudeSystem
+from boresight.gateware.verilog import to_verilog
+from boresight.sim.soc.board import attitude_files
 
 __all__ = ["SOC_CLOCK_HZ", "soc_verilog", "write_soc"]
 
@@ -42,8 +42,13 @@ def write_soc(folder: Path, board: str, core: Core, meanings: dict[str, str]) ->
     soc = AttitudeSoc(system=system, words=RAM_WORDS)
     files, sources = attitude_files(system)
     image = build_image(files, sources=sources, ram=4 * RAM_WORDS)
-    write_ise_project(lambda _: soc, board, folder, clock_hz=SOC_CLOCK_HZ, files={
-        "VexRiscv.v": cpu_verilog(), "ram.v": ram_verilog(), "firmware.hex": image.hex})
+    write_ise_project(
+        lambda _: soc,
+        board,
+        folder,
+        clock_hz=SOC_CLOCK_HZ,
+        files={"VexRiscv.v": cpu_verilog(), "ram.v": ram_verilog(), "firmware.hex": image.hex},
+    )
     for name, text in files_of(system.map(meanings)).items():
         (folder / name).write_text(text)
     place = folder / "firmware"

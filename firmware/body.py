@@ -5,17 +5,20 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator
 
-from firmware.check import check
-from firmware.names import comment, identifier, literal, unique
-from model.program import Kind, Negate, Op, Overflow, Program, Scale, Term, When
+from boresight.firmware.check import check
+from boresight.firmware.names import comment, identifier, literal, unique
+from boresight.model.program import Kind, Negate, Op, Overflow, Program, Scale, Term, When
 
 __all__ = ["Body"]
 
 #: Stems whose ``<stem>_t`` belongs to the standard headers.
 _TYPE_STEM = re.compile(r"u?int((_least|_fast)?\d+|ptr|max)|s?size|ptrdiff|wchar|max_align")
 
-_RESULT = {Overflow.SAT: "saturate(acc, &saturated)", Overflow.CLIP: "clip(acc)",
-           Overflow.WRAP: "wrap(acc)"}
+_RESULT = {
+    Overflow.SAT: "saturate(acc, &saturated)",
+    Overflow.CLIP: "clip(acc)",
+    Overflow.WRAP: "wrap(acc)",
+}
 
 
 def _is_conditional(term: Term) -> bool:
@@ -81,8 +84,11 @@ class Body:
     def describe(self, number: int, *, name: bool = False) -> str:
         """Format, unit and range of a value, for a comment."""
         value = self.program.values[number]
-        parts = (str(self.program.format(number)), value.unit,
-                 f"[{value.low:.6g}, {value.high:.6g}]")
+        parts = (
+            str(self.program.format(number)),
+            value.unit,
+            f"[{value.low:.6g}, {value.high:.6g}]",
+        )
         text = ", ".join(part for part in parts if part)
         return comment(f"{value.name}: {text}" if name else text)
 
@@ -107,8 +113,11 @@ class Body:
         if term.when is not When.ALWAYS:
             text += " & flag" if term.when is When.IF else " & ~flag"
         sign = "-=" if term.negate is Negate.YES else "+="
-        constants = [self.program.values[n].name for n in (term.a, term.b)
-                     if n is not None and self.program.values[n].kind is Kind.CONST]
+        constants = [
+            self.program.values[n].name
+            for n in (term.a, term.b)
+            if n is not None and self.program.values[n].kind is Kind.CONST
+        ]
         note = f" // {comment(', '.join(constants))}" if constants else ""
         return f"acc {sign} {text};{note}"
 
@@ -133,12 +142,24 @@ class Body:
         for op in self.program.ops:
             for term in op.terms:
                 read.update(n for n in (term.a, term.b) if n is not None)
-            read.update(n for n, used in ((op.flag, _uses_flag(op)), (op.norm, _uses_norm(op)),
-                                          (op.index, _uses_table(op))) if used and n is not None)
+            read.update(
+                n
+                for n, used in (
+                    (op.flag, _uses_flag(op)),
+                    (op.norm, _uses_norm(op)),
+                    (op.index, _uses_table(op)),
+                )
+                if used and n is not None
+            )
         return read
 
-    def statements(self, *, after: Iterable[str], every_word: bool = False,
-                   behind: Callable[[Op], Iterable[str]] = lambda op: ()) -> list[str]:
+    def statements(
+        self,
+        *,
+        after: Iterable[str],
+        every_word: bool = False,
+        behind: Callable[[Op], Iterable[str]] = lambda op: (),
+    ) -> list[str]:
         """Loads, operations, ``after``, and the replacement of the states.
 
         Parameters
@@ -157,8 +178,11 @@ class Body:
             for group, numbers, members in (
                 ("in->", p.inputs, self.input_members),
                 ("self->params.", self.params, self.param_members),
-                ("self->state.", self.states, self.state_members))
-            for n, member in zip(numbers, members, strict=True) if n in read]
+                ("self->state.", self.states, self.state_members),
+            )
+            for n, member in zip(numbers, members, strict=True)
+            if n in read
+        ]
         lines.append("bool saturated = false;")
         if p.ops:
             lines.append("uint64_t acc; // accumulator, modulo 2^64")
@@ -173,7 +197,9 @@ class Body:
             if op.dest not in read:
                 lines.append(f"(void) {self.word(op.dest)};")
         lines += ["", *after]
-        lines += [f"self->state.{member} = {self.word(source)};"
-                  for member, (state, source) in zip(self.state_members, p.states, strict=True)
-                  if state != source]
+        lines += [
+            f"self->state.{member} = {self.word(source)};"
+            for member, (state, source) in zip(self.state_members, p.states, strict=True)
+            if state != source
+        ]
         return lines

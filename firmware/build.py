@@ -16,13 +16,20 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from firmware.emit import emit_c
-from model.errors import ToolMissing
-from model.fixed import IntArray
-from model.program import Kind, Program
+from boresight.firmware.emit import emit_c
+from boresight.model.errors import ToolMissing
+from boresight.model.fixed import IntArray
+from boresight.model.program import Kind, Program
 
-__all__ = ["CFLAGS", "CModel", "WordRanges", "build_library", "compile_library", "default_cache",
-           "find_compiler"]
+__all__ = [
+    "CFLAGS",
+    "CModel",
+    "WordRanges",
+    "build_library",
+    "compile_library",
+    "default_cache",
+    "find_compiler",
+]
 
 #: Flags for speed; the others are fixed in `build_library`.
 CFLAGS = ("-O2",)
@@ -37,15 +44,18 @@ def find_compiler() -> str:
     """Path of ``gcc``, else of ``cc``; `ToolMissing` if there is none."""
     path = shutil.which("gcc") or shutil.which("cc")
     if path is None:
-        raise ToolMissing("no C compiler was found: install gcc (Debian, Ubuntu: "
-                          "apt install gcc) or put cc on the PATH.")
+        raise ToolMissing(
+            "no C compiler was found: install gcc (Debian, Ubuntu: "
+            "apt install gcc) or put cc on the PATH."
+        )
     return path
 
 
 @functools.cache
 def _version(compiler: str) -> str:
-    return subprocess.run([compiler, "--version"], check=True, capture_output=True,
-                          text=True).stdout
+    return subprocess.run(
+        [compiler, "--version"], check=True, capture_output=True, text=True
+    ).stdout
 
 
 def default_cache() -> Path:
@@ -64,8 +74,9 @@ def _temporary_cache() -> Path:
     return Path(tempfile.mkdtemp(prefix="boresight-"))
 
 
-def build_library(program: Program, *, cflags: Sequence[str] = CFLAGS,
-                  cache: Path | None = None) -> Path:
+def build_library(
+    program: Program, *, cflags: Sequence[str] = CFLAGS, cache: Path | None = None
+) -> Path:
     """Shared library of a program, compiled unless the cache has it.
 
     The library stands beside its sources in a folder whose name is the hash of the sources (and
@@ -91,14 +102,21 @@ def build_library(program: Program, *, cflags: Sequence[str] = CFLAGS,
     return compile_library(files, name=name, source=f"{name}_host.c", cflags=cflags, cache=cache)
 
 
-def compile_library(files: Mapping[str, str], *, name: str, source: str,
-                    cflags: Sequence[str] = CFLAGS, libraries: Sequence[str] = (),
-                    cache: Path | None = None) -> Path:
+def compile_library(
+    files: Mapping[str, str],
+    *,
+    name: str,
+    source: str,
+    cflags: Sequence[str] = CFLAGS,
+    libraries: Sequence[str] = (),
+    cache: Path | None = None,
+) -> Path:
     """Shared library ``name`` of a C99 source and its ``libraries``; see `build_library`."""
     compiler = find_compiler()
     flags = [*_FIXED_FLAGS, *cflags]
-    identity = "\0".join([compiler, _version(compiler), source, *flags, *libraries,
-                          *files.values()])
+    identity = "\0".join(
+        [compiler, _version(compiler), source, *flags, *libraries, *files.values()]
+    )
     key = hashlib.sha256(identity.encode()).hexdigest()[:32]
     root = default_cache() if cache is None else Path(cache)
     folder = root / f"{name[:40]}-{key}"
@@ -151,8 +169,9 @@ class CModel:
         The compiled library, with its sources beside it.
     """
 
-    def __init__(self, program: Program, *, cflags: Sequence[str] = CFLAGS,
-                 cache: Path | None = None) -> None:
+    def __init__(
+        self, program: Program, *, cflags: Sequence[str] = CFLAGS, cache: Path | None = None
+    ) -> None:
         self.program = program
         self.cflags = tuple(cflags)
         self.library = build_library(program, cflags=cflags, cache=cache)
@@ -166,15 +185,24 @@ class CModel:
         self._set_param.argtypes = [pointer, ctypes.c_size_t, ctypes.c_int32]
         self._set_param.restype = None
         self._run = getattr(library, f"{name}_run")
-        self._run.argtypes = [pointer, ctypes.c_size_t, _INT32_POINTER, _INT32_POINTER,
-                              _UINT8_POINTER]
+        self._run.argtypes = [
+            pointer,
+            ctypes.c_size_t,
+            _INT32_POINTER,
+            _INT32_POINTER,
+            _UINT8_POINTER,
+        ]
         self._run.restype = None
         self._words = getattr(library, f"{name}_words")
         self._words.argtypes = [pointer, _INT32_POINTER, _INT32_POINTER]
         self._words.restype = None
         self._observe = getattr(library, f"{name}_observe")
-        self._observe.argtypes = [pointer, ctypes.c_size_t, *3 * [_INT32_POINTER],
-                                  *3 * [_INT64_POINTER]]
+        self._observe.argtypes = [
+            pointer,
+            ctypes.c_size_t,
+            *3 * [_INT32_POINTER],
+            *3 * [_INT64_POINTER],
+        ]
         self._observe.restype = None
         size = getattr(library, f"{name}_size")
         size.argtypes, size.restype = [], ctypes.c_size_t
@@ -190,8 +218,7 @@ class CModel:
             raise ValueError(f"{what} must be integers, not {array.dtype}")
         arith = self.program.arithmetic
         free = array.dtype == np.int32 and arith.word == 32
-        if array.size and not free and (array.min() < arith.min_int
-                                        or array.max() > arith.max_int):
+        if array.size and not free and (array.min() < arith.min_int or array.max() > arith.max_int):
             raise ValueError(f"{what} must fit {arith.word} bits")
         return np.ascontiguousarray(array, dtype=np.int32)
 
@@ -242,8 +269,13 @@ class CModel:
         words = self._records(inputs)
         outputs = np.empty((len(words), len(self.program.outputs)), dtype=np.int32)
         saturated = np.empty(len(words), dtype=np.uint8)
-        self._run(self._self, len(words), words.ctypes.data_as(_INT32_POINTER),
-                  outputs.ctypes.data_as(_INT32_POINTER), saturated.ctypes.data_as(_UINT8_POINTER))
+        self._run(
+            self._self,
+            len(words),
+            words.ctypes.data_as(_INT32_POINTER),
+            outputs.ctypes.data_as(_INT32_POINTER),
+            saturated.ctypes.data_as(_UINT8_POINTER),
+        )
         return outputs.astype(np.int64), saturated.astype(np.bool_)
 
     def values_of_update(self, inputs: npt.ArrayLike) -> dict[int, int]:
@@ -258,8 +290,9 @@ class CModel:
         if words.shape != (n_inputs,):
             raise ValueError(f"inputs must have shape ({n_inputs},), not {words.shape}")
         values = np.empty(len(self.program.values), dtype=np.int32)
-        self._words(self._self, words.ctypes.data_as(_INT32_POINTER),
-                    values.ctypes.data_as(_INT32_POINTER))
+        self._words(
+            self._self, words.ctypes.data_as(_INT32_POINTER), values.ctypes.data_as(_INT32_POINTER)
+        )
         return {number: int(word) for number, word in enumerate(values)}
 
     def observe(self, inputs: npt.ArrayLike) -> WordRanges:
@@ -280,7 +313,10 @@ class CModel:
         low = np.full(count, limit.max, dtype=np.int32)
         high = np.full(count, limit.min, dtype=np.int32)
         at = np.zeros((3, count), dtype=np.int64)  # low_at, high_at, saturations
-        self._observe(self._self, len(words), *(a.ctypes.data_as(_INT32_POINTER)
-                                                for a in (words, low, high)),
-                      *(a.ctypes.data_as(_INT64_POINTER) for a in at))
+        self._observe(
+            self._self,
+            len(words),
+            *(a.ctypes.data_as(_INT32_POINTER) for a in (words, low, high)),
+            *(a.ctypes.data_as(_INT64_POINTER) for a in at),
+        )
         return WordRanges(low.astype(np.int64), high.astype(np.int64), *at)

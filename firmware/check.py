@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from model.program import Kind, Negate, Op, Program, Scale, When
+from boresight.model.program import Kind, Negate, Op, Program, Scale, When
 
 __all__ = ["check"]
 
@@ -13,8 +13,9 @@ def _check_op(program: Program, where: str, op: Op, known: list[bool]) -> None:
         if not known[operand]:
             raise ValueError(f"{where} must read what is known before it, not value {operand}")
     if program.values[op.dest].kind is not Kind.OP or known[op.dest]:
-        raise ValueError(f"{where} must be the only writer of a value of kind op, "
-                         f"not of value {op.dest}")
+        raise ValueError(
+            f"{where} must be the only writer of a value of kind op, not of value {op.dest}"
+        )
     blocks = len(program.table_memory) // 512
     if op.table is not None and not 0 <= op.table < blocks:
         raise ValueError(f"{where} must name a table below {blocks}, not {op.table!r}")
@@ -54,8 +55,9 @@ def check(program: Program) -> None:
     if listed != program.of_kind(Kind.STATE):
         raise ValueError(f"states must list every value of kind state once, not {listed}")
     if len(program.outputs) != len(program.output_names):
-        raise ValueError(f"output_names must be {len(program.outputs)} names, "
-                         f"not {len(program.output_names)}")
+        raise ValueError(
+            f"output_names must be {len(program.outputs)} names, not {len(program.output_names)}"
+        )
     low, high = program.arithmetic.min_int, program.arithmetic.max_int
     for word in (*(value.initial for value in program.values), *program.table_memory):
         if not low <= word <= high:

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from firmware.body import Body
-from firmware.helpers import definitions, helpers
-from firmware.host import host_source
-from firmware.layout import END, banner, block, head, join
-from firmware.names import literal, unique
-from model.program import Program
+from boresight.firmware.body import Body
+from boresight.firmware.helpers import definitions, helpers
+from boresight.firmware.host import host_source
+from boresight.firmware.layout import END, banner, block, head, join
+from boresight.firmware.names import literal, unique
+from boresight.model.program import Program
 
 __all__ = ["emit_c"]
 
@@ -25,17 +25,22 @@ def _struct(name: str, members: Iterable[str], *, note: str) -> str:
 
 
 def _members(body: Body, numbers: Sequence[int], members: Sequence[str]) -> list[str]:
-    return [f"int32_t {member}; // {body.describe(n)}"
-            for n, member in zip(numbers, members, strict=True)]
+    return [
+        f"int32_t {member}; // {body.describe(n)}"
+        for n, member in zip(numbers, members, strict=True)
+    ]
 
 
 def _constants(body: Body) -> str:
     """Macros with the fraction bits of every input, parameter and output."""
     p, macro = body.program, body.name.upper()
-    lines = [f"#define {macro}_DIGEST \"{p.digest}\"",
-             f"#define {macro}_WORD {p.arithmetic.word} // bits of a word",
-             f"#define {macro}_INPUTS {len(p.inputs)}",
-             f"#define {macro}_OUTPUTS {len(p.outputs)}", ""]
+    lines = [
+        f'#define {macro}_DIGEST "{p.digest}"',
+        f"#define {macro}_WORD {p.arithmetic.word} // bits of a word",
+        f"#define {macro}_INPUTS {len(p.inputs)}",
+        f"#define {macro}_OUTPUTS {len(p.outputs)}",
+        "",
+    ]
     taken: list[str] = []
     for title, suffix, numbers, members in (
         ("Inputs", "_in", p.inputs, body.input_members),
@@ -65,19 +70,34 @@ def _header(body: Body) -> str:
         "#include <stdbool.h>\n#include <stdint.h>",
         banner("Definitions"),
         _constants(body),
-        _struct(f"{name}_params_t", _members(body, body.params, body.param_members),
-                note="Parameters: may be changed between updates."),
-        _struct(f"{name}_state_t", _members(body, body.states, body.state_members),
-                note="States: all members private."),
-        _struct(f"{name}_t", [f"{name}_params_t params;", f"{name}_state_t state;"],
-                note="Estimator."),
-        _struct(f"{name}_in_t", _members(body, p.inputs, body.input_members),
-                note=f"Inputs of one update: words of {p.arithmetic.word} bits, sign-extended."),
-        _struct(f"{name}_out_t", [*_members(body, p.outputs, body.output_members),
-                                  "bool saturated; // a result of this update was clamped"],
-                note="Outputs of one update."),
+        _struct(
+            f"{name}_params_t",
+            _members(body, body.params, body.param_members),
+            note="Parameters: may be changed between updates.",
+        ),
+        _struct(
+            f"{name}_state_t",
+            _members(body, body.states, body.state_members),
+            note="States: all members private.",
+        ),
+        _struct(
+            f"{name}_t", [f"{name}_params_t params;", f"{name}_state_t state;"], note="Estimator."
+        ),
+        _struct(
+            f"{name}_in_t",
+            _members(body, p.inputs, body.input_members),
+            note=f"Inputs of one update: words of {p.arithmetic.word} bits, sign-extended.",
+        ),
+        _struct(
+            f"{name}_out_t",
+            [
+                *_members(body, p.outputs, body.output_members),
+                "bool saturated; // a result of this update was clamped",
+            ],
+            note="Outputs of one update.",
+        ),
         banner("Function declarations"),
-        "#ifdef __cplusplus\nextern \"C\" {\n#endif",
+        '#ifdef __cplusplus\nextern "C" {\n#endif',
         f"// Sets the parameters to their defaults and the states to their reset words.\n"
         f"void {name}_init({name}_t *self);",
         f"// Sets the states to their reset words.\nvoid {name}_reset({name}_t *self);",
@@ -92,33 +112,43 @@ def _table(body: Body) -> str:
     if not body.uses_table:
         return ""
     memory = body.program.table_memory
-    rows = [" ".join(f"{literal(word)}," for word in memory[k:k + 4])
-            for k in range(0, len(memory), 4)]
+    rows = [
+        " ".join(f"{literal(word)}," for word in memory[k : k + 4])
+        for k in range(0, len(memory), 4)
+    ]
     title = "// Function tables: 128 segments of 4 coefficients each"
     return f"{title}\n{block(f'static const int32_t TABLE[{len(memory)}] =', rows)};"
 
 
 def _assign(body: Body, group: str, numbers: Sequence[int], members: Sequence[str]) -> list[str]:
-    return [f"self->{group}.{member} = {literal(body.program.values[n].initial)};"
-            f" // {body.program.format(n)}"
-            for n, member in zip(numbers, members, strict=True)]
+    return [
+        f"self->{group}.{member} = {literal(body.program.values[n].initial)};"
+        f" // {body.program.format(n)}"
+        for n, member in zip(numbers, members, strict=True)
+    ]
 
 
 def _source(body: Body) -> str:
     p, name = body.program, body.name
-    after = [f"out->{member} = {body.word(n)};"
-             for n, member in zip(p.outputs, body.output_members, strict=True)]
+    after = [
+        f"out->{member} = {body.word(n)};"
+        for n, member in zip(p.outputs, body.output_members, strict=True)
+    ]
     statements = body.statements(after=[*after, "out->saturated = saturated;"])
     text = "\n".join(statements)
-    unused = [f"(void) {name};" for name, use in (("self", "self->"), ("in", "in->"))
-              if use not in text]
+    unused = [
+        f"(void) {name};" for name, use in (("self", "self->"), ("in", "in->")) if use not in text
+    ]
     states = _assign(body, "state", body.states, body.state_members)
     params = _assign(body, "params", body.params, body.param_members)
     return join(
-        head(body, ".c", f"Fixed-point estimator, {p.arithmetic.word}-bit words, "
-              f"{len(p.ops)} operations."),
+        head(
+            body,
+            ".c",
+            f"Fixed-point estimator, {p.arithmetic.word}-bit words, {len(p.ops)} operations.",
+        ),
         banner("Includes"),
-        f"#include \"{name}.h\"",
+        f'#include "{name}.h"',
         banner("Definitions"),
         definitions(p.arithmetic),
         banner("Variables") if body.uses_table else "",
@@ -127,8 +157,11 @@ def _source(body: Body) -> str:
         helpers(text),
         block(f"void {name}_init({name}_t *const self)", [*params, f"{name}_reset(self);"]),
         block(f"void {name}_reset({name}_t *const self)", states or ["(void) self;"]),
-        block(f"void {name}_update({name}_t *const self, const {name}_in_t *const in, "
-               f"{name}_out_t *const out)", unused + statements),
+        block(
+            f"void {name}_update({name}_t *const self, const {name}_in_t *const in, "
+            f"{name}_out_t *const out)",
+            unused + statements,
+        ),
         END,
     )
 
@@ -149,5 +182,8 @@ def emit_c(program: Program, *, prefix: str | None = None) -> dict[str, str]:
         If the program is incomplete or the prefix is no identifier.
     """
     body = Body(program, prefix=prefix)
-    return {f"{body.name}.h": _header(body), f"{body.name}.c": _source(body),
-            f"{body.name}_host.c": host_source(body)}
+    return {
+        f"{body.name}.h": _header(body),
+        f"{body.name}.c": _source(body),
+        f"{body.name}_host.c": host_source(body),
+    }

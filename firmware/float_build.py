@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from firmware.build import CFLAGS, compile_library
-from firmware.float_emit import emit_float_c, float_prefix
-from firmware.names import identifier
-from model.estimator import Estimator
+from boresight.firmware.build import CFLAGS, compile_library
+from boresight.firmware.float_emit import emit_float_c, float_prefix
+from boresight.firmware.names import identifier
+from boresight.model.estimator import Estimator
 
 __all__ = ["FloatCModel"]
 
@@ -22,22 +22,25 @@ _FLOAT_POINTER = ctypes.POINTER(ctypes.c_float)
 def _host_source(estimator: Estimator) -> str:
     """Entry points for many updates. The structures hold nothing but floats, one after another."""
     name = float_prefix(estimator)
-    params = "".join(f"    self->params.{identifier(p.name)} = params[{k}];\n"
-                     for k, p in enumerate(estimator.params))
+    params = "".join(
+        f"    self->params.{identifier(p.name)} = params[{k}];\n"
+        for k, p in enumerate(estimator.params)
+    )
     reads = "".join(f"        in.{identifier(i.name)} = *inputs++;\n" for i in estimator.inputs)
-    writes = "".join(f"        *outputs++ = out.{identifier(o.name)};\n"
-                     for o in estimator.outputs)
-    return (f"#include \"{name}.c\"\n\n#include <stddef.h>\n\n"
-            f"size_t {name}_size(void);\n"
-            f"void {name}_set_params({name}_t *self, const float *params);\n"
-            f"void {name}_run({name}_t *self, size_t n, const float *inputs, float *outputs);\n\n"
-            f"size_t {name}_size(void) {{\n    return sizeof({name}_t);\n}}\n\n"
-            f"void {name}_set_params({name}_t *const self, const float *const params) {{\n"
-            f"    (void) self;\n    (void) params;\n{params}}}\n\n"
-            f"void {name}_run({name}_t *const self, const size_t n, const float *inputs,\n"
-            f"    float *outputs) {{\n    {name}_in_t in;\n    {name}_out_t out;\n"
-            f"    for (size_t k = 0; k < n; k++) {{\n{reads}"
-            f"        {name}_update(self, &in, &out);\n{writes}    }}\n}}\n")
+    writes = "".join(f"        *outputs++ = out.{identifier(o.name)};\n" for o in estimator.outputs)
+    return (
+        f'#include "{name}.c"\n\n#include <stddef.h>\n\n'
+        f"size_t {name}_size(void);\n"
+        f"void {name}_set_params({name}_t *self, const float *params);\n"
+        f"void {name}_run({name}_t *self, size_t n, const float *inputs, float *outputs);\n\n"
+        f"size_t {name}_size(void) {{\n    return sizeof({name}_t);\n}}\n\n"
+        f"void {name}_set_params({name}_t *const self, const float *const params) {{\n"
+        f"    (void) self;\n    (void) params;\n{params}}}\n\n"
+        f"void {name}_run({name}_t *const self, const size_t n, const float *inputs,\n"
+        f"    float *outputs) {{\n    {name}_in_t in;\n    {name}_out_t out;\n"
+        f"    for (size_t k = 0; k < n; k++) {{\n{reads}"
+        f"        {name}_update(self, &in, &out);\n{writes}    }}\n}}\n"
+    )
 
 
 class FloatCModel:
@@ -53,13 +56,25 @@ class FloatCModel:
         See `firmware.build.build_library`.
     """
 
-    def __init__(self, estimator: Estimator, *, params: Mapping[str, float] | None = None,
-                 cflags: Sequence[str] = CFLAGS, cache: Path | None = None) -> None:
+    def __init__(
+        self,
+        estimator: Estimator,
+        *,
+        params: Mapping[str, float] | None = None,
+        cflags: Sequence[str] = CFLAGS,
+        cache: Path | None = None,
+    ) -> None:
         self.estimator = estimator
         name = float_prefix(estimator)
         files = {**emit_float_c(estimator), f"{name}_host.c": _host_source(estimator)}
-        self.library = compile_library(files, name=name, source=f"{name}_host.c",
-                                       cflags=cflags, libraries=("-lm",), cache=cache)
+        self.library = compile_library(
+            files,
+            name=name,
+            source=f"{name}_host.c",
+            cflags=cflags,
+            libraries=("-lm",),
+            cache=cache,
+        )
         library = ctypes.CDLL(str(self.library))
         self._run = getattr(library, f"{name}_run")
         self._run.argtypes = [ctypes.c_void_p, ctypes.c_size_t, _FLOAT_POINTER, _FLOAT_POINTER]
@@ -93,6 +108,10 @@ class FloatCModel:
         if records.ndim != 2 or records.shape[1] != wanted:
             raise ValueError(f"inputs must have shape (n, {wanted}), not {records.shape}")
         outputs = np.empty((len(records), len(self.estimator.outputs)), dtype=np.float32)
-        self._run(self._self, len(records), records.ctypes.data_as(_FLOAT_POINTER),
-                  outputs.ctypes.data_as(_FLOAT_POINTER))
+        self._run(
+            self._self,
+            len(records),
+            records.ctypes.data_as(_FLOAT_POINTER),
+            outputs.ctypes.data_as(_FLOAT_POINTER),
+        )
         return outputs

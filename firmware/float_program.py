@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from types import SimpleNamespace
 from typing import Any
 
-from firmware.float_trace import Tape, Value
-from model.estimator import Estimator
+from boresight.firmware.float_trace import Tape, Value
+from boresight.model.estimator import Estimator
 
 __all__ = ["FloatProgram", "trace_float"]
 
@@ -25,8 +25,9 @@ class FloatProgram:
         Next states and outputs.
     """
 
-    def __init__(self, estimator: Estimator, tape: Tape, states: dict[str, Value],
-                 outputs: dict[str, Value]) -> None:
+    def __init__(
+        self, estimator: Estimator, tape: Tape, states: dict[str, Value], outputs: dict[str, Value]
+    ) -> None:
         self.estimator, self.states, self.outputs = estimator, states, outputs
         needed: set[int] = set()
         waiting = [*states.values(), *outputs.values()]
@@ -58,9 +59,15 @@ def trace_float(estimator: Estimator) -> FloatProgram:
 
     def leaves(kind: str, declared: Sequence[Any]) -> SimpleNamespace:
         return SimpleNamespace(**{d.name: tape.leaf(kind, d.name) for d in declared})
-    states, outputs = estimator.step(leaves("state", estimator.states),
-                                     leaves("input", estimator.inputs),
-                                     leaves("param", estimator.params))
-    return FloatProgram(estimator, tape,
-                        {s.name: tape.lift(states[s.name]) for s in estimator.states},
-                        {o.name: tape.lift(outputs[o.name]) for o in estimator.outputs})
+
+    states, outputs = estimator.step(
+        leaves("state", estimator.states),
+        leaves("input", estimator.inputs),
+        leaves("param", estimator.params),
+    )
+    return FloatProgram(
+        estimator,
+        tape,
+        {s.name: tape.lift(states[s.name]) for s in estimator.states},
+        {o.name: tape.lift(outputs[o.name]) for o in estimator.outputs},
+    )

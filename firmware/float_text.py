@@ -6,9 +6,9 @@ import re
 
 import numpy as np
 
-from firmware.float_program import FloatProgram
-from firmware.float_trace import CONDITIONS, Value
-from firmware.names import identifier
+from boresight.firmware.float_program import FloatProgram
+from boresight.firmware.float_trace import CONDITIONS, Value
+from boresight.firmware.names import identifier
 
 __all__ = ["Expressions", "float_helpers", "float_literal"]
 
@@ -21,10 +21,26 @@ _LEAST = float(np.finfo(np.float32).tiny)
 # Precedences of C.
 _PRIMARY, _UNARY, _TIMES, _PLUS, _LESS, _AND, _OR, _CHOICE = range(16, 0, -2)
 
-_BINARY = {"add": ("+", _PLUS), "sub": ("-", _PLUS), "mul": ("*", _TIMES), "div": ("/", _TIMES),
-           "less": ("<", _LESS), "and": ("&&", _AND), "or": ("||", _OR)}
-_CALLS = {"abs": "fabsf", "sqrt": "sqrtf", "sin": "sinf", "cos": "cosf", "asin": "asinf",
-          "atan2": "arc_tangent", "clip": "clamp", "max": "larger", "wrap_ht": "wrap_half_turns"}
+_BINARY = {
+    "add": ("+", _PLUS),
+    "sub": ("-", _PLUS),
+    "mul": ("*", _TIMES),
+    "div": ("/", _TIMES),
+    "less": ("<", _LESS),
+    "and": ("&&", _AND),
+    "or": ("||", _OR),
+}
+_CALLS = {
+    "abs": "fabsf",
+    "sqrt": "sqrtf",
+    "sin": "sinf",
+    "cos": "cosf",
+    "asin": "asinf",
+    "atan2": "arc_tangent",
+    "clip": "clamp",
+    "max": "larger",
+    "wrap_ht": "wrap_half_turns",
+}
 
 _HELPERS = {
     "clamp": """\
@@ -55,8 +71,7 @@ static inline float arc_tangent(const float y, const float x) {
 
 def float_helpers(text: str) -> str:
     """Definitions of the helpers that ``text`` calls."""
-    return "\n\n".join(body for name, body in _HELPERS.items()
-                       if re.search(rf"\b{name}\(", text))
+    return "\n\n".join(body for name, body in _HELPERS.items() if re.search(rf"\b{name}\(", text))
 
 
 def float_literal(number: float) -> str:
@@ -123,8 +138,9 @@ class Expressions:
             if value.kind == "const":
                 self._text[value.index] = (float_literal(value.number), _PRIMARY)
             elif not value.args:
-                group = {"input": "in->", "param": "self->params.",
-                         "state": "self->state."}[value.kind]
+                group = {"input": "in->", "param": "self->params.", "state": "self->state."}[
+                    value.kind
+                ]
                 self._text[value.index] = (f"{group}{identifier(value.name)}", _PRIMARY)
                 self._store(value, lines)
             else:
@@ -160,8 +176,10 @@ class Expressions:
             return f"!{self.text(args[0], _UNARY)}", _UNARY
         if kind == "select":
             condition, yes, no = args
-            return (f"{self.text(condition, _CHOICE + 1)} ? {self.text(yes, _CHOICE + 1)} "
-                    f": {self.text(no, _CHOICE + 1)}"), _CHOICE
+            return (
+                f"{self.text(condition, _CHOICE + 1)} ? {self.text(yes, _CHOICE + 1)} "
+                f": {self.text(no, _CHOICE + 1)}"
+            ), _CHOICE
         if kind in _CALLS:
             return f"{_CALLS[kind]}({', '.join(self.text(a) for a in args)})", _PRIMARY
         raise ValueError(f"C has no counterpart of {kind!r}")

@@ -33,8 +33,15 @@ class Value:
         Position in the order of computation.
     """
 
-    def __init__(self, tape: Tape, kind: str, args: tuple[Value, ...] = (), *,
-                 number: float = 0.0, name: str = "") -> None:
+    def __init__(
+        self,
+        tape: Tape,
+        kind: str,
+        args: tuple[Value, ...] = (),
+        *,
+        number: float = 0.0,
+        name: str = "",
+    ) -> None:
         self.tape, self.kind, self.args = tape, kind, args
         self.number, self.name = number, name
         self.index = len(tape.values)
@@ -104,8 +111,9 @@ class Value:
             raise TypeError(f"{ufunc.__name__}: only plain calls can be traced")
         return self.tape.function(ufunc.__name__, *args)
 
-    def __array_function__(self, function: Callable[..., Any], types: Any, args: Sequence[Any],
-                           options: dict[str, Any]) -> Value:
+    def __array_function__(
+        self, function: Callable[..., Any], types: Any, args: Sequence[Any], options: dict[str, Any]
+    ) -> Value:
         if options:
             raise TypeError(f"{function.__name__}: keyword arguments cannot be traced")
         return self.tape.function(function.__name__, *args)
@@ -113,15 +121,31 @@ class Value:
 
 #: numpy's name of a function, and that of the operator that does the same.
 _OPERATORS: dict[str, Callable[[Any, Any], Any]] = {
-    "add": lambda a, b: a + b, "subtract": lambda a, b: a - b, "multiply": lambda a, b: a * b,
-    "divide": lambda a, b: a / b, "remainder": lambda a, b: a % b, "less": lambda a, b: a < b,
-    "greater": lambda a, b: a > b, "less_equal": lambda a, b: a <= b,
-    "greater_equal": lambda a, b: a >= b, "bitwise_and": lambda a, b: a & b,
-    "bitwise_or": lambda a, b: a | b}
+    "add": lambda a, b: a + b,
+    "subtract": lambda a, b: a - b,
+    "multiply": lambda a, b: a * b,
+    "divide": lambda a, b: a / b,
+    "remainder": lambda a, b: a % b,
+    "less": lambda a, b: a < b,
+    "greater": lambda a, b: a > b,
+    "less_equal": lambda a, b: a <= b,
+    "greater_equal": lambda a, b: a >= b,
+    "bitwise_and": lambda a, b: a & b,
+    "bitwise_or": lambda a, b: a | b,
+}
 
-_FUNCTIONS = {"sin": "sin", "cos": "cos", "arcsin": "asin", "arctan2": "atan2", "sqrt": "sqrt",
-              "absolute": "abs", "abs": "abs", "maximum": "max", "clip": "clip",
-              "where": "select"}
+_FUNCTIONS = {
+    "sin": "sin",
+    "cos": "cos",
+    "arcsin": "asin",
+    "arctan2": "atan2",
+    "sqrt": "sqrt",
+    "absolute": "abs",
+    "abs": "abs",
+    "maximum": "max",
+    "clip": "clip",
+    "where": "select",
+}
 
 
 class Tape:

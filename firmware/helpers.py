@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 
-from model.fixed import Arithmetic
+from boresight.model.fixed import Arithmetic
 
 __all__ = ["definitions", "helpers"]
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from firmware.body import Body
-from firmware.names import comment
+from boresight.firmware.body import Body
+from boresight.firmware.names import comment
 
 __all__ = ["END", "banner", "block", "head", "join"]
 
@@ -33,6 +33,8 @@ def join(*parts: str) -> str:
 def head(body: Body, suffix: str, brief: str) -> str:
     """First comment of a file."""
     p = body.program
-    return (f"/**\n * @file {body.name}{suffix}\n * @brief {brief}\n *\n"
-            f" * Generated from the program \"{comment(p.name)}\"; do not edit.\n"
-            f" * Program digest: {p.digest}\n */")
+    return (
+        f"/**\n * @file {body.name}{suffix}\n * @brief {brief}\n *\n"
+        f' * Generated from the program "{comment(p.name)}"; do not edit.\n'
+        f" * Program digest: {p.digest}\n */"
+    )

@@ -22,7 +22,8 @@ RESERVED = frozenset(_RESERVED_TEXT.split())
 
 #: Macros and types of the standard headers.
 RESERVED_PATTERN = re.compile(
-    r"u?int\w*_t|(size|ptrdiff|wchar)_t|U?INT\w*_(MAX|MIN|C)|(PTRDIFF|SIZE|SIG_ATOMIC|WCHAR|WINT)_(MAX|MIN|WIDTH)")
+    r"u?int\w*_t|(size|ptrdiff|wchar)_t|U?INT\w*_(MAX|MIN|C)|(PTRDIFF|SIZE|SIG_ATOMIC|WCHAR|WINT)_(MAX|MIN|WIDTH)"
+)
 
 
 def identifier(name: str) -> str:
@@ -53,6 +54,7 @@ def unique(names: Iterable[str], *, taken: Iterable[str] = (), fold: bool = Fals
     fold : bool
         Names that differ in case only count as the same.
     """
+
     def key(x: str) -> str:
         return x.upper() if fold else x
 

@@ -15,9 +15,9 @@ import json
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 
-from gateware.machine import Machine
-from gateware.slots import Schedule, ScheduleError
-from model.program import Kind
+from boresight.gateware.machine import Machine
+from boresight.gateware.slots import Schedule, ScheduleError
+from boresight.model.program import Kind
 
 __all__ = ["Allocation", "Tenant", "allocate", "allocate_together", "result_bank"]
 
@@ -162,8 +162,10 @@ class _Allocator:
         self.tenants[value] = Tenant(value, address, start, end)
 
     def full(self, what: str, bank: int, wanted: int, there: int) -> ScheduleError:
-        return ScheduleError(f"{self.program.name}: {what} need {wanted} registers of bank {bank}, "
-                             f"the {self.machine.name} machine has {there} for them")
+        return ScheduleError(
+            f"{self.program.name}: {what} need {wanted} registers of bank {bank}, "
+            f"the {self.machine.name} machine has {there} for them"
+        )
 
     def parameters(self) -> None:
         """Fixed registers, after those of the programs before this one."""
@@ -199,8 +201,11 @@ class _Allocator:
         """
         schedule, program = self.schedule, self.program
         births = [(g, n, 0) for g, n in zip(schedule.gets, program.inputs, strict=True)]
-        births += [(schedule.write_cycle(k), op.dest, result_bank(schedule, k))
-                   for k, op in enumerate(program.ops) if op.dest not in self.tenants]
+        births += [
+            (schedule.write_cycle(k), op.dest, result_bank(schedule, k))
+            for k, op in enumerate(program.ops)
+            if op.dest not in self.tenants
+        ]
         top = list(self.core.top)
         busy: list[dict[int, int]] = [{} for _ in top]  # offset -> last read of its owner
         for written, n, bank in sorted(births):
@@ -221,8 +226,10 @@ class _Allocator:
         words = {self.program.values[n].initial for n in wanted} - owner.keys()
         room = sum(core.half - top for top in core.top)
         if len(words) > room:
-            raise ScheduleError(f"{self.program.name}: {len(words)} constants, {room} registers of "
-                                f"the {self.machine.name} machine left for them")
+            raise ScheduleError(
+                f"{self.program.name}: {len(words)} constants, {room} registers of "
+                f"the {self.machine.name} machine left for them"
+            )
         for n in wanted:
             word = self.program.values[n].initial
             if word not in owner:

@@ -12,8 +12,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
-from gateware.slots import Slot
-from model.program import Negate, Op, Scale, When
+from boresight.gateware.slots import Slot
+from boresight.model.program import Negate, Op, Scale, When
 
 __all__ = ["Arrangement", "Need", "arrangements", "needs", "reads", "uses_flag"]
 
@@ -38,8 +38,9 @@ class Arrangement:
 
         ``ready`` is the first cycle at which each value may be read.
         """
-        release = [max(ready[s.a], ready[s.b]) if s.b is not None else ready[s.a]
-                   for s in self.slots]
+        release = [
+            max(ready[s.a], ready[s.b]) if s.b is not None else ready[s.a] for s in self.slots
+        ]
         for earlier, later in self.before:
             if release[later] <= release[earlier]:
                 release[later] = release[earlier] + 1
@@ -55,9 +56,11 @@ def uses_flag(op: Op, term: int) -> bool:
 
 def needs(op: Op) -> Need:
     """Which captures the op's terms rely on."""
-    return (any(t.coefficient is not None for t in op.terms),
-            any(uses_flag(op, k) for k in range(len(op.terms))),
-            any(t.scale is not Scale.NONE for t in op.terms))
+    return (
+        any(t.coefficient is not None for t in op.terms),
+        any(uses_flag(op, k) for k in range(len(op.terms))),
+        any(t.scale is not Scale.NONE for t in op.terms),
+    )
 
 
 def reads(op: Op) -> set[int]:
@@ -80,8 +83,12 @@ def _carriers(op: Op, value: int, *, index: bool) -> list[tuple[int, bool] | Non
     return [*out, None]
 
 
-def _build(op: Op, number: int, wanted: dict[str, tuple[int, bool]],
-           choice: dict[str, tuple[int, bool] | None]) -> Arrangement | None:
+def _build(
+    op: Op,
+    number: int,
+    wanted: dict[str, tuple[int, bool]],
+    choice: dict[str, tuple[int, bool] | None],
+) -> Arrangement | None:
     """One arrangement, or None if the choice of carriers contradicts itself."""
     swaps: dict[int, bool] = {}
     for carrier in choice.values():
@@ -121,8 +128,7 @@ def _build(op: Op, number: int, wanted: dict[str, tuple[int, bool]],
     return None if ordered is None else Arrangement(tuple(slots), ordered)
 
 
-def _topological(count: int, edges: list[tuple[int, int]]
-                 ) -> tuple[tuple[int, int], ...] | None:
+def _topological(count: int, edges: list[tuple[int, int]]) -> tuple[tuple[int, int], ...] | None:
     """Edges sorted so that each comes after those into its tail; None if there is a cycle."""
     out: list[tuple[int, int]] = []
     left = set(range(count))
@@ -139,9 +145,11 @@ def _topological(count: int, edges: list[tuple[int, int]]
 def arrangements(op: Op, number: int, need: Need) -> list[Arrangement]:
     """Ways to lay out an op that has to make the captures ``need``; the shortest first."""
     wanted: dict[str, tuple[int, bool]] = {}
-    for kind, value, quarter, due in (("index", op.index, op.index_quarter, need[0]),
-                                      ("flag", op.flag, op.flag_quarter, need[1]),
-                                      ("norm", op.norm, False, need[2])):
+    for kind, value, quarter, due in (
+        ("index", op.index, op.index_quarter, need[0]),
+        ("flag", op.flag, op.flag_quarter, need[1]),
+        ("norm", op.norm, False, need[2]),
+    ):
         if due:
             if value is None:
                 raise ValueError(f"op {number} uses a captured {kind} but names no value for it")

@@ -9,7 +9,7 @@ from amaranth.hdl import Const, Instance, Module
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from gateware.dsp48a1 import is_spartan6
+from boresight.gateware.dsp48a1 import is_spartan6
 
 __all__ = ["Bitwise", "choose", "multiplex"]
 
@@ -67,7 +67,8 @@ class Bitwise(wiring.Component):
         for bit in range(self.width):
             pins = {f"i_I{k}": word[bit] for k, word in enumerate(words)}
             m.submodules[f"bit{bit}"] = Instance(
-                f"LUT{self.inputs}", p_INIT=init, **pins, o_O=self.o[bit])
+                f"LUT{self.inputs}", p_INIT=init, **pins, o_O=self.o[bit]
+            )
         return m
 
     def connect(self, m: Module, *words: Any) -> Any:

@@ -10,9 +10,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from gateware.arrange import needs, uses_flag
-from gateware.slots import Slot
-from model.program import Op, Program, Scale
+from boresight.gateware.arrange import needs, uses_flag
+from boresight.gateware.slots import Slot
+from boresight.model.program import Op, Program, Scale
 
 __all__ = ["KINDS", "Gift", "Key", "gifts", "give", "keys"]
 
@@ -37,8 +37,10 @@ class Gift:
 def keys(op: Op) -> tuple[Key | None, Key | None, Key | None]:
     """What the op wants its lane's registers to hold."""
     pairs = ((op.index, op.index_quarter), (op.flag, op.flag_quarter), (op.norm, False))
-    index, flag, norm = ((v, q) if due and v is not None else None
-                         for (v, q), due in zip(pairs, needs(op), strict=True))
+    index, flag, norm = (
+        (v, q) if due and v is not None else None
+        for (v, q), due in zip(pairs, needs(op), strict=True)
+    )
     return index, flag, norm
 
 
@@ -71,8 +73,13 @@ def _uses(op: Op, term: int | None, kind: int) -> bool:
     return uses_flag(op, term) if kind == 1 else t.scale is not Scale.NONE
 
 
-def give(slots: Sequence[Slot], op: Op, offers: Sequence[Gift], held: list[Key | None],
-         wish: Callable[[int, Key], bool]) -> list[Slot]:
+def give(
+    slots: Sequence[Slot],
+    op: Op,
+    offers: Sequence[Gift],
+    held: list[Key | None],
+    wish: Callable[[int, Key], bool],
+) -> list[Slot]:
     """``slots`` (one op's, in order) with those offers that ``wish`` wants; updates ``held``.
 
     ``wish`` is asked only for captures that the op's own terms survive.

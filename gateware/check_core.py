@@ -8,16 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from gateware.allocate import Allocation
-from gateware.check_schedule import check_schedule
-from gateware.slots import Schedule, ScheduleError
-from model.program import Kind, Program
+from boresight.gateware.allocate import Allocation
+from boresight.gateware.check_schedule import check_schedule
+from boresight.gateware.slots import Schedule, ScheduleError
+from boresight.model.program import Kind, Program
 
 __all__ = ["check_core"]
 
 
-def check_core(programs: Sequence[Program], schedules: Sequence[Schedule],
-               allocations: Sequence[Allocation]) -> None:
+def check_core(
+    programs: Sequence[Program], schedules: Sequence[Schedule], allocations: Sequence[Allocation]
+) -> None:
     """Pass, or raise `ScheduleError` with the program and the register of the first fault.
 
     Parameters
@@ -35,12 +36,16 @@ def check_core(programs: Sequence[Program], schedules: Sequence[Schedule],
         kept = _kept(mine, own)
         for j, (other, foreign) in enumerate(zip(schedules, allocations, strict=True)):
             if other.machine != mine.machine or foreign.initial != own.initial:
-                raise ScheduleError(f"{mine.program.name} and {other.program.name} must share the "
-                                    "machine and its first words")
+                raise ScheduleError(
+                    f"{mine.program.name} and {other.program.name} must share the "
+                    "machine and its first words"
+                )
             common = kept & _written(other, foreign) if j != k else set()
             if common:
-                raise ScheduleError(f"{other.program.name} writes register {min(common)}, which "
-                                    f"{mine.program.name} keeps a word in")
+                raise ScheduleError(
+                    f"{other.program.name} writes register {min(common)}, which "
+                    f"{mine.program.name} keeps a word in"
+                )
 
 
 def _pair(schedule: Schedule, address: int) -> set[int]:
@@ -56,13 +61,21 @@ def _kept(schedule: Schedule, allocation: Allocation) -> set[int]:
     """Registers whose words must survive while other programs run."""
     values = schedule.program.values
     lasting = (Kind.CONST, Kind.PARAM, Kind.STATE)
-    return {r for n, address in allocation.addresses().items() if values[n].kind in lasting
-            for r in _pair(schedule, address)}
+    return {
+        r
+        for n, address in allocation.addresses().items()
+        if values[n].kind in lasting
+        for r in _pair(schedule, address)
+    }
 
 
 def _written(schedule: Schedule, allocation: Allocation) -> set[int]:
     """Registers that the program writes, whatever its parity."""
     values = schedule.program.values
     written = (Kind.INPUT, Kind.OP)
-    return {r for n, address in allocation.addresses().items() if values[n].kind in written
-            for r in _pair(schedule, address)}
+    return {
+        r
+        for n, address in allocation.addresses().items()
+        if values[n].kind in written
+        for r in _pair(schedule, address)
+    }

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from collections import Counter, defaultdict
 
-from gateware.allocate import Allocation
-from gateware.machine import Machine
-from gateware.slots import Schedule, ScheduleError, Slot
-from model.program import Kind, Negate, Op, Overflow, Program, Scale, Term, When
+from boresight.gateware.allocate import Allocation
+from boresight.gateware.machine import Machine
+from boresight.gateware.slots import Schedule, ScheduleError, Slot
+from boresight.model.program import Kind, Negate, Op, Overflow, Program, Scale, Term, When
 
 __all__ = ["check_schedule"]
 
@@ -20,8 +20,9 @@ __all__ = ["check_schedule"]
 _READ, _WRITE = 1, 6
 
 
-def check_schedule(program: Program, schedule: Schedule, allocation: Allocation, *,
-                   parameters_before: int = 0) -> None:
+def check_schedule(
+    program: Program, schedule: Schedule, allocation: Allocation, *, parameters_before: int = 0
+) -> None:
     """Pass, or raise `ScheduleError` with the op and the cycle of the first fault.
 
     Parameters
@@ -57,11 +58,16 @@ def _name(schedule: Schedule, value: int | None) -> str:
 def _check_copies(program: Program, schedule: Schedule) -> None:
     """The scheduled program is the source program plus copies for states."""
     low = schedule.program
-    same = (low.values[:len(program.values)] == program.values
-            and low.ops[:len(program.ops)] == program.ops
-            and low.inputs == program.inputs and low.outputs == program.outputs
-            and low.table_memory == program.table_memory and low.arithmetic == program.arithmetic
-            and len(low.states) == len(program.states) and schedule.source == program.digest)
+    same = (
+        low.values[: len(program.values)] == program.values
+        and low.ops[: len(program.ops)] == program.ops
+        and low.inputs == program.inputs
+        and low.outputs == program.outputs
+        and low.table_memory == program.table_memory
+        and low.arithmetic == program.arithmetic
+        and len(low.states) == len(program.states)
+        and schedule.source == program.digest
+    )
     if not same or low.arithmetic != schedule.machine.arithmetic:
         raise _fail(schedule, None, None, "the schedule is not that of this program")
     makers = {op.dest: op for op in low.ops}
@@ -71,8 +77,9 @@ def _check_copies(program: Program, schedule: Schedule) -> None:
     for (state, after), (state2, target) in zip(program.states, low.states, strict=True):
         copied = target == after or _copies(low, makers.get(target), after)
         if state != state2 or not copied or target not in makers or target in seen:
-            raise _fail(schedule, None, None,
-                        f"state {_name(schedule, state)} has no next value of its own")
+            raise _fail(
+                schedule, None, None, f"state {_name(schedule, state)} has no next value of its own"
+            )
         seen.add(target)
 
 
@@ -94,8 +101,12 @@ def _check_registers(schedule: Schedule, allocation: Allocation, before: int) ->
     where = allocation.addresses()
     mask = (1 << machine.arithmetic.word) - 1
     if len(allocation.initial) != depth * machine.lanes:
-        raise _fail(schedule, None, None, f"{len(allocation.initial)} initial words, there must be "
-                    f"{depth * machine.lanes}")
+        raise _fail(
+            schedule,
+            None,
+            None,
+            f"{len(allocation.initial)} initial words, there must be {depth * machine.lanes}",
+        )
     states = {n for pair in program.states for n in pair}
     for n, address in where.items():
         name = _name(schedule, n)
@@ -103,20 +114,32 @@ def _check_registers(schedule: Schedule, allocation: Allocation, before: int) ->
             raise _fail(schedule, None, None, f"register {address} of {name} does not exist")
         if (address % depth >= half) != (n in states):
             raise _fail(schedule, None, None, f"{name} is on the wrong side of the state region")
-        if program.values[n].kind in (Kind.CONST, Kind.PARAM, Kind.STATE) \
-                and allocation.initial[address] != program.values[n].initial & mask:
-            raise _fail(schedule, None, None, f"register {address} must start with the word of "
-                        f"{name}")
+        if (
+            program.values[n].kind in (Kind.CONST, Kind.PARAM, Kind.STATE)
+            and allocation.initial[address] != program.values[n].initial & mask
+        ):
+            raise _fail(
+                schedule, None, None, f"register {address} must start with the word of {name}"
+            )
     for k, n in enumerate(program.of_kind(Kind.PARAM)):
         fixed = _parameter_register(depth, machine.lanes, before + k)
         if where.get(n) != fixed:
-            raise _fail(schedule, None, None, f"parameter {_name(schedule, n)} must be in register "
-                        f"{fixed}, not {where.get(n)}")
+            raise _fail(
+                schedule,
+                None,
+                None,
+                f"parameter {_name(schedule, n)} must be in register {fixed}, not {where.get(n)}",
+            )
     for state, after in program.states:
         current, following = where[state], where[after]
         if current % depth - half >= half // 2 or following != current + half // 2:
-            raise _fail(schedule, None, None, f"state {_name(schedule, state)}: registers "
-                        f"{current} and {following} must differ in bit c alone")
+            raise _fail(
+                schedule,
+                None,
+                None,
+                f"state {_name(schedule, state)}: registers "
+                f"{current} and {following} must differ in bit c alone",
+            )
     owners = Counter(where[s] for s, _ in program.states)
     if any(n > 1 for n in owners.values()):
         raise _fail(schedule, None, None, "two states share a register")
@@ -143,8 +166,16 @@ def _check_groups(schedule: Schedule) -> None:
         taken.add((s.cycle, s.lane))
         if s.op is not None:
             groups[s.op].append(s)
-        elif s.emit is None or s.first or s.last or s.cap_index or s.cap_flag or s.cap_norm \
-                or s.b is not None or s.term is not None:
+        elif (
+            s.emit is None
+            or s.first
+            or s.last
+            or s.cap_index
+            or s.cap_flag
+            or s.cap_norm
+            or s.b is not None
+            or s.term is not None
+        ):
             raise _fail(schedule, s.cycle, None, "a slot without op must be an emit and no more")
     for k, op in enumerate(program.ops):
         if k not in groups:
@@ -165,8 +196,12 @@ def _check_group(schedule: Schedule, number: int, op: Op, slots: list[Slot]) -> 
         raise _fail(schedule, start, number, f"terms {sorted(terms)} do not exist")
     for k, s in enumerate(slots):
         if s.cycle != start + k or s.lane != slots[0].lane:
-            raise _fail(schedule, s.cycle, number, "the slots of a group must be consecutive "
-                        "cycles of one lane")
+            raise _fail(
+                schedule,
+                s.cycle,
+                number,
+                "the slots of a group must be consecutive cycles of one lane",
+            )
         if s.first != (k == 0) or s.last != (k == last):
             raise _fail(schedule, s.cycle, number, "first and last must mark the ends of the group")
         if s.term is None:
@@ -175,14 +210,25 @@ def _check_group(schedule: Schedule, number: int, op: Op, slots: list[Slot]) -> 
             continue
         t = op.terms[s.term]
         if (s.b, s.a) != (t.a, t.b) if s.swap else (s.a, s.b) != (t.a, t.b):
-            raise _fail(schedule, s.cycle, number, f"term {s.term} does not multiply "
-                        f"{_name(schedule, s.a)} by {_name(schedule, s.b)}")
+            raise _fail(
+                schedule,
+                s.cycle,
+                number,
+                f"term {s.term} does not multiply {_name(schedule, s.a)} by {_name(schedule, s.b)}",
+            )
         if (t.b is None) != (t.coefficient is not None) or (t.b is None and op.table is None):
-            raise _fail(schedule, s.cycle, number, f"term {s.term} must have a value or a "
-                        "coefficient of the op's table")
-        if t.coefficient is not None and (s.swap or t.fraction_b
-                                          or not 0 <= t.coefficient <= 3
-                                          or not 0 <= (op.table or 0) < Machine.TABLE_BLOCKS):
+            raise _fail(
+                schedule,
+                s.cycle,
+                number,
+                f"term {s.term} must have a value or a coefficient of the op's table",
+            )
+        if t.coefficient is not None and (
+            s.swap
+            or t.fraction_b
+            or not 0 <= t.coefficient <= 3
+            or not 0 <= (op.table or 0) < Machine.TABLE_BLOCKS
+        ):
             raise _fail(schedule, s.cycle, number, f"term {s.term}: illegal table operand")
         if not 0 <= t.shift <= 31:
             raise _fail(schedule, s.cycle, number, f"shift must be 0 to 31, not {t.shift!r}")
@@ -205,8 +251,13 @@ def _check_streams(schedule: Schedule) -> None:
         if s.lane != 0:
             raise _fail(schedule, s.cycle, None, "only lane 0 can emit")
         if s.a != program.outputs[s.emit]:
-            raise _fail(schedule, s.cycle, None, f"output {s.emit} is "
-                        f"{_name(schedule, program.outputs[s.emit])}, not {_name(schedule, s.a)}")
+            raise _fail(
+                schedule,
+                s.cycle,
+                None,
+                f"output {s.emit} is "
+                f"{_name(schedule, program.outputs[s.emit])}, not {_name(schedule, s.a)}",
+            )
         if s.cycle + _READ in gets:
             raise _fail(schedule, s.cycle, None, f"emit {s.emit} works in the cycle of a get")
     for s in schedule.slots:
@@ -218,8 +269,12 @@ def _check_streams(schedule: Schedule) -> None:
     if gets and gets[-1] >= schedule.length:
         raise _fail(schedule, gets[-1], None, f"get behind the end at {schedule.length}")
     if schedule.length > schedule.machine.rom_words:
-        raise _fail(schedule, None, None, f"{schedule.length} microwords, the machine has "
-                    f"{schedule.machine.rom_words}")
+        raise _fail(
+            schedule,
+            None,
+            None,
+            f"{schedule.length} microwords, the machine has {schedule.machine.rom_words}",
+        )
 
 
 class _Replay:
@@ -239,8 +294,13 @@ class _Replay:
                 self.fixed.add(address)
         for address, values in self.contents.items():
             if len(values) > 1 and any(program.values[n].kind is not Kind.CONST for n in values):
-                raise _fail(schedule, None, None, f"register {address} is shared by "
-                            + " and ".join(_name(schedule, n) for n in sorted(values)))
+                raise _fail(
+                    schedule,
+                    None,
+                    None,
+                    f"register {address} is shared by "
+                    + " and ".join(_name(schedule, n) for n in sorted(values)),
+                )
         self.writes: dict[int, dict[int, tuple[int, int | None]]] = defaultdict(dict)
         self.captured: list[dict[str, tuple[int, bool]]] = [{} for _ in range(lanes)]
         self.lands: dict[int, int] = {}
@@ -254,12 +314,22 @@ class _Replay:
         """Note a write for later and check where it goes."""
         address = self.where.get(value)
         if address is None or address // self.schedule.machine.bank_depth != lane:
-            raise _fail(self.schedule, cycle, op, f"lane {lane} writes "
-                        f"{_name(self.schedule, value)} to register {address}, which is not in its "
-                        "bank")
+            raise _fail(
+                self.schedule,
+                cycle,
+                op,
+                f"lane {lane} writes "
+                f"{_name(self.schedule, value)} to register {address}, which is not in its "
+                "bank",
+            )
         if address in self.fixed:
-            raise _fail(self.schedule, cycle, op, f"register {address} of "
-                        f"{_name(self.schedule, min(self.contents[address]))} is overwritten")
+            raise _fail(
+                self.schedule,
+                cycle,
+                op,
+                f"register {address} of "
+                f"{_name(self.schedule, min(self.contents[address]))} is overwritten",
+            )
         self.writes[cycle][address] = (value, op)
         self.lands[value] = cycle
 
@@ -275,8 +345,12 @@ class _Replay:
                 self.contents[address] = {value}
         for state, after in self.schedule.program.states:
             if self.contents[self.where[after]] != {after}:
-                raise _fail(self.schedule, self.schedule.length - 1, None,
-                            f"the next value of state {_name(self.schedule, state)} is lost")
+                raise _fail(
+                    self.schedule,
+                    self.schedule.length - 1,
+                    None,
+                    f"the next value of state {_name(self.schedule, state)} is lost",
+                )
 
     def slot(self, s: Slot) -> None:
         """Operands, captures and their use in one slot."""
@@ -311,22 +385,35 @@ class _Replay:
             raise _fail(schedule, s.cycle, s.op, f"{name} has no register")
         landed = self.lands.get(value, -1)
         if landed >= s.cycle:
-            raise _fail(schedule, s.cycle, s.op, f"reads {name}, which is written in cycle "
-                        f"{landed}")
+            raise _fail(
+                schedule, s.cycle, s.op, f"reads {name}, which is written in cycle {landed}"
+            )
         if value not in self.contents[address]:
             found = ", ".join(_name(schedule, n) for n in sorted(self.contents[address]))
-            raise _fail(schedule, s.cycle, s.op, f"reads {name} from register {address}, which "
-                        f"holds {found or 'nothing'}")
+            raise _fail(
+                schedule,
+                s.cycle,
+                s.op,
+                f"reads {name} from register {address}, which holds {found or 'nothing'}",
+            )
         if address in self.writes[s.cycle]:
-            raise _fail(schedule, s.cycle, s.op, f"reads register {address} of {name} while it is "
-                        "written")
+            raise _fail(
+                schedule, s.cycle, s.op, f"reads register {address} of {name} while it is written"
+            )
 
     def holds(self, s: Slot, kind: str, value: int | None, quarter: bool) -> None:
         """The lane's capture register must come from ``value``."""
         found = self.captured[s.lane].get(kind)
         if value is None or found != (value, quarter):
-            got = "nothing" if found is None \
+            got = (
+                "nothing"
+                if found is None
                 else _name(self.schedule, found[0]) + (" plus quarter" if found[1] else "")
+            )
             want = _name(self.schedule, value) + (" plus quarter" if quarter else "")
-            raise _fail(self.schedule, s.cycle, s.op, f"wants the {kind} of {want}, the lane holds "
-                        f"that of {got}")
+            raise _fail(
+                self.schedule,
+                s.cycle,
+                s.op,
+                f"wants the {kind} of {want}, the lane holds that of {got}",
+            )

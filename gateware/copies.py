@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from model.fixed import Arithmetic
-from model.program import Kind, Op, Overflow, Program, Term, Value
+from boresight.model.fixed import Arithmetic
+from boresight.model.program import Kind, Op, Overflow, Program, Term, Value
 
 __all__ = ["copy_shift", "with_copies"]
 
@@ -47,8 +47,11 @@ def with_copies(program: Program) -> Program:
     for state, after in program.states:
         if values[after].kind is not Kind.OP or after in taken:
             if one is None:
-                usable = (n for n in program.of_kind(Kind.CONST)
-                          if copy_shift(values[n].initial, arith) is not None)
+                usable = (
+                    n
+                    for n in program.of_kind(Kind.CONST)
+                    if copy_shift(values[n].initial, arith) is not None
+                )
                 one = next(usable, None)
             if one is None:
                 frac = arith.guard
@@ -56,8 +59,9 @@ def with_copies(program: Program) -> Program:
             shift = copy_shift(values[one].initial, arith)
             assert shift is not None
             source = after
-            after = add(replace(values[source], name=f"{values[state].name}.next", kind=Kind.OP,
-                                initial=0))
+            after = add(
+                replace(values[source], name=f"{values[state].name}.next", kind=Kind.OP, initial=0)
+            )
             ops.append(Op(after, (Term(source, one, shift),), Overflow.WRAP))
         taken.add(after)
         states.append((state, after))

@@ -8,19 +8,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from gateware.allocate import Allocation, allocate_together
-from gateware.check_core import check_core
-from gateware.engine import Engine
-from gateware.image import Image
-from gateware.listing import listing
-from gateware.machine import CONFIGS, Machine
-from gateware.microcode import assemble
-from gateware.schedule import schedule
-from gateware.slots import Schedule, ScheduleError
-from gateware.state_rooms import state_rooms
-from gateware.verilog import to_verilog
-from model.errors import InputError
-from model.program import Kind, Program
+from boresight.gateware.allocate import Allocation, allocate_together
+from boresight.gateware.check_core import check_core
+from boresight.gateware.engine import Engine
+from boresight.gateware.image import Image
+from boresight.gateware.listing import listing
+from boresight.gateware.machine import CONFIGS, Machine
+from boresight.gateware.microcode import assemble
+from boresight.gateware.schedule import schedule
+from boresight.gateware.slots import Schedule, ScheduleError
+from boresight.gateware.state_rooms import state_rooms
+from boresight.gateware.verilog import to_verilog
+from boresight.model.errors import InputError
+from boresight.model.program import Kind, Program
 
 __all__ = ["Core", "Part", "build_core", "build_shared_core", "machine_for"]
 
@@ -34,8 +34,12 @@ def machine_for(config: str, program: Program) -> Machine:
         No such configuration.
     """
     if config not in CONFIGS:
-        raise InputError.at("config", wanted=f"one of {', '.join(CONFIGS)}", found=repr(config),
-                            fix="choose one of these")
+        raise InputError.at(
+            "config",
+            wanted=f"one of {', '.join(CONFIGS)}",
+            found=repr(config),
+            fix="choose one of these",
+        )
     return dataclasses.replace(CONFIGS[config], arithmetic=program.arithmetic)
 
 
@@ -130,15 +134,20 @@ class Core:
         return {self.program.values[n].name: where[n] for n in self.program.of_kind(Kind.PARAM)}
 
 
-def build_core(program: Program, config: str, *, urgent: int | None = None,
-               restarts: int | None = None) -> Core:
+def build_core(
+    program: Program, config: str, *, urgent: int | None = None, restarts: int | None = None
+) -> Core:
     """Compile a program for a configuration; see `build_shared_core`."""
     return build_shared_core([program], config, urgents=[urgent], restarts=restarts)
 
 
-def build_shared_core(programs: Sequence[Program], config: str, *,
-                      urgents: Sequence[int | None] | None = None,
-                      restarts: int | None = None) -> Core:
+def build_shared_core(
+    programs: Sequence[Program],
+    config: str,
+    *,
+    urgents: Sequence[int | None] | None = None,
+    restarts: int | None = None,
+) -> Core:
     """Compile programs into one core for a configuration.
 
     Parameters
@@ -161,18 +170,24 @@ def build_shared_core(programs: Sequence[Program], config: str, *,
         raise ValueError(f"programs must have different names, not {[p.name for p in programs]}")
     machine = machine_for(config, programs[0])
     rooms = state_rooms(programs, machine)
-    plans = [schedule(program, machine, urgent=urgent, restarts=restarts, state_room=room)
-             for program, urgent, room in zip(programs, urgents or [None] * len(programs), rooms,
-                                              strict=True)]
+    plans = [
+        schedule(program, machine, urgent=urgent, restarts=restarts, state_room=room)
+        for program, urgent, room in zip(
+            programs, urgents or [None] * len(programs), rooms, strict=True
+        )
+    ]
     words = sum(plan.length for plan in plans)
     if words > machine.rom_words:
-        raise ScheduleError(f"the programs take {words} microwords, the {machine.name} machine has "
-                            f"{machine.rom_words}")
+        raise ScheduleError(
+            f"the programs take {words} microwords, the {machine.name} machine has "
+            f"{machine.rom_words}"
+        )
     allocations = allocate_together(plans)
     check_core(programs, plans, allocations)
     parts = tuple(map(Part, programs, plans, allocations))
-    images = [assemble(plan, allocation)
-              for plan, allocation in zip(plans, allocations, strict=True)]
+    images = [
+        assemble(plan, allocation) for plan, allocation in zip(plans, allocations, strict=True)
+    ]
     try:
         image = Image.join(images, digest=int(_digest(programs), 16))
     except ValueError as error:
@@ -185,4 +200,5 @@ def _digest(programs: Sequence[Program]) -> str:
     if len(programs) == 1:
         return programs[0].digest
     return hashlib.sha256(" ".join(p.digest for p in programs).encode()).hexdigest()[
-        :len(programs[0].digest)]
+        : len(programs[0].digest)
+    ]

@@ -76,11 +76,29 @@ class DSP48A1(wiring.Component):
         Sum, after ``preg``; to the fabric and to the cascade.
     """
 
-    def __init__(self, *, a0reg: bool = False, a1reg: bool = False, b0reg: bool = False,
-                 b1reg: bool = False, creg: bool = False, mreg: bool = False, preg: bool = False,
-                 x: X = X.M, z: Z = Z.ZERO, subtract: bool = False) -> None:
-        self.registers = {"a0reg": a0reg, "a1reg": a1reg, "b0reg": b0reg, "b1reg": b1reg,
-                          "creg": creg, "mreg": mreg, "preg": preg}
+    def __init__(
+        self,
+        *,
+        a0reg: bool = False,
+        a1reg: bool = False,
+        b0reg: bool = False,
+        b1reg: bool = False,
+        creg: bool = False,
+        mreg: bool = False,
+        preg: bool = False,
+        x: X = X.M,
+        z: Z = Z.ZERO,
+        subtract: bool = False,
+    ) -> None:
+        self.registers = {
+            "a0reg": a0reg,
+            "a1reg": a1reg,
+            "b0reg": b0reg,
+            "b1reg": b1reg,
+            "creg": creg,
+            "mreg": mreg,
+            "preg": preg,
+        }
         for name, value in {**self.registers, "subtract": subtract}.items():
             if not isinstance(value, bool):
                 raise TypeError(f"{name} must be a bool, not {value!r}")
@@ -93,16 +111,18 @@ class DSP48A1(wiring.Component):
         self.x = x
         self.z = z
         self.subtract = subtract
-        super().__init__({
-            "en": In(1),
-            "a": In(signed(18)),
-            "b": In(signed(18)),
-            "c": In(signed(48)),
-            "pcin": In(signed(48)),
-            "m": Out(signed(36)),
-            "p": Out(signed(48)),
-            "pcout": Out(signed(48)),
-        })
+        super().__init__(
+            {
+                "en": In(1),
+                "a": In(signed(18)),
+                "b": In(signed(18)),
+                "c": In(signed(48)),
+                "pcin": In(signed(48)),
+                "m": Out(signed(36)),
+                "p": Out(signed(48)),
+                "pcout": Out(signed(48)),
+            }
+        )
 
     @property
     def opmode(self) -> int:
@@ -117,15 +137,45 @@ class DSP48A1(wiring.Component):
         m = Module()
         registers = {f"p_{name.upper()}": int(used) for name, used in self.registers.items()}
         enables = {f"i_CE{name}": self.en for name in ("A", "B", "C", "M", "P")}
-        unused = {f"i_{name}": Const(0, 1) for name in (
-            "CED", "CECARRYIN", "CEOPMODE", "CARRYIN",
-            "RSTA", "RSTB", "RSTC", "RSTD", "RSTM", "RSTP", "RSTCARRYIN", "RSTOPMODE")}
+        unused = {
+            f"i_{name}": Const(0, 1)
+            for name in (
+                "CED",
+                "CECARRYIN",
+                "CEOPMODE",
+                "CARRYIN",
+                "RSTA",
+                "RSTB",
+                "RSTC",
+                "RSTD",
+                "RSTM",
+                "RSTP",
+                "RSTCARRYIN",
+                "RSTOPMODE",
+            )
+        }
         m.submodules.slice = Instance(
-            "DSP48A1", **registers, p_DREG=0, p_OPMODEREG=0, p_CARRYINREG=0, p_CARRYOUTREG=0,
-            p_CARRYINSEL="OPMODE5", p_RSTTYPE="SYNC",
-            i_CLK=ClockSignal(), **enables, **unused, i_D=Const(0, 18),
-            i_OPMODE=Const(self.opmode, 8), i_A=self.a, i_B=self.b, i_C=self.c, i_PCIN=self.pcin,
-            o_M=self.m, o_P=self.p, o_PCOUT=self.pcout)
+            "DSP48A1",
+            **registers,
+            p_DREG=0,
+            p_OPMODEREG=0,
+            p_CARRYINREG=0,
+            p_CARRYOUTREG=0,
+            p_CARRYINSEL="OPMODE5",
+            p_RSTTYPE="SYNC",
+            i_CLK=ClockSignal(),
+            **enables,
+            **unused,
+            i_D=Const(0, 18),
+            i_OPMODE=Const(self.opmode, 8),
+            i_A=self.a,
+            i_B=self.b,
+            i_C=self.c,
+            i_PCIN=self.pcin,
+            o_M=self.m,
+            o_P=self.p,
+            o_PCOUT=self.pcout,
+        )
         return m
 
     def _behaviour(self) -> Module:

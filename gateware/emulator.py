@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
-from gateware.image import Image
-from gateware.machine import Machine
-from gateware.microcode import decode
+from boresight.gateware.image import Image
+from boresight.gateware.machine import Machine
+from boresight.gateware.microcode import decode
 
 __all__ = ["Emulator", "Record", "Write"]
 
@@ -87,8 +87,16 @@ class Emulator:
         self.image = image
         programs = range(len(image.lengths))
         self._roms = [[decode(machine, w) for w in image.program(k)] for k in programs]
-        self._lane_roms = [[[{n[:-1]: v for n, v in w.items() if n.endswith(str(k))}
-                             for k in range(machine.lanes)] for w in rom] for rom in self._roms]
+        self._lane_roms = [
+            [
+                [
+                    {n[:-1]: v for n, v in w.items() if n.endswith(str(k))}
+                    for k in range(machine.lanes)
+                ]
+                for w in rom
+            ]
+            for rom in self._roms
+        ]
         self.number = 0
         self.parities = [0 for _ in programs]
         self.registers = [self._signed(w) for w in image.registers]

@@ -8,12 +8,12 @@ from amaranth.hdl import Cat, Module, Mux, Signal
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from gateware.image import Image
-from gateware.lane import FIELDS, Lane
-from gateware.machine import Machine
-from gateware.operands import Operands
-from gateware.registers import BusSignature, Registers
-from gateware.sequencer import Sequencer
+from boresight.gateware.image import Image
+from boresight.gateware.lane import FIELDS, Lane
+from boresight.gateware.machine import Machine
+from boresight.gateware.operands import Operands
+from boresight.gateware.registers import BusSignature, Registers
+from boresight.gateware.sequencer import Sequencer
 
 __all__ = ["Engine", "word_layout"]
 
@@ -63,13 +63,15 @@ class Engine(wiring.Component):
         self.selector = selector
         port = {"choice": In(range(len(image.lengths))), "chosen": Out(1), "framing": Out(1)}
         word = machine.arithmetic.word
-        super().__init__({
-            "i": In(stream.Signature(word_layout(word))),
-            "o": Out(stream.Signature(word_layout(word))),
-            "bus": In(BusSignature(word=word)),
-            "saturated_update": Out(1),
-            **(port if selector else {}),
-        })
+        super().__init__(
+            {
+                "i": In(stream.Signature(word_layout(word))),
+                "o": Out(stream.Signature(word_layout(word))),
+                "bus": In(BusSignature(word=word)),
+                "saturated_update": Out(1),
+                **(port if selector else {}),
+            }
+        )
 
     def elaborate(self, platform: Any) -> Module:
         """Sequencer, operand memories, lanes, registers."""
@@ -78,8 +80,11 @@ class Engine(wiring.Component):
         m.submodules.sequencer = sequencer = Sequencer(machine=machine, image=self.image)
         m.submodules.operands = operands = Operands(machine=machine, image=self.image)
         m.submodules.registers = registers = Registers(
-            machine=machine, digest=self.image.digest, programs=len(self.image.lengths),
-            selector=self.selector)
+            machine=machine,
+            digest=self.image.digest,
+            programs=len(self.image.lengths),
+            selector=self.selector,
+        )
         wiring.connect(m, wiring.flipped(self.bus), registers.bus)
         word, en = sequencer.word, sequencer.en
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import accumulate
 
-from gateware.machine import Machine
+from boresight.gateware.machine import Machine
 
 __all__ = ["Image", "rom_pieces"]
 
@@ -56,7 +56,7 @@ class Image:
     def program(self, number: int) -> list[int]:
         """Microwords of one program."""
         base = self.bases[number]
-        return self.rom[base:base + self.lengths[number]]
+        return self.rom[base : base + self.lengths[number]]
 
     @classmethod
     def join(cls, images: Sequence[Image], *, digest: int) -> Image:
@@ -73,30 +73,37 @@ class Image:
                 raise ValueError("registers of the programs must be common")
             if any(image.tables) and image.tables != tables:
                 raise ValueError("function tables of the programs must be the same")
-        return replace(images[0], rom=[w for x in images for w in x.rom[:sum(x.lengths)]],
-                       tables=tables, lengths=tuple(n for x in images for n in x.lengths),
-                       digest=digest)
+        return replace(
+            images[0],
+            rom=[w for x in images for w in x.rom[: sum(x.lengths)]],
+            tables=tables,
+            lengths=tuple(n for x in images for n in x.lengths),
+            digest=digest,
+        )
 
     def check(self, machine: Machine) -> None:
         """Raise ValueError unless the image fits ``machine``."""
         word = 1 << machine.arithmetic.word
         for name, words, count, limit in (
-                ("rom", self.rom, None, 1 << machine.word_bits),
-                ("registers", self.registers, 1 << machine.register_bits, word),
-                ("tables", self.tables, machine.TABLE_BLOCK * machine.TABLE_BLOCKS, word)):
+            ("rom", self.rom, None, 1 << machine.word_bits),
+            ("registers", self.registers, 1 << machine.register_bits, word),
+            ("tables", self.tables, machine.TABLE_BLOCK * machine.TABLE_BLOCKS, word),
+        ):
             if count is not None and len(words) != count:
                 raise ValueError(f"{name} must have {count} words, not {len(words)!r}")
             for number, value in enumerate(words):
                 if not 0 <= value < limit:
                     raise ValueError(f"{name}[{number}] must be below {limit:#x}, not {value!r}")
         if not len(self.rom) <= machine.rom_words:
-            raise ValueError(f"rom must have at most {machine.rom_words} words, "
-                             f"not {len(self.rom)!r}")
+            raise ValueError(
+                f"rom must have at most {machine.rom_words} words, not {len(self.rom)!r}"
+            )
         if not self.lengths or min(self.lengths) < 3:
             raise ValueError(f"lengths must be 3 or more each, not {self.lengths!r}")
         if sum(self.lengths) > len(self.rom):
-            raise ValueError(f"lengths must be {len(self.rom)} or less together, "
-                             f"not {sum(self.lengths)!r}")
+            raise ValueError(
+                f"lengths must be {len(self.rom)} or less together, not {sum(self.lengths)!r}"
+            )
         if self.digest < 0:
             raise ValueError(f"digest must not be negative, not {self.digest!r}")
         for number in range(len(self.lengths)):
@@ -109,8 +116,10 @@ class Image:
         for k, value in enumerate(words):
             home = value >> bit["home"] & 1
             if home != (k == len(words) - 1):
-                raise ValueError(f"rom[{base + k}] must have home = {1 - home}, not {home!r}: "
-                                 "only the last word of a program returns")
+                raise ValueError(
+                    f"rom[{base + k}] must have home = {1 - home}, not {home!r}: "
+                    "only the last word of a program returns"
+                )
             if value >> bit["get"] & value >> bit["emit"] & 1:
                 raise ValueError(f"rom[{base + k}] must not get and emit in the same cycle")
         if not any(value >> bit["get"] & 1 for value in words):
@@ -138,4 +147,4 @@ class Image:
         pieces = rom_pieces(len(rom))
         rom += [0] * (sum(pieces) - len(rom))
         ends = accumulate(pieces)
-        return tuple(rom[end - depth:end] for depth, end in zip(pieces, ends, strict=True))
+        return tuple(rom[end - depth : end] for depth, end in zip(pieces, ends, strict=True))

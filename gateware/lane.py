@@ -8,18 +8,34 @@ from amaranth.hdl import Cat, Module, Mux, Signal, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from gateware.bitwise import Bitwise, choose
-from gateware.leading import LeadingSignCount
-from gateware.machine import Machine
-from gateware.microword import lane_fields
-from gateware.multiplier import Multiplier
-from gateware.shifter import Shifter
+from boresight.gateware.bitwise import Bitwise, choose
+from boresight.gateware.leading import LeadingSignCount
+from boresight.gateware.machine import Machine
+from boresight.gateware.microword import lane_fields
+from boresight.gateware.multiplier import Multiplier
+from boresight.gateware.shifter import Shifter
 
 __all__ = ["Lane"]
 
 #: Fields of the microword that the lane itself obeys.
-FIELDS = ("frac_a", "frac_b", "cap_index", "cap_flag", "cap_norm", "quarter", "neg", "neg_flag",
-          "when", "when_flag", "shift", "scale", "first", "wrap", "sticky")
+FIELDS = (
+    "frac_a",
+    "frac_b",
+    "cap_index",
+    "cap_flag",
+    "cap_norm",
+    "quarter",
+    "neg",
+    "neg_flag",
+    "when",
+    "when_flag",
+    "shift",
+    "scale",
+    "first",
+    "wrap",
+    "sticky",
+)
+
 
 class Lane(wiring.Component):
     """Sum of shifted products, ``q = sat/wrap(floor((half + sum ±floor(a b / 2^s)) / 2^G))``.
@@ -73,18 +89,20 @@ class Lane(wiring.Component):
         self.sources = sources
         word = machine.arithmetic.word
         known = lane_fields(machine)
-        super().__init__({
-            "en": In(1),
-            "a": In(word),
-            "b": In(word),
-            **{name: In(known[name].width) for name in FIELDS},
-            "index": Out(machine.arithmetic.INDEX_BITS),
-            "outside": In(1),
-            "which": In(1),
-            "words": In(word).array(sources),
-            "result": Out(word),
-            "saturated": Out(1),
-        })
+        super().__init__(
+            {
+                "en": In(1),
+                "a": In(word),
+                "b": In(word),
+                **{name: In(known[name].width) for name in FIELDS},
+                "index": Out(machine.arithmetic.INDEX_BITS),
+                "outside": In(1),
+                "which": In(1),
+                "words": In(word).array(sources),
+                "result": Out(word),
+                "saturated": Out(1),
+            }
+        )
 
     @property
     def latency(self) -> int:
@@ -106,7 +124,7 @@ class Lane(wiring.Component):
     def _captures(self, m: Module) -> Signal:
         """Stage 1: sign flag and segment index of the raw ``a``, plus a quarter if asked."""
         arith = self.machine.arithmetic
-        top = self.a[arith.fraction_bits:]
+        top = self.a[arith.fraction_bits :]
         # Plus 2^(W-2): the bit below the sign flips and carries into the sign.
         index = Cat(top[:-2], top[-2] ^ self.quarter)
         sign = top[-1] ^ (self.quarter & top[-2])
@@ -125,9 +143,11 @@ class Lane(wiring.Component):
         arith = self.machine.arithmetic
         m.submodules.multiplier = multiplier = Multiplier(word=arith.word)
         m.d.comb += multiplier.en.eq(self.en)
-        for port, value, masked in ((multiplier.a, self.a, self.frac_a),
-                                    (multiplier.b, self.b, self.frac_b)):
-            low, high = value[:arith.fraction_bits], value[arith.fraction_bits:]
+        for port, value, masked in (
+            (multiplier.a, self.a, self.frac_a),
+            (multiplier.b, self.b, self.frac_b),
+        ):
+            low, high = value[: arith.fraction_bits], value[arith.fraction_bits :]
             m.d.comb += port.eq(Cat(low, high & ~masked.replicate(len(high))))
         return multiplier.p
 
@@ -147,8 +167,11 @@ class Lane(wiring.Component):
     def _amount(self, m: Module) -> Signal:
         """Stage 3: shift amount, there in stage 4; not below 0."""
         m.submodules.leading = leading = LeadingSignCount(arithmetic=self.machine.arithmetic)
-        m.d.comb += [leading.en.eq(self.en), leading.i.eq(self.a),
-                     leading.capture.eq(self.cap_norm)]
+        m.d.comb += [
+            leading.en.eq(self.en),
+            leading.i.eq(self.a),
+            leading.capture.eq(self.cap_norm),
+        ]
         n = leading.count
         less = Signal.like(n)
         with m.Switch(self.scale):
@@ -165,12 +188,12 @@ class Lane(wiring.Component):
             m.d.sync += amount.eq(Mux(difference < 0, 0, difference))
         return amount
 
-    def _shift(self, m: Module, product: Signal, amount: Signal, invert: Signal,
-               skip: Signal) -> tuple[Signal, Signal]:
+    def _shift(
+        self, m: Module, product: Signal, amount: Signal, invert: Signal, skip: Signal
+    ) -> tuple[Signal, Signal]:
         """Stage 4: the term, ones' complement when negated, and its carry, there in stage 5."""
         arith = self.machine.arithmetic
-        m.submodules.shifter = shifter = Shifter(width_in=2 * arith.word,
-                                                 width_out=arith.acc_width)
+        m.submodules.shifter = shifter = Shifter(width_in=2 * arith.word, width_out=arith.acc_width)
         m.d.comb += [shifter.i.eq(product), shifter.amount.eq(amount), shifter.invert.eq(invert)]
         term = Signal(signed(arith.acc_width), reset_less=True)
         carry = Signal(reset_less=True)
@@ -201,9 +224,9 @@ class Lane(wiring.Component):
         """Stage 6: clamp, cut or load, each bit one look-up table behind three select lines."""
         arith = self.machine.arithmetic
         word = arith.word
-        q = acc[arith.guard:]
-        negative, over = q[-1], q[word - 1:-1]
-        groups = [over[k:k + 5] for k in range(0, len(over), 5)]
+        q = acc[arith.guard :]
+        negative, over = q[-1], q[word - 1 : -1]
+        groups = [over[k : k + 5] for k in range(0, len(over), 5)]
         differs = []
         for k, bits in enumerate(groups):
             m.submodules[f"differs{k}"] = unit = Bitwise(function=_differs, inputs=1 + len(bits))
@@ -220,10 +243,13 @@ class Lane(wiring.Component):
             line.append(unit.connect(m, self.outside, self.which, negative))
         words = [self.words[k] for k in range(self.sources)]
         # Of the limit only the sign bit equals the sign.
-        for name, part, function in (("low", slice(0, word - 1), _result_low),
-                                     ("sign", slice(word - 1, word), _result_sign)):
+        for name, part, function in (
+            ("low", slice(0, word - 1), _result_low),
+            ("sign", slice(word - 1, word), _result_sign),
+        ):
             m.submodules[f"result_{name}"] = result = Bitwise(
-                function=function, inputs=4 + len(words), width=part.stop - part.start)
+                function=function, inputs=4 + len(words), width=part.stop - part.start
+            )
             output = result.connect(m, clamp, *line, q[part], *(w[part] for w in words))
             m.d.comb += self.result[part].eq(output)
 

@@ -8,7 +8,7 @@ from amaranth.hdl import Cat, Const, Module, Signal, Value
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from model.fixed import Arithmetic
+from boresight.model.fixed import Arithmetic
 
 __all__ = ["LeadingSignCount"]
 
@@ -44,12 +44,14 @@ class LeadingSignCount(wiring.Component):
 
     def __init__(self, *, arithmetic: Arithmetic) -> None:
         self.arithmetic = arithmetic
-        super().__init__({
-            "en": In(1),
-            "i": In(arithmetic.word),
-            "capture": In(1),
-            "count": Out(range(arithmetic.shift_max + 1)),
-        })
+        super().__init__(
+            {
+                "en": In(1),
+                "i": In(arithmetic.word),
+                "capture": In(1),
+                "count": Out(range(arithmetic.shift_max + 1)),
+            }
+        )
 
     def elaborate(self, platform: Any) -> Module:
         """Both steps."""
@@ -61,7 +63,7 @@ class LeadingSignCount(wiring.Component):
         firsts = range(0, limit + 1, self.GROUP)
         hits, places = [], []
         for first in firsts:
-            bits = differs[first:first + self.GROUP]
+            bits = differs[first : first + self.GROUP]
             hit = Signal(name=f"hit{first}", reset_less=True)
             place = Signal(2, name=f"place{first}", reset_less=True)
             with m.If(take):
@@ -74,8 +76,9 @@ class LeadingSignCount(wiring.Component):
         choice.append(~Cat(hits[:-1]).any())
         count: Value = Const(0, len(self.count))
         for group, (chosen, place) in enumerate(zip(choice, places, strict=True)):
-            count = count | (Cat(place, Const(group, len(self.count) - 2))
-                             & chosen.replicate(len(self.count)))
+            count = count | (
+                Cat(place, Const(group, len(self.count) - 2)) & chosen.replicate(len(self.count))
+            )
         result = Signal.like(self.count, reset_less=True)
         with m.If(self.en):
             m.d.sync += result.eq(count)

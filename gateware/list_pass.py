@@ -10,17 +10,21 @@ from bisect import insort
 from collections.abc import Sequence
 from heapq import heappop
 
-from gateware.arrange import Arrangement, Need
-from gateware.captures import KINDS, Key
-from gateware.list_problem import Attempt, ListProblem, Style
-from gateware.list_state import NOTHING, Fit, ListState
-from gateware.slots import ScheduleError
+from boresight.gateware.arrange import Arrangement, Need
+from boresight.gateware.captures import KINDS, Key
+from boresight.gateware.list_problem import Attempt, ListProblem, Style
+from boresight.gateware.list_state import NOTHING, Fit, ListState
+from boresight.gateware.slots import ScheduleError
 
 __all__ = ["list_pass"]
 
 
-def list_pass(problem: ListProblem, priority: Sequence[float], style: Style,
-              limit: tuple[int, int] | None = None) -> Attempt | None:
+def list_pass(
+    problem: ListProblem,
+    priority: Sequence[float],
+    style: Style,
+    limit: tuple[int, int] | None = None,
+) -> Attempt | None:
     """Place every node once.
 
     ``limit`` is the latency and length to stay within: the pass gives up, and returns None, as
@@ -32,8 +36,13 @@ def list_pass(problem: ListProblem, priority: Sequence[float], style: Style,
 class _Pass(ListState):
     """The choices of a pass."""
 
-    def __init__(self, problem: ListProblem, priority: Sequence[float], style: Style,
-                 limit: tuple[int, int] | None) -> None:
+    def __init__(
+        self,
+        problem: ListProblem,
+        priority: Sequence[float],
+        style: Style,
+        limit: tuple[int, int] | None,
+    ) -> None:
         super().__init__(problem, priority, hold=style.hold, limit=limit)
         self.style = style
 
@@ -76,8 +85,11 @@ class _Pass(ListState):
             return NOTHING
         a, b, c = self.p.keys[node]
         held = self.held[lane]
-        return (a is not None and a != held[0], b is not None and b != held[1],
-                c is not None and c != held[2])
+        return (
+            a is not None and a != held[0],
+            b is not None and b != held[1],
+            c is not None and c != held[2],
+        )
 
     def choose(self, t: int, lanes: list[int], skip: set[int]) -> tuple[int, int, Fit] | None:
         """The most urgent node that can start at ``t``."""
@@ -116,8 +128,9 @@ class _Pass(ListState):
                             if need[kind] and self.wanted(kind, self.held[lane][kind]):
                                 key -= style.keep
                     if f[1] > len(problem.program.ops[node].terms) and any(
-                            t < free <= t + style.stay and self.need(node, other) < need
-                            for other, free in enumerate(self.free)):
+                        t < free <= t + style.stay and self.need(node, other) < need
+                        for other, free in enumerate(self.free)
+                    ):
                         key -= style.reuse
                 if key > best_key:
                     best, best_key = (node, lane, f), key
@@ -135,8 +148,10 @@ class _Pass(ListState):
             if other == node or other >= self.p.n_ops and lane:
                 continue
             start = min(f[0] for f in self.fit(other, self.need(other, lane)))
-            if t < start < t + length and (other >= self.p.n_ops or all(
-                    f > start for k, f in enumerate(self.free) if k != lane)):
+            if t < start < t + length and (
+                other >= self.p.n_ops
+                or all(f > start for k, f in enumerate(self.free) if k != lane)
+            ):
                 return True
         return False
 
@@ -154,11 +169,19 @@ class _Pass(ListState):
     def giver(self, t: int, node: int, lane: int, kind: int, key: Key) -> tuple[int, Fit] | None:
         """A short group that can start now and capture what ``node`` would need a slot for."""
         for other in self.p.givers.get((kind, key), ()):
-            if other == node or self.waits[other] or (-self.priority[other], other) \
-                    not in self.awake or self.p.needs[other][kind]:
+            if (
+                other == node
+                or self.waits[other]
+                or (-self.priority[other], other) not in self.awake
+                or self.p.needs[other][kind]
+            ):
                 continue
             f = self.fit(other, self.need(other, lane))[0]
-            if self.may_keep(other, lane) and f[0] <= t and f[1] <= self.style.detour \
-                    and (lane or self.may_write(t + f[1] - 1 + self.write)):
+            if (
+                self.may_keep(other, lane)
+                and f[0] <= t
+                and f[1] <= self.style.detour
+                and (lane or self.may_write(t + f[1] - 1 + self.write))
+            ):
                 return other, f
         return None

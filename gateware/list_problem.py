@@ -6,12 +6,12 @@ from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from gateware.arrange import Arrangement, Need, arrangements, needs, reads
-from gateware.captures import Key, gifts, keys
-from gateware.machine import Machine
-from gateware.priorities import Paths
-from gateware.slots import Slot
-from model.program import Program
+from boresight.gateware.arrange import Arrangement, Need, arrangements, needs, reads
+from boresight.gateware.captures import Key, gifts, keys
+from boresight.gateware.machine import Machine
+from boresight.gateware.priorities import Paths
+from boresight.gateware.slots import Slot
+from boresight.model.program import Program
 
 __all__ = ["Attempt", "ListProblem", "Style"]
 
@@ -65,8 +65,15 @@ class ListProblem:
     states that each lane may compute; by default what its bank holds.
     """
 
-    def __init__(self, program: Program, machine: Machine, *, far: Paths, urgent: int,
-                 state_room: Sequence[int] | None = None) -> None:
+    def __init__(
+        self,
+        program: Program,
+        machine: Machine,
+        *,
+        far: Paths,
+        urgent: int,
+        state_room: Sequence[int] | None = None,
+    ) -> None:
         self.program = program
         self.machine = machine
         self.urgent = urgent
@@ -117,6 +124,14 @@ class ListProblem:
         out = []
         for node, lane, start, slots in attempt.groups:
             op = node < self.n_ops
-            out += [replace(s, cycle=start + i, lane=lane, first=op and i == 0,
-                            last=op and i == len(slots) - 1) for i, s in enumerate(slots)]
+            out += [
+                replace(
+                    s,
+                    cycle=start + i,
+                    lane=lane,
+                    first=op and i == 0,
+                    last=op and i == len(slots) - 1,
+                )
+                for i, s in enumerate(slots)
+            ]
         return tuple(sorted(out, key=lambda s: (s.cycle, s.lane)))

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 from heapq import heapify, heappush
 
-from gateware.arrange import Arrangement, Need
-from gateware.captures import KINDS, Key, give
-from gateware.list_problem import Attempt, ListProblem
-from gateware.machine import Machine
-from gateware.slots import Slot
+from boresight.gateware.arrange import Arrangement, Need
+from boresight.gateware.captures import KINDS, Key, give
+from boresight.gateware.list_problem import Attempt, ListProblem
+from boresight.gateware.machine import Machine
+from boresight.gateware.slots import Slot
 
 __all__ = ["NOTHING", "Fit", "ListState"]
 
@@ -36,12 +36,21 @@ class ListState:
         Beyond which `over` becomes true.
     """
 
-    def __init__(self, problem: ListProblem, priority: Sequence[float], *, hold: bool,
-                 limit: tuple[int, int] | None) -> None:
+    def __init__(
+        self,
+        problem: ListProblem,
+        priority: Sequence[float],
+        *,
+        hold: bool,
+        limit: tuple[int, int] | None,
+    ) -> None:
         self.p = problem
         self.limit = limit or (_NEVER, _NEVER)
-        self.urgent_slots = sum(n for n, tail in zip(problem.far.slots, problem.far.urgent,
-                                                     strict=True) if tail is not None)
+        self.urgent_slots = sum(
+            n
+            for n, tail in zip(problem.far.slots, problem.far.urgent, strict=True)
+            if tail is not None
+        )
         self.over = False
         self.long = False
         self.hold = hold
@@ -105,15 +114,19 @@ class ListState:
 
     def may_write(self, cycle: int) -> bool:
         """Whether lane 0 may write its result in this cycle, if need be by delaying a get."""
-        return not self.gets or cycle > self.gets[-1] or cycle not in self.gets \
-            or self.hold and cycle > self.horizon
+        return (
+            not self.gets
+            or cycle > self.gets[-1]
+            or cycle not in self.gets
+            or self.hold
+            and cycle > self.horizon
+        )
 
     def may_keep(self, node: int, lane: int) -> bool:
         """Whether the lane's bank has room for the result of an op, if that is a state."""
         return not self.p.makes_state[node] or self.state_room[lane] > 0
 
-    def place(self, t: int, node: int, lane: int, fit: Fit, forced: tuple[int, Key] | None
-              ) -> None:
+    def place(self, t: int, node: int, lane: int, fit: Fit, forced: tuple[int, Key] | None) -> None:
         """Put a group into a lane."""
         _, length, arrangement, order = fit
         problem = self.p
@@ -136,9 +149,17 @@ class ListState:
                     held[kind] = key
                     self.pending[kind][key] -= 1
             if problem.gifts[node]:
-                slots = give(slots, op, problem.gifts[node], held, lambda kind, key:
-                             (kind, key) == forced or self.pending[kind][key] > 0
-                             and not self.wanted(kind, held[kind]))
+                slots = give(
+                    slots,
+                    op,
+                    problem.gifts[node],
+                    held,
+                    lambda kind, key: (
+                        (kind, key) == forced
+                        or self.pending[kind][key] > 0
+                        and not self.wanted(kind, held[kind])
+                    ),
+                )
             self.watch(t, node, end)
             if lane == 0:
                 slots = self.ride(t, slots)
@@ -239,5 +260,6 @@ class ListState:
         words = [cycle + read + 1 for cycle in self.emits]
         length = max([length, *words[-1:]])
         latency = words[problem.urgent - 1] if problem.urgent else 0
-        return Attempt((latency, length, count, sum(words)), tuple(self.groups), tuple(self.gets),
-                       length)
+        return Attempt(
+            (latency, length, count, sum(words)), tuple(self.groups), tuple(self.gets), length
+        )

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from gateware.allocate import Allocation
-from gateware.machine import Machine
-from gateware.microcode import decode
-from gateware.slots import Schedule
-from model.program import Program
+from boresight.gateware.allocate import Allocation
+from boresight.gateware.machine import Machine
+from boresight.gateware.microcode import decode
+from boresight.gateware.slots import Schedule
+from boresight.model.program import Program
 
 __all__ = ["listing"]
 
@@ -32,8 +32,9 @@ def listing(rom: Sequence[int], schedule: Schedule, allocation: Allocation) -> s
 
 
 class _Listing:
-    def __init__(self, rom: Sequence[int], machine: Machine, program: Program,
-                 allocation: Allocation) -> None:
+    def __init__(
+        self, rom: Sequence[int], machine: Machine, program: Program, allocation: Allocation
+    ) -> None:
         self.machine = machine
         self.words = [decode(machine, w) for w in rom]
         self.stage = {f.name: f.stage for f in machine.fields()}
@@ -64,8 +65,10 @@ class _Listing:
 
     def text(self) -> str:
         """All lines."""
-        issued = [[self.issue(cycle, k) for k in range(self.machine.lanes)]
-                  for cycle in range(len(self.words))]
+        issued = [
+            [self.issue(cycle, k) for k in range(self.machine.lanes)]
+            for cycle in range(len(self.words))
+        ]
         widths = [max(map(len, column)) for column in zip(*issued, strict=True)]
         head = [f"lane {k}".ljust(w) for k, w in enumerate(widths)]
         lines = [f"{'cycle':>5}  " + " | ".join([*head, "written, streams"])]
@@ -76,8 +79,10 @@ class _Listing:
 
     def issue(self, cycle: int, lane: int) -> str:
         """The slot of a lane."""
+
         def f(name: str) -> int:
             return self.field(f"{name}{lane}", cycle)
+
         when = (f("when"), f("when_flag"))
         a = self.register(f("a_addr"), cycle)
         captures = [kind for kind in ("index", "flag", "norm") if f(f"cap_{kind}")]

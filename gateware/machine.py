@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from model.fixed import Arithmetic
+from boresight.model.fixed import Arithmetic
 
 __all__ = ["CONFIGS", "Field", "Machine"]
 
@@ -96,8 +96,13 @@ class Machine:
         for k in range(self.lanes):
             out += [
                 Field(f"a_addr{k}", 9, 0, "register address of operand a"),
-                Field(f"b_addr{k}", 9, 0, "register address of operand b, or with table: "
-                      "bits 1:0 coefficient, bits 3:2 block"),
+                Field(
+                    f"b_addr{k}",
+                    9,
+                    0,
+                    "register address of operand b, or with table: "
+                    "bits 1:0 coefficient, bits 3:2 block",
+                ),
                 Field(f"table{k}", 1, 0, "operand b comes from the table memory"),
                 Field(f"frac_a{k}", 1, 1, "replace a by its bits below the segment index"),
                 Field(f"frac_b{k}", 1, 1, "replace b by its bits below the segment index"),
@@ -110,8 +115,12 @@ class Machine:
                 Field(f"when{k}", 1, 2, "the term takes part (with when_flag: when the flag is 0)"),
                 Field(f"when_flag{k}", 1, 2, "exclusive-or when with the flag"),
                 Field(f"shift{k}", 5, 3, "right shift of the product"),
-                Field(f"scale{k}", 2, 3, "0: shift, 1: shift - n, 2: shift - (n & ~1), "
-                      "3: shift - (n >> 1)"),
+                Field(
+                    f"scale{k}",
+                    2,
+                    3,
+                    "0: shift, 1: shift - n, 2: shift - (n & ~1), 3: shift - (n >> 1)",
+                ),
                 Field(f"first{k}", 1, 5, "first slot of a group: start from the rounding half"),
                 Field(f"we{k}", 1, 6, "write the result"),
                 Field(f"wrap{k}", 1, 6, "result is modulo 2^W"),
@@ -134,7 +143,4 @@ class Machine:
 
 
 #: The configurations that ship.
-CONFIGS = {
-    "small": Machine(name="small", lanes=1),
-    "fast": Machine(name="fast", lanes=2),
-}
+CONFIGS = {"small": Machine(name="small", lanes=1), "fast": Machine(name="fast", lanes=2)}

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from gateware.allocate import Allocation
-from gateware.image import Image
-from gateware.machine import Machine
-from gateware.slots import Schedule, ScheduleError, Slot
-from model.program import Negate, Overflow, Scale, When
+from boresight.gateware.allocate import Allocation
+from boresight.gateware.image import Image
+from boresight.gateware.machine import Machine
+from boresight.gateware.slots import Schedule, ScheduleError, Slot
+from boresight.model.program import Negate, Overflow, Scale, When
 
 __all__ = ["assemble", "decode", "encode"]
 
@@ -34,8 +34,10 @@ def assemble(schedule: Schedule, allocation: Allocation) -> Image:
     def put(cycle: int, name: str, value: int) -> None:
         word = cycle + stage[name]
         if word >= len(words):
-            raise ScheduleError(f"{program.name}: field {name} of cycle {cycle} falls behind the "
-                                f"program's {len(words)} words")
+            raise ScheduleError(
+                f"{program.name}: field {name} of cycle {cycle} falls behind the "
+                f"program's {len(words)} words"
+            )
         if words[word].setdefault(name, value) != value:
             raise ScheduleError(f"{program.name}: field {name} of word {word} wanted twice")
 
@@ -43,25 +45,35 @@ def assemble(schedule: Schedule, allocation: Allocation) -> Image:
         for name, value in _slot_fields(schedule, registers, slot):
             put(slot.cycle, name, value)
     for k, (cycle, value) in enumerate(zip(schedule.gets, program.inputs, strict=True)):
-        for name, bits in (("get", 1), ("get_last", int(k == len(schedule.gets) - 1)),
-                           ("dest0", registers[value] % machine.bank_depth)):
+        for name, bits in (
+            ("get", 1),
+            ("get_last", int(k == len(schedule.gets) - 1)),
+            ("dest0", registers[value] % machine.bank_depth),
+        ):
             put(cycle - stage[name], name, bits)
     put(schedule.length - 1 - stage["home"], "home", 1)
     mask = (1 << machine.arithmetic.word) - 1
     size = Machine.TABLE_BLOCK * Machine.TABLE_BLOCKS
     if len(program.table_memory) > size:
-        raise ScheduleError(f"{program.name}: table memory must be {size} words or fewer, not "
-                            f"{len(program.table_memory)!r}")
+        raise ScheduleError(
+            f"{program.name}: table memory must be {size} words or fewer, not "
+            f"{len(program.table_memory)!r}"
+        )
     tables = [w & mask for w in program.table_memory]
-    image = Image(rom=[encode(machine, w) for w in words], registers=list(allocation.initial),
-                  tables=tables + [0] * (size - len(tables)), lengths=(schedule.length,),
-                  digest=int(schedule.source, 16))
+    image = Image(
+        rom=[encode(machine, w) for w in words],
+        registers=list(allocation.initial),
+        tables=tables + [0] * (size - len(tables)),
+        lengths=(schedule.length,),
+        digest=int(schedule.source, 16),
+    )
     image.check(machine)
     return image
 
 
-def _slot_fields(schedule: Schedule, registers: dict[int, int],
-                 slot: Slot) -> Iterable[tuple[str, int]]:
+def _slot_fields(
+    schedule: Schedule, registers: dict[int, int], slot: Slot
+) -> Iterable[tuple[str, int]]:
     """Fields of one slot by name; those left out are 0."""
     lane = slot.lane
     yield f"a_addr{lane}", registers[slot.a]

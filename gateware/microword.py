@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from amaranth.lib import data
 
-from gateware.machine import Field, Machine
+from boresight.gateware.machine import Field, Machine
 
 __all__ = ["lane_fields", "microword_layout"]
 

@@ -8,7 +8,7 @@ from amaranth.hdl import Cat, Module, Signal, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from gateware.dsp48a1 import DSP48A1, X, Z
+from boresight.gateware.dsp48a1 import DSP48A1, X, Z
 
 __all__ = ["Multiplier"]
 
@@ -52,12 +52,9 @@ class Multiplier(wiring.Component):
         if not isinstance(word, int) or not 18 <= word <= 32:
             raise ValueError(f"word must be an integer from 18 to 32, not {word!r}")
         self.word = word
-        super().__init__({
-            "en": In(1),
-            "a": In(signed(word)),
-            "b": In(signed(word)),
-            "p": Out(signed(2 * word)),
-        })
+        super().__init__(
+            {"en": In(1), "a": In(signed(word)), "b": In(signed(word)), "p": Out(signed(2 * word))}
+        )
 
     @property
     def latency(self) -> int:
@@ -89,11 +86,7 @@ class Multiplier(wiring.Component):
                 dsp.a.eq(self.a[cut:].as_signed() if a_high else self.a[:cut]),
                 dsp.b.eq(self.b[cut:].as_signed() if b_high else self.b[:cut]),
             ]
-        m.d.comb += [
-            hl.c.eq(ll.m[cut:]),
-            lh.pcin.eq(hl.pcout),
-            hh.c.eq(lh.p[cut:].as_signed()),
-        ]
+        m.d.comb += [hl.c.eq(ll.m[cut:]), lh.pcin.eq(hl.pcout), hh.c.eq(lh.p[cut:].as_signed())]
         # The bits that need no more addition wait in flip-flops (no reset, so that they stay
         # beside the slices; the pair of ``low`` is kept from becoming a shift register).
         low, low_next = Signal(cut, reset_less=True), Signal(cut, reset_less=True)

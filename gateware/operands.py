@@ -8,8 +8,8 @@ from amaranth.hdl import Cat, Const, Module, Mux, Signal, Value
 from amaranth.lib import memory, wiring
 from amaranth.lib.wiring import In, Out
 
-from gateware.image import Image
-from gateware.machine import Machine
+from boresight.gateware.image import Image
+from boresight.gateware.machine import Machine
 
 __all__ = ["Operands"]
 
@@ -55,19 +55,21 @@ class Operands(wiring.Component):
         self.machine = machine
         self.image = image
         lanes, word = machine.lanes, machine.arithmetic.word
-        super().__init__({
-            "en": In(1),
-            "parity": In(1),
-            "a_addr": In(machine.register_bits).array(lanes),
-            "b_addr": In(machine.register_bits).array(lanes),
-            "table": In(1).array(lanes),
-            "index": In(machine.arithmetic.INDEX_BITS).array(lanes),
-            "a": Out(word).array(lanes),
-            "b": Out(word).array(lanes),
-            "w_en": In(1).array(lanes),
-            "w_addr": In(range(machine.bank_depth)).array(lanes),
-            "w_data": In(word).array(lanes),
-        })
+        super().__init__(
+            {
+                "en": In(1),
+                "parity": In(1),
+                "a_addr": In(machine.register_bits).array(lanes),
+                "b_addr": In(machine.register_bits).array(lanes),
+                "table": In(1).array(lanes),
+                "index": In(machine.arithmetic.INDEX_BITS).array(lanes),
+                "a": Out(word).array(lanes),
+                "b": Out(word).array(lanes),
+                "w_en": In(1).array(lanes),
+                "w_addr": In(range(machine.bank_depth)).array(lanes),
+                "w_data": In(word).array(lanes),
+            }
+        )
 
     def elaborate(self, platform: Any) -> Module:
         """Banks and tables."""
@@ -84,15 +86,19 @@ class Operands(wiring.Component):
         return Cat(offset[:-2], offset[-2] ^ (self.parity & state), state)
 
     def _memory(self, m: Module, name: str, init: list[int], depth: int) -> memory.Memory:
-        store = memory.Memory(shape=self.machine.arithmetic.word, depth=depth, init=init,
-                              attrs=BLOCK)
+        store = memory.Memory(
+            shape=self.machine.arithmetic.word, depth=depth, init=init, attrs=BLOCK
+        )
         m.submodules[name] = store
         return store
 
     def _write(self, m: Module, store: memory.Memory, lane: int) -> None:
         port = store.write_port()
-        m.d.comb += [port.en.eq(self.w_en[lane]), port.addr.eq(self._state(self.w_addr[lane])),
-                     port.data.eq(self.w_data[lane])]
+        m.d.comb += [
+            port.en.eq(self.w_en[lane]),
+            port.addr.eq(self._state(self.w_addr[lane])),
+            port.data.eq(self.w_data[lane]),
+        ]
 
     def _read(self, m: Module, store: memory.Memory, address: Value) -> Value:
         port = store.read_port()
@@ -108,8 +114,11 @@ class Operands(wiring.Component):
         field = self.b_addr[0]
         # Block k of the tables is quarter k + 1 of the memory.
         block = Cat(~field[2], field[2] ^ field[3])
-        address = Mux(self.table[0], Cat(field[:2], self.index[0], block),
-                      Cat(self._state(field), Const(0, 2)))
+        address = Mux(
+            self.table[0],
+            Cat(field[:2], self.index[0], block),
+            Cat(self._state(field), Const(0, 2)),
+        )
         m.d.comb += [
             self.a[0].eq(self._read(m, a_store, self._state(self.a_addr[0]))),
             self.b[0].eq(self._read(m, b_store, address)),
@@ -118,15 +127,23 @@ class Operands(wiring.Component):
     def _more_lanes(self, m: Module) -> None:
         lanes, depth = self.machine.lanes, self.machine.bank_depth
         block = self.machine.TABLE_BLOCK
-        tables = [self._memory(m, "tables0", self.image.tables[:2 * block], 2 * block),
-                  self._memory(m, "tables1", self.image.tables[2 * block:], block)]
+        tables = [
+            self._memory(m, "tables0", self.image.tables[: 2 * block], 2 * block),
+            self._memory(m, "tables1", self.image.tables[2 * block :], block),
+        ]
         for lane in range(lanes):
-            for side, field, out in (("a", self.a_addr[lane], self.a[lane]),
-                                     ("b", self.b_addr[lane], self.b[lane])):
+            for side, field, out in (
+                ("a", self.a_addr[lane], self.a[lane]),
+                ("b", self.b_addr[lane], self.b[lane]),
+            ):
                 words = []
                 for bank in range(lanes):
-                    store = self._memory(m, f"{side}{lane}_bank{bank}", self.image.registers[
-                        bank * depth:(bank + 1) * depth], depth)
+                    store = self._memory(
+                        m,
+                        f"{side}{lane}_bank{bank}",
+                        self.image.registers[bank * depth : (bank + 1) * depth],
+                        depth,
+                    )
                     self._write(m, store, bank)
                     words.append(self._read(m, store, self._state(field[:-1])))
                 bank_select = Signal(name=f"{side}{lane}_select", reset_less=True)
@@ -141,6 +158,13 @@ class Operands(wiring.Component):
                         with m.If(self.table[lane]):
                             m.d.sync += bank_select.eq(field[3])
                     address = Cat(field[:2], self.index[lane], field[2])
-                    operand = Mux(table, Mux(bank_select, self._read(m, tables[1], address[:-1]),
-                                             self._read(m, tables[0], address)), operand)
+                    operand = Mux(
+                        table,
+                        Mux(
+                            bank_select,
+                            self._read(m, tables[1], address[:-1]),
+                            self._read(m, tables[0], address),
+                        ),
+                        operand,
+                    )
                 m.d.comb += out.eq(operand)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from gateware.arrange import arrangements, needs, reads, uses_flag
-from gateware.machine import Machine
-from gateware.slots import ScheduleError
-from model.program import Kind, Op, Program, Scale
+from boresight.gateware.arrange import arrangements, needs, reads, uses_flag
+from boresight.gateware.machine import Machine
+from boresight.gateware.slots import ScheduleError
+from boresight.model.program import Kind, Op, Program, Scale
 
 __all__ = ["Paths", "paths", "slots_after", "topological"]
 
@@ -31,9 +31,11 @@ class Paths:
 def slots_after(op: Op, value: int) -> int:
     """Slots of ``op`` that cannot come before ``value`` is readable, and a capture before them."""
     late = {k for k, t in enumerate(op.terms) if value in (t.a, t.b)}
-    users = [{k for k, t in enumerate(op.terms) if t.coefficient is not None},
-             {k for k in range(len(op.terms)) if uses_flag(op, k)},
-             {k for k, t in enumerate(op.terms) if t.scale is not Scale.NONE}]
+    users = [
+        {k for k, t in enumerate(op.terms) if t.coefficient is not None},
+        {k for k in range(len(op.terms)) if uses_flag(op, k)},
+        {k for k, t in enumerate(op.terms) if t.scale is not Scale.NONE},
+    ]
     extra = False
     for captured, user, index in zip((op.index, op.flag, op.norm), users, (1, 0, 0), strict=True):
         if value == captured and user:
@@ -50,9 +52,16 @@ def _shown(program: Program) -> set[int | None]:
 def _captures_apart(program: Program, nodes: list[int]) -> int:
     """Captures for these ops that no term of the program can carry: each takes a slot."""
     shown = _shown(program)
-    wanted = {v for k in nodes for v, due in zip(
-        (program.ops[k].index, program.ops[k].flag, program.ops[k].norm), needs(program.ops[k]),
-        strict=True) if due}
+    wanted = {
+        v
+        for k in nodes
+        for v, due in zip(
+            (program.ops[k].index, program.ops[k].flag, program.ops[k].norm),
+            needs(program.ops[k]),
+            strict=True,
+        )
+        if due
+    }
     return len(wanted - shown)
 
 
@@ -82,8 +91,10 @@ def paths(program: Program, machine: Machine, urgent: int) -> Paths:
             far = tail[consumer]
             if far is not None:
                 tail[k] = max(tail[k] or 0, far + cost)
-    slots = [min(len(x.slots) for x in arrangements(op, k, (False, False, False)))
-             for k, op in enumerate(program.ops)]
+    slots = [
+        min(len(x.slots) for x in arrangements(op, k, (False, False, False)))
+        for k, op in enumerate(program.ops)
+    ]
     # An emit can ride on a slot that reads its value.
     shown = _shown(program)
     slots += [int(v not in shown) for v in program.outputs]
@@ -92,18 +103,20 @@ def paths(program: Program, machine: Machine, urgent: int) -> Paths:
     end = [0] * n_ops
     for k in order:
         op = program.ops[k]
-        end[k] = max([slots[k] - 1] + [ready.get(v, 0) + slots_after(op, v) - 1
-                                       for v in reads(op)])
+        end[k] = max([slots[k] - 1] + [ready.get(v, 0) + slots_after(op, v) - 1 for v in reads(op)])
         ready[op.dest] = end[k] + latency
     emits = [ready.get(v, 0) for v in program.outputs]
     late = [end[k] + t for k, t in enumerate(tail[:n_ops]) if t is not None]
     late += [e + urgent - 1 - j for j, e in enumerate(emits[:urgent])]
     bound = max(late, default=0)
-    last = max([end[k] + total[k] for k in range(n_ops)]
-               + [e + total[n_ops + j] for j, e in enumerate(emits)] + [len(program.inputs)])
+    last = max(
+        [end[k] + total[k] for k in range(n_ops)]
+        + [e + total[n_ops + j] for j, e in enumerate(emits)]
+        + [len(program.inputs)]
+    )
     # Lanes: every slot that leads to an urgent output comes before its last emit.
     hot = [k for k, t in enumerate(tail[:n_ops]) if t is not None]
-    busy = sum(slots[k] for k in hot) + sum(slots[n_ops:n_ops + urgent])
+    busy = sum(slots[k] for k in hot) + sum(slots[n_ops : n_ops + urgent])
     busy += _captures_apart(program, hot)
     bound = max(bound, -(-busy // machine.lanes) - 1)
     last = max(last, -(-(sum(slots) + _captures_apart(program, order)) // machine.lanes) + 1)
@@ -125,7 +138,8 @@ def topological(program: Program) -> list[int]:
                 rest.append(k)
         if len(rest) == len(left):
             name = program.values[program.ops[rest[0]].dest].name
-            raise ScheduleError(f"{program.name}: op {name} waits for itself or for a value that "
-                                "nobody makes")
+            raise ScheduleError(
+                f"{program.name}: op {name} waits for itself or for a value that nobody makes"
+            )
         left = rest
     return order

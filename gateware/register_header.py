@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from gateware.register_model import Register, RegisterMap
-from gateware.register_names import comment, identifier, unique
-from model.fixed import Format
+from boresight.gateware.register_model import Register, RegisterMap
+from boresight.gateware.register_names import comment, identifier, unique
+from boresight.model.fixed import Format
 
 __all__ = ["to_header"]
 
@@ -70,14 +70,28 @@ def to_header(registers: RegisterMap) -> str:
     macro = name.upper()
     names = registers.identifiers
     lines = [
-        "/**", " * @file registers.h",
+        "/**",
+        " * @file registers.h",
         f" * @brief Registers of the {registers.title}: word k of its bus, at byte 4 k of a memory "
-        "map.", " *",
+        "map.",
+        " *",
         " * Generated from "
-        + ", ".join(f"\"{comment(s.program)}\"" for s in registers.streams) + "; do not edit.",
-        f" * Digest: {registers.digest}", " */", "",
-        f"#ifndef {macro}_REGISTERS_H", f"#define {macro}_REGISTERS_H", "",
-        _RULE, "// Includes", "", "#include <stdint.h>", "", _RULE, "// Definitions", "",
+        + ", ".join(f'"{comment(s.program)}"' for s in registers.streams)
+        + "; do not edit.",
+        f" * Digest: {registers.digest}",
+        " */",
+        "",
+        f"#ifndef {macro}_REGISTERS_H",
+        f"#define {macro}_REGISTERS_H",
+        "",
+        _RULE,
+        "// Includes",
+        "",
+        "#include <stdint.h>",
+        "",
+        _RULE,
+        "// Definitions",
+        "",
         f"#define {macro}_WORD {registers.word} // bits of a word",
     ]
     for register in registers.registers:
@@ -88,31 +102,55 @@ def to_header(registers: RegisterMap) -> str:
         else:
             lines += _shape(stem, register)
         for bit in register.fields:
-            lines.append(f"#define {stem}_{bit.name.upper()} UINT32_C({bit.mask:#x}) // "
-                         f"{comment(bit.meaning)}{'; write 1 to clear' if bit.clear else ''}")
+            lines.append(
+                f"#define {stem}_{bit.name.upper()} UINT32_C({bit.mask:#x}) // "
+                f"{comment(bit.meaning)}{'; write 1 to clear' if bit.clear else ''}"
+            )
             if bit.width > 1:
-                lines += [f"#define {stem}_{bit.name.upper()}_LSB {bit.bit}",
-                          f"#define {stem}_{bit.name.upper()}_WIDTH {bit.width}"]
+                lines += [
+                    f"#define {stem}_{bit.name.upper()}_LSB {bit.bit}",
+                    f"#define {stem}_{bit.name.upper()}_WIDTH {bit.width}",
+                ]
         for k, choice in enumerate(unique(register.names, taken=("ADDR", "WIDTH", "DEFAULT"))):
             lines.append(f"#define {stem}_{choice.upper()} {k}")
     lines += ["", "// What the build registers read"]
-    lines += [f"#define {macro}_BUILD_{part}_VALUE UINT32_C({value:#010x})"
-              for part, value in zip(("LOW", "HIGH"), registers.build, strict=True)]
+    lines += [
+        f"#define {macro}_BUILD_{part}_VALUE UINT32_C({value:#010x})"
+        for part, value in zip(("LOW", "HIGH"), registers.build, strict=True)
+    ]
     taken = set(names.values())
     for streams in registers.streams:
         of = "" if len(registers.streams) == 1 else f"{identifier(streams.program)}_"
-        for title, kind, ports in (("input", "IN", streams.inputs),
-                                   ("output", "OUT", streams.outputs)):
-            lines += ["", f"// Words of an {title} record" + (
-                f" of {comment(streams.program)}" if of else "") + ": fraction bits"]
+        for title, kind, ports in (
+            ("input", "IN", streams.inputs),
+            ("output", "OUT", streams.outputs),
+        ):
+            lines += [
+                "",
+                f"// Words of an {title} record"
+                + (f" of {comment(streams.program)}" if of else "")
+                + ": fraction bits",
+            ]
             stems = unique((f"{of}{kind}_{port.name}" for port in ports), taken=taken)
             taken.update(stems)
             for port, stem in zip(ports, stems, strict=True):
-                lines.append(f"#define {macro}_{stem.upper()}_FRAC {_number(port.frac)}"
-                             f"{' // ' + comment(port.unit) if port.unit else ''}")
-    lines += ["", _RULE, "// Functions", "", _ACCESSORS.format(
-        name=name, word=registers.word, mask=registers.mask, extend=_extension(registers.word),
-        read_mask=max(map(registers.mask_of, registers.registers)))]
+                lines.append(
+                    f"#define {macro}_{stem.upper()}_FRAC {_number(port.frac)}"
+                    f"{' // ' + comment(port.unit) if port.unit else ''}"
+                )
+    lines += [
+        "",
+        _RULE,
+        "// Functions",
+        "",
+        _ACCESSORS.format(
+            name=name,
+            word=registers.word,
+            mask=registers.mask,
+            extend=_extension(registers.word),
+            read_mask=max(map(registers.mask_of, registers.registers)),
+        ),
+    ]
     if any(r.width for r in registers.registers):
         lines.append(_FIELDS.format(name=name))
     return "\n".join([*lines, "#endif", "", _RULE, "// End of file", ""])
@@ -142,9 +180,11 @@ def _ranges(stem: str, register: Register) -> Iterable[str]:
     """Macros of a parameter: format, range and default."""
     assert register.frac is not None
     yield f"#define {stem}_FRAC {_number(register.frac)} // value = word * 2^-FRAC"
-    for suffix, word, value in (("MIN", register.minimum, register.low),
-                                ("MAX", register.maximum, register.high),
-                                ("DEFAULT", register.reset, None)):
+    for suffix, word, value in (
+        ("MIN", register.minimum, register.low),
+        ("MAX", register.maximum, register.high),
+        ("DEFAULT", register.reset, None),
+    ):
         assert word is not None
         real = Format(32, register.frac).real(word) if value is None else value
         unit = f" {comment(register.unit)}" if register.unit else ""
@@ -155,8 +195,12 @@ def _ranges(stem: str, register: Register) -> Iterable[str]:
 def _extension(word: int) -> str:
     """Body of the sign extension: no conversion whose result C leaves open."""
     if word == 32:
-        return ("return bits <= UINT32_C(0x7fffffff) ? (int32_t)bits\n"
-                "        : (int32_t)(bits - UINT32_C(0x80000000)) + INT32_MIN;")
+        return (
+            "return bits <= UINT32_C(0x7fffffff) ? (int32_t)bits\n"
+            "        : (int32_t)(bits - UINT32_C(0x80000000)) + INT32_MIN;"
+        )
     sign = 1 << word - 1
-    return (f"return (int32_t)((bits & UINT32_C({2 * sign - 1:#x})) ^ UINT32_C({sign:#x})) - "
-            f"INT32_C({sign:#x});")
+    return (
+        f"return (int32_t)((bits & UINT32_C({2 * sign - 1:#x})) ^ UINT32_C({sign:#x})) - "
+        f"INT32_C({sign:#x});"
+    )

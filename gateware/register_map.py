@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from gateware.core import Core
-from gateware.register_header import to_header
-from gateware.register_model import RegisterMap, register_map
-from gateware.register_page import to_markdown
-from gateware.register_svd import to_svd
+from boresight.gateware.core import Core
+from boresight.gateware.register_header import to_header
+from boresight.gateware.register_model import RegisterMap, register_map
+from boresight.gateware.register_page import to_markdown
+from boresight.gateware.register_svd import to_svd
 
 __all__ = ["RegisterMap", "files_of", "register_map", "register_map_files"]
 

@@ -11,12 +11,13 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from enum import StrEnum
 
-from gateware.core import Core
-from gateware.register_names import unique
-from gateware.registers import PROGRAM
-from model.program import Program
+from boresight.gateware.core import Core
+from boresight.gateware.register_names import unique
+from boresight.gateware.registers import PROGRAM
+from boresight.model.program import Program
 
 __all__ = ["Access", "BitField", "Port", "Register", "RegisterMap", "Streams", "register_map"]
+
 
 class Access(StrEnum):
     """What the bus can do with a register, in the words of CMSIS-SVD."""
@@ -98,12 +99,18 @@ class Register:
 
 #: Registers of every core, after the parameters: what `gateware.registers` decodes.
 FIXED = (
-    Register("status", 512, Access.READ_WRITE, "state of the core", fields=(
-        BitField("saturated", 0, "a result has been clamped to its word", clear=True),
-        BitField("framing", 1, "a record had the wrong length and was dropped", clear=True),
-        BitField("idle", 2, "waiting for the first word of a record"),
-        BitField("parity", 3, "which copy of the states is the current one"),
-    )),
+    Register(
+        "status",
+        512,
+        Access.READ_WRITE,
+        "state of the core",
+        fields=(
+            BitField("saturated", 0, "a result has been clamped to its word", clear=True),
+            BitField("framing", 1, "a record had the wrong length and was dropped", clear=True),
+            BitField("idle", 2, "waiting for the first word of a record"),
+            BitField("parity", 3, "which copy of the states is the current one"),
+        ),
+    ),
     Register("updates", 513, Access.READ_ONLY, "completed updates, modulo 2^W"),
     Register("build_low", 514, Access.READ_ONLY, "build identifier, bits W-1 to 0"),
     Register("build_high", 515, Access.READ_ONLY, "build identifier, bits 2W-1 to W"),
@@ -157,16 +164,26 @@ class RegisterMap:
 
     def to_json(self) -> str:
         """The map as JSON, the same text for the same map."""
+
         def plain(register: Register) -> dict[str, object]:
             kept = {k: v for k, v in asdict(register).items() if v is not None and v != ()}
             return {**kept, "byte_offset": 4 * register.address}
 
-        return json.dumps({
-            "name": self.name, "title": self.title, "digest": self.digest, "word": self.word,
-            "build": self.build,
-            "registers": [plain(r) for r in self.registers],
-            "programs": [{"number": k, **asdict(s)} for k, s in enumerate(self.streams)],
-        }, indent=1) + "\n"
+        return (
+            json.dumps(
+                {
+                    "name": self.name,
+                    "title": self.title,
+                    "digest": self.digest,
+                    "word": self.word,
+                    "build": self.build,
+                    "registers": [plain(r) for r in self.registers],
+                    "programs": [{"number": k, **asdict(s)} for k, s in enumerate(self.streams)],
+                },
+                indent=1,
+            )
+            + "\n"
+        )
 
 
 def register_map(core: Core, *, meanings: Mapping[str, str] | None = None) -> RegisterMap:
@@ -186,31 +203,48 @@ def register_map(core: Core, *, meanings: Mapping[str, str] | None = None) -> Re
     for number, part in enumerate(core.parts):
         for name, address in core.select(number).parameter_addresses.items():
             full = f"{part.program.name}.{name}" if several else name
-            parameters.append(_parameter(part.program, name, address, full,
-                                         (meanings or {}).get(full, "")))
-    choice = Register("program", PROGRAM, Access.READ_WRITE, "number of the program that runs",
-                      names=core.names)
+            parameters.append(
+                _parameter(part.program, name, address, full, (meanings or {}).get(full, ""))
+            )
+    choice = Register(
+        "program", PROGRAM, Access.READ_WRITE, "number of the program that runs", names=core.names
+    )
     return RegisterMap(
-        name=core.name, digest=core.digest, word=word,
+        name=core.name,
+        digest=core.digest,
+        word=word,
         build=(core.image.digest & mask, core.image.digest >> word & mask),
         registers=(*parameters, *FIXED, *([choice] if several else [])),
-        streams=tuple(_streams(part.program) for part in core.parts))
+        streams=tuple(_streams(part.program) for part in core.parts),
+    )
 
 
 def _parameter(program: Program, name: str, address: int, full: str, meaning: str) -> Register:
     number = program.find(name)
     value, form = program.values[number], program.format(number)
     return Register(
-        full, address, Access.WRITE_ONLY, meaning or "parameter", unit=value.unit, frac=value.frac,
-        low=value.low, high=value.high, minimum=int(form.quantise(value.low)),
-        maximum=int(form.quantise(value.high)), reset=value.initial)
+        full,
+        address,
+        Access.WRITE_ONLY,
+        meaning or "parameter",
+        unit=value.unit,
+        frac=value.frac,
+        low=value.low,
+        high=value.high,
+        minimum=int(form.quantise(value.low)),
+        maximum=int(form.quantise(value.high)),
+        reset=value.initial,
+    )
 
 
 def _streams(program: Program) -> Streams:
     outputs = zip(program.output_names, program.outputs, strict=True)
-    return Streams(program.name, program.digest,
-                   tuple(_port(program, program.values[n].name, n) for n in program.inputs),
-                   tuple(_port(program, name, n) for name, n in outputs))
+    return Streams(
+        program.name,
+        program.digest,
+        tuple(_port(program, program.values[n].name, n) for n in program.inputs),
+        tuple(_port(program, name, n) for name, n in outputs),
+    )
 
 
 def _port(program: Program, name: str, number: int) -> Port:

@@ -8,7 +8,7 @@ from amaranth.hdl import Module, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from gateware.machine import Machine
+from boresight.gateware.machine import Machine
 
 __all__ = ["PROGRAM", "BusSignature", "Registers"]
 
@@ -41,13 +41,15 @@ class BusSignature(wiring.Signature):
     """
 
     def __init__(self, *, word: int, address: int = 10) -> None:
-        super().__init__({
-            "addr": Out(address),
-            "w_data": Out(word),
-            "w_stb": Out(1),
-            "w_ack": In(1),
-            "r_data": In(word),
-        })
+        super().__init__(
+            {
+                "addr": Out(address),
+                "w_data": Out(word),
+                "w_stb": Out(1),
+                "w_ack": In(1),
+                "r_data": In(word),
+            }
+        )
 
 
 class Registers(wiring.Component):
@@ -106,8 +108,9 @@ class Registers(wiring.Component):
         The last completed update saturated.
     """
 
-    def __init__(self, *, machine: Machine, digest: int, programs: int = 1,
-                 selector: bool = False) -> None:
+    def __init__(
+        self, *, machine: Machine, digest: int, programs: int = 1, selector: bool = False
+    ) -> None:
         if digest < 0:
             raise ValueError(f"digest must not be negative, not {digest!r}")
         if programs < 1:
@@ -117,20 +120,22 @@ class Registers(wiring.Component):
         self.programs = programs
         self.selector = selector
         choice = {"choice": In(range(programs)), "chosen": Out(1)} if selector else {}
-        super().__init__({
-            "bus": In(BusSignature(word=machine.arithmetic.word)),
-            "request": Out(1),
-            "switch": Out(1),
-            "grant": In(1),
-            "program": Out(range(programs)),
-            **choice,
-            "saturated": In(1),
-            "framing": In(1),
-            "commit": In(1),
-            "idle": In(1),
-            "parity": In(1),
-            "saturated_update": Out(1),
-        })
+        super().__init__(
+            {
+                "bus": In(BusSignature(word=machine.arithmetic.word)),
+                "request": Out(1),
+                "switch": Out(1),
+                "grant": In(1),
+                "program": Out(range(programs)),
+                **choice,
+                "saturated": In(1),
+                "framing": In(1),
+                "commit": In(1),
+                "idle": In(1),
+                "parity": In(1),
+                "saturated_update": Out(1),
+            }
+        )
 
     def elaborate(self, platform: Any) -> Module:
         """Write decoding, flags, read multiplexer."""
@@ -164,8 +169,10 @@ class Registers(wiring.Component):
         saturated, framing, pending = Signal(), Signal(), Signal()
         updates = Signal(word)
         with m.If(bus.w_stb & fixed & ~bus.addr[:3].any()):
-            m.d.sync += [saturated.eq(saturated & ~bus.w_data[0]),
-                         framing.eq(framing & ~bus.w_data[1])]
+            m.d.sync += [
+                saturated.eq(saturated & ~bus.w_data[0]),
+                framing.eq(framing & ~bus.w_data[1]),
+            ]
         with m.If(self.saturated):
             m.d.sync += [saturated.eq(1), pending.eq(1)]
         with m.If(self.framing):
@@ -179,8 +186,9 @@ class Registers(wiring.Component):
 
         with m.Switch(bus.addr[:3]):
             with m.Case(0):
-                m.d.sync += bus.r_data.eq(saturated | framing << 1 | self.idle << 2
-                                          | self.parity << 3)
+                m.d.sync += bus.r_data.eq(
+                    saturated | framing << 1 | self.idle << 2 | self.parity << 3
+                )
             with m.Case(1):
                 m.d.sync += bus.r_data.eq(updates)
             with m.Case(2):

@@ -11,13 +11,13 @@ from __future__ import annotations
 import random
 from collections.abc import Sequence
 
-from gateware.copies import with_copies
-from gateware.list_pass import list_pass
-from gateware.list_problem import Attempt, ListProblem, Style
-from gateware.machine import Machine
-from gateware.priorities import Paths, paths
-from gateware.slots import Schedule, ScheduleError, Slot
-from model.program import Program
+from boresight.gateware.copies import with_copies
+from boresight.gateware.list_pass import list_pass
+from boresight.gateware.list_problem import Attempt, ListProblem, Style
+from boresight.gateware.machine import Machine
+from boresight.gateware.priorities import Paths, paths
+from boresight.gateware.slots import Schedule, ScheduleError, Slot
+from boresight.model.program import Program
 
 __all__ = ["Schedule", "ScheduleError", "Slot", "schedule"]
 
@@ -37,9 +37,15 @@ _EFFORT = 80_000
 _STYLE_SHARE = 0.2
 
 
-def schedule(program: Program, machine: Machine, *, urgent: int | None = None,
-             restarts: int | None = None, seed: int = 0,
-             state_room: Sequence[int] | None = None) -> Schedule:
+def schedule(
+    program: Program,
+    machine: Machine,
+    *,
+    urgent: int | None = None,
+    restarts: int | None = None,
+    seed: int = 0,
+    state_room: Sequence[int] | None = None,
+) -> Schedule:
     """Lay out a program on a machine.
 
     Parameters
@@ -70,38 +76,60 @@ def schedule(program: Program, machine: Machine, *, urgent: int | None = None,
     if restarts is not None and restarts < 0:
         raise ValueError(f"restarts must be 0 or more, not {restarts!r}")
     if program.arithmetic != machine.arithmetic:
-        raise ScheduleError(f"{program.name}: program and machine must have the same arithmetic, "
-                            f"not {program.arithmetic} and {machine.arithmetic}")
+        raise ScheduleError(
+            f"{program.name}: program and machine must have the same arithmetic, "
+            f"not {program.arithmetic} and {machine.arithmetic}"
+        )
     lowered = with_copies(program)
     far = paths(lowered, machine, urgent)
     problem = ListProblem(lowered, machine, far=far, urgent=urgent, state_room=state_room)
     if sum(problem.state_room) < len(lowered.states):
-        raise ScheduleError(f"{program.name}: {len(lowered.states)} states, the {machine.name} "
-                            f"machine has room for {sum(problem.state_room)}")
+        raise ScheduleError(
+            f"{program.name}: {len(lowered.states)} states, the {machine.name} "
+            f"machine has room for {sum(problem.state_room)}"
+        )
     if restarts is None:
         restarts = max(_PASSES[0], min(_PASSES[1], _EFFORT // problem.nodes))
     best = _search(problem, restarts, random.Random(seed))
     if best.length > machine.rom_words:
-        raise ScheduleError(f"{program.name}: program takes {best.length} microwords, the "
-                            f"{machine.name} machine has {machine.rom_words}")
-    return Schedule(program=lowered, source=program.digest, machine=machine,
-                    slots=problem.slots(best), gets=best.gets, length=best.length, urgent=urgent)
+        raise ScheduleError(
+            f"{program.name}: program takes {best.length} microwords, the "
+            f"{machine.name} machine has {machine.rom_words}"
+        )
+    return Schedule(
+        program=lowered,
+        source=program.digest,
+        machine=machine,
+        slots=problem.slots(best),
+        gets=best.gets,
+        length=best.length,
+        urgent=urgent,
+    )
 
 
 def _priorities(far: Paths) -> list[float]:
     """Base priority of every node: cycles that follow its start, urgent nodes on top."""
-    return [(total if urgent is None else urgent + _LEAD) + slots - 1.0
-            for urgent, total, slots in zip(far.urgent, far.total, far.slots, strict=True)]
+    return [
+        (total if urgent is None else urgent + _LEAD) + slots - 1.0
+        for urgent, total, slots in zip(far.urgent, far.total, far.slots, strict=True)
+    ]
 
 
 def _style(rng: random.Random) -> Style:
     """Some style."""
-    return Style(reuse=rng.choice(_REUSE), keep=rng.choice(_KEEP), patience=rng.choice(_PATIENCE),
-                 hold=rng.random() < 0.9, detour=rng.choice(_DETOUR), stay=rng.choice(_STAY))
+    return Style(
+        reuse=rng.choice(_REUSE),
+        keep=rng.choice(_KEEP),
+        patience=rng.choice(_PATIENCE),
+        hold=rng.random() < 0.9,
+        detour=rng.choice(_DETOUR),
+        stay=rng.choice(_STAY),
+    )
 
 
-def _disturb(priority: Sequence[float], problem: ListProblem, hot: Sequence[int],
-             rng: random.Random) -> list[float]:
+def _disturb(
+    priority: Sequence[float], problem: ListProblem, hot: Sequence[int], rng: random.Random
+) -> list[float]:
     """Priorities with a few nodes moved, or a node with all that lead to it or follow from it."""
     trial = list(priority)
     some = hot if hot and rng.random() < 0.8 else range(len(trial))

@@ -9,10 +9,10 @@ from amaranth.hdl import Cat, Module, Mux, Signal, Value
 from amaranth.lib import memory, wiring
 from amaranth.lib.wiring import In, Out
 
-from gateware.bitwise import Bitwise, choose
-from gateware.image import Image, rom_pieces
-from gateware.machine import Machine
-from gateware.microword import microword_layout
+from boresight.gateware.bitwise import Bitwise, choose
+from boresight.gateware.image import Image, rom_pieces
+from boresight.gateware.machine import Machine
+from boresight.gateware.microword import microword_layout
 
 __all__ = ["Sequencer"]
 
@@ -78,26 +78,28 @@ class Sequencer(wiring.Component):
     def __init__(self, *, machine: Machine, image: Image) -> None:
         self.machine = machine
         self.image = image
-        super().__init__({
-            "word": Out(microword_layout(machine)),
-            "active": Out(1),
-            "en": Out(1),
-            "i_valid": In(1),
-            "i_last": In(1),
-            "i_ready": Out(1),
-            "o_ready": In(1),
-            "o_valid": Out(1),
-            "program": In(range(len(image.lengths))),
-            "request": In(1),
-            "switch": In(1),
-            "start": Out(1),
-            "claim": Out(1),
-            "grant": Out(1),
-            "write": Out(machine.lanes),
-            "idle": Out(1),
-            "commit": Out(1),
-            "framing": Out(1),
-        })
+        super().__init__(
+            {
+                "word": Out(microword_layout(machine)),
+                "active": Out(1),
+                "en": Out(1),
+                "i_valid": In(1),
+                "i_last": In(1),
+                "i_ready": Out(1),
+                "o_ready": In(1),
+                "o_valid": Out(1),
+                "program": In(range(len(image.lengths))),
+                "request": In(1),
+                "switch": In(1),
+                "start": Out(1),
+                "claim": Out(1),
+                "grant": Out(1),
+                "write": Out(machine.lanes),
+                "idle": Out(1),
+                "commit": Out(1),
+                "framing": Out(1),
+            }
+        )
 
     def elaborate(self, platform: Any) -> Module:
         """ROM, counter, handshakes, framing."""
@@ -135,27 +137,76 @@ class Sequencer(wiring.Component):
             bad.eq(blocked | (self.i_last ^ word.get_last)),
         ]
         for k in range(1, self.machine.lanes):
-            m.d.comb += self.write[k].eq(table(f"write{k}", _written_only, self.active, word.get,
-                                               blocked, word[f"we{k}"], word.emit, self.o_ready))
+            m.d.comb += self.write[k].eq(
+                table(
+                    f"write{k}",
+                    _written_only,
+                    self.active,
+                    word.get,
+                    blocked,
+                    word[f"we{k}"],
+                    word.emit,
+                    self.o_ready,
+                )
+            )
 
         m.d.comb += [
-            self.en.eq(table("en", _enabled, self.active, word.get, blocked, word.emit,
-                             self.o_ready)),
-            self.write[0].eq(table("write0", _written, self.active, word.get,
-                                Mux(claim, ~self.switch, offered), word.we0, word.emit,
-                                self.o_ready)),
-            self.framing.eq(table("framing", _misframed, self.active, word.get, blocked,
-                                  self.i_last, word.get_last)),
+            self.en.eq(
+                table("en", _enabled, self.active, word.get, blocked, word.emit, self.o_ready)
+            ),
+            self.write[0].eq(
+                table(
+                    "write0",
+                    _written,
+                    self.active,
+                    word.get,
+                    Mux(claim, ~self.switch, offered),
+                    word.we0,
+                    word.emit,
+                    self.o_ready,
+                )
+            ),
+            self.framing.eq(
+                table(
+                    "framing",
+                    _misframed,
+                    self.active,
+                    word.get,
+                    blocked,
+                    self.i_last,
+                    word.get_last,
+                )
+            ),
             self.grant.eq(self.active & word.get & claim),
             self.i_ready.eq(swallow | (self.active & word.get & ~claim)),
             self.o_valid.eq(self.active & word.emit),
             self.idle.eq(self.active & word.get & ~started & ~self.i_valid),
-            self.commit.eq(table("commit", _completed, self.active, homes[1], word.get, bad,
-                                 word.emit, self.o_ready)),
+            self.commit.eq(
+                table(
+                    "commit",
+                    _completed,
+                    self.active,
+                    homes[1],
+                    word.get,
+                    bad,
+                    word.emit,
+                    self.o_ready,
+                )
+            ),
         ]
         m.d.sync += fill.eq(Cat(1, fill))
-        with m.If(table("again", _begun_anew, self.active, word.get, claim & self.switch, blocked,
-                        self.i_last, word.get_last)):
+        with m.If(
+            table(
+                "again",
+                _begun_anew,
+                self.active,
+                word.get,
+                claim & self.switch,
+                blocked,
+                self.i_last,
+                word.get_last,
+            )
+        ):
             m.d.sync += fill.eq(0)
         with m.If(self.active & word.get & ~blocked):
             m.d.sync += [
@@ -172,8 +223,11 @@ class Sequencer(wiring.Component):
         chosen: Value | None = None
         for k, words in reversed(list(enumerate(contents))):
             m.submodules[f"rom{k}"] = rom = memory.Memory(
-                shape=self.machine.word_bits, depth=len(words), init=words,
-                attrs={"rom_style": "block"})
+                shape=self.machine.word_bits,
+                depth=len(words),
+                init=words,
+                attrs={"rom_style": "block"},
+            )
             port = rom.read_port()
             m.d.comb += [port.addr.eq(pc), port.en.eq(self.en)]
             if chosen is None:

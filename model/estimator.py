@@ -14,14 +14,23 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from model.errors import InputError
-from model.fixed import Arithmetic
-from model.graph import Graph, Node
-from model.lower import lower
-from model.program import Kind, Program
+from boresight.model.errors import InputError
+from boresight.model.fixed import Arithmetic
+from boresight.model.graph import Graph, Node
+from boresight.model.lower import lower
+from boresight.model.program import Kind, Program
 
-__all__ = ["Estimator", "FloatRun", "Input", "Output", "Param", "State", "input_words",
-           "param_words", "with_params"]
+__all__ = [
+    "Estimator",
+    "FloatRun",
+    "Input",
+    "Output",
+    "Param",
+    "State",
+    "input_words",
+    "param_words",
+    "with_params",
+]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -116,19 +125,32 @@ class Estimator:
         legal = {p.name: p for p in self.params}
         for name, value in (given or {}).items():
             if name not in legal:
-                raise InputError.at(f"parameter {name}", wanted=f"one of {', '.join(legal)}",
-                                    found=repr(name), fix=f"estimator {self.name} has no such one")
+                raise InputError.at(
+                    f"parameter {name}",
+                    wanted=f"one of {', '.join(legal)}",
+                    found=repr(name),
+                    fix=f"estimator {self.name} has no such one",
+                )
             p = legal[name]
             if not p.low <= value <= p.high:  # NaN fails too
-                raise InputError.at(f"parameter {name}", wanted=f"{p.low:g} to {p.high:g} {p.unit}",
-                                    found=f"{value!r}", fix="choose a value inside the range")
+                raise InputError.at(
+                    f"parameter {name}",
+                    wanted=f"{p.low:g} to {p.high:g} {p.unit}",
+                    found=f"{value!r}",
+                    fix="choose a value inside the range",
+                )
             values[name] = float(value)
         return values
 
     # -- float reference ------------------------------------------------------------------------
 
-    def run_float(self, inputs: FloatArray, *, params: Mapping[str, float] | None = None,
-                  progress: Callable[[int], None] | None = None) -> FloatRun:
+    def run_float(
+        self,
+        inputs: FloatArray,
+        *,
+        params: Mapping[str, float] | None = None,
+        progress: Callable[[int], None] | None = None,
+    ) -> FloatRun:
         """Run the float64 reference.
 
         Parameters
@@ -164,8 +186,12 @@ class Estimator:
             Width outside 18 to 32, or a value that fixed point cannot hold (named).
         """
         if not 18 <= word <= 32:
-            raise InputError.at("word", wanted="18 to 32 bits", found=str(word),
-                                fix="choose a width inside the range")
+            raise InputError.at(
+                "word",
+                wanted="18 to 32 bits",
+                found=str(word),
+                fix="choose a width inside the range",
+            )
         g = Graph(self.name)
         u = [g.leaf("input", i.name, i.low, i.high, i.unit) for i in self.inputs]
         p = [g.leaf("param", i.name, i.low, i.high, i.unit) for i in self.params]
@@ -173,19 +199,26 @@ class Estimator:
 
         def by_name(nodes: Sequence[Node]) -> SimpleNamespace:
             return SimpleNamespace(**{n.label: n for n in nodes})
+
         after, out = self.step(by_name(x), by_name(u), by_name(p))
         if set(out) != {o.name for o in self.outputs}:
-            raise ValueError(f"step of {self.name} must return the declared outputs, "
-                             f"not {sorted(out)}")
+            raise ValueError(
+                f"step of {self.name} must return the declared outputs, not {sorted(out)}"
+            )
         if set(after) != {s.name for s in self.states}:
-            raise ValueError(f"step of {self.name} must return the declared states, "
-                             f"not {sorted(after)}")
+            raise ValueError(
+                f"step of {self.name} must return the declared states, not {sorted(after)}"
+            )
         return lower(
-            self.name, arithmetic=Arithmetic(word=word), inputs=u,
+            self.name,
+            arithmetic=Arithmetic(word=word),
+            inputs=u,
             params=[(n, i.default) for n, i in zip(p, self.params, strict=True)],
-            states=[(n, s.initial, g.lift(after[s.name]))
-                    for n, s in zip(x, self.states, strict=True)],
-            outputs={o.name: g.lift(out[o.name]) for o in self.outputs})
+            states=[
+                (n, s.initial, g.lift(after[s.name])) for n, s in zip(x, self.states, strict=True)
+            ],
+            outputs={o.name: g.lift(out[o.name]) for o in self.outputs},
+        )
 
 
 def input_words(program: Program, inputs: FloatArray) -> npt.NDArray[np.int64]:
@@ -198,12 +231,15 @@ def input_words(program: Program, inputs: FloatArray) -> npt.NDArray[np.int64]:
 
 def param_words(program: Program, values: Mapping[str, float]) -> dict[int, int]:
     """Words of the parameters, by value number."""
-    return {n: int(program.format(n).quantise(values[program.values[n].name]))
-            for n in program.of_kind(Kind.PARAM)}
+    return {
+        n: int(program.format(n).quantise(values[program.values[n].name]))
+        for n in program.of_kind(Kind.PARAM)
+    }
 
 
-def with_params(program: Program, estimator: Estimator,
-                params: Mapping[str, float] | None) -> Program:
+def with_params(
+    program: Program, estimator: Estimator, params: Mapping[str, float] | None
+) -> Program:
     """The program whose parameter registers start with these values."""
     words = param_words(program, estimator.param_values(params))
     values = list(program.values)

@@ -24,8 +24,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Arithmetic", "Format", "IntArray", "fraction", "leading_sign_count", "table_index",
-           "saturate", "wrap"]
+__all__ = [
+    "Arithmetic",
+    "Format",
+    "IntArray",
+    "fraction",
+    "leading_sign_count",
+    "table_index",
+    "saturate",
+    "wrap",
+]
 
 IntArray = npt.NDArray[np.int64]
 

@@ -5,14 +5,18 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 
-from model import tables
-from model.program import Negate, Scale, When
+from boresight.model import tables
+from boresight.model.program import Negate, Scale, When
 
 __all__ = ["CONDITIONAL", "OPPOSITE", "Form", "Product"]
 
 #: Sign of a product that is subtracted instead of added.
-OPPOSITE = {Negate.NO: Negate.YES, Negate.YES: Negate.NO, Negate.IF: Negate.UNLESS,
-            Negate.UNLESS: Negate.IF}
+OPPOSITE = {
+    Negate.NO: Negate.YES,
+    Negate.YES: Negate.NO,
+    Negate.IF: Negate.UNLESS,
+    Negate.UNLESS: Negate.IF,
+}
 #: Sign of a product that turns over when the group's flag is set.
 CONDITIONAL = {Negate.NO: Negate.IF, Negate.YES: Negate.UNLESS}
 
@@ -44,9 +48,12 @@ class Product:
 
     def times_power(self, power: float) -> Product:
         """The product times a power of two of either sign."""
-        return replace(self, exponent=self.exponent + int(math.log2(abs(power))),
-                       limit=self.limit * abs(power),
-                       negate=OPPOSITE[self.negate] if power < 0 else self.negate)
+        return replace(
+            self,
+            exponent=self.exponent + int(math.log2(abs(power))),
+            limit=self.limit * abs(power),
+            negate=OPPOSITE[self.negate] if power < 0 else self.negate,
+        )
 
 
 @dataclass
@@ -65,8 +72,10 @@ class Form:
 
     def joins(self, other: Form) -> bool:
         """Whether one group can compute the sum of both."""
+
         def differs(a: object, b: object) -> bool:
             return a is not None and b is not None and a != b
+
         return not (differs(self.flag, other.flag) or differs(self.norm, other.norm))
 
     def join(self, other: Form, sign: int) -> None:
@@ -75,5 +84,6 @@ class Form:
         self.flag = self.flag or other.flag
         self.norm = other.norm if self.norm is None else self.norm
         self.constant += sign * other.constant
-        self.products += [p if sign > 0 else replace(p, negate=OPPOSITE[p.negate])
-                          for p in other.products]
+        self.products += [
+            p if sign > 0 else replace(p, negate=OPPOSITE[p.negate]) for p in other.products
+        ]

@@ -10,10 +10,10 @@ term's scale (`model.program.Scale`) where the result is used.
 
 from __future__ import annotations
 
-from model import tables
-from model.forms import Form, Product
-from model.groups import Groups, Target
-from model.program import Negate, Overflow, Scale
+from boresight.model import tables
+from boresight.model.forms import Form, Product
+from boresight.model.groups import Groups, Target
+from boresight.model.program import Negate, Overflow, Scale
 
 __all__ = ["Functions"]
 
@@ -42,7 +42,8 @@ class Functions:
             self._squares[x] = groups.group(
                 Form([Product(x, x, fraction_a=True, fraction_b=True)], index=(x, quarter)),
                 Target(f"{label}_u", 0.0, 1.0, "table", overflow=Overflow.CLIP),
-                frac=arith.word - 1)
+                frac=arith.word - 1,
+            )
         c = table.coefficients()
         parts = {}
         for first, part in ((2, "t"), (0, "w")):
@@ -51,10 +52,17 @@ class Functions:
             frac = tables.part_format(table, arith, low, high).frac
             one = groups.one(arith.word - 2)
             parts[part] = groups.group(
-                Form([Product(one, coefficient=first),
-                      Product(x, coefficient=first + 1, fraction_a=True)],
-                     index=(x, quarter), table=table),
-                Target(f"{label}_{part}", low, high, "table", overflow=Overflow.CLIP), frac=frac)
+                Form(
+                    [
+                        Product(one, coefficient=first),
+                        Product(x, coefficient=first + 1, fraction_a=True),
+                    ],
+                    index=(x, quarter),
+                    table=table,
+                ),
+                Target(f"{label}_{part}", low, high, "table", overflow=Overflow.CLIP),
+                frac=frac,
+            )
         return parts["w"], parts["t"]
 
     def mantissa(self, kind: str, x: int) -> tuple[int, int]:
@@ -73,13 +81,26 @@ class Functions:
             name = groups.values[x].name
             negative = groups.values[x].low < 0.0 and not root
             m = groups.group(
-                Form([Product(x, scale=Scale.EVEN if root else Scale.FULL, exponent=more,
-                              negate=Negate.IF if negative else Negate.NO)],
-                     norm=x, flag=(x, False) if negative else None),
+                Form(
+                    [
+                        Product(
+                            x,
+                            scale=Scale.EVEN if root else Scale.FULL,
+                            exponent=more,
+                            negate=Negate.IF if negative else Negate.NO,
+                        )
+                    ],
+                    norm=x,
+                    flag=(x, False) if negative else None,
+                ),
                 Target(f"{name}_m", 0.0, 1.0, "normalised", overflow=Overflow.CLIP),
-                frac=arith.word - 1, exact=True)
+                frac=arith.word - 1,
+                exact=True,
+            )
             self._mantissas[kind, x] = groups.group(
                 Form(self.cubic(table, m, False)),
                 Target(f"{kind}_{name}", table.low, table.high, "table", overflow=Overflow.CLIP),
-                frac=table.result_format(arith).frac, exact=True)
+                frac=table.result_format(arith).frac,
+                exact=True,
+            )
         return self._mantissas[kind, x], more // 2 if root else more

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from model.errors import InputError
+from boresight.model.errors import InputError
 
 __all__ = ["LEAVES", "Condition", "Graph", "Node"]
 
@@ -146,8 +146,9 @@ class Graph:
         self.nodes: list[Node] = []
         self._unique: dict[Any, Node] = {}
 
-    def _new(self, kind: str, args: tuple[Node, ...] = (), *, key: Any = None,
-             **attributes: Any) -> Node:
+    def _new(
+        self, kind: str, args: tuple[Node, ...] = (), *, key: Any = None, **attributes: Any
+    ) -> Node:
         key = (kind, tuple(a.number for a in args), key)
         if key in self._unique:
             return self._unique[key]
@@ -158,16 +159,16 @@ class Graph:
 
     def leaf(self, kind: str, name: str, low: float, high: float, unit: str = "") -> Node:
         """An input, parameter or state with its declared range."""
-        return self._new(kind, key=name, name=name, low=low, high=high, source="declared",
-                         unit=unit)
+        return self._new(
+            kind, key=name, name=name, low=low, high=high, source="declared", unit=unit
+        )
 
     def const(self, value: float) -> Node:
         """A constant."""
         value = float(value) + 0.0
         if not math.isfinite(value):
             raise InputError(f"{self.name}: constants must be finite, not {value!r}")
-        return self._new("const", key=value, value=value, low=value, high=value,
-                         source="constant")
+        return self._new("const", key=value, value=value, low=value, high=value, source="constant")
 
     def lift(self, x: Any) -> Node:
         """A node as it is, a number as a constant."""
@@ -183,8 +184,11 @@ class Graph:
             return self.const(sign_a * a.value + sign_b * b.value)
         if a is b:
             return self.mul(a, self.const(sign_a + sign_b))
-        terms = [(n, s) for n, s in ((a, sign_a), (b, sign_b))
-                 if not (n.kind == "const" and n.value == 0.0)]
+        terms = [
+            (n, s)
+            for n, s in ((a, sign_a), (b, sign_b))
+            if not (n.kind == "const" and n.value == 0.0)
+        ]
         if len(terms) == 1:
             node, sign = terms[0]
             if sign == 1:
@@ -230,8 +234,9 @@ class Graph:
             return yes
         if c.low >= 0.0:
             return no
-        return self._new("select", (c, yes, no), low=min(yes.low, no.low),
-                         high=max(yes.high, no.high))
+        return self._new(
+            "select", (c, yes, no), low=min(yes.low, no.low), high=max(yes.high, no.high)
+        )
 
     def flip(self, condition: Condition, a: Node) -> Node:
         """-a where the condition holds, else a."""
@@ -261,12 +266,21 @@ class Graph:
     def bounded(self, a: Node, low: float, high: float, reason: str) -> Node:
         """``a``, known (or made, by saturation) to lie in [low, high]."""
         if not (math.isfinite(low) and math.isfinite(high) and low <= high):
-            raise InputError(f"{self.name}: the range of {a.label} must be finite and ordered, "
-                             f"not [{low:g}, {high:g}]")
+            raise InputError(
+                f"{self.name}: the range of {a.label} must be finite and ordered, "
+                f"not [{low:g}, {high:g}]"
+            )
         if a.kind == "const" and low <= a.value <= high:
             return a
-        return self._new("bounded", (a,), key=(low, high), low=low, high=high,
-                         source=f"declared: {reason}", unit=a.unit)
+        return self._new(
+            "bounded",
+            (a,),
+            key=(low, high),
+            low=low,
+            high=high,
+            source=f"declared: {reason}",
+            unit=a.unit,
+        )
 
     def saturated(self, a: Node, limit: float) -> Node:
         """``a`` clamped to [-limit, limit), a power of two, by the word's own overflow."""
@@ -277,8 +291,16 @@ class Graph:
         low, high = (min(max(edge, -limit), limit) for edge in (a.low, a.high))
         if low == high:
             return self.const(low)
-        return self._new("saturated", (a,), key=limit, value=limit, low=low, high=high,
-                         source="saturated on purpose", unit=a.unit)
+        return self._new(
+            "saturated",
+            (a,),
+            key=limit,
+            value=limit,
+            low=low,
+            high=high,
+            source="saturated on purpose",
+            unit=a.unit,
+        )
 
     def function(self, kind: str, a: Node, *, quarter: bool = False) -> Node:
         """sin (cosine with ``quarter``), asin, rsqrt, reciprocal of one argument.
@@ -286,8 +308,10 @@ class Graph:
         The sine's argument is in half turns, any number of them; that of asin lies in [0, 0.72).
         """
         if kind == "reciprocal" and a.low <= 0.0 <= a.high:
-            raise InputError(f"{self.name}: reciprocal of {a.label}: its range "
-                             f"[{a.low:g}, {a.high:g}] must exclude 0; clip it first")
+            raise InputError(
+                f"{self.name}: reciprocal of {a.label}: its range "
+                f"[{a.low:g}, {a.high:g}] must exclude 0; clip it first"
+            )
         if a.kind == "const" and not (kind == "rsqrt" and a.value <= 0.0):
             return self.const(_FUNCTIONS[kind](a.value + 0.5 * quarter))
         if kind == "sin":

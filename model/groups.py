@@ -14,11 +14,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from model import tables
-from model.errors import InputError
-from model.fixed import Arithmetic, Format
-from model.forms import Form, Product
-from model.program import Kind, Negate, Op, Overflow, Scale, Term, Value, When
+from boresight.model import tables
+from boresight.model.errors import InputError
+from boresight.model.fixed import Arithmetic, Format
+from boresight.model.forms import Form, Product
+from boresight.model.program import Kind, Negate, Op, Overflow, Scale, Term, Value, When
 
 __all__ = ["Groups", "Target"]
 
@@ -83,7 +83,8 @@ class Groups:
         if (word, frac) not in self._constants:
             real = math.ldexp(word, -frac)
             self._constants[word, frac] = self.value(
-                Value(name, Kind.CONST, frac, real, real, "constant", "", word))
+                Value(name, Kind.CONST, frac, real, real, "constant", "", word)
+            )
         return self._constants[word, frac]
 
     def frac(self, number: int) -> int:
@@ -92,16 +93,19 @@ class Groups:
 
     # -- groups ---------------------------------------------------------------------------------
 
-    def group(self, form: Form, target: Target, *, frac: int | None = None,
-              exact: bool = False) -> int:
+    def group(
+        self, form: Form, target: Target, *, frac: int | None = None, exact: bool = False
+    ) -> int:
         """Append the group that computes ``form``; return its value.
 
         ``frac`` asks for a binary point (default: the finest that holds the range); with
         ``exact`` it must be met.
         """
         if not (math.isfinite(target.low) and math.isfinite(target.high)):
-            raise InputError(f"{self.name}: value {target.name}: range [{target.low:g}, "
-                             f"{target.high:g}] is not finite; declare it with model.ops.bounded")
+            raise InputError(
+                f"{self.name}: value {target.name}: range [{target.low:g}, "
+                f"{target.high:g}] is not finite; declare it with model.ops.bounded"
+            )
         if frac is None:
             frac = Format.for_range(self.arith.word, target.low, target.high).frac
         products = list(form.products)
@@ -110,9 +114,11 @@ class Groups:
             if isinstance(placed, int):
                 alone = len(products) == 1 and form.constant == 0.0
                 if alone and products[placed].scale is not Scale.NONE:
-                    raise InputError(f"{self.name}: value {target.name} would pass 63 bits: a root "
-                                     "or reciprocal in it varies too much for one format; declare "
-                                     "its range with model.ops.bounded")
+                    raise InputError(
+                        f"{self.name}: value {target.name} would pass 63 bits: a root "
+                        "or reciprocal in it varies too much for one format; declare "
+                        "its range with model.ops.bounded"
+                    )
                 products[placed] = self._separate(form, products[placed], target.name)
             elif placed is not None:
                 return self._append(form, placed, target, frac)
@@ -121,18 +127,23 @@ class Groups:
                 if worst is None:
                     return self._raised(replace(form, products=products), target, frac)
                 if products[worst].scale is not Scale.NONE:
-                    raise InputError(f"{self.name}: value {target.name} would pass 63 bits: a "
-                                     "factor of it has no upper bound; declare the product's range "
-                                     "with model.ops.bounded first")
+                    raise InputError(
+                        f"{self.name}: value {target.name} would pass 63 bits: a "
+                        "factor of it has no upper bound; declare the product's range "
+                        "with model.ops.bounded first"
+                    )
                 products[worst] = self._separate(form, products[worst], target.name)
             elif frac > _COARSEST_FRAC:
                 frac -= 1
             else:
-                raise InputError(f"{self.name}: value {target.name} would pass 63 bits: no binary "
-                                 "point keeps its terms inside the accumulator")
+                raise InputError(
+                    f"{self.name}: value {target.name} would pass 63 bits: no binary "
+                    "point keeps its terms inside the accumulator"
+                )
 
-    def _place(self, form: Form, products: Sequence[Product], frac: int
-               ) -> list[_Placed] | int | None:
+    def _place(
+        self, form: Form, products: Sequence[Product], frac: int
+    ) -> list[_Placed] | int | None:
         """Shifts for a result of ``frac`` fraction bits.
 
         Returns the number of a product that only a group of its own can compute, or None if the
@@ -146,8 +157,12 @@ class Groups:
             if math.ldexp(self._magnitude(form, p), frac + arith.guard) < 1.0:
                 continue  # below the accumulator's last bit
             # shift = (fraction bits of the product) - (those of the accumulator)
-            shift = ((arith.fraction_bits if p.fraction_a else self.frac(p.a))
-                     - p.exponent - frac - arith.guard)
+            shift = (
+                (arith.fraction_bits if p.fraction_a else self.frac(p.a))
+                - p.exponent
+                - frac
+                - arith.guard
+            )
             one = None
             if p.times_one:
                 one = min(arith.word - 2, arith.shift_max - shift)
@@ -179,21 +194,40 @@ class Groups:
 
     def _append(self, form: Form, placed: Sequence[_Placed], target: Target, frac: int) -> int:
         terms = tuple(
-            Term(p.a, p.b if k.one is None else self.one(k.one), k.shift, p.coefficient, p.negate,
-                 p.when, p.fraction_a, p.fraction_b, p.scale)
-            for k in placed for p in (k.product,))
-        conditional = any(t.when is not When.ALWAYS or t.negate in (Negate.IF, Negate.UNLESS)
-                          for t in terms)
+            Term(
+                p.a,
+                p.b if k.one is None else self.one(k.one),
+                k.shift,
+                p.coefficient,
+                p.negate,
+                p.when,
+                p.fraction_a,
+                p.fraction_b,
+                p.scale,
+            )
+            for k in placed
+            for p in (k.product,)
+        )
+        conditional = any(
+            t.when is not When.ALWAYS or t.negate in (Negate.IF, Negate.UNLESS) for t in terms
+        )
         flag = form.flag if conditional else None
-        number = self.value(Value(target.name, Kind.OP, frac, target.low, target.high,
-                                  target.source, target.unit))
-        self.ops.append(Op(
-            number, terms, target.overflow,
-            flag=flag[0] if flag else None, flag_quarter=flag[1] if flag else False,
-            norm=form.norm if any(t.scale is not Scale.NONE for t in terms) else None,
-            index=form.index[0] if form.index else None,
-            index_quarter=form.index[1] if form.index else False,
-            table=form.table.block if form.table else None))
+        number = self.value(
+            Value(target.name, Kind.OP, frac, target.low, target.high, target.source, target.unit)
+        )
+        self.ops.append(
+            Op(
+                number,
+                terms,
+                target.overflow,
+                flag=flag[0] if flag else None,
+                flag_quarter=flag[1] if flag else False,
+                norm=form.norm if any(t.scale is not Scale.NONE for t in terms) else None,
+                index=form.index[0] if form.index else None,
+                index_quarter=form.index[1] if form.index else False,
+                table=form.table.block if form.table else None,
+            )
+        )
         return number
 
     def _raised(self, form: Form, target: Target, frac: int) -> int:
@@ -207,8 +241,12 @@ class Groups:
         part = self.group(form, replace(wide, name=f"{target.name}_part"))
         step = min(self.arith.norm_max, self.arith.headroom - 1)
         while self.frac(part) + step < frac:
-            part = self.group(Form([Product(part)]), replace(target, name=f"{target.name}_part"),
-                              frac=self.frac(part) + step, exact=True)
+            part = self.group(
+                Form([Product(part)]),
+                replace(target, name=f"{target.name}_part"),
+                frac=self.frac(part) + step,
+                exact=True,
+            )
         return self.group(Form([Product(part)]), target, frac=frac, exact=True)
 
     def _separate(self, form: Form, p: Product, name: str) -> Product:
@@ -217,8 +255,9 @@ class Groups:
         low, high = -bound, bound
         if p.scale is Scale.NONE and p.b is not None:
             a, b = self.values[p.a], self.values[p.b]
-            corners = [math.ldexp(x * y, p.exponent) for x in (a.low, a.high)
-                       for y in (b.low, b.high)]
+            corners = [
+                math.ldexp(x * y, p.exponent) for x in (a.low, a.high) for y in (b.low, b.high)
+            ]
             low, high = min(corners), max(corners)
         alone = Form([replace(p, negate=Negate.NO, when=When.ALWAYS)], norm=form.norm)
         number = self.group(alone, Target(f"{name}_part", low, high, "interval"))
@@ -226,8 +265,11 @@ class Groups:
 
     def _coarsest(self, form: Form, products: Sequence[Product]) -> int | None:
         """The product of two words with the fewest fraction bits: the one to compute apart."""
-        bits = {k: self.frac(p.a) + self._second(form, p)[0] - p.exponent - self._slack(p.scale)
-                for k, p in enumerate(products) if not p.times_one}
+        bits = {
+            k: self.frac(p.a) + self._second(form, p)[0] - p.exponent - self._slack(p.scale)
+            for k, p in enumerate(products)
+            if not p.times_one
+        }
         return min(bits, key=lambda k: bits[k]) if bits else None
 
     # -- bounds ---------------------------------------------------------------------------------
@@ -235,8 +277,9 @@ class Groups:
     def _slack(self, scale: Scale) -> int:
         """Largest number of bits by which the normalisation count lessens a shift."""
         largest = self.arith.norm_max
-        return {Scale.NONE: 0, Scale.FULL: largest, Scale.EVEN: largest,
-                Scale.HALF: largest // 2}[scale]
+        return {Scale.NONE: 0, Scale.FULL: largest, Scale.EVEN: largest, Scale.HALF: largest // 2}[
+            scale
+        ]
 
     def _bound(self, number: int, is_fraction: bool) -> int:
         """Largest magnitude the word can have, whatever happens."""
@@ -252,8 +295,10 @@ class Groups:
             fmt = tables.coefficient_formats(form.table, self.arith)[p.coefficient]
             return fmt.frac, 1 << (self.arith.word - 1)
         assert p.b is not None
-        return (self.arith.fraction_bits if p.fraction_b else self.frac(p.b),
-                self._bound(p.b, p.fraction_b))
+        return (
+            self.arith.fraction_bits if p.fraction_b else self.frac(p.b),
+            self._bound(p.b, p.fraction_b),
+        )
 
     def _magnitude(self, form: Form, p: Product) -> float:
         """Largest magnitude of a product, from the ranges of its factors."""

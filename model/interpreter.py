@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
-from model.fixed import (
+from boresight.model.fixed import (
     IntArray,
     fraction,
     leading_sign_count,
@@ -15,7 +15,7 @@ from model.fixed import (
     table_index,
     wrap,
 )
-from model.program import Kind, Negate, Op, Overflow, Program, Scale, Term, When
+from boresight.model.program import Kind, Negate, Op, Overflow, Program, Scale, Term, When
 
 __all__ = ["Interpreter"]
 
@@ -79,17 +79,21 @@ class Interpreter:
         if words.dtype.kind not in "iu":
             raise ValueError(f"inputs must be integer words, not {words.dtype}")
         if words.shape != (len(p.inputs), self.runs):
-            raise ValueError(f"inputs must have shape {(len(p.inputs), self.runs)}, "
-                             f"not {words.shape}")
-        if words.size and (words.min() < p.arithmetic.min_int
-                           or words.max() > p.arithmetic.max_int):
+            raise ValueError(
+                f"inputs must have shape {(len(p.inputs), self.runs)}, not {words.shape}"
+            )
+        if words.size and (
+            words.min() < p.arithmetic.min_int or words.max() > p.arithmetic.max_int
+        ):
             raise ValueError(f"input words must fit {p.arithmetic.word} bits")
         for number, word in zip(p.inputs, words.astype(np.int64), strict=True):
             self.values[number] = word
         for number, param in self.params.items():
             if not p.arithmetic.min_int <= param <= p.arithmetic.max_int:
-                raise ValueError(f"parameter {p.values[number].name} must fit "
-                                 f"{p.arithmetic.word} bits, not {param!r}")
+                raise ValueError(
+                    f"parameter {p.values[number].name} must fit "
+                    f"{p.arithmetic.word} bits, not {param!r}"
+                )
             self.values[number] = np.full(self.runs, param, dtype=np.int64)
         saturated = np.zeros(self.runs, dtype=np.bool_)
         for op in p.ops:
@@ -104,8 +108,9 @@ class Interpreter:
             self.values[state] = word
         return outputs, saturated
 
-    def run(self, inputs: npt.ArrayLike,
-            progress: Callable[[int], None] | None = None) -> tuple[IntArray, BoolArray]:
+    def run(
+        self, inputs: npt.ArrayLike, progress: Callable[[int], None] | None = None
+    ) -> tuple[IntArray, BoolArray]:
         """Run many updates: ``inputs`` (steps, n_inputs, runs).
 
         Returns outputs (steps, n_outputs, runs) and saturated (steps, runs).
@@ -149,8 +154,9 @@ class Interpreter:
         word: IntArray = saturate(q, arith.word)
         return word, (word != q) if op.overflow is Overflow.SAT else None
 
-    def _term(self, term: Term, flag: BoolArray | None, norm: IntArray | None,
-              base: IntArray | None) -> IntArray:
+    def _term(
+        self, term: Term, flag: BoolArray | None, norm: IntArray | None, base: IntArray | None
+    ) -> IntArray:
         arith = self.program.arithmetic
         a = self.values[term.a]
         if term.fraction_a:

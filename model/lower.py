@@ -11,14 +11,14 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
-from model import tables
-from model.errors import InputError
-from model.fixed import Arithmetic, Format
-from model.forms import CONDITIONAL, Form, Product
-from model.functions import Functions
-from model.graph import LEAVES, Node
-from model.groups import Groups, Target
-from model.program import Kind, Negate, Op, Overflow, Program, Scale, Value, When
+from boresight.model import tables
+from boresight.model.errors import InputError
+from boresight.model.fixed import Arithmetic, Format
+from boresight.model.forms import CONDITIONAL, Form, Product
+from boresight.model.functions import Functions
+from boresight.model.graph import LEAVES, Node
+from boresight.model.groups import Groups, Target
+from boresight.model.program import Kind, Negate, Op, Overflow, Program, Scale, Value, When
 
 __all__ = ["lower"]
 
@@ -41,8 +41,17 @@ class _Lowering:
         if node.unit == "ht" and node.low >= -1.0 and node.high <= 1.0:
             fmt = Format(self.groups.arith.word, self.groups.arith.word - 1)
         number = self.groups.value(
-            Value(node.label, kind, fmt.frac, node.low, node.high, node.source, node.unit,
-                  int(fmt.quantise(default))))
+            Value(
+                node.label,
+                kind,
+                fmt.frac,
+                node.low,
+                node.high,
+                node.source,
+                node.unit,
+                int(fmt.quantise(default)),
+            )
+        )
         self._of_node[node.number] = number
         return number
 
@@ -69,7 +78,9 @@ class _Lowering:
             self._copies[number, want] = self.groups.group(
                 Form([Product(number)]),
                 Target(f"{v.name}_aligned", v.low, v.high, v.range_source, v.unit),
-                frac=want, exact=True)
+                frac=want,
+                exact=True,
+            )
         return self._copies[number, want]
 
     def _create(self, node: Node, frac: int | None, odd: bool | None) -> int:
@@ -80,8 +91,12 @@ class _Lowering:
             return self.groups.group(form, target, frac=word - 1, exact=True)
         target = Target(node.label, node.low, node.high, node.source, node.unit)
         if node.kind == "saturated":
-            return self.groups.group(form, replace(target, overflow=Overflow.CLIP),
-                                     frac=word - 1 - int(math.log2(node.value)), exact=True)
+            return self.groups.group(
+                form,
+                replace(target, overflow=Overflow.CLIP),
+                frac=word - 1 - int(math.log2(node.value)),
+                exact=True,
+            )
         if frac is None and odd is not None and math.isfinite(node.low + node.high):
             frac = Format.for_range(word, node.low, node.high).frac
             if (frac % 2 == 1) != odd:
@@ -130,8 +145,11 @@ class _Lowering:
         exponent, scale, negate = 0, Scale.NONE, Negate.NO
         for arg in args:
             fresh = arg.number not in self._of_node
-            if fresh and form.norm is None and (
-                    arg.kind == "rsqrt" or (arg.kind == "reciprocal" and form.flag is None)):
+            if (
+                fresh
+                and form.norm is None
+                and (arg.kind == "rsqrt" or (arg.kind == "reciprocal" and form.flag is None))
+            ):
                 number, more, form.norm = self._mantissa(arg)
                 exponent += more
                 scale = Scale.HALF if arg.kind == "rsqrt" else Scale.FULL
@@ -145,8 +163,13 @@ class _Lowering:
                 negate = CONDITIONAL[negate]
             else:
                 factors.append(self.word(arg))
-        product = Product(factors[0], factors[1] if len(factors) > 1 else None, exponent,
-                          negate=negate, scale=scale).times_power(power)
+        product = Product(
+            factors[0],
+            factors[1] if len(factors) > 1 else None,
+            exponent,
+            negate=negate,
+            scale=scale,
+        ).times_power(power)
         form.products.append(replace(product, limit=max(-node.low, node.high)))
         return form
 
@@ -159,8 +182,13 @@ class _Lowering:
                 if arg.kind == "const" and _power_of_two(arg.value):
                     power *= arg.value
                     break
-                if (arg.kind == "mul" and arg.name is None and arg.number not in self._of_node
-                        and arg.args[1].kind == "const" and _power_of_two(arg.args[1].value)):
+                if (
+                    arg.kind == "mul"
+                    and arg.name is None
+                    and arg.number not in self._of_node
+                    and arg.args[1].kind == "const"
+                    and _power_of_two(arg.args[1].value)
+                ):
                     power *= arg.args[1].value
                     arg = arg.args[0]
                     continue
@@ -175,7 +203,8 @@ class _Lowering:
         for arg, when in ((yes, When.IF), (no, When.UNLESS)):
             form = self.form(arg, wrapped=wrapped)
             plain = form.flag is None and all(
-                p.when is When.ALWAYS and p.scale is Scale.NONE for p in form.products)
+                p.when is When.ALWAYS and p.scale is Scale.NONE for p in form.products
+            )
             if not plain:
                 form = Form([Product(self.word(arg))])
             if form.constant != 0.0:
@@ -187,9 +216,15 @@ class _Lowering:
         """A constant under the flag of ``node``'s group, as fine as the accumulator can use."""
         arith = self.groups.arith
         bound = max(abs(node.low), abs(node.high), abs(c))
-        return Product(self.groups.constant(c, min(
-            Format.for_range(arith.word, c, c).frac,
-            Format.for_range(arith.word, -bound, bound).frac + arith.guard)))
+        return Product(
+            self.groups.constant(
+                c,
+                min(
+                    Format.for_range(arith.word, c, c).frac,
+                    Format.for_range(arith.word, -bound, bound).frac + arith.guard,
+                ),
+            )
+        )
 
     def _form_flip(self, node: Node, wrapped: bool) -> Form:
         condition, arg = node.args
@@ -212,8 +247,12 @@ class _Lowering:
 
     def _form_bounded(self, node: Node, wrapped: bool) -> Form:
         arg = node.args[0]
-        return self.form(arg, top=arg.uses == 1 and arg.name is None
-                         and arg.kind not in ("wrap", "saturated", *LEAVES))
+        return self.form(
+            arg,
+            top=arg.uses == 1
+            and arg.name is None
+            and arg.kind not in ("wrap", "saturated", *LEAVES),
+        )
 
     _form_saturated = _form_bounded
 
@@ -247,13 +286,18 @@ class _Lowering:
         if smallest >= floor:
             return x
         if arg.low <= 0.0 or arg.high > math.ldexp(smallest, _WIDEST):
-            raise InputError(f"{self.groups.name}: reciprocal of {arg.label}: its range "
-                             f"[{arg.low:g}, {arg.high:g}] must not span more than 2^{_WIDEST}; "
-                             "clip it first")
+            raise InputError(
+                f"{self.groups.name}: reciprocal of {arg.label}: its range "
+                f"[{arg.low:g}, {arg.high:g}] must not span more than 2^{_WIDEST}; "
+                "clip it first"
+            )
         g = arg.graph
         limit = g.const(floor)
-        return self.word(g.bounded(g.select(arg < limit, limit, arg), floor, arg.high,
-                                   "what the word can normalise"))
+        return self.word(
+            g.bounded(
+                g.select(arg < limit, limit, arg), floor, arg.high, "what the word can normalise"
+            )
+        )
 
     def _form_rsqrt(self, node: Node, wrapped: bool) -> Form:
         number, exponent, x = self._mantissa(node)
@@ -279,21 +323,24 @@ def _pruned(program: Program) -> Program:
         if op.dest in used:
             ops.append(op)
             used.update(op.operands())
-    keep = [n for n, v in enumerate(program.values)
-            if n in used or v.kind not in (Kind.OP, Kind.CONST)]
+    keep = [
+        n for n, v in enumerate(program.values) if n in used or v.kind not in (Kind.OP, Kind.CONST)
+    ]
     new = {old: number for number, old in enumerate(keep)}
 
     def renumber(op: Op) -> Op:
-        terms = tuple(replace(t, a=new[t.a], b=None if t.b is None else new[t.b])
-                      for t in op.terms)
+        terms = tuple(replace(t, a=new[t.a], b=None if t.b is None else new[t.b]) for t in op.terms)
         flag, norm, index = (None if v is None else new[v] for v in (op.flag, op.norm, op.index))
         return replace(op, dest=new[op.dest], terms=terms, flag=flag, norm=norm, index=index)
+
     return replace(
-        program, values=tuple(program.values[n] for n in keep),
+        program,
+        values=tuple(program.values[n] for n in keep),
         ops=tuple(renumber(op) for op in reversed(ops)),
         inputs=tuple(new[n] for n in program.inputs),
         outputs=tuple(new[n] for n in program.outputs),
-        states=tuple((new[a], new[b]) for a, b in program.states))
+        states=tuple((new[a], new[b]) for a, b in program.states),
+    )
 
 
 def _count_uses(roots: Sequence[Node]) -> None:
@@ -314,9 +361,15 @@ def _count_uses(roots: Sequence[Node]) -> None:
             stack.append(arg)
 
 
-def lower(name: str, *, arithmetic: Arithmetic, inputs: Sequence[Node],
-          params: Sequence[tuple[Node, float]], states: Sequence[tuple[Node, float, Node]],
-          outputs: Mapping[str, Node]) -> Program:
+def lower(
+    name: str,
+    *,
+    arithmetic: Arithmetic,
+    inputs: Sequence[Node],
+    params: Sequence[tuple[Node, float]],
+    states: Sequence[tuple[Node, float, Node]],
+    outputs: Mapping[str, Node],
+) -> Program:
     """Compile a traced step.
 
     Parameters
@@ -337,8 +390,20 @@ def lower(name: str, *, arithmetic: Arithmetic, inputs: Sequence[Node],
         low.leaf(node, Kind.PARAM, default)
     state_values = [low.leaf(n, Kind.STATE, initial) for n, initial, _ in states]
     output_values = tuple(low.word(n) for n in outputs.values())
-    next_values = tuple((s, low.word(nxt, frac=low.groups.frac(s)))
-                        for s, (_, _, nxt) in zip(state_values, states, strict=True))
-    return _pruned(Program(
-        name, arithmetic, tuple(low.groups.values), tuple(low.groups.ops), input_values,
-        output_values, tuple(outputs), next_values, tables.table_memory(arithmetic)))
+    next_values = tuple(
+        (s, low.word(nxt, frac=low.groups.frac(s)))
+        for s, (_, _, nxt) in zip(state_values, states, strict=True)
+    )
+    return _pruned(
+        Program(
+            name,
+            arithmetic,
+            tuple(low.groups.values),
+            tuple(low.groups.ops),
+            input_values,
+            output_values,
+            tuple(outputs),
+            next_values,
+            tables.table_memory(arithmetic),
+        )
+    )

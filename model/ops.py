@@ -16,10 +16,25 @@ from typing import Any
 
 import numpy as np
 
-from model.graph import LEAVES, Condition, Node
+from boresight.model.graph import LEAVES, Condition, Node
 
-__all__ = ["absolute", "asin_ht", "atan2_ht", "bounded", "clip", "flip", "maximum", "minimum",
-           "named", "rsqrt", "saturated", "sincos_ht", "sqrt", "where", "wrap_ht"]
+__all__ = [
+    "absolute",
+    "asin_ht",
+    "atan2_ht",
+    "bounded",
+    "clip",
+    "flip",
+    "maximum",
+    "minimum",
+    "named",
+    "rsqrt",
+    "saturated",
+    "sincos_ht",
+    "sqrt",
+    "where",
+    "wrap_ht",
+]
 
 
 def named(name: str, x: Any) -> Any:
@@ -114,7 +129,7 @@ def sqrt(x: Any) -> Any:
     """Square root of x >= 0, as x * rsqrt(x): too small below the least argument of `rsqrt`."""
     if isinstance(x, Node):
         if x.kind == "const":
-            return x.graph.const(x.value ** 0.5)
+            return x.graph.const(x.value**0.5)
         root = x * x.graph.function("rsqrt", x)
         root.low, root.high = max(x.low, 0.0) ** 0.5, max(x.high, 0.0) ** 0.5
         return root

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, fields, is_dataclass
 from enum import Enum, StrEnum
 from typing import Any
 
-from model.fixed import Arithmetic, Format
+from boresight.model.fixed import Arithmetic, Format
 
 __all__ = ["Kind", "Negate", "Op", "Overflow", "Program", "Scale", "Term", "Value", "When"]
 
@@ -171,6 +171,7 @@ class Program:
 
     def to_json(self) -> str:
         """The program as JSON, the same text for the same program (`digest` hashes it)."""
+
         def plain(x: Any) -> Any:
             if isinstance(x, Enum):
                 return x.value
@@ -179,6 +180,7 @@ class Program:
             if is_dataclass(x):
                 return {f.name: plain(getattr(x, f.name)) for f in fields(x) if f.name != "meta"}
             return x
+
         return json.dumps(plain(self), indent=1, sort_keys=True)
 
     @classmethod
@@ -187,14 +189,26 @@ class Program:
         d = json.loads(text)
 
         def terms(listed: list[dict[str, Any]]) -> tuple[Term, ...]:
-            return tuple(Term(**{**t, "negate": Negate(t["negate"]), "when": When(t["when"]),
-                                 "scale": Scale(t["scale"])}) for t in listed)
+            return tuple(
+                Term(
+                    **{
+                        **t,
+                        "negate": Negate(t["negate"]),
+                        "when": When(t["when"]),
+                        "scale": Scale(t["scale"]),
+                    }
+                )
+                for t in listed
+            )
+
         return cls(
             name=d["name"],
             arithmetic=Arithmetic(**d["arithmetic"]),
             values=tuple(Value(**{**v, "kind": Kind(v["kind"])}) for v in d["values"]),
-            ops=tuple(Op(**{**o, "terms": terms(o["terms"]), "overflow": Overflow(o["overflow"])})
-                      for o in d["ops"]),
+            ops=tuple(
+                Op(**{**o, "terms": terms(o["terms"]), "overflow": Overflow(o["overflow"])})
+                for o in d["ops"]
+            ),
             inputs=tuple(d["inputs"]),
             outputs=tuple(d["outputs"]),
             output_names=tuple(d["output_names"]),

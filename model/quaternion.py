@@ -11,10 +11,22 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from model import ops
+from boresight.model import ops
 
-__all__ = ["Matrix", "Vector", "conjugate_turn", "cross", "dot", "euler_ht", "increment",
-           "left_matrix", "matrix", "multiply", "right_matrix", "turn"]
+__all__ = [
+    "Matrix",
+    "Vector",
+    "conjugate_turn",
+    "cross",
+    "dot",
+    "euler_ht",
+    "increment",
+    "left_matrix",
+    "matrix",
+    "multiply",
+    "right_matrix",
+    "turn",
+]
 
 Vector = Sequence[Any]
 Matrix = Sequence[Sequence[Any]]
@@ -66,12 +78,24 @@ def matrix(q: Vector) -> list[list[Any]]:
 
     def element(value: Any) -> Any:
         return ops.bounded(value, -1.0, 1.0, "rotation matrix")
-    return [[element(1.0 - 2.0 * y * y - 2.0 * z * z), element(2.0 * x * y - 2.0 * w * z),
-             element(2.0 * x * z + 2.0 * w * y)],
-            [element(2.0 * x * y + 2.0 * w * z), element(1.0 - 2.0 * x * x - 2.0 * z * z),
-             element(2.0 * y * z - 2.0 * w * x)],
-            [element(2.0 * x * z - 2.0 * w * y), element(2.0 * y * z + 2.0 * w * x),
-             element(1.0 - 2.0 * x * x - 2.0 * y * y)]]
+
+    return [
+        [
+            element(1.0 - 2.0 * y * y - 2.0 * z * z),
+            element(2.0 * x * y - 2.0 * w * z),
+            element(2.0 * x * z + 2.0 * w * y),
+        ],
+        [
+            element(2.0 * x * y + 2.0 * w * z),
+            element(1.0 - 2.0 * x * x - 2.0 * z * z),
+            element(2.0 * y * z - 2.0 * w * x),
+        ],
+        [
+            element(2.0 * x * z - 2.0 * w * y),
+            element(2.0 * y * z + 2.0 * w * x),
+            element(1.0 - 2.0 * x * x - 2.0 * y * y),
+        ],
+    ]
 
 
 def increment(half: Vector) -> list[Any]:
@@ -114,5 +138,8 @@ def euler_ht(q: Vector, norm_rsqrt: Any = 1.0) -> tuple[Any, Any, Any]:
     low = squares[0] < squares[1]
     sine = ops.saturated(ops.where(low, roots[0], roots[1]), 2.0)  # at most sqrt(1/2)
     pitch = ops.flip(low, 0.5 - 2.0 * ops.asin_ht(sine))
-    return (ops.wrap_ht(pitch), ops.wrap_ht(half_sum - half_difference),
-            ops.wrap_ht(half_sum + half_difference))
+    return (
+        ops.wrap_ht(pitch),
+        ops.wrap_ht(half_sum - half_difference),
+        ops.wrap_ht(half_sum + half_difference),
+    )

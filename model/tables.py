@@ -25,10 +25,20 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
-from model.fixed import Arithmetic, Format
+from boresight.model.fixed import Arithmetic, Format
 
-__all__ = ["ASIN", "BLOCK_WORDS", "RECIPROCAL", "RSQRT", "SIN", "TABLES", "Table",
-           "coefficient_formats", "part_format", "table_memory"]
+__all__ = [
+    "ASIN",
+    "BLOCK_WORDS",
+    "RECIPROCAL",
+    "RSQRT",
+    "SIN",
+    "TABLES",
+    "Table",
+    "coefficient_formats",
+    "part_format",
+    "table_memory",
+]
 
 Array = npt.NDArray[np.float64]
 
@@ -65,8 +75,9 @@ class Table:
         nodes = 0.5 - 0.5 * np.cos(np.pi * (np.arange(4) + 0.5) / 4.0)
         segment = np.arange(self.first, self.last + 1, dtype=np.float64)
         y = self.function((segment[:, None] + nodes) / self.segments_per_unit)
-        return np.asarray(np.linalg.solve(np.vander(nodes, 4, increasing=True), y.T).T,
-                          dtype=np.float64)
+        return np.asarray(
+            np.linalg.solve(np.vander(nodes, 4, increasing=True), y.T).T, dtype=np.float64
+        )
 
 
 SIN = Table("sin", 0, 0, 127, 128, lambda x: np.sin(np.pi * x), 2, 0.0, 1.0)
@@ -90,8 +101,10 @@ def part_format(table: Table, arith: Arithmetic, low: float, high: float) -> For
 @lru_cache
 def coefficient_formats(table: Table, arith: Arithmetic) -> tuple[Format, ...]:
     """Format of each of the four coefficients, common to all segments."""
-    return tuple(part_format(table, arith, float(column.min()), float(column.max()))
-                 for column in table.coefficients().T)
+    return tuple(
+        part_format(table, arith, float(column.min()), float(column.max()))
+        for column in table.coefficients().T
+    )
 
 
 @lru_cache
@@ -106,10 +119,11 @@ def table_memory(arith: Arithmetic) -> tuple[int, ...]:
         formats = coefficient_formats(table, arith)
         c = table.coefficients()
         words = np.stack([f.quantise(c[:, k]) for k, f in enumerate(formats)], axis=1)
-        memory[table.block, table.first:table.last + 1] = words
+        memory[table.block, table.first : table.last + 1] = words
     edge = RSQRT.function(np.array([RSQRT.first / RSQRT.segments_per_unit]))
-    memory[RSQRT.block, :RSQRT.first, 0] = coefficient_formats(RSQRT, arith)[0].quantise(edge)
+    memory[RSQRT.block, : RSQRT.first, 0] = coefficient_formats(RSQRT, arith)[0].quantise(edge)
     edge = ASIN.function(np.array([(ASIN.last + 1) / ASIN.segments_per_unit]))
-    memory[ASIN.block, ASIN.last + 1:RECIPROCAL.first, 0] = \
-        coefficient_formats(ASIN, arith)[0].quantise(edge)
+    memory[ASIN.block, ASIN.last + 1 : RECIPROCAL.first, 0] = coefficient_formats(ASIN, arith)[
+        0
+    ].quantise(edge)
     return tuple(int(w) for w in memory.ravel())

@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from model.attitude import quaternion_conjugate, quaternion_multiply, quaternion_normalise
-from model.errors import InputError
+from boresight.model.attitude import quaternion_conjugate, quaternion_multiply, quaternion_normalise
+from boresight.model.errors import InputError
 
 __all__ = ["AttitudeError", "AttitudeRmse", "attitude_error", "attitude_rmse", "largest_turn_deg"]
 

@@ -20,13 +20,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from model.estimator import Estimator
-from model.estimators import estimator as find_estimator
-from sim.accuracy import AttitudeRmse, attitude_rmse, largest_turn_deg
-from sim.feed import attitude_of, inputs_of, named_outputs, status_of
-from sim.log import Log
-from sim.peers import PEERS, dip_rad, peer, require_peers
-from sim.scoring import Scorer
+from boresight.model.estimator import Estimator
+from boresight.model.estimators import estimator as find_estimator
+from boresight.sim.accuracy import AttitudeRmse, attitude_rmse, largest_turn_deg
+from boresight.sim.feed import attitude_of, inputs_of, named_outputs, status_of
+from boresight.sim.log import Log
+from boresight.sim.peers import PEERS, dip_rad, peer, require_peers
+from boresight.sim.scoring import Scorer
 
 __all__ = ["Result", "Trial", "VsFloat", "batches", "benchmark", "run_float_batch"]
 
@@ -49,8 +49,9 @@ class Trial:
 
     def rmse(self, q: FloatArray) -> AttitudeRmse:
         """Error of attitudes (n, 4) in the samples that count; norm zero counts as NaN."""
-        return attitude_rmse(np.where(q.any(axis=1, keepdims=True), q, np.nan), self.q,
-                             self.log.mov)
+        return attitude_rmse(
+            np.where(q.any(axis=1, keepdims=True), q, np.nan), self.q, self.log.mov
+        )
 
 
 @dataclass(frozen=True)
@@ -94,8 +95,9 @@ def batches(lengths: Sequence[int]) -> list[list[int]]:
     return out
 
 
-def run_float_batch(estimator: Estimator, inputs: Sequence[FloatArray],
-                    params: Mapping[str, float] | None = None) -> list[dict[str, FloatArray]]:
+def run_float_batch(
+    estimator: Estimator, inputs: Sequence[FloatArray], params: Mapping[str, float] | None = None
+) -> list[dict[str, FloatArray]]:
     """Float outputs (n,) by name of every log, all logs side by side.
 
     Parameters
@@ -104,15 +106,22 @@ def run_float_batch(estimator: Estimator, inputs: Sequence[FloatArray],
         Of any lengths n; shorter ones are padded at the end with their last row.
     """
     longest = max(map(len, inputs))
-    padded = np.stack([np.concatenate([x, np.repeat(x[-1:], longest - len(x), axis=0)])
-                       for x in inputs], axis=-1)
+    padded = np.stack(
+        [np.concatenate([x, np.repeat(x[-1:], longest - len(x), axis=0)]) for x in inputs], axis=-1
+    )
     outputs = estimator.run_float(padded, params=params).outputs
-    return [{name: y[:len(x), k].copy() for name, y in outputs.items()}
-            for k, x in enumerate(inputs)]
+    return [
+        {name: y[: len(x), k].copy() for name, y in outputs.items()} for k, x in enumerate(inputs)
+    ]
 
 
-def _ours(name: str, trials: Sequence[Trial], params: Mapping[str, float] | None, word: int,
-          with_float: bool) -> list[Result]:
+def _ours(
+    name: str,
+    trials: Sequence[Trial],
+    params: Mapping[str, float] | None,
+    word: int,
+    with_float: bool,
+) -> list[Result]:
     """One of our estimators on all logs."""
     estimator = find_estimator(name)
     start = time.perf_counter()
@@ -134,12 +143,27 @@ def _ours(name: str, trials: Sequence[Trial], params: Mapping[str, float] | None
                     changed = int(np.count_nonzero(status_of(outputs) != status_of(fixed[k])))
                 turn = largest_turn_deg(attitude_of(fixed[k]), attitude_of(outputs))
                 against[k] = VsFloat(turn, changed)
-                out.append(Result(name, "float", trials[k].log.name,
-                                  trials[k].rmse(attitude_of(outputs)),
-                                  float_pace * len(inputs[k])))
-    return [Result(name, "fixed", t.log.name, t.rmse(attitude_of(f)), pace * len(t.log),
-                   int(np.count_nonzero(run.saturated)), a)
-            for t, f, run, a in zip(trials, fixed, runs, against, strict=True)] + out
+                out.append(
+                    Result(
+                        name,
+                        "float",
+                        trials[k].log.name,
+                        trials[k].rmse(attitude_of(outputs)),
+                        float_pace * len(inputs[k]),
+                    )
+                )
+    return [
+        Result(
+            name,
+            "fixed",
+            t.log.name,
+            t.rmse(attitude_of(f)),
+            pace * len(t.log),
+            int(np.count_nonzero(run.saturated)),
+            a,
+        )
+        for t, f, run, a in zip(trials, fixed, runs, against, strict=True)
+    ] + out
 
 
 def _dips(trials: Sequence[Trial]) -> dict[str, float]:
@@ -160,13 +184,15 @@ def _peer(name: str, trials: Sequence[Trial], dips: Mapping[str, float]) -> list
     for trial in trials:
         start = time.perf_counter()
         q = peer(name).run(trial.log, dips.get(trial.folder))
-        out.append(Result(name, "package", trial.log.name, trial.rmse(q),
-                          time.perf_counter() - start))
+        out.append(
+            Result(name, "package", trial.log.name, trial.rmse(q), time.perf_counter() - start)
+        )
     return out
 
 
-def _done(jobs: int, tasks: Sequence[tuple[str, Callable[..., list[Result]], tuple[object, ...]]]
-          ) -> Iterator[tuple[str, list[Result]]]:
+def _done(
+    jobs: int, tasks: Sequence[tuple[str, Callable[..., list[Result]], tuple[object, ...]]]
+) -> Iterator[tuple[str, list[Result]]]:
     """Results of the tasks (label, function, arguments), as they come."""
     if jobs == 1:
         for label, work, arguments in tasks:
@@ -175,7 +201,8 @@ def _done(jobs: int, tasks: Sequence[tuple[str, Callable[..., list[Result]], tup
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(min(jobs, len(tasks)), mp_context=context) as pool:
         labels: dict[Future[list[Result]], str] = {
-            pool.submit(work, *arguments): label for label, work, arguments in tasks}
+            pool.submit(work, *arguments): label for label, work, arguments in tasks
+        }
         try:
             for future in as_completed(labels):
                 yield labels[future], future.result()
@@ -184,10 +211,17 @@ def _done(jobs: int, tasks: Sequence[tuple[str, Callable[..., list[Result]], tup
             raise
 
 
-def benchmark(estimators: Sequence[str], peers: Sequence[str], trials: Sequence[Trial], *,
-              params: Mapping[str, Mapping[str, float]] | None = None, word: int = 32,
-              with_float: bool = True, jobs: int | None = None,
-              progress: Progress | None = None) -> list[Result]:
+def benchmark(
+    estimators: Sequence[str],
+    peers: Sequence[str],
+    trials: Sequence[Trial],
+    *,
+    params: Mapping[str, Mapping[str, float]] | None = None,
+    word: int = 32,
+    with_float: bool = True,
+    jobs: int | None = None,
+    progress: Progress | None = None,
+) -> list[Result]:
     """Run everything.
 
     Parameters
@@ -224,15 +258,22 @@ def benchmark(estimators: Sequence[str], peers: Sequence[str], trials: Sequence[
     dips = _dips(trials)
     # Long ones first, so that no process is left with one at the end.
     tasks: list[tuple[str, Callable[..., list[Result]], tuple[object, ...]]] = [
-        (name, _ours, (name, trials, given.get(name), word, with_float)) for name in estimators]
-    tasks += [(f"{name} on {t.log.name}", _peer, (name, [t], dips)) for name in peers
-              if PEERS[name].slow for t in sorted(trials, key=lambda t: -len(t.log))]
+        (name, _ours, (name, trials, given.get(name), word, with_float)) for name in estimators
+    ]
+    tasks += [
+        (f"{name} on {t.log.name}", _peer, (name, [t], dips))
+        for name in peers
+        if PEERS[name].slow
+        for t in sorted(trials, key=lambda t: -len(t.log))
+    ]
     tasks += [(name, _peer, (name, trials, dips)) for name in peers if not PEERS[name].slow]
     out: list[Result] = []
     longest = max(len(t.log) for t in trials)
     if with_float and estimators:
-        say(f"{len(tasks)} runs; the float reference makes {longest:,} steps over {len(trials)} "
-            "logs side by side, up to some minutes for each estimator")
+        say(
+            f"{len(tasks)} runs; the float reference makes {longest:,} steps over {len(trials)} "
+            "logs side by side, up to some minutes for each estimator"
+        )
     for k, (label, results) in enumerate(_done(jobs or os.cpu_count() or 1, tasks)):
         out += results
         say(f"[{k + 1}/{len(tasks)}] {label}, {sum(r.seconds for r in results):.1f} s")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from sim.plotting import INK, figure_and_axes, legend, settings, svg
+from boresight.sim.plotting import INK, figure_and_axes, legend, settings, svg
 
 __all__ = ["difference_plot", "mean_plot", "style_of", "trial_plot"]
 
@@ -25,13 +25,18 @@ def style_of(rows: Sequence[Row]) -> dict[str, dict[str, Any]]:
     for row in rows:
         if row["kind"] == "ours":
             colour = _OURS[ours % len(_OURS)]
-            out[row["estimator"]] = {"colour": colour, "face": colour,
-                                     "marker": _OUR_MARKERS[ours % len(_OUR_MARKERS)]}
+            out[row["estimator"]] = {
+                "colour": colour,
+                "face": colour,
+                "marker": _OUR_MARKERS[ours % len(_OUR_MARKERS)],
+            }
             ours += 1
         else:
-            out[row["estimator"]] = {"colour": _PEERS[min(peers // 2, len(_PEERS) - 1)],
-                                     "face": "white",
-                                     "marker": _PEER_MARKERS[peers % len(_PEER_MARKERS)]}
+            out[row["estimator"]] = {
+                "colour": _PEERS[min(peers // 2, len(_PEERS) - 1)],
+                "face": "white",
+                "marker": _PEER_MARKERS[peers % len(_PEER_MARKERS)],
+            }
             peers += 1
     return out
 
@@ -58,23 +63,44 @@ def _plain_log_axis(axes: Any) -> None:
 
 def mean_plot(rows: Sequence[Row], *, salt: str) -> str:
     """Mean RMSE of every estimator, best on top: bar for the total, marks for its parts."""
-    shown = sorted((r for r in rows if r["mean_deg"] and r["mean_deg"]["total"] is not None),
-                   key=lambda r: r["mean_deg"]["total"])
+    shown = sorted(
+        (r for r in rows if r["mean_deg"] and r["mean_deg"]["total"] is not None),
+        key=lambda r: r["mean_deg"]["total"],
+    )
     style = style_of(rows)
     with settings():
         figure, axes = _figure(0.9 + 0.29 * len(shown))
         places = range(len(shown))
         totals = [r["mean_deg"]["total"] for r in shown]
-        axes.barh(places, totals, height=0.62,
-                  color=[style[r["estimator"]]["colour"] if r["kind"] == "ours" else "#c9cdd3"
-                         for r in shown])
+        axes.barh(
+            places,
+            totals,
+            height=0.62,
+            color=[
+                style[r["estimator"]]["colour"] if r["kind"] == "ours" else "#c9cdd3" for r in shown
+            ],
+        )
         for key, marker, face in (("heading", "o", "white"), ("inclination", "D", INK)):
-            axes.plot([r["mean_deg"][key] for r in shown], places, linestyle="none",
-                      marker=marker, markersize=4.5, markeredgecolor=INK, markerfacecolor=face,
-                      markeredgewidth=0.8, label=key)
+            axes.plot(
+                [r["mean_deg"][key] for r in shown],
+                places,
+                linestyle="none",
+                marker=marker,
+                markersize=4.5,
+                markeredgecolor=INK,
+                markerfacecolor=face,
+                markeredgewidth=0.8,
+                label=key,
+            )
         for k, total in enumerate(totals):
-            axes.annotate(f"{total:.2f}", (total, k), xytext=(6, 0), textcoords="offset points",
-                          va="center", fontweight="bold" if shown[k]["kind"] == "ours" else None)
+            axes.annotate(
+                f"{total:.2f}",
+                (total, k),
+                xytext=(6, 0),
+                textcoords="offset points",
+                va="center",
+                fontweight="bold" if shown[k]["kind"] == "ours" else None,
+            )
         axes.set_yticks(list(places), [r["estimator"] for r in shown])
         axes.invert_yaxis()
         axes.set_xlim(0.0, 1.08 * max(totals, default=1.0))
@@ -83,8 +109,16 @@ def mean_plot(rows: Sequence[Row], *, salt: str) -> str:
         return svg(figure, salt)
 
 
-def _dots(rows: Sequence[Row], trials: Sequence[str], key: str, label: str, *, salt: str,
-          floor: float = 0.0, style: Mapping[str, Mapping[str, Any]]) -> tuple[Any, Any]:
+def _dots(
+    rows: Sequence[Row],
+    trials: Sequence[str],
+    key: str,
+    label: str,
+    *,
+    salt: str,
+    floor: float = 0.0,
+    style: Mapping[str, Mapping[str, Any]],
+) -> tuple[Any, Any]:
     """One row for each trial, one mark for each estimator."""
     figure, axes = _figure(1.25 + 0.3 * len(trials) + 0.17 * (len(rows) // 5))
     for k in range(len(trials)):
@@ -93,25 +127,49 @@ def _dots(rows: Sequence[Row], trials: Sequence[str], key: str, label: str, *, s
     handles = {}
     for row in last:
         value = {t["trial"]: t[key] for t in row["trials"]}
-        points = [(max(value[name], floor), k) for k, name in enumerate(trials)
-                  if value.get(name) is not None and max(value[name], floor) > 0]
+        points = [
+            (max(value[name], floor), k)
+            for k, name in enumerate(trials)
+            if value.get(name) is not None and max(value[name], floor) > 0
+        ]
         look = style[row["estimator"]]
-        handles[row["estimator"]], = axes.plot(
-            [x for x, _ in points], [y for _, y in points], linestyle="none",
-            marker=look["marker"], markersize=6.5 if row["kind"] == "ours" else 5.5,
-            markeredgecolor=look["colour"], markerfacecolor=look["face"], markeredgewidth=1.1,
-            alpha=0.95, label=row["estimator"], clip_on=False)
+        (handles[row["estimator"]],) = axes.plot(
+            [x for x, _ in points],
+            [y for _, y in points],
+            linestyle="none",
+            marker=look["marker"],
+            markersize=6.5 if row["kind"] == "ours" else 5.5,
+            markeredgecolor=look["colour"],
+            markerfacecolor=look["face"],
+            markeredgewidth=1.1,
+            alpha=0.95,
+            label=row["estimator"],
+            clip_on=False,
+        )
     axes.set_yticks(range(len(trials)), [name.replace("_", " ") for name in trials])
     axes.set_ylim(len(trials) - 0.4, -0.6)
     axes.set_xlabel(label)
     names = [r["estimator"] for r in rows]
-    axes.legend([handles[n] for n in names], names, loc="lower left", bbox_to_anchor=(0.0, 1.0),
-                ncols=5, borderaxespad=0.2, handlelength=1.2, columnspacing=1.6)
+    axes.legend(
+        [handles[n] for n in names],
+        names,
+        loc="lower left",
+        bbox_to_anchor=(0.0, 1.0),
+        ncols=5,
+        borderaxespad=0.2,
+        handlelength=1.2,
+        columnspacing=1.6,
+    )
     return figure, axes
 
 
-def trial_plot(rows: Sequence[Row], trials: Sequence[str], *, salt: str,
-               label: str = "total RMSE, deg (logarithmic)") -> str:
+def trial_plot(
+    rows: Sequence[Row],
+    trials: Sequence[str],
+    *,
+    salt: str,
+    label: str = "total RMSE, deg (logarithmic)",
+) -> str:
     """Total RMSE of every estimator on every trial."""
     with settings():
         figure, axes = _dots(rows, trials, "total", label, salt=salt, style=style_of(rows))
@@ -124,8 +182,14 @@ def difference_plot(rows: Sequence[Row], trials: Sequence[str], *, salt: str) ->
     style = style_of(rows)
     ours = [r for r in rows if r["vs_float_max_deg"] is not None]
     with settings():
-        figure, axes = _dots(ours, trials, "vs_float_max_deg",
-                             "largest angle between fixed point and float64, deg", salt=salt,
-                             floor=1e-7, style=style)
+        figure, axes = _dots(
+            ours,
+            trials,
+            "vs_float_max_deg",
+            "largest angle between fixed point and float64, deg",
+            salt=salt,
+            floor=1e-7,
+            style=style,
+        )
         axes.set_xscale("log")
         return svg(figure, salt)

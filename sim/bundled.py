@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from model.errors import InputError
+from boresight.model.errors import InputError
 
 __all__ = ["bundled", "bundled_names", "is_comparison"]
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from model.errors import InputError
+from boresight.model.errors import InputError
 
 __all__ = ["nearest_rotation", "orthogonality_error", "triad_matrix"]
 
@@ -38,8 +38,9 @@ def triad_matrix(s: npt.ArrayLike, b: npt.ArrayLike) -> FloatArray:
     """
     s, b = np.asarray(s, dtype=np.float64), np.asarray(b, dtype=np.float64)
     if s.ndim != 3 or s.shape[1:] != (3, 3) or not len(s) or b.shape != (3, 3):
-        raise InputError(f"s and b must have the shapes (n, 3, 3) and (3, 3), not {s.shape} and "
-                         f"{b.shape}")
+        raise InputError(
+            f"s and b must have the shapes (n, 3, 3) and (3, 3), not {s.shape} and {b.shape}"
+        )
     if not (np.isfinite(s).all() and np.isfinite(b).all()):
         raise InputError("s and b must be finite")
     if abs(np.linalg.det(b)) < 1e-6 * float(np.prod(np.linalg.norm(b, axis=0))):
@@ -60,8 +61,10 @@ def nearest_rotation(t: npt.ArrayLike) -> FloatArray:
         raise InputError(f"T must be a finite matrix of shape (3, 3), not {t.shape}")
     u, d, vt = np.linalg.svd(t)
     if d[-1] <= 1e-9 * d[0] or np.linalg.det(t) < 0.0:
-        raise InputError("T must have a determinant above 0: check the order and the signs of "
-                         f"the axes (determinant {np.linalg.det(t):.3g})")
+        raise InputError(
+            "T must have a determinant above 0: check the order and the signs of "
+            f"the axes (determinant {np.linalg.det(t):.3g})"
+        )
     return np.asarray(u @ vt)  # T = U D V^T, T^T T = V D^2 V^T
 
 

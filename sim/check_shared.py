@@ -6,11 +6,11 @@ import dataclasses
 import time
 from collections.abc import Mapping, Sequence
 
-from gateware.core import Core, build_shared_core
-from model.errors import ToolMissing
-from model.estimator import Estimator, input_words
-from model.fixed import IntArray
-from sim.check import (
+from boresight.gateware.core import Core, build_shared_core
+from boresight.model.errors import ToolMissing
+from boresight.model.estimator import Estimator, input_words
+from boresight.model.fixed import IntArray
+from boresight.sim.check import (
     ICARUS_CYCLES,
     CheckResult,
     LevelResult,
@@ -22,17 +22,22 @@ from sim.check import (
     simulation_of,
     with_params,
 )
-from sim.cosim import SimulationFailed
-from sim.feed import inputs_of
-from sim.log import Log
-from sim.sharing import run_in_turns
+from boresight.sim.cosim import SimulationFailed
+from boresight.sim.feed import inputs_of
+from boresight.sim.log import Log
+from boresight.sim.sharing import run_in_turns
 
 __all__ = ["check_shared", "shared_core"]
 
 
-def shared_core(estimators: Sequence[Estimator], *, config: str = "small", word: int = 32,
-                params: Sequence[Mapping[str, float] | None] | None = None,
-                urgent: int | None = None) -> Core:
+def shared_core(
+    estimators: Sequence[Estimator],
+    *,
+    config: str = "small",
+    word: int = 32,
+    params: Sequence[Mapping[str, float] | None] | None = None,
+    urgent: int | None = None,
+) -> Core:
     """One core that holds all of the estimators.
 
     Parameters
@@ -42,18 +47,29 @@ def shared_core(estimators: Sequence[Estimator], *, config: str = "small", word:
     urgent : int, optional
         Leading outputs whose latency counts first, of all; by default each one's own.
     """
-    programs = [with_params(e.compile(word=word), e, p)
-                for e, p in zip(estimators, params or [None] * len(estimators), strict=True)]
-    return build_shared_core(programs, config, urgents=[
-        e.urgent if urgent is None else urgent for e in estimators])
+    programs = [
+        with_params(e.compile(word=word), e, p)
+        for e, p in zip(estimators, params or [None] * len(estimators), strict=True)
+    ]
+    return build_shared_core(
+        programs, config, urgents=[e.urgent if urgent is None else urgent for e in estimators]
+    )
 
 
-def check_shared(estimators: Sequence[Estimator], log: Log, *, config: str = "small",
-                 word: int = 32, steps: int | None = None,
-                 levels: Sequence[str] = ("fixed", "c", "rtl"), simulator: str | None = None,
-                 params: Sequence[Mapping[str, float] | None] | None = None,
-                 core: Core | None = None, seed: int = 0,
-                 progress: Progress | None = None) -> list[CheckResult]:
+def check_shared(
+    estimators: Sequence[Estimator],
+    log: Log,
+    *,
+    config: str = "small",
+    word: int = 32,
+    steps: int | None = None,
+    levels: Sequence[str] = ("fixed", "c", "rtl"),
+    simulator: str | None = None,
+    params: Sequence[Mapping[str, float] | None] | None = None,
+    core: Core | None = None,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> list[CheckResult]:
     """Check estimators on a log: each as by `sim.check.check`, but for the RTL all on one core.
 
     Every estimator sees the whole log; they take turns in random pieces of it
@@ -79,33 +95,55 @@ def check_shared(estimators: Sequence[Estimator], log: Log, *, config: str = "sm
     results = []
     for estimator, values in zip(estimators, chosen, strict=True):
         say(estimator.name)
-        results.append(check(estimator, log, config=config, word=word, steps=steps, levels=plain,
-                             simulator=simulator, params=values, progress=say))
+        results.append(
+            check(
+                estimator,
+                log,
+                config=config,
+                word=word,
+                steps=steps,
+                levels=plain,
+                simulator=simulator,
+                params=values,
+                progress=say,
+            )
+        )
     if "rtl" not in levels:
         return results
     if core is None:
         say("compiling the core")
         core = shared_core(estimators, config=config, word=word, params=chosen)
-    streams = [input_words(part.program, inputs_of(e, log)[:steps, :, None])[:, :, 0]
-               for e, part in zip(estimators, core.parts, strict=True)]
+    streams = [
+        input_words(part.program, inputs_of(e, log)[:steps, :, None])[:, :, 0]
+        for e, part in zip(estimators, core.parts, strict=True)
+    ]
     for name in (simulator,) if simulator else default_simulators():
         few = name != "verilator" and not simulator
         most = max(1, ICARUS_CYCLES // sum(part.schedule.interval for part in core.parts))
         cut = [s[:most] for s in streams] if few else streams
         say(f"RTL in {name}, {sum(map(len, cut))} updates of {len(cut)} programs in turns")
         found = _check_rtl(core, estimators, cut, results, name, seed)
-        results = [dataclasses.replace(r, levels=(*r.levels, level))
-                   for r, level in zip(results, found, strict=True)]
+        results = [
+            dataclasses.replace(r, levels=(*r.levels, level))
+            for r, level in zip(results, found, strict=True)
+        ]
     return results
 
 
-def _check_rtl(core: Core, estimators: Sequence[Estimator], streams: Sequence[IntArray],
-               wanted: Sequence[CheckResult], simulator: str, seed: int) -> list[LevelResult]:
+def _check_rtl(
+    core: Core,
+    estimators: Sequence[Estimator],
+    streams: Sequence[IntArray],
+    wanted: Sequence[CheckResult],
+    simulator: str,
+    seed: int,
+) -> list[LevelResult]:
     """One level for each estimator."""
     start = time.perf_counter()
     try:
-        runs = run_in_turns(core, simulation_of(core, simulator, core.verilog(instances=False)),
-                            streams, seed=seed)
+        runs = run_in_turns(
+            core, simulation_of(core, simulator, core.verilog(instances=False)), streams, seed=seed
+        )
     except (ToolMissing, SimulationFailed) as error:
         seconds = time.perf_counter() - start
         return [failed_rtl(simulator, len(s), seconds, error) for s in streams]
@@ -113,9 +151,14 @@ def _check_rtl(core: Core, estimators: Sequence[Estimator], streams: Sequence[In
     out = []
     for k, (estimator, run, result) in enumerate(zip(estimators, runs, wanted, strict=True)):
         n = len(run.outputs)
-        level = compare_rtl(core.select(k), estimator, run, result.outputs[:n],
-                            result.saturated[:n], simulator)
-        text = "" if level.first_wrong is None else \
-            f"rtl: outputs differ, step {level.first_wrong}, with {len(streams)} programs in turns"
+        level = compare_rtl(
+            core.select(k), estimator, run, result.outputs[:n], result.saturated[:n], simulator
+        )
+        text = (
+            ""
+            if level.first_wrong is None
+            else f"rtl: outputs differ, step {level.first_wrong}, "
+            f"with {len(streams)} programs in turns"
+        )
         out.append(dataclasses.replace(level, seconds=seconds, divergence=text))
     return out

@@ -15,17 +15,32 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from firmware.build import default_cache
-from sim.cosim import SimulationFailed
-from sim.simulators import simulator_environment, version
+from boresight.firmware.build import default_cache
+from boresight.sim.cosim import SimulationFailed
+from boresight.sim.simulators import simulator_environment, version
 
 __all__ = ["RESET_CYCLES", "Compiled", "CompletedRun", "build"]
 
 #: Cycles for which ``rst`` is held.
 RESET_CYCLES = 4
 
-_ARGS = ("--cc", "--exe", "--build", "-O3", "-Wno-fatal", "-Wno-lint", "--x-initial", "unique",
-         "--x-assign", "unique", "--no-timing", "-CFLAGS", "-O3", "-j", "2")
+_ARGS = (
+    "--cc",
+    "--exe",
+    "--build",
+    "-O3",
+    "-Wno-fatal",
+    "-Wno-lint",
+    "--x-initial",
+    "unique",
+    "--x-assign",
+    "unique",
+    "--no-timing",
+    "-CFLAGS",
+    "-O3",
+    "-j",
+    "2",
+)
 
 #: Drives the clock; says how many cycles ran and how long they took.
 _MAIN = r"""
@@ -93,8 +108,14 @@ class Compiled:
 
     program: Path
 
-    def run(self, plusargs: Mapping[str, object] | None = None, *, max_cycles: int,
-            files: Mapping[str, str] | None = None, folder: Path | None = None) -> CompletedRun:
+    def run(
+        self,
+        plusargs: Mapping[str, object] | None = None,
+        *,
+        max_cycles: int,
+        files: Mapping[str, str] | None = None,
+        folder: Path | None = None,
+    ) -> CompletedRun:
         """Run until ``$finish``.
 
         Parameters
@@ -118,22 +139,37 @@ class Compiled:
             for name, text in (files or {}).items():
                 (place / name).write_text(text)
             done = subprocess.run(
-                [str(self.program), f"+max_cycles={max_cycles}",
-                 *(f"+{k}={v}" for k, v in (plusargs or {}).items())],
-                cwd=place, capture_output=True, text=True, check=False)
+                [
+                    str(self.program),
+                    f"+max_cycles={max_cycles}",
+                    *(f"+{k}={v}" for k, v in (plusargs or {}).items()),
+                ],
+                cwd=place,
+                capture_output=True,
+                text=True,
+                check=False,
+            )
         tail = done.stderr.strip().splitlines()
         if done.returncode or not tail or not tail[-1].startswith("@cycles "):
-            raise SimulationFailed(f"compiled simulation failed: exit code {done.returncode}\n"
-                                   f"{done.stdout[-2000:]}\n{done.stderr[-2000:]}")
+            raise SimulationFailed(
+                f"compiled simulation failed: exit code {done.returncode}\n"
+                f"{done.stdout[-2000:]}\n{done.stderr[-2000:]}"
+            )
         _, cycles, finished, seconds = tail[-1].split()
         if finished != "1":
-            raise SimulationFailed(f"compiled simulation not finished after {cycles} cycles\n"
-                                   f"{done.stdout[-2000:]}")
+            raise SimulationFailed(
+                f"compiled simulation not finished after {cycles} cycles\n{done.stdout[-2000:]}"
+            )
         return CompletedRun(done.stdout, int(cycles), float(seconds))
 
 
-def build(top: str, sources: Mapping[str, str], *,
-          parameters: Mapping[str, int] | None = None, cache: Path | None = None) -> Compiled:
+def build(
+    top: str,
+    sources: Mapping[str, str],
+    *,
+    parameters: Mapping[str, int] | None = None,
+    cache: Path | None = None,
+) -> Compiled:
     """Build a bench with Verilator, or find it in the cache.
 
     Parameters
@@ -169,9 +205,26 @@ def build(top: str, sources: Mapping[str, str], *,
                 for name, text in {**texts, "main.cpp": main}.items():
                     (folder / name).write_text(text)
                 done = subprocess.run(
-                    ["verilator", *_ARGS, "--prefix", "Vbench", "--top-module", top, *given,
-                     "--Mdir", "obj", "-o", "bench", *texts, "main.cpp"],
-                    cwd=folder, capture_output=True, text=True, check=False)
+                    [
+                        "verilator",
+                        *_ARGS,
+                        "--prefix",
+                        "Vbench",
+                        "--top-module",
+                        top,
+                        *given,
+                        "--Mdir",
+                        "obj",
+                        "-o",
+                        "bench",
+                        *texts,
+                        "main.cpp",
+                    ],
+                    cwd=folder,
+                    capture_output=True,
+                    text=True,
+                    check=False,
+                )
                 if done.returncode:
                     tail = "\n".join((done.stdout + done.stderr).splitlines()[-30:])
                     raise SimulationFailed(f"verilator build of {top} failed\n{tail}")

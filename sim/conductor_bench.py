@@ -21,14 +21,14 @@ from pathlib import Path
 
 import numpy as np
 
-from gateware.core import Core
-from gateware.system.attitude_core import AttitudeCore
-from gateware.system.conductor import Conductor
-from gateware.verilog import to_verilog
-from model.fixed import IntArray, wrap
-from sim.compiled import build
-from sim.front import COUNTS, NO_LINE, Samples
-from sim.memories import split_memories
+from boresight.gateware.core import Core
+from boresight.gateware.system.attitude_core import AttitudeCore
+from boresight.gateware.system.conductor import Conductor
+from boresight.gateware.verilog import to_verilog
+from boresight.model.fixed import IntArray, wrap
+from boresight.sim.compiled import build
+from boresight.sim.front import COUNTS, NO_LINE, Samples
+from boresight.sim.memories import split_memories
 
 __all__ = ["Played", "play", "sample_command", "script_of"]
 
@@ -64,7 +64,7 @@ class Played:
 
     def words(self, first: int, count: int) -> IntArray:
         """``count`` result words from place ``first`` on, of every update: (n, count)."""
-        return np.array([words[first:first + count] for words in self.results], dtype=np.int64)
+        return np.array([words[first : first + count] for words in self.results], dtype=np.int64)
 
 
 def play(core: Core, script: Iterable[str], *, max_cycles: int = 20_000_000) -> Played:
@@ -80,9 +80,13 @@ def play(core: Core, script: Iterable[str], *, max_cycles: int = 20_000_000) -> 
     text, memories = split_memories(verilog.replace("always @*", "always_comb"))
     word = core.machine.arithmetic.word
     bench = Path(__file__).with_name("conductor_bench.sv").read_text()
-    run = build("bench", {"attitude_core.sv": text, "bench.sv": bench},
-                parameters={"WORD": word, "FILTER_BITS": len(top.filter)}).run(
-        max_cycles=max_cycles, files={**memories, "script.txt": "".join(f"{s}\n" for s in script)})
+    run = build(
+        "bench",
+        {"attitude_core.sv": text, "bench.sv": bench},
+        parameters={"WORD": word, "FILTER_BITS": len(top.filter)},
+    ).run(
+        max_cycles=max_cycles, files={**memories, "script.txt": "".join(f"{s}\n" for s in script)}
+    )
     return _parse(run.stdout, word)
 
 
@@ -96,8 +100,11 @@ def _parse(text: str, word: int) -> Played:
         elif kind == "U":
             out.updated.append(int(fields[0]))
         elif kind == "E":
-            out.events += [(int(fields[0]), name) for k, name in enumerate(Conductor.EVENTS)
-                           if k and int(fields[1]) >> k & 1]
+            out.events += [
+                (int(fields[0]), name)
+                for k, name in enumerate(Conductor.EVENTS)
+                if k and int(fields[1]) >> k & 1
+            ]
         elif kind == "R":
             out.reads.append((int(fields[0]), int(fields[1], 16)))
         elif kind in dumps:
@@ -114,8 +121,9 @@ def sample_command(stamp: int, counts: Sequence[int]) -> str:
     return f"s {int(stamp) & 0xFFFFFFFF:x} " + " ".join(f"{int(c) & 0xFFFF:x}" for c in counts)
 
 
-def script_of(samples: Samples, *, start: Sequence[str] = ("o 3", "u 1"), pause: int = 80
-              ) -> list[str]:
+def script_of(
+    samples: Samples, *, start: Sequence[str] = ("o 3", "u 1"), pause: int = 80
+) -> list[str]:
     """Samples one after another, each when the one before is done with, its line before it.
 
     The line of an update is sent while the one before is worked at, so that its field is fresh
@@ -129,7 +137,9 @@ def script_of(samples: Samples, *, start: Sequence[str] = ("o 3", "u 1"), pause:
             out.append("r")
         out.append(sample_command(samples.stamp[k], samples.counts[k]))
         if k + 1 < len(samples) and samples.line[k + 1] != NO_LINE:
-            out.append(f"l {int(samples.line[k + 1] == COUNTS)} " + " ".join(
-                f"{int(v) & 0xFFFF:x}" for v in samples.values[k + 1]))
+            out.append(
+                f"l {int(samples.line[k + 1] == COUNTS)} "
+                + " ".join(f"{int(v) & 0xFFFF:x}" for v in samples.values[k + 1])
+            )
         out += [f"n {k + 1}", f"w {pause + 100 * int(k + 1 < len(samples))}"]
     return out

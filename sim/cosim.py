@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from firmware.build import default_cache
-from model.fixed import IntArray
-from sim.memories import split_memories
-from sim.simulators import BUILD_ARGS, simulator_environment, version
+from boresight.firmware.build import default_cache
+from boresight.model.fixed import IntArray
+from boresight.sim.memories import split_memories
+from boresight.sim.simulators import BUILD_ARGS, simulator_environment, version
 
 __all__ = ["BusWrite", "RegisterWrite", "RtlRun", "RtlSimulation", "SimulationFailed", "quiet"]
 
@@ -98,8 +98,17 @@ class RtlSimulation:
         The build failed.
     """
 
-    def __init__(self, verilog: str, *, word: int, n_inputs: int, n_outputs: int, lanes: int,
-                 simulator: str = "verilator", cache: Path | None = None) -> None:
+    def __init__(
+        self,
+        verilog: str,
+        *,
+        word: int,
+        n_inputs: int,
+        n_outputs: int,
+        lanes: int,
+        simulator: str = "verilator",
+        cache: Path | None = None,
+    ) -> None:
         self.simulator = simulator
         self.word, self.n_inputs, self.n_outputs = word, n_inputs, n_outputs
         # Simulators wait for a change before they first run `always @*`, and with initialised
@@ -109,8 +118,9 @@ class RtlSimulation:
         harness = Path(__file__).with_name("replay.sv").read_text()
         harness = harness.replace("//SECOND", "" if lanes == 2 else "//")
         with simulator_environment(simulator):
-            identity = repr((text, harness, simulator, version(simulator), BUILD_ARGS[simulator],
-                             word))
+            identity = repr(
+                (text, harness, simulator, version(simulator), BUILD_ARGS[simulator], word)
+            )
         digest = hashlib.sha256(identity.encode()).hexdigest()[:24]
         self.build = (cache or default_cache()) / f"rtl-{simulator}-{digest}"
         self.build.mkdir(parents=True, exist_ok=True)
@@ -128,17 +138,30 @@ class RtlSimulation:
     def _build(self, text: str, harness: str) -> None:
         (self.build / "core.sv").write_text(text)
         (self.build / "replay.sv").write_text(harness)
-        with quiet(self.build / "build.log", f"{self.simulator} build"), \
-                simulator_environment(self.simulator):
+        with (
+            quiet(self.build / "build.log", f"{self.simulator} build"),
+            simulator_environment(self.simulator),
+        ):
             self._runner().build(
                 sources=[self.build / "core.sv", self.build / "replay.sv"],
-                hdl_toplevel="replay", build_args=BUILD_ARGS[self.simulator],
-                build_dir=self.build / "build", parameters={"WORD": self.word}, always=True,
-                timescale=("1ns", "1ps"))
+                hdl_toplevel="replay",
+                build_args=BUILD_ARGS[self.simulator],
+                build_dir=self.build / "build",
+                parameters={"WORD": self.word},
+                always=True,
+                timescale=("1ns", "1ps"),
+            )
 
-    def run(self, inputs: IntArray, *, max_interval: int, stall: int = 0,
-            trace: int | None = None, allow_unknown: bool = False,
-            bus_writes: Sequence[BusWrite] = ()) -> RtlRun:
+    def run(
+        self,
+        inputs: IntArray,
+        *,
+        max_interval: int,
+        stall: int = 0,
+        trace: int | None = None,
+        allow_unknown: bool = False,
+        bus_writes: Sequence[BusWrite] = (),
+    ) -> RtlRun:
         """Feed input words (steps, n_inputs).
 
         Parameters
@@ -166,9 +189,11 @@ class RtlSimulation:
             folder = Path(name)
             mask = (1 << self.word) - 1
             (folder / "input.hex").write_text(
-                "\n".join(f"{int(w) & mask:x}" for w in inputs.ravel()) + "\n")
-            (folder / "bus.txt").write_text("".join(
-                f"{w.record} {w.address:x} {w.word & mask:x}\n" for w in bus_writes))
+                "\n".join(f"{int(w) & mask:x}" for w in inputs.ravel()) + "\n"
+            )
+            (folder / "bus.txt").write_text(
+                "".join(f"{w.record} {w.address:x} {w.word & mask:x}\n" for w in bus_writes)
+            )
             for file, text in self._memories.items():
                 (folder / file).write_text(text)
             self._simulate(folder, steps, max_interval, stall, trace, len(bus_writes))
@@ -183,27 +208,52 @@ class RtlSimulation:
                 none = np.zeros((0, self.n_outputs), dtype=np.int64)
                 return RtlRun(none, np.zeros(0, dtype=np.bool_), none, none[:, 0], writes)
 
-    def _simulate(self, folder: Path, steps: int, max_interval: int, stall: int,
-                  trace: int | None, writes: int) -> None:
+    def _simulate(
+        self,
+        folder: Path,
+        steps: int,
+        max_interval: int,
+        stall: int,
+        trace: int | None,
+        writes: int,
+    ) -> None:
         limit = (steps + 4) * max_interval * (16 if stall else 1) + 64 * writes + 1000
-        root = str(Path(__file__).parent.parent)
-        with quiet(folder / "run.log", f"{self.simulator} run"), \
-                simulator_environment(self.simulator):
+        root = str(Path(__file__).parents[2])
+        with (
+            quiet(folder / "run.log", f"{self.simulator} run"),
+            simulator_environment(self.simulator),
+        ):
             self._runner().test(
-                hdl_toplevel="replay", hdl_toplevel_lang="verilog",
-                test_module="sim.replay_bench", build_dir=self.build / "build",
-                results_xml=str(folder / "results.xml"), test_dir=str(folder), seed=1,
-                plusargs=[f"+input={folder / 'input.hex'}", f"+bus={folder / 'bus.txt'}",
-                          f"+output={folder / 'output.txt'}",
-                          f"+n_in={self.n_inputs}", f"+steps={steps}", f"+stall={stall}",
-                          f"+trace={-1 if trace is None else trace}",
-                          *(["+verilator+rand+reset+2", "+verilator+seed+7"]
-                            if self.simulator == "verilator" else [])],
-                extra_env={"REPLAY_MAX_CYCLES": str(limit), "PYTHONPATH": os.pathsep.join(
-                    [root, os.environ.get("PYTHONPATH", "")])})
+                hdl_toplevel="replay",
+                hdl_toplevel_lang="verilog",
+                test_module="boresight.sim.replay_bench",
+                build_dir=self.build / "build",
+                results_xml=str(folder / "results.xml"),
+                test_dir=str(folder),
+                seed=1,
+                plusargs=[
+                    f"+input={folder / 'input.hex'}",
+                    f"+bus={folder / 'bus.txt'}",
+                    f"+output={folder / 'output.txt'}",
+                    f"+n_in={self.n_inputs}",
+                    f"+steps={steps}",
+                    f"+stall={stall}",
+                    f"+trace={-1 if trace is None else trace}",
+                    *(
+                        ["+verilator+rand+reset+2", "+verilator+seed+7"]
+                        if self.simulator == "verilator"
+                        else []
+                    ),
+                ],
+                extra_env={
+                    "REPLAY_MAX_CYCLES": str(limit),
+                    "PYTHONPATH": os.pathsep.join([root, os.environ.get("PYTHONPATH", "")]),
+                },
+            )
 
-    def _read(self, lines: list[str], results: Path, steps: int,
-              writes: tuple[RegisterWrite, ...]) -> RtlRun:
+    def _read(
+        self, lines: list[str], results: Path, steps: int, writes: tuple[RegisterWrite, ...]
+    ) -> RtlRun:
         from cocotb_tools.check_results import get_results
 
         tests, failed = get_results(results)
@@ -217,8 +267,11 @@ class RtlSimulation:
         sign = 1 << (self.word - 1)
         for line in lines:
             kind, *rest = line.split()
-            if kind == "X" or (kind == "O" and set("xz") & set(rest[2].lower())) or (
-                    kind == "U" and set("xz") & set(rest[1].lower())):
+            if (
+                kind == "X"
+                or (kind == "O" and set("xz") & set(rest[2].lower()))
+                or (kind == "U" and set("xz") & set(rest[1].lower()))
+            ):
                 raise SimulationFailed(f"{self.simulator}: unknown value (X): {line}")
             if kind == "O":
                 k, j = int(rest[0]), int(rest[1])
@@ -242,8 +295,14 @@ def _register_writes(lines: list[str]) -> tuple[RegisterWrite, ...]:
         kind, *rest = line.split()
         if kind == "R":
             known = not set("xz") & set((rest[2] + rest[3]).lower())
-            writes.append(RegisterWrite(int(rest[1]), int(rest[2], 16) if known else -1,
-                                        int(rest[3], 16) if known else None, int(rest[4])))
+            writes.append(
+                RegisterWrite(
+                    int(rest[1]),
+                    int(rest[2], 16) if known else -1,
+                    int(rest[3], 16) if known else None,
+                    int(rest[4]),
+                )
+            )
     return tuple(writes)
 
 

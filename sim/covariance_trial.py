@@ -15,30 +15,39 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from firmware.build import CModel
-from model.attitude import (
+from boresight.firmware.build import CModel
+from boresight.model.attitude import (
     quaternion_conjugate,
     quaternion_multiply,
     quaternion_normalise,
     rotate,
     rotation_vector_to_quaternion,
 )
-from model.errors import InputError
-from model.estimator import Estimator, input_words
-from model.fixed import IntArray
-from model.program import Program
-from sim.accuracy import attitude_error
-from sim.check import with_params
-from sim.feed import attitude_of
-from sim.segments import with_state_outputs
+from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator, input_words
+from boresight.model.fixed import IntArray
+from boresight.model.program import Program
+from boresight.sim.accuracy import attitude_error
+from boresight.sim.check import with_params
+from boresight.sim.feed import attitude_of
+from boresight.sim.segments import with_state_outputs
 
 __all__ = ["MANOEUVRES", "CovarianceTrial", "covariance_trial", "manoeuvre"]
 
 FloatArray = npt.NDArray[np.float64]
 
 #: Stimuli that `manoeuvre` makes.
-MANOEUVRES = ("still", "tumble", "spin", "blows", "free fall", "magnet", "gaps", "restarts",
-              "uneven")
+MANOEUVRES = (
+    "still",
+    "tumble",
+    "spin",
+    "blows",
+    "free fall",
+    "magnet",
+    "gaps",
+    "restarts",
+    "uneven",
+)
 GRAVITY = 9.80665
 _FIELD = np.array([0.0, 20.0, -44.0])  # uT
 _ELEMENT = re.compile(r"p_?([0-9a-z])([0-9a-z])")
@@ -82,10 +91,12 @@ class CovarianceTrial:
 
     def line(self) -> str:
         """One line for people."""
-        return (f"{self.estimator}: {self.updates} updates, {self.negative_diagonals} with a "
-                f"negative variance, least eigenvalue {self.least_eigenvalue:.1f} LSB of "
-                f"{self.eigenvalues_checked}, {self.saturated} saturated, "
-                f"{self.drift_deg:.5f} deg from float64 after {self.compared} updates")
+        return (
+            f"{self.estimator}: {self.updates} updates, {self.negative_diagonals} with a "
+            f"negative variance, least eigenvalue {self.least_eigenvalue:.1f} LSB of "
+            f"{self.eigenvalues_checked}, {self.saturated} saturated, "
+            f"{self.drift_deg:.5f} deg from float64 after {self.compared} updates"
+        )
 
 
 def manoeuvre(name: str, steps: int, rng: np.random.Generator, dt: float = 0.005) -> FloatArray:
@@ -97,8 +108,12 @@ def manoeuvre(name: str, steps: int, rng: np.random.Generator, dt: float = 0.005
         No such manoeuvre.
     """
     if name not in MANOEUVRES:
-        raise InputError.at("manoeuvre", wanted=f"one of {', '.join(MANOEUVRES)}",
-                            found=repr(name), fix="choose one of these")
+        raise InputError.at(
+            "manoeuvre",
+            wanted=f"one of {', '.join(MANOEUVRES)}",
+            found=repr(name),
+            fix="choose one of these",
+        )
     t = dt * np.arange(steps)[:, None]
     rate = {"still": 0.0, "spin": 35.0}.get(name, 3.0)
     gyr = rate * np.sin(rng.uniform(0.2, 4.0, 3) * t + rng.uniform(0, 6.28, 3))
@@ -115,7 +130,7 @@ def manoeuvre(name: str, steps: int, rng: np.random.Generator, dt: float = 0.005
         mag = mag * (1.0 + 4.0 * blow) + 100.0 * rng.normal(size=3) * (np.sin(0.3 * t) > 0.5)
     elif name == "gaps":
         mag = mag * (rng.random((steps, 1)) < 0.1)
-        mag[steps // 3:2 * steps // 3] = 0.0
+        mag[steps // 3 : 2 * steps // 3] = 0.0
     step = np.full((steps, 1), dt)
     if name == "restarts":
         step[rng.random(steps) < 0.002] = -dt
@@ -128,8 +143,7 @@ def manoeuvre(name: str, steps: int, rng: np.random.Generator, dt: float = 0.005
     return np.concatenate([step, np.clip(sensors, -159.9, 159.9)], axis=1)
 
 
-def _turned(gyr: FloatArray, dt: float, rng: np.random.Generator
-            ) -> tuple[FloatArray, FloatArray]:
+def _turned(gyr: FloatArray, dt: float, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
     """Up and field in the body along a rotation."""
     turns = rotation_vector_to_quaternion(dt * gyr)
     q = np.empty((len(gyr), 4))
@@ -141,10 +155,18 @@ def _turned(gyr: FloatArray, dt: float, rng: np.random.Generator
     return rotate(to_body, np.array([0.0, 0.0, 1.0])), rotate(to_body, _FIELD)
 
 
-def covariance_trial(estimator: Estimator, records: Mapping[str, FloatArray], *, updates: int,
-                     params: Sequence[Mapping[str, float]] = ({},), every: int = 50,
-                     compared: int = 2000, chunk: int = 20000, word: int = 32,
-                     progress: Callable[[str], None] | None = None) -> CovarianceTrial:
+def covariance_trial(
+    estimator: Estimator,
+    records: Mapping[str, FloatArray],
+    *,
+    updates: int,
+    params: Sequence[Mapping[str, float]] = ({},),
+    every: int = 50,
+    compared: int = 2000,
+    chunk: int = 20000,
+    word: int = 32,
+    progress: Callable[[str], None] | None = None,
+) -> CovarianceTrial:
     """Run the C model over every stimulus with every parameter set.
 
     Parameters
@@ -166,11 +188,19 @@ def covariance_trial(estimator: Estimator, records: Mapping[str, FloatArray], *,
     names = [s.name for s in estimator.states]
     keys = {m.group(1): None for m in map(_ELEMENT.fullmatch, names) if m}
     axes = list(keys)
-    pairs = [(i, j, k) for k, m in enumerate(map(_ELEMENT.fullmatch, names)) if m
-             for i, j in [(axes.index(m.group(1)), axes.index(m.group(2)))]]
+    pairs = [
+        (i, j, k)
+        for k, m in enumerate(map(_ELEMENT.fullmatch, names))
+        if m
+        for i, j in [(axes.index(m.group(1)), axes.index(m.group(2)))]
+    ]
     if len(pairs) < 3:
-        raise InputError.at(estimator.name, wanted="states p00, p01, ...", found="no covariance",
-                            fix="choose a Kalman filter")
+        raise InputError.at(
+            estimator.name,
+            wanted="states p00, p01, ...",
+            found="no covariance",
+            fix="choose a Kalman filter",
+        )
     plain = estimator.compile(word=word)
     share = max(1, updates // (len(records) * len(params)))
     n_out = len(plain.outputs)
@@ -188,7 +218,7 @@ def covariance_trial(estimator: Estimator, records: Mapping[str, FloatArray], *,
             done = 0
             while done < share:
                 at = done % len(words)
-                part = words[at:at + min(chunk, share - done)]
+                part = words[at : at + min(chunk, share - done)]
                 out, sat = model.update(part)
                 if done == 0:
                     heads[name] = out
@@ -206,14 +236,21 @@ def covariance_trial(estimator: Estimator, records: Mapping[str, FloatArray], *,
             if progress is not None:
                 progress(f"{estimator.name} {name} {dict(values)}: {total} of {updates}")
         n = min(compared, share, *(len(r) for r in records.values()))
-        drift = max(drift, _drift(estimator, plain, values, {k: r[:n] for k, r in records.items()},
-                                  heads))
-    return CovarianceTrial(estimator.name, total, negative, least, checked, saturated, drift,
-                           compared)
+        drift = max(
+            drift, _drift(estimator, plain, values, {k: r[:n] for k, r in records.items()}, heads)
+        )
+    return CovarianceTrial(
+        estimator.name, total, negative, least, checked, saturated, drift, compared
+    )
 
 
-def _drift(estimator: Estimator, program: Program, values: Mapping[str, float],
-           records: Mapping[str, FloatArray], found: Mapping[str, IntArray]) -> float:
+def _drift(
+    estimator: Estimator,
+    program: Program,
+    values: Mapping[str, float],
+    records: Mapping[str, FloatArray],
+    found: Mapping[str, IntArray],
+) -> float:
     """Attitude difference [deg] to float64 over the last tenth of the records."""
     real = np.stack(list(records.values()), axis=2)
     n = len(real)
@@ -221,9 +258,12 @@ def _drift(estimator: Estimator, program: Program, values: Mapping[str, float],
     wanted = estimator.run_float(real, params=values).outputs
     worst = 0.0
     for k, out in enumerate(found.values()):
-        fixed = {name: program.format(v).real(out[tail, c]) for c, (name, v) in
-                 enumerate(zip(program.output_names, program.outputs, strict=True))}
-        error = attitude_error(attitude_of(fixed),
-                               attitude_of({name: v[tail, k] for name, v in wanted.items()}))
+        fixed = {
+            name: program.format(v).real(out[tail, c])
+            for c, (name, v) in enumerate(zip(program.output_names, program.outputs, strict=True))
+        }
+        error = attitude_error(
+            attitude_of(fixed), attitude_of({name: v[tail, k] for name, v in wanted.items()})
+        )
         worst = max(worst, float(error.total.max()))
     return worst

@@ -10,17 +10,22 @@ from typing import Any
 
 import numpy as np
 
-from firmware.build import CModel
-from gateware.core import Core, build_core
-from model.errors import InputError
-from model.fixed import IntArray
-from model.interpreter import Interpreter
-from model.program import Program
-from sim.cosim import RtlSimulation, SimulationFailed
-from sim.sharing import selection
+from boresight.firmware.build import CModel
+from boresight.gateware.core import Core, build_core
+from boresight.model.errors import InputError
+from boresight.model.fixed import IntArray
+from boresight.model.interpreter import Interpreter
+from boresight.model.program import Program
+from boresight.sim.cosim import RtlSimulation, SimulationFailed
+from boresight.sim.sharing import selection
 
-__all__ = ["Divergence", "first_divergence_rtl", "load_reproducer", "replay_reproducer",
-           "write_reproducer"]
+__all__ = [
+    "Divergence",
+    "first_divergence_rtl",
+    "load_reproducer",
+    "replay_reproducer",
+    "write_reproducer",
+]
 
 
 @dataclass(frozen=True)
@@ -40,28 +45,32 @@ class Divergence:
     def __str__(self) -> str:
         at = "" if self.cycle is None else f", cycle {self.cycle}"
         found = "X" if self.found is None else str(self.found)
-        return (f"{self.level}: first difference in value {self.value}, step {self.step}{at}: "
-                f"wanted {self.wanted}, found {found}")
+        return (
+            f"{self.level}: first difference in value {self.value}, step {self.step}{at}: "
+            f"wanted {self.wanted}, found {found}"
+        )
 
 
 def words_of_step(program: Program, inputs: IntArray, step: int) -> tuple[Program, list[int]]:
     """The program with the states it has before ``step`` as initial words, and all words of it."""
-    from sim.segments import with_state_outputs
+    from boresight.sim.segments import with_state_outputs
 
     values = list(program.values)
     if step:
         words, _ = CModel(with_state_outputs(program)).update(inputs[:step])
         for k, (state, _) in enumerate(program.states):
             values[state] = dataclasses.replace(
-                values[state], initial=int(words[-1, len(program.outputs) + k]))
+                values[state], initial=int(words[-1, len(program.outputs) + k])
+            )
     at_step = dataclasses.replace(program, values=tuple(values))
     machine = Interpreter(at_step)
     machine.update(inputs[step][:, None])
     return at_step, [int(w[0]) for w in machine.values_before_commit()]
 
 
-def first_divergence_rtl(core: Core, verilog: str, inputs: IntArray, step: int, *,
-                         simulator: str) -> Divergence | None:
+def first_divergence_rtl(
+    core: Core, verilog: str, inputs: IntArray, step: int, *, simulator: str
+) -> Divergence | None:
     """Run up to ``step`` again, recording every register write of it, and compare by name.
 
     Of a core with several programs the one at hand runs alone.
@@ -69,13 +78,25 @@ def first_divergence_rtl(core: Core, verilog: str, inputs: IntArray, step: int, 
     program = core.schedule.program
     _, words = words_of_step(program, inputs, step)
     simulation = RtlSimulation(
-        verilog, word=program.arithmetic.word, n_inputs=len(program.inputs),
-        n_outputs=len(program.outputs), lanes=core.machine.lanes, simulator=simulator)
-    run = simulation.run(inputs[:step + 1], max_interval=core.schedule.interval, trace=step,
-                         allow_unknown=True, bus_writes=selection(core))
+        verilog,
+        word=program.arithmetic.word,
+        n_inputs=len(program.inputs),
+        n_outputs=len(program.outputs),
+        lanes=core.machine.lanes,
+        simulator=simulator,
+    )
+    run = simulation.run(
+        inputs[: step + 1],
+        max_interval=core.schedule.interval,
+        trace=step,
+        allow_unknown=True,
+        bus_writes=selection(core),
+    )
     sign = 1 << (program.arithmetic.word - 1)
-    landed = {(core.schedule.ends[k].lane, core.schedule.write_cycle(k)): op.dest
-              for k, op in enumerate(program.ops)}
+    landed = {
+        (core.schedule.ends[k].lane, core.schedule.write_cycle(k)): op.dest
+        for k, op in enumerate(program.ops)
+    }
     seen = set()
     for w in run.writes:
         value = landed.get((w.lane, w.cycle))
@@ -91,17 +112,29 @@ def first_divergence_rtl(core: Core, verilog: str, inputs: IntArray, step: int, 
     return None
 
 
-def write_reproducer(path: Path, program: Program, inputs: IntArray, step: int, *, config: str,
-                     level: str) -> None:
+def write_reproducer(
+    path: Path, program: Program, inputs: IntArray, step: int, *, config: str, level: str
+) -> None:
     """One file that shows the difference again: the program with the states before ``step`` as its
     start, one input record, the words that the integer model gives."""
     at_step, _ = words_of_step(program, inputs, step)
     outputs, saturated = Interpreter(at_step).update(inputs[step][:, None])
-    path.write_text(json.dumps({
-        "boresight_reproducer": 1, "level": level, "config": config, "step": int(step),
-        "inputs": [[int(w) for w in inputs[step]]],
-        "outputs": [[int(w) for w in outputs[:, 0]]], "saturated": [bool(saturated[0])],
-        "program": json.loads(at_step.to_json())}, indent=1) + "\n")
+    path.write_text(
+        json.dumps(
+            {
+                "boresight_reproducer": 1,
+                "level": level,
+                "config": config,
+                "step": int(step),
+                "inputs": [[int(w) for w in inputs[step]]],
+                "outputs": [[int(w) for w in outputs[:, 0]]],
+                "saturated": [bool(saturated[0])],
+                "program": json.loads(at_step.to_json()),
+            },
+            indent=1,
+        )
+        + "\n"
+    )
 
 
 def load_reproducer(path: Path) -> dict[str, Any]:
@@ -112,8 +145,12 @@ def load_reproducer(path: Path) -> dict[str, Any]:
             raise KeyError("boresight_reproducer")
         data["program"] = Program.from_json(json.dumps(data["program"]))
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise InputError.at(str(path), wanted="a reproducer file", found=type(error).__name__,
-                            fix="give the file that boresight check wrote") from error
+        raise InputError.at(
+            str(path),
+            wanted="a reproducer file",
+            found=type(error).__name__,
+            fix="give the file that boresight check wrote",
+        ) from error
     return dict(data)
 
 
@@ -132,10 +169,14 @@ def replay_reproducer(path: Path, *, simulator: str = "verilator") -> list[str]:
         lines.append("c: outputs differ")
     core = build_core(program, data["config"], restarts=0)
     try:
-        run = RtlSimulation(core.verilog(instances=False), word=program.arithmetic.word,
-                            n_inputs=len(program.inputs), n_outputs=len(program.outputs),
-                            lanes=core.machine.lanes, simulator=simulator
-                            ).run(inputs, max_interval=core.schedule.interval)
+        run = RtlSimulation(
+            core.verilog(instances=False),
+            word=program.arithmetic.word,
+            n_inputs=len(program.inputs),
+            n_outputs=len(program.outputs),
+            lanes=core.machine.lanes,
+            simulator=simulator,
+        ).run(inputs, max_interval=core.schedule.interval)
         if not np.array_equal(run.outputs, wanted):
             lines.append("rtl: outputs differ")
     except SimulationFailed as error:

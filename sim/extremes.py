@@ -9,11 +9,11 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from firmware.build import CModel
-from model.errors import InputError
-from model.estimator import param_words
-from model.fixed import IntArray
-from model.program import Program
+from boresight.firmware.build import CModel
+from boresight.model.errors import InputError
+from boresight.model.estimator import param_words
+from boresight.model.fixed import IntArray
+from boresight.model.program import Program
 
 __all__ = ["Extreme", "Extremes", "Observed", "observe"]
 
@@ -75,8 +75,9 @@ class Extremes:
         return sum(v.saturations for v in self.values)
 
 
-def observe(program: Program, runs: Mapping[str, IntArray], *,
-            params: Mapping[str, float] | None = None) -> Extremes:
+def observe(
+    program: Program, runs: Mapping[str, IntArray], *, params: Mapping[str, float] | None = None
+) -> Extremes:
     """Run a program over logs, each from its reset words, and note the extremes of every value.
 
     Parameters
@@ -95,14 +96,16 @@ def observe(program: Program, runs: Mapping[str, IntArray], *,
     """
     for name, words in runs.items():
         if not len(words):
-            raise InputError.at(f"log {name!r}", wanted="one sample or more", found="none",
-                                fix="use a longer log")
+            raise InputError.at(
+                f"log {name!r}", wanted="one sample or more", found="none", fix="use a longer log"
+            )
     if not runs:
         raise InputError.at("logs", wanted="one or more", found="none", fix="name a log")
     model = CModel(program)
     if params:
-        named = {v.name: float(program.format(n).real(v.initial))
-                 for n, v in enumerate(program.values)} | dict(params)
+        named = {
+            v.name: float(program.format(n).real(v.initial)) for n, v in enumerate(program.values)
+        } | dict(params)
         for number, word in param_words(program, named).items():
             model.set_param(program.values[number].name, word)
     seen = {}
@@ -116,7 +119,10 @@ def observe(program: Program, runs: Mapping[str, IntArray], *,
         ends = []
         for word, k, at in ((low[0], low[1], "low_at"), (high[0], -high[1], "high_at")):
             name = list(seen)[k]
-            ends.append(Extreme(word, float(program.format(n).real(word)), name,
-                                int(getattr(seen[name], at)[n])))
+            ends.append(
+                Extreme(
+                    word, float(program.format(n).real(word)), name, int(getattr(seen[name], at)[n])
+                )
+            )
         values.append(Observed(ends[0], ends[1], sum(int(r.saturations[n]) for r in seen.values())))
     return Extremes(program, {name: len(words) for name, words in runs.items()}, tuple(values))

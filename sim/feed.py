@@ -7,11 +7,11 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
-from model.errors import InputError
-from model.estimator import Estimator
-from model.fixed import IntArray
-from model.program import Program
-from sim.log import Log
+from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator
+from boresight.model.fixed import IntArray
+from boresight.model.program import Program
+from boresight.sim.log import Log
 
 __all__ = ["attitude_of", "euler_deg_of", "inputs_of", "named_outputs", "status_of"]
 
@@ -33,16 +33,21 @@ def inputs_of(estimator: Estimator, log: Log) -> FloatArray:
         columns[f"m{axis}"] = mag[:, k]
     missing = [i.name for i in estimator.inputs if i.name not in columns]
     if missing:
-        raise InputError.at(f"log {log.name!r}", wanted=f"inputs {', '.join(missing)}",
-                            found="none of that name", fix=f"{estimator.name} needs another log")
+        raise InputError.at(
+            f"log {log.name!r}",
+            wanted=f"inputs {', '.join(missing)}",
+            found="none of that name",
+            fix=f"{estimator.name} needs another log",
+        )
     return np.stack([columns[i.name] for i in estimator.inputs], axis=1)
 
 
 def named_outputs(program: Program, words: IntArray) -> dict[str, FloatArray]:
     """Output words (n, n_outputs) as real values (n,) by name."""
-    return {name: program.format(value).real(words[:, k])
-            for k, (name, value) in enumerate(zip(program.output_names, program.outputs,
-                                                  strict=True))}
+    return {
+        name: program.format(value).real(words[:, k])
+        for k, (name, value) in enumerate(zip(program.output_names, program.outputs, strict=True))
+    }
 
 
 def attitude_of(outputs: Mapping[str, FloatArray]) -> FloatArray:

@@ -12,20 +12,28 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from gateware.system.plan import FRONT_NAMES, RECORD
-from model.attitude import quaternion_to_euler
-from model.errors import InputError
-from model.fixed import IntArray, wrap
-from model.front.compass_field import TENTH_HT
-from model.front.field import FIELD_SCALE
-from model.front.inertial import ACC_SCALE, GYRO_SCALE, STAMP_BITS
-from model.interpreter import Interpreter
-from model.program import Program
-from sim.log import Log
-from sim.segments import interpret
+from boresight.gateware.system.plan import FRONT_NAMES, RECORD
+from boresight.model.attitude import quaternion_to_euler
+from boresight.model.errors import InputError
+from boresight.model.fixed import IntArray, wrap
+from boresight.model.front.compass_field import TENTH_HT
+from boresight.model.front.field import FIELD_SCALE
+from boresight.model.front.inertial import ACC_SCALE, GYRO_SCALE, STAMP_BITS
+from boresight.model.interpreter import Interpreter
+from boresight.model.program import Program
+from boresight.sim.log import Log
+from boresight.sim.segments import interpret
 
-__all__ = ["COUNTS", "HEADING", "NO_LINE", "Chain", "Samples", "quantise", "run_chain",
-           "words_as_log"]
+__all__ = [
+    "COUNTS",
+    "HEADING",
+    "NO_LINE",
+    "Chain",
+    "Samples",
+    "quantise",
+    "run_chain",
+    "words_as_log",
+]
 
 #: Kinds of lines of the compass.
 NO_LINE, COUNTS, HEADING = 0, 1, 2
@@ -128,9 +136,17 @@ def run_chain(programs: Sequence[Program], samples: Samples) -> Chain:
     return Chain(records, outputs, saturated, records[:, RECORD.index("dt")] < 0)
 
 
-def quantise(log: Log, *, clock_hz: float = 100e6, kind: int = COUNTS, line_hz: float = 8.0,
-             gyro_scale: float = GYRO_SCALE, acc_scale: float = ACC_SCALE,
-             field_scale: float = FIELD_SCALE, number: int = 0) -> Samples:
+def quantise(
+    log: Log,
+    *,
+    clock_hz: float = 100e6,
+    kind: int = COUNTS,
+    line_hz: float = 8.0,
+    gyro_scale: float = GYRO_SCALE,
+    acc_scale: float = ACC_SCALE,
+    field_scale: float = FIELD_SCALE,
+    number: int = 0,
+) -> Samples:
     """A log as what an ADIS16385 and an HMR3300 would have sent.
 
     Sensor axes are body axes. Rates and forces beyond the sensors' full scale are clamped there.
@@ -155,12 +171,17 @@ def quantise(log: Log, *, clock_hz: float = 100e6, kind: int = COUNTS, line_hz: 
         Headings are wanted of a log without reference attitude.
     """
     if kind == HEADING and log.q is None:
-        raise InputError.at(f"log {log.name!r}", wanted="a reference attitude, to read headings",
-                            found="none", fix="use a log with qw,qx,qy,qz, or counts")
+        raise InputError.at(
+            f"log {log.name!r}",
+            wanted="a reference attitude, to read headings",
+            found="none",
+            fix="use a log with qw,qx,qy,qz, or counts",
+        )
     n = len(log)
     stamp = np.rint((log.t - log.t[0]) * clock_hz).astype(np.int64)
-    counts = np.column_stack([_counts(log.gyr, gyro_scale, GYRO_COUNTS),
-                              _counts(log.acc, acc_scale, ACC_COUNTS)])
+    counts = np.column_stack(
+        [_counts(log.gyr, gyro_scale, GYRO_COUNTS), _counts(log.acc, acc_scale, ACC_COUNTS)]
+    )
     here = np.isfinite(log.q).all(axis=1) if kind == HEADING and log.q is not None else log.mag_new
     line = np.full(n, NO_LINE)
     due = log.t[0]
@@ -179,8 +200,7 @@ def quantise(log: Log, *, clock_hz: float = 100e6, kind: int = COUNTS, line_hz: 
         values[rows] = angles
     restart = np.zeros(n, dtype=np.bool_)
     restart[0] = True
-    return Samples(stamp % (1 << STAMP_BITS), counts, line, values, restart,
-                   np.full(n, number))
+    return Samples(stamp % (1 << STAMP_BITS), counts, line, values, restart, np.full(n, number))
 
 
 def _counts(value: npt.NDArray[np.float64], scale: float, limit: int) -> IntArray:
@@ -195,12 +215,22 @@ def words_as_log(program: Program, chain: Chain, name: str = "words") -> Log:
     program : Program
         A filter, for the formats of its inputs.
     """
-    real = {name: program.format(n).real(chain.records[:, k])
-            for k, (name, n) in enumerate(zip(RECORD, program.inputs, strict=True))}
+    real = {
+        name: program.format(n).real(chain.records[:, k])
+        for k, (name, n) in enumerate(zip(RECORD, program.inputs, strict=True))
+    }
     steps = np.where(chain.restart, 2.0**-10, real["dt"])
 
     def triple(letter: str) -> npt.NDArray[np.float64]:
         return np.stack([real[f"{letter}{a}"] for a in "xyz"], axis=1)
+
     field = triple("m")
-    return Log(name=name, t=np.cumsum(steps), gyr=triple("g"), acc=triple("a"), mag=field,
-               mag_new=(field != 0.0).any(axis=1), restart=chain.restart)
+    return Log(
+        name=name,
+        t=np.cumsum(steps),
+        gyr=triple("g"),
+        acc=triple("a"),
+        mag=field,
+        mag_new=(field != 0.0).any(axis=1),
+        restart=chain.restart,
+    )

@@ -17,10 +17,10 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from model.errors import InputError
-from sim.log_checks import check_samples, clean_arrays, clean_rate, index_place
-from sim.log_csv import format_csv, parse_csv
-from sim.log_npz import format_npz, parse_npz
+from boresight.model.errors import InputError
+from boresight.sim.log_checks import check_samples, clean_arrays, clean_rate, index_place
+from boresight.sim.log_csv import format_csv, parse_csv
+from boresight.sim.log_npz import format_npz, parse_npz
 
 __all__ = ["RESTART_S", "Log", "read_log", "write_log"]
 

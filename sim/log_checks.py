@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from model.errors import InputError
+from boresight.model.errors import InputError
 
 __all__ = [
     "COLUMNS",

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from model.errors import InputError
-from sim.log_checks import COLUMNS, check_samples, quote, wanted_value
+from boresight.model.errors import InputError
+from boresight.sim.log_checks import COLUMNS, check_samples, quote, wanted_value
 
 __all__ = ["format_csv", "parse_csv"]
 

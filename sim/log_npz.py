@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from model.errors import InputError
-from sim.log_checks import check_samples, clean_arrays, clean_rate, index_place
+from boresight.model.errors import InputError
+from boresight.sim.log_checks import check_samples, clean_arrays, clean_rate, index_place
 
 __all__ = ["format_npz", "parse_npz"]
 

@@ -12,7 +12,8 @@ import re
 __all__ = ["split_memories"]
 
 _BLOCK = re.compile(
-    r"  initial begin\n((?:    (?P<name>[^\s\[]+)\[\d+\] = \d+'[dhb][0-9a-fx]+;\n)+)  end\n")
+    r"  initial begin\n((?:    (?P<name>[^\s\[]+)\[\d+\] = \d+'[dhb][0-9a-fx]+;\n)+)  end\n"
+)
 _WORD = re.compile(r"\[(\d+)\] = \d+'([dhb])([0-9a-f]+);")
 _BASE = {"d": 10, "h": 16, "b": 2}
 
@@ -32,8 +33,7 @@ def split_memories(verilog: str) -> tuple[str, dict[str, str]]:
         file = f"{name}.hex"
         if file in files:
             raise ValueError(f"memory {name} must have one name in the core, not several")
-        words = [(int(n), int(text, _BASE[base])) for n, base, text in
-                 _WORD.findall(match[1])]
+        words = [(int(n), int(text, _BASE[base])) for n, base, text in _WORD.findall(match[1])]
         if [n for n, _ in words] != list(range(len(words))):
             raise ValueError(f"memory {name} must be initialised in order")
         files[file] = "".join(f"{word:x}\n" for _, word in words)

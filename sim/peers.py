@@ -28,14 +28,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from model.attitude import (
+from boresight.model.attitude import (
     matrix_to_quaternion,
     quaternion_conjugate,
     quaternion_multiply,
     rotate,
 )
-from model.errors import InputError, ToolMissing
-from sim.log import Log
+from boresight.model.errors import InputError, ToolMissing
+from boresight.sim.log import Log
 
 __all__ = ["PEERS", "Peer", "dip_rad", "first_attitude", "peer", "require_peers"]
 
@@ -65,15 +65,21 @@ def _package(name: str) -> Any:
     try:
         return importlib.import_module(name)
     except ImportError:
-        raise ToolMissing(f"the Python package {name} was not found: install it (pip install "
-                          f"{name}), or leave the other filters out with --no-peers.") from None
+        raise ToolMissing(
+            f"the Python package {name} was not found: install it (pip install "
+            f"{name}), or leave the other filters out with --no-peers."
+        ) from None
 
 
 def _field(log: Log) -> FloatArray:
     """Magnetometer samples (n, 3), zero where there is nothing new."""
     if not log.mag_new.any():
-        raise InputError.at(f"log {log.name!r}", wanted="magnetometer samples", found="none",
-                            fix="leave this log out; without them there is no heading to compare")
+        raise InputError.at(
+            f"log {log.name!r}",
+            wanted="magnetometer samples",
+            found="none",
+            fix="leave this log out; without them there is no heading to compare",
+        )
     return np.where(log.mag_new[:, None], log.mag, 0.0)
 
 
@@ -135,8 +141,13 @@ def _vqf_offline(log: Log, dip: float | None = None) -> FloatArray:
 # -- ahrs ---------------------------------------------------------------------------------------
 
 
-def _stepped(log: Log, start: FloatArray, filter_: Any, with_field: Callable[..., Any],
-             without: Callable[..., Any]) -> FloatArray:
+def _stepped(
+    log: Log,
+    start: FloatArray,
+    filter_: Any,
+    with_field: Callable[..., Any],
+    without: Callable[..., Any],
+) -> FloatArray:
     """Attitudes (n, 4) of an `ahrs` filter that is called sample by sample."""
     q = np.empty((len(log), 4))
     q[0] = start
@@ -168,35 +179,72 @@ def _ekf(log: Log, dip: float | None, noises: tuple[float, float, float]) -> Flo
     start = first_attitude(log)
     dip = dip_rad(log) if dip is None else dip
     filter_ = _package("ahrs").filters.EKF(
-        frame="NED", magnetic_ref=np.array([0.0, np.cos(dip), -np.sin(dip)]), noises=noises)
+        frame="NED", magnetic_ref=np.array([0.0, np.cos(dip), -np.sin(dip)]), noises=noises
+    )
     return _stepped(log, start, filter_, filter_.update, filter_.update)
 
 
 #: Every peer by name. Gains in 1/s, noises of the EKF as variances of gyro, force and field.
-PEERS: dict[str, Peer] = {p.name: p for p in (
-    Peer("vqf_offline", "VQF, offline (not causal)", "vqf", False, _vqf_offline),
-    Peer("vqf", "VQF", "vqf", False, _vqf),
-    Peer("vqf_basic", "VQF without rest, bias and disturbance handling", "vqf", False, _vqf_basic),
-    Peer("madgwick", "Madgwick, ahrs, its gain 0.041", "ahrs", True,
-         lambda log, dip=None: _madgwick(log, 0.041)),
-    Peer("madgwick_tuned", "Madgwick, ahrs, gain 0.08 (tuned on 15 BROAD trials)", "ahrs", True,
-         lambda log, dip=None: _madgwick(log, 0.08)),
-    Peer("mahony", "Mahony, ahrs, its gains 1 and 0.3", "ahrs", True,
-         lambda log, dip=None: _mahony(log, 1.0, 0.3)),
-    Peer("mahony_tuned", "Mahony, ahrs, gains 0.74 and 0.0012 (published with BROAD)", "ahrs",
-         True, lambda log, dip=None: _mahony(log, 0.74, 0.0012)),
-    Peer("ahrs_ekf", "EKF, ahrs, its noises 0.09, 0.25, 0.64", "ahrs", True,
-         lambda log, dip=None: _ekf(log, dip, (0.09, 0.25, 0.64))),
-    Peer("ahrs_ekf_tuned", "EKF, ahrs, noises 0.1, 1, 0.5 (tuned on 15 BROAD trials)", "ahrs",
-         True, lambda log, dip=None: _ekf(log, dip, (0.1, 1.0, 0.5))),
-)}
+PEERS: dict[str, Peer] = {
+    p.name: p
+    for p in (
+        Peer("vqf_offline", "VQF, offline (not causal)", "vqf", False, _vqf_offline),
+        Peer("vqf", "VQF", "vqf", False, _vqf),
+        Peer(
+            "vqf_basic", "VQF without rest, bias and disturbance handling", "vqf", False, _vqf_basic
+        ),
+        Peer(
+            "madgwick",
+            "Madgwick, ahrs, its gain 0.041",
+            "ahrs",
+            True,
+            lambda log, dip=None: _madgwick(log, 0.041),
+        ),
+        Peer(
+            "madgwick_tuned",
+            "Madgwick, ahrs, gain 0.08 (tuned on 15 BROAD trials)",
+            "ahrs",
+            True,
+            lambda log, dip=None: _madgwick(log, 0.08),
+        ),
+        Peer(
+            "mahony",
+            "Mahony, ahrs, its gains 1 and 0.3",
+            "ahrs",
+            True,
+            lambda log, dip=None: _mahony(log, 1.0, 0.3),
+        ),
+        Peer(
+            "mahony_tuned",
+            "Mahony, ahrs, gains 0.74 and 0.0012 (published with BROAD)",
+            "ahrs",
+            True,
+            lambda log, dip=None: _mahony(log, 0.74, 0.0012),
+        ),
+        Peer(
+            "ahrs_ekf",
+            "EKF, ahrs, its noises 0.09, 0.25, 0.64",
+            "ahrs",
+            True,
+            lambda log, dip=None: _ekf(log, dip, (0.09, 0.25, 0.64)),
+        ),
+        Peer(
+            "ahrs_ekf_tuned",
+            "EKF, ahrs, noises 0.1, 1, 0.5 (tuned on 15 BROAD trials)",
+            "ahrs",
+            True,
+            lambda log, dip=None: _ekf(log, dip, (0.1, 1.0, 0.5)),
+        ),
+    )
+}
 
 
 def peer(name: str) -> Peer:
     """The peer called ``name``; `InputError` if there is none."""
     if name not in PEERS:
-        raise InputError.at("peer", wanted=f"one of {', '.join(PEERS)}", found=repr(name),
-                            fix="choose one of these")
+        raise InputError.at(
+            "peer", wanted=f"one of {', '.join(PEERS)}", found=repr(name), fix="choose one of these"
+        )
     return PEERS[name]
 
 

@@ -9,8 +9,16 @@ from typing import Any
 __all__ = ["COLOUR", "INK", "figure_and_axes", "legend", "settings", "svg"]
 
 #: Okabe and Ito's colours: apart for every kind of colour vision.
-COLOUR = {"heading": "#0072B2", "pitch": "#D55E00", "roll": "#009E73", "inclination": "#D55E00",
-          "other": "#CC79A7", "sky": "#56B4E9", "amber": "#E69F00", "grey": "#8a8f98"}
+COLOUR = {
+    "heading": "#0072B2",
+    "pitch": "#D55E00",
+    "roll": "#009E73",
+    "inclination": "#D55E00",
+    "other": "#CC79A7",
+    "sky": "#56B4E9",
+    "amber": "#E69F00",
+    "grey": "#8a8f98",
+}
 INK = "#222222"
 
 
@@ -18,16 +26,27 @@ def settings() -> Any:
     """The style, as a context."""
     import matplotlib
 
-    return matplotlib.rc_context({
-        "svg.fonttype": "none", "font.size": 9.0, "font.family": "sans-serif",
-        "axes.edgecolor": "#666666", "axes.labelcolor": INK, "text.color": INK,
-        "xtick.color": INK, "ytick.color": INK, "axes.linewidth": 0.7,
-        "lines.linewidth": 1.1, "legend.frameon": False, "path.simplify": False,
-    })
+    return matplotlib.rc_context(
+        {
+            "svg.fonttype": "none",
+            "font.size": 9.0,
+            "font.family": "sans-serif",
+            "axes.edgecolor": "#666666",
+            "axes.labelcolor": INK,
+            "text.color": INK,
+            "xtick.color": INK,
+            "ytick.color": INK,
+            "axes.linewidth": 0.7,
+            "lines.linewidth": 1.1,
+            "legend.frameon": False,
+            "path.simplify": False,
+        }
+    )
 
 
-def figure_and_axes(height: float, rows: int = 1, columns: int = 1, **keywords: Any
-                    ) -> tuple[Any, Any]:
+def figure_and_axes(
+    height: float, rows: int = 1, columns: int = 1, **keywords: Any
+) -> tuple[Any, Any]:
     """A figure as wide as the page, ``height`` inches high, and its axes (one, or an array)."""
     from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
@@ -43,8 +62,14 @@ def figure_and_axes(height: float, rows: int = 1, columns: int = 1, **keywords: 
 
 def legend(axes: Any, columns: int) -> None:
     """A legend over the axes, outside."""
-    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, borderaxespad=0.2,
-                handlelength=2.0, columnspacing=1.6)
+    axes.legend(
+        loc="lower left",
+        bbox_to_anchor=(0.0, 1.0),
+        ncols=columns,
+        borderaxespad=0.2,
+        handlelength=2.0,
+        columnspacing=1.6,
+    )
 
 
 def svg(figure: Any, salt: str) -> str:
@@ -55,9 +80,10 @@ def svg(figure: Any, salt: str) -> str:
     with matplotlib.rc_context({"svg.hashsalt": salt}):
         figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None})
     out = text.getvalue()
-    out = out[out.index("<svg"):]
+    out = out[out.index("<svg") :]
     out = re.sub(r"<metadata>.*?</metadata>", "", out, flags=re.DOTALL)
     out = re.sub(r' xmlns(:\w+)?="[^"]*"', "", out).replace("xlink:href", "href")
-    out = re.sub(r"<svg [^>]*?(viewBox=\"[^\"]*\")[^>]*>",
-                 r'<svg class="plot" role="img" \1>', out, count=1)
+    out = re.sub(
+        r"<svg [^>]*?(viewBox=\"[^\"]*\")[^>]*>", r'<svg class="plot" role="img" \1>', out, count=1
+    )
     return re.sub(r"\n\s*", "\n", out).strip()

@@ -8,15 +8,22 @@ from __future__ import annotations
 import random
 from dataclasses import dataclass, field, replace
 
-from model.fixed import Arithmetic
-from model.program import Kind, Negate, Op, Overflow, Program, Scale, Term, Value, When
+from boresight.model.fixed import Arithmetic
+from boresight.model.program import Kind, Negate, Op, Overflow, Program, Scale, Term, Value, When
 
 __all__ = ["random_inputs", "random_program", "random_programs"]
 
 
-def random_program(seed: int, *, word: int = 32, n_ops: int = 40, n_inputs: int | None = None,
-                   n_outputs: int | None = None, n_states: int | None = None,
-                   recent: float = 0.5) -> Program:
+def random_program(
+    seed: int,
+    *,
+    word: int = 32,
+    n_ops: int = 40,
+    n_inputs: int | None = None,
+    n_outputs: int | None = None,
+    n_states: int | None = None,
+    recent: float = 0.5,
+) -> Program:
     """A random legal program.
 
     Parameters
@@ -39,19 +46,31 @@ def random_program(seed: int, *, word: int = 32, n_ops: int = 40, n_inputs: int 
     if not 0.0 <= recent <= 1.0:
         raise ValueError(f"recent must be 0 to 1, not {recent!r}")
     return _Builder(random.Random(seed), Arithmetic(word), recent).build(
-        f"random_{seed}_{word}_{n_ops}", n_ops, n_inputs, n_outputs, n_states)
+        f"random_{seed}_{word}_{n_ops}", n_ops, n_inputs, n_outputs, n_states
+    )
 
 
-def random_programs(seed: int, count: int, *, word: int = 32, n_ops: int = 20,
-                    n_states: int | None = None) -> list[Program]:
+def random_programs(
+    seed: int, count: int, *, word: int = 32, n_ops: int = 20, n_states: int | None = None
+) -> list[Program]:
     """Random programs for one core: the same function tables, records of the same length."""
     rng = random.Random(seed)
     n_inputs, n_outputs = rng.randint(1, 6), rng.randint(1, 4)
-    programs = [random_program(rng.getrandbits(32), word=word, n_ops=rng.randint(1, 2 * n_ops),
-                               n_inputs=n_inputs, n_outputs=n_outputs, n_states=n_states)
-                for _ in range(count)]
-    return [replace(p, name=f"random{k}", table_memory=programs[0].table_memory)
-            for k, p in enumerate(programs)]
+    programs = [
+        random_program(
+            rng.getrandbits(32),
+            word=word,
+            n_ops=rng.randint(1, 2 * n_ops),
+            n_inputs=n_inputs,
+            n_outputs=n_outputs,
+            n_states=n_states,
+        )
+        for _ in range(count)
+    ]
+    return [
+        replace(p, name=f"random{k}", table_memory=programs[0].table_memory)
+        for k, p in enumerate(programs)
+    ]
 
 
 def random_inputs(program: Program, seed: int, steps: int) -> list[list[int]]:
@@ -64,8 +83,17 @@ def random_inputs(program: Program, seed: int, steps: int) -> list[list[int]]:
 def _word(rng: random.Random, arith: Arithmetic) -> int:
     """A random word; sometimes an extreme one."""
     if rng.random() < 0.15:
-        return rng.choice((0, -1, 1, arith.min_int, arith.max_int, 1 << (arith.word - 2),
-                           -(1 << (arith.word - 2))))
+        return rng.choice(
+            (
+                0,
+                -1,
+                1,
+                arith.min_int,
+                arith.max_int,
+                1 << (arith.word - 2),
+                -(1 << (arith.word - 2)),
+            )
+        )
     bits = rng.randint(2, arith.word)
     return rng.randint(-(1 << (bits - 1)), (1 << (bits - 1)) - 1)
 
@@ -80,12 +108,19 @@ class _Builder:
     values: list[Value] = field(default_factory=list)
     ops: list[Op] = field(default_factory=list)
 
-    def build(self, name: str, n_ops: int, n_inputs: int | None, n_outputs: int | None,
-              n_states: int | None) -> Program:
+    def build(
+        self,
+        name: str,
+        n_ops: int,
+        n_inputs: int | None,
+        n_outputs: int | None,
+        n_states: int | None,
+    ) -> Program:
         rng = self.rng
         inputs = self.leaves(Kind.INPUT, "in", n_inputs or rng.randint(1, 12))
-        states = self.leaves(Kind.STATE, "state",
-                             rng.randint(0, 6) if n_states is None else n_states)
+        states = self.leaves(
+            Kind.STATE, "state", rng.randint(0, 6) if n_states is None else n_states
+        )
         self.leaves(Kind.PARAM, "param", rng.randint(0, 4))
         self.leaves(Kind.CONST, "const", rng.randint(1, 5))
         one = len(self.values)
@@ -97,15 +132,25 @@ class _Builder:
                 self.op()
         every = range(len(self.values))
         results = [op.dest for op in self.ops]
-        outputs = tuple(rng.choice(results[-8:]) if rng.random() < 0.7 else rng.choice(every)
-                        for _ in range(n_outputs or rng.randint(1, 8)))
-        after = [(s, rng.choice(results) if rng.random() < 0.75 else rng.choice(every))
-                 for s in states]
+        outputs = tuple(
+            rng.choice(results[-8:]) if rng.random() < 0.7 else rng.choice(every)
+            for _ in range(n_outputs or rng.randint(1, 8))
+        )
+        after = [
+            (s, rng.choice(results) if rng.random() < 0.75 else rng.choice(every)) for s in states
+        ]
         table = tuple(_word(rng, self.arith) for _ in range(3 * 512))
-        return Program(name=name, arithmetic=self.arith, values=tuple(self.values),
-                       ops=tuple(self.ops), inputs=tuple(inputs), outputs=outputs,
-                       output_names=tuple(f"out{k}" for k in range(len(outputs))),
-                       states=tuple(after), table_memory=table)
+        return Program(
+            name=name,
+            arithmetic=self.arith,
+            values=tuple(self.values),
+            ops=tuple(self.ops),
+            inputs=tuple(inputs),
+            outputs=outputs,
+            output_names=tuple(f"out{k}" for k in range(len(outputs))),
+            states=tuple(after),
+            table_memory=table,
+        )
 
     def value(self, name: str, kind: Kind, initial: int = 0) -> int:
         frac = self.arith.word - 1
@@ -113,9 +158,10 @@ class _Builder:
         return len(self.values) - 1
 
     def leaves(self, kind: Kind, name: str, count: int) -> list[int]:
-        return [self.value(f"{name}{k}", kind,
-                           0 if kind is Kind.INPUT else _word(self.rng, self.arith))
-                for k in range(count)]
+        return [
+            self.value(f"{name}{k}", kind, 0 if kind is Kind.INPUT else _word(self.rng, self.arith))
+            for k in range(count)
+        ]
 
     def pick(self) -> int:
         """A value that exists already."""
@@ -154,15 +200,30 @@ class _Builder:
             fraction_a = rng.random() < 0.1
             fraction_b = b is not None and rng.random() < 0.1
             scale, shift = self.scale(n, norm, a[k], fraction_a)
-            terms.append(Term(
-                a[k], b, shift, coefficient,
-                negate=rng.choice(list(Negate)) if flag is not None
-                else rng.choice((Negate.NO, Negate.YES)),
-                when=rng.choice(list(When)) if flag is not None and rng.random() < 0.5
-                else When.ALWAYS,
-                fraction_a=fraction_a, fraction_b=fraction_b, scale=scale))
-        self.add(tuple(terms), flag=flag, norm=norm, table=table,
-                 index=None if table is None else rng.choice((self.pick(), rng.choice(a))))
+            terms.append(
+                Term(
+                    a[k],
+                    b,
+                    shift,
+                    coefficient,
+                    negate=rng.choice(list(Negate))
+                    if flag is not None
+                    else rng.choice((Negate.NO, Negate.YES)),
+                    when=rng.choice(list(When))
+                    if flag is not None and rng.random() < 0.5
+                    else When.ALWAYS,
+                    fraction_a=fraction_a,
+                    fraction_b=fraction_b,
+                    scale=scale,
+                )
+            )
+        self.add(
+            tuple(terms),
+            flag=flag,
+            norm=norm,
+            table=table,
+            index=None if table is None else rng.choice((self.pick(), rng.choice(a))),
+        )
 
     def scale(self, terms: int, norm: int | None, a: int, fraction: bool) -> tuple[Scale, int]:
         """Scale and shift of a term: a normalised value cannot overflow, others need room."""
@@ -191,17 +252,32 @@ class _Builder:
         t, w = halves
         self.add((Term(w, one, s - 1), Term(t, u, max(s, self.least_shift(2)))))
 
-    def add(self, terms: tuple[Term, ...], *, flag: int | None = None, norm: int | None = None,
-            index: int | None = None, quarter: bool | None = None,
-            table: int | None = None) -> int:
+    def add(
+        self,
+        terms: tuple[Term, ...],
+        *,
+        flag: int | None = None,
+        norm: int | None = None,
+        index: int | None = None,
+        quarter: bool | None = None,
+        table: int | None = None,
+    ) -> int:
         """Append one op and its value."""
         rng = self.rng
         dest = self.value(f"v{len(self.ops)}", Kind.OP)
-        self.ops.append(Op(
-            dest, terms, rng.choice(list(Overflow)), flag=flag,
-            flag_quarter=flag is not None and rng.random() < 0.3,
-            norm=norm, index=index,
-            index_quarter=quarter if quarter is not None
-            else index is not None and rng.random() < 0.3,
-            table=table))
+        self.ops.append(
+            Op(
+                dest,
+                terms,
+                rng.choice(list(Overflow)),
+                flag=flag,
+                flag_quarter=flag is not None and rng.random() < 0.3,
+                norm=norm,
+                index=index,
+                index_quarter=quarter
+                if quarter is not None
+                else index is not None and rng.random() < 0.3,
+                table=table,
+            )
+        )
         return dest

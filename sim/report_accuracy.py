@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from model.attitude import quaternion_to_euler
-from model.errors import InputError
-from model.fixed import IntArray
-from model.program import Program
-from sim.accuracy import attitude_error, attitude_rmse
-from sim.feed import attitude_of, euler_deg_of
-from sim.log import Log
+from boresight.model.attitude import quaternion_to_euler
+from boresight.model.errors import InputError
+from boresight.model.fixed import IntArray
+from boresight.model.program import Program
+from boresight.sim.accuracy import attitude_error, attitude_rmse
+from boresight.sim.feed import attitude_of, euler_deg_of
+from boresight.sim.log import Log
 
 __all__ = ["ANGLES", "BINS", "Replay", "accuracy_section"]
 
@@ -53,17 +53,26 @@ class Replay:
         columns = [*self.fixed.values(), *(self.reference or {}).values()]
         shapes = {np.shape(c) for c in columns}
         if len(shapes) != 1 or any(len(s) != 1 or not 0 < s[0] <= len(self.log) for s in shapes):
-            raise InputError(f"outputs must all have one shape (n,), n 1 to {len(self.log)}, "
-                             f"not {sorted(shapes)}")
+            raise InputError(
+                f"outputs must all have one shape (n,), n 1 to {len(self.log)}, "
+                f"not {sorted(shapes)}"
+            )
 
     @classmethod
-    def of_words(cls, program: Program, log: Log, words: IntArray, *,
-                 reference: Mapping[str, FloatArray] | None = None,
-                 truth: bool = False) -> Replay:
+    def of_words(
+        cls,
+        program: Program,
+        log: Log,
+        words: IntArray,
+        *,
+        reference: Mapping[str, FloatArray] | None = None,
+        truth: bool = False,
+    ) -> Replay:
         """From output words (n, n_outputs)."""
-        fixed = {name: program.format(n).real(words[:, k])
-                 for k, (name, n) in enumerate(zip(program.output_names, program.outputs,
-                                                   strict=True))}
+        fixed = {
+            name: program.format(n).real(words[:, k])
+            for k, (name, n) in enumerate(zip(program.output_names, program.outputs, strict=True))
+        }
         return cls(log, fixed, reference, truth)
 
     def __len__(self) -> int:
@@ -90,7 +99,7 @@ class _Bins:
         """First finite value of each run, NaN if there is none."""
         out = np.full(len(self.starts), np.nan)
         for k, start in enumerate(self.starts):
-            part = x[start:start + self.size]
+            part = x[start : start + self.size]
             good = part[np.isfinite(part)]
             out[k] = good[0] if len(good) else np.nan
         return out
@@ -108,8 +117,13 @@ def _wrapped_deg(d: FloatArray) -> FloatArray:
 
 def _vs_float(replay: Replay, bins: _Bins, series: dict[str, Any]) -> dict[str, Any]:
     """Fixed point against float64."""
-    keys = ("vs_float_max_deg", "vs_float_max_sample", "vs_float_rms_deg",
-            "vs_float_until_80_deg", "vs_float_attitude_max_deg")
+    keys = (
+        "vs_float_max_deg",
+        "vs_float_max_sample",
+        "vs_float_rms_deg",
+        "vs_float_until_80_deg",
+        "vs_float_attitude_max_deg",
+    )
     found: dict[str, Any] = dict.fromkeys(keys)
     if replay.reference is None:
         return found
@@ -119,12 +133,15 @@ def _vs_float(replay: Replay, bins: _Bins, series: dict[str, Any]) -> dict[str, 
         worst = apart.max(axis=1)
         steep = np.abs(theirs[:, ANGLES.index("pitch")]) > 80.0
         until = int(np.argmax(steep)) if steep.any() else len(worst)
-        found |= {"vs_float_max_deg": _number(float(worst.max())),
-                  "vs_float_max_sample": int(worst.argmax()),
-                  "vs_float_rms_deg": _number(float(np.sqrt(np.mean(worst**2)))),
-                  "vs_float_until_80_deg": _number(float(worst[:until].max())) if until else None}
-        series["vs_float_deg"] = {a: _curve(bins.largest(apart[:, k]))
-                                  for k, a in enumerate(ANGLES)}
+        found |= {
+            "vs_float_max_deg": _number(float(worst.max())),
+            "vs_float_max_sample": int(worst.argmax()),
+            "vs_float_rms_deg": _number(float(np.sqrt(np.mean(worst**2)))),
+            "vs_float_until_80_deg": _number(float(worst[:until].max())) if until else None,
+        }
+        series["vs_float_deg"] = {
+            a: _curve(bins.largest(apart[:, k])) for k, a in enumerate(ANGLES)
+        }
     if "qw" in replay.fixed:
         total = attitude_error(attitude_of(replay.fixed), attitude_of(replay.reference)).total
         found["vs_float_attitude_max_deg"] = _number(float(total.max()))
@@ -150,8 +167,10 @@ def _vs_log(replay: Replay, bins: _Bins, series: dict[str, Any]) -> dict[str, An
     euler[known] = np.degrees(quaternion_to_euler(q[known]))[:, _LOG_ORDER]
     error = attitude_error(attitude_of(replay.fixed), q)
     series["log_deg"] = {a: _curve(bins.first(euler[:, k])) for k, a in enumerate(ANGLES)}
-    series["vs_log_deg"] = {"heading": _curve(bins.largest(error.heading)),
-                            "inclination": _curve(bins.largest(error.inclination))}
+    series["vs_log_deg"] = {
+        "heading": _curve(bins.largest(error.heading)),
+        "inclination": _curve(bins.largest(error.inclination)),
+    }
     return found
 
 
@@ -162,21 +181,28 @@ _LOG_ORDER: list[int] = [2, 0, 1]
 def _one(replay: Replay, program: Program) -> dict[str, Any]:
     n, log = len(replay), replay.log
     bins = _Bins(n)
-    series: dict[str, Any] = {"samples_per_point": bins.size,
-                              "t_s": _curve(log.t[bins.starts] - log.t[0])}
+    series: dict[str, Any] = {
+        "samples_per_point": bins.size,
+        "t_s": _curve(log.t[bins.starts] - log.t[0]),
+    }
     if all(a in replay.fixed for a in ANGLES):
         euler = euler_deg_of(replay.fixed)
         series["fixed_deg"] = {a: _curve(bins.first(euler[:, k])) for k, a in enumerate(ANGLES)}
     return {
-        "dataset": log.name, "samples": n, "seconds": _number(float(log.t[n - 1] - log.t[0])),
+        "dataset": log.name,
+        "samples": n,
+        "seconds": _number(float(log.t[n - 1] - log.t[0])),
         "word": program.arithmetic.word,
         "reference": None if log.q is None else "truth" if replay.truth else "comparison",
-        **_vs_float(replay, bins, series), **_vs_log(replay, bins, series), "series": series,
+        **_vs_float(replay, bins, series),
+        **_vs_log(replay, bins, series),
+        "series": series,
     }
 
 
-def accuracy_section(program: Program, replays: Sequence[Replay],
-                     warn: Callable[[str], None]) -> dict[str, Any]:
+def accuracy_section(
+    program: Program, replays: Sequence[Replay], warn: Callable[[str], None]
+) -> dict[str, Any]:
     """Figures of the first log, and in ``logs`` those of every log with its curves.
 
     ``vs_float_max_deg`` is the largest difference of an Euler angle in any sample,
@@ -192,8 +218,19 @@ def accuracy_section(program: Program, replays: Sequence[Replay],
             warn(f"accuracy: no float64 run of {one['dataset']} to compare with")
         if one["reference"] is None:
             warn(f"accuracy: {one['dataset']} has no attitude to compare with")
-    keys = ("dataset", "samples", "seconds", "word", "reference", "vs_float_max_deg",
-            "vs_float_max_sample", "vs_float_rms_deg", "vs_float_until_80_deg",
-            "vs_float_attitude_max_deg", "rmse_deg", "float_rmse_deg")
+    keys = (
+        "dataset",
+        "samples",
+        "seconds",
+        "word",
+        "reference",
+        "vs_float_max_deg",
+        "vs_float_max_sample",
+        "vs_float_rms_deg",
+        "vs_float_until_80_deg",
+        "vs_float_attitude_max_deg",
+        "rmse_deg",
+        "float_rmse_deg",
+    )
     first = logs[0] if logs else dict.fromkeys(keys)
     return {**{key: first[key] for key in keys}, "logs": logs}

@@ -33,8 +33,10 @@ def _text(x: float, y: float, text: str, *, more: str = "") -> str:
 
 
 def _box(x: float, y: float, width: float, kind: str, title: str) -> str:
-    return (f'<rect x="{x:.2f}" y="{y:.1f}" width="{width:.2f}" height="{_ROW:g}" '
-            f'fill="{CHART_COLOURS[kind]}"><title>{escape(title)}</title></rect>')
+    return (
+        f'<rect x="{x:.2f}" y="{y:.1f}" width="{width:.2f}" height="{_ROW:g}" '
+        f'fill="{CHART_COLOURS[kind]}"><title>{escape(title)}</title></rect>'
+    )
 
 
 class _Band:
@@ -69,19 +71,28 @@ class _Band:
         inputs = lanes[-1] + _ROW + _GAP
         for name, y in (*((f"lane {k}", y) for k, y in enumerate(lanes)), ("inputs", inputs)):
             yield _text(_LEFT - 6, y + _ROW * 0.7, name, more=' text-anchor="end"')
-            yield _box(self.x(first), y, (last - first) * self.scale, "idle",
-                       "no input word" if name == "inputs" else "idle")
+            yield _box(
+                self.x(first),
+                y,
+                (last - first) * self.scale,
+                "idle",
+                "no input word" if name == "inputs" else "idle",
+            )
         op_at = {(s[1], s[0]): s[4] for s in chart["slots"]}
         for cycle, lane, kind, label, op in chart["slots"]:
             if first <= cycle < last:
                 # Slots of one result stand together; a gap parts them from the next.
                 gap = 0.0 if op is not None and op_at.get((lane, cycle + 1)) == op else 0.9
-                yield _box(self.x(cycle), lanes[lane], self.scale - gap, kind,
-                           f"cycle {cycle}, lane {lane}: {label}")
+                yield _box(
+                    self.x(cycle),
+                    lanes[lane],
+                    self.scale - gap,
+                    kind,
+                    f"cycle {cycle}, lane {lane}: {label}",
+                )
         for cycle, name in chart["gets"]:
             if first <= cycle < last:
-                yield _box(self.x(cycle), inputs, self.scale - 0.9, "get",
-                           f"cycle {cycle}: {name}")
+                yield _box(self.x(cycle), inputs, self.scale - 0.9, "get", f"cycle {cycle}: {name}")
         for cycle, text, line in self.outputs:
             x, y = self.x(cycle + 0.5), lanes[0] - 6 - line * _LINE
             yield f'<line x1="{x:.1f}" y1="{y - 8:.1f}" x2="{x:.1f}" y2="{lanes[0] + 3:.1f}"/>'
@@ -90,8 +101,10 @@ class _Band:
         step = 10 if last - first > 60 else 5
         for cycle in range(-(-first // step) * step, last + 1, step):
             x = self.x(cycle)
-            yield f'<line class="tick" x1="{x:.1f}" y1="{bottom:.1f}" x2="{x:.1f}" ' \
-                  f'y2="{bottom + 4:.1f}"/>'
+            yield (
+                f'<line class="tick" x1="{x:.1f}" y1="{bottom:.1f}" x2="{x:.1f}" '
+                f'y2="{bottom + 4:.1f}"/>'
+            )
             yield _text(x, bottom + 14, str(cycle), more=' text-anchor="middle" class="tick"')
 
 
@@ -106,5 +119,8 @@ def schedule_chart(schedule: Mapping[str, Any]) -> str:
         band = _Band(schedule, first, min(cycles, first + size), scale)
         parts += band.draw(top)
         top += band.height
-    return (f'<svg class="chart" role="img" viewBox="0 0 {_WIDTH:g} {top:g}">\n'
-            + "\n".join(parts) + "\n</svg>")
+    return (
+        f'<svg class="chart" role="img" viewBox="0 0 {_WIDTH:g} {top:g}">\n'
+        + "\n".join(parts)
+        + "\n</svg>"
+    )

@@ -14,33 +14,41 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from firmware.build import CFLAGS, CModel
-from firmware.emit import emit_c
-from gateware.core import Core
-from gateware.synthesis.device import XC6SLX9, Device
-from gateware.synthesis.estimate import Estimate
-from gateware.synthesis.timing import NOTE
-from model.estimator import Estimator, input_words
-from model.fixed import IntArray
-from model.program import Kind, Program
-from sim.extremes import Extremes, observe
-from sim.feed import inputs_of
-from sim.log import Log
-from sim.report_accuracy import Replay, accuracy_section
-from sim.report_numerics import numerics_section
-from sim.report_schedule import schedule_section
+from boresight.firmware.build import CFLAGS, CModel
+from boresight.firmware.emit import emit_c
+from boresight.gateware.core import Core
+from boresight.gateware.synthesis.device import XC6SLX9, Device
+from boresight.gateware.synthesis.estimate import Estimate
+from boresight.gateware.synthesis.timing import NOTE
+from boresight.model.estimator import Estimator, input_words
+from boresight.model.fixed import IntArray
+from boresight.model.program import Kind, Program
+from boresight.sim.extremes import Extremes, observe
+from boresight.sim.feed import inputs_of
+from boresight.sim.log import Log
+from boresight.sim.report_accuracy import Replay, accuracy_section
+from boresight.sim.report_numerics import numerics_section
+from boresight.sim.report_schedule import schedule_section
 
 if TYPE_CHECKING:
-    from sim.check import CheckResult
+    from boresight.sim.check import CheckResult
 
 __all__ = ["PAPER_US", "assemble", "measure_c", "report_data", "source_of"]
 
 #: Published times of such a filter as software on a soft processor at 100 MHz, by estimator: the
 #: paper's complementary filter, and its Kalman filter for each of ours.
-PAPER_US = {"complementary": 316.0, "complementary_as_printed": 316.0, "ekf_quaternion": 1140.0,
-            "ekf_quaternion_vector": 1140.0, "ekf_bias": 1140.0, "mekf": 1140.0}
-_PAPER = ("Ma Long et al. (2014), body text and conclusion: float software on a MicroBlaze at "
-          "100 MHz in an XC6SLX9")
+PAPER_US = {
+    "complementary": 316.0,
+    "complementary_as_printed": 316.0,
+    "ekf_quaternion": 1140.0,
+    "ekf_quaternion_vector": 1140.0,
+    "ekf_bias": 1140.0,
+    "mekf": 1140.0,
+}
+_PAPER = (
+    "Ma Long et al. (2014), body text and conclusion: float software on a MicroBlaze at "
+    "100 MHz in an XC6SLX9"
+)
 _PAPER_MHZ = 100
 
 _NETS = {"median": "median", "p75": "upper-quartile"}
@@ -68,19 +76,35 @@ def _verification(rows: Sequence[Mapping[str, Any]], warn: Warn) -> list[dict[st
         interval = {"predicted": row.get("interval_predicted"), "max": row.get("interval_max")}
         clocked = cycles["predicted"] is not None
         error = str(row.get("error") or "")
-        equal = (cycles["min"] == cycles["predicted"] == cycles["max"]
-                 and interval["predicted"] == interval["max"])
+        equal = (
+            cycles["min"] == cycles["predicted"] == cycles["max"]
+            and interval["predicted"] == interval["max"]
+        )
         good = not error and row["n_total"] > 0 and row["n_mismatch"] == 0 and equal
-        one = {"level": row["level"], "simulator": row["simulator"], "n_total": row["n_total"],
-               "n_mismatch": row["n_mismatch"], "seconds": round(float(row["seconds"]), 3),
-               "cycles": cycles if clocked else None, "interval": interval if clocked else None,
-               "good": bool(row.get("good", good)) and good, "error": error,
-               "divergence": str(row.get("divergence") or "")}
+        one = {
+            "level": row["level"],
+            "simulator": row["simulator"],
+            "n_total": row["n_total"],
+            "n_mismatch": row["n_mismatch"],
+            "seconds": round(float(row["seconds"]), 3),
+            "cycles": cycles if clocked else None,
+            "interval": interval if clocked else None,
+            "good": bool(row.get("good", good)) and good,
+            "error": error,
+            "divergence": str(row.get("divergence") or ""),
+        }
         out.append(one)
         if not one["good"]:
-            warn(f"verification: {one['level']} ({one['simulator']}) failed"
-                 + (f": {error}" if error else f", {one['n_mismatch']} of {one['n_total']} updates "
-                    "differ" if one["n_mismatch"] else ""))
+            warn(
+                f"verification: {one['level']} ({one['simulator']}) failed"
+                + (
+                    f": {error}"
+                    if error
+                    else f", {one['n_mismatch']} of {one['n_total']} updates differ"
+                    if one["n_mismatch"]
+                    else ""
+                )
+            )
     if not out:
         warn("verification: not run")
     return out
@@ -99,19 +123,43 @@ def _path(estimate: Estimate, grade: int) -> dict[str, Any] | None:
     if worst is None:
         return None
     return {
-        "grade": grade, "nets": "p75", "delay_ns": worst.delay_ns, "logic_ns": worst.logic_ns,
-        "net_ns": worst.net_ns, "slack_ns": worst.slack_ns, "group": worst.group,
-        "start": worst.start, "end": worst.end,
-        "points": [{"cell": p.cell, "type": p.type, "net": p.net, "fanout": p.fanout,
-                    "net_ns": p.net_ns, "cell_ns": p.cell_ns, "total_ns": p.total_ns,
-                    "guessed": sorted(set(p.keys) & set(corner.guessed))} for p in worst.points],
-        "guessed": [{"name": name, "ns": d.ns, "source": d.source}
-                    for name, d in sorted(corner.guessed.items())],
+        "grade": grade,
+        "nets": "p75",
+        "delay_ns": worst.delay_ns,
+        "logic_ns": worst.logic_ns,
+        "net_ns": worst.net_ns,
+        "slack_ns": worst.slack_ns,
+        "group": worst.group,
+        "start": worst.start,
+        "end": worst.end,
+        "points": [
+            {
+                "cell": p.cell,
+                "type": p.type,
+                "net": p.net,
+                "fanout": p.fanout,
+                "net_ns": p.net_ns,
+                "cell_ns": p.cell_ns,
+                "total_ns": p.total_ns,
+                "guessed": sorted(set(p.keys) & set(corner.guessed)),
+            }
+            for p in worst.points
+        ],
+        "guessed": [
+            {"name": name, "ns": d.ns, "source": d.source}
+            for name, d in sorted(corner.guessed.items())
+        ],
     }
 
 
-def _timing(core: Core, estimate: Estimate | None, rows: Sequence[Mapping[str, Any]],
-            clock_mhz: float, grade: int, warn: Warn) -> dict[str, Any]:
+def _timing(
+    core: Core,
+    estimate: Estimate | None,
+    rows: Sequence[Mapping[str, Any]],
+    clock_mhz: float,
+    grade: int,
+    warn: Warn,
+) -> dict[str, Any]:
     s = core.schedule
     update_us = s.latency / clock_mhz
     paper_us = PAPER_US.get(core.program.name)
@@ -119,15 +167,24 @@ def _timing(core: Core, estimate: Estimate | None, rows: Sequence[Mapping[str, A
     at_fmax = None
     if estimate is not None:
         corners = {(t.grade, t.nets): t.fmax_mhz for t in estimate.timing}
-        fmax = {f"-{g}": {nets: corners[g, nets] for h, nets in corners if h == g}
-                for g in sorted({g for g, _ in corners})}
-        at_fmax = {f"-{g}": {nets: round(s.latency / f, 3) if f else None
-                             for (h, nets), f in corners.items() if h == g}
-                   for g in sorted({g for g, _ in corners})}
+        fmax = {
+            f"-{g}": {nets: corners[g, nets] for h, nets in corners if h == g}
+            for g in sorted({g for g, _ in corners})
+        }
+        at_fmax = {
+            f"-{g}": {
+                nets: round(s.latency / f, 3) if f else None
+                for (h, nets), f in corners.items()
+                if h == g
+            }
+            for g in sorted({g for g, _ in corners})
+        }
         for (g, nets), f in corners.items():
             if g == grade and f is not None and f < clock_mhz:
-                warn(f"clock: the estimate at grade -{g}, {_NETS.get(nets, nets)} nets, is {f:g} "
-                     f"MHz, below the {clock_mhz:g} MHz of the target")
+                warn(
+                    f"clock: the estimate at grade -{g}, {_NETS.get(nets, nets)} nets, is {f:g} "
+                    f"MHz, below the {clock_mhz:g} MHz of the target"
+                )
     counted = {end: _counted(rows, "cycles", end) for end in ("min", "max")}
     if counted["min"] is None:
         warn("cycles: predicted by the schedule, not counted in a simulation")
@@ -136,7 +193,7 @@ def _timing(core: Core, estimate: Estimate | None, rows: Sequence[Mapping[str, A
     return {
         "latency_cycles": {"predicted": s.latency, **counted},
         "latency_cycles_by_output": dict(zip(s.program.output_names, s.latencies, strict=True)),
-        "urgent_outputs": list(s.program.output_names[:s.urgent]),
+        "urgent_outputs": list(s.program.output_names[: s.urgent]),
         "interval_cycles": s.interval,
         "interval_cycles_counted": _counted(rows, "interval", "max"),
         "update_us": round(update_us, 4),
@@ -148,8 +205,8 @@ def _timing(core: Core, estimate: Estimate | None, rows: Sequence[Mapping[str, A
         "update_us_at_fmax": at_fmax,
         "critical_path": _path(estimate, grade) if estimate is not None else None,
         "source": "cycles: the schedule, re-proven by its checker"
-                  + (", and counted in simulation" if counted["min"] is not None else "")
-                  + (f"; clock: static timing, {NOTE}" if estimate is not None else ""),
+        + (", and counted in simulation" if counted["min"] is not None else "")
+        + (f"; clock: static timing, {NOTE}" if estimate is not None else ""),
     }
 
 
@@ -164,19 +221,25 @@ def _resources(estimate: Estimate | None, device: Device) -> dict[str, Any]:
     counts = {key: used.get(name) for key, name in _AREA.items()}
     return {
         **counts,
-        "percent": {key: device.percent(_AREA[key], n) if n is not None else None
-                    for key, n in counts.items()},
+        "percent": {
+            key: device.percent(_AREA[key], n) if n is not None else None
+            for key, n in counts.items()
+        },
         "available": {key: device.capacity(name) for key, name in _AREA.items()},
         "more": {key: n for key, n in used.items() if key not in _AREA.values()},
         "source": f"estimate: cells of the netlist by {_tool(estimate)}, before packing"
-                  if estimate is not None else None,
+        if estimate is not None
+        else None,
         "command": estimate.command if estimate is not None else None,
     }
 
 
 def _firmware(program: Program, measured: Mapping[str, Any] | None, warn: Warn) -> dict[str, Any]:
-    files = {name: {"lines": len(text.splitlines()), "bytes": len(text.encode())}
-             for name, text in emit_c(program).items() if not name.endswith("_host.c")}
+    files = {
+        name: {"lines": len(text.splitlines()), "bytes": len(text.encode())}
+        for name, text in emit_c(program).items()
+        if not name.endswith("_host.c")
+    }
     words = len(program.of_kind(Kind.PARAM)) + len(program.states)
     uses_table = any(t.coefficient is not None for op in program.ops for t in op.terms)
     if measured is None:
@@ -192,12 +255,20 @@ def _firmware(program: Program, measured: Mapping[str, Any] | None, warn: Warn) 
     }
 
 
-def _sources(data: Mapping[str, Any], estimate: Estimate | None, extremes: Extremes | None,
-             device: Device, verified_by: str) -> dict[str, str]:
+def _sources(
+    data: Mapping[str, Any],
+    estimate: Estimate | None,
+    extremes: Extremes | None,
+    device: Device,
+    verified_by: str,
+) -> dict[str, str]:
     """What each part of the report rests on; `source_of` looks a number up."""
     schedule = "schedule: predicted when the core was compiled, re-proven by its checker"
-    logs = ", ".join(f"{n} updates of {name}" for name, n in extremes.updates.items()) \
-        if extremes is not None else ""
+    logs = (
+        ", ".join(f"{n} updates of {name}" for name, n in extremes.updates.items())
+        if extremes is not None
+        else ""
+    )
     sources = {
         "word": "chosen when the program was compiled",
         "target": "chosen when the report was made",
@@ -214,9 +285,9 @@ def _sources(data: Mapping[str, Any], estimate: Estimate | None, extremes: Extre
         "resources.percent": "part of what the device has",
         "schedule": schedule,
         "numerics": "range: compiled (range_source)"
-                    + (f"; observed: measured on the C model, {logs}" if logs else ""),
+        + (f"; observed: measured on the C model, {logs}" if logs else ""),
         "accuracy": "measured: the fixed-point program, the float64 reference and the log, sample "
-                    "by sample",
+        "by sample",
         "verification": f"measured: {verified_by}; each level against the integer interpreter",
         "firmware": "counted in the emitted C; memory as its structures declare it",
     }
@@ -233,11 +304,20 @@ def _sources(data: Mapping[str, Any], estimate: Estimate | None, extremes: Extre
     return sources
 
 
-def assemble(core: Core, *, estimate: Estimate | None = None,
-             verification: Sequence[Mapping[str, Any]] = (), replays: Sequence[Replay] = (),
-             extremes: Extremes | None = None, firmware: Mapping[str, Any] | None = None,
-             clock_mhz: float = 100.0, grade: int = 2, device: Device = XC6SLX9,
-             command: str | None = None, verified_by: str = "boresight check") -> dict[str, Any]:
+def assemble(
+    core: Core,
+    *,
+    estimate: Estimate | None = None,
+    verification: Sequence[Mapping[str, Any]] = (),
+    replays: Sequence[Replay] = (),
+    extremes: Extremes | None = None,
+    firmware: Mapping[str, Any] | None = None,
+    clock_mhz: float = 100.0,
+    grade: int = 2,
+    device: Device = XC6SLX9,
+    command: str | None = None,
+    verified_by: str = "boresight check",
+) -> dict[str, Any]:
     """Build the report of a core from its parts.
 
     Parameters
@@ -275,8 +355,10 @@ def assemble(core: Core, *, estimate: Estimate | None = None,
     """
     program = core.program
     if extremes is not None and extremes.program.digest != program.digest:
-        raise ValueError(f"extremes must belong to program {program.digest[:12]}, not "
-                         f"{extremes.program.digest[:12]}")
+        raise ValueError(
+            f"extremes must belong to program {program.digest[:12]}, not "
+            f"{extremes.program.digest[:12]}"
+        )
     warnings: list[str] = []
     warn = warnings.append
     if estimate is None:
@@ -290,8 +372,11 @@ def assemble(core: Core, *, estimate: Estimate | None = None,
         warn(f"numerics: {extremes.saturations} saturations, in {', '.join(names)}")
     rows = _verification(verification, warn)
     data: dict[str, Any] = {
-        "design": program.name, "config": core.machine.name, "word": program.arithmetic.word,
-        "digest": program.digest, "command": command,
+        "design": program.name,
+        "config": core.machine.name,
+        "word": program.arithmetic.word,
+        "digest": program.digest,
+        "command": command,
         "target": {"device": device.name, "speed": f"-{grade}", "clock_mhz": clock_mhz},
         "timing": _timing(core, estimate, rows, clock_mhz, grade, warn),
         "resources": _resources(estimate, device),
@@ -316,15 +401,25 @@ def measure_c(program: Program, words: IntArray, *, seconds: float = 0.05) -> di
         model.update(words)
         took = time.perf_counter() - start
         best, spent = min(best, took), spent + took
-    return {"updates_per_s": float(f"{len(words) / best:.3g}"),
-            "source": f"measured: best run of the C on this computer, one core, gcc "
-                      f"{' '.join(CFLAGS)}, {len(words)} updates"}
+    return {
+        "updates_per_s": float(f"{len(words) / best:.3g}"),
+        "source": f"measured: best run of the C on this computer, one core, gcc "
+        f"{' '.join(CFLAGS)}, {len(words)} updates",
+    }
 
 
-def report_data(core: Core, estimator: Estimator, *, area: Estimate | None = None,
-                check: CheckResult | None = None, log: Log | None = None,
-                comparison: bool = False, clock_mhz: float = 100.0, grade: int = 2,
-                command: str | None = None) -> dict[str, Any]:
+def report_data(
+    core: Core,
+    estimator: Estimator,
+    *,
+    area: Estimate | None = None,
+    check: CheckResult | None = None,
+    log: Log | None = None,
+    comparison: bool = False,
+    clock_mhz: float = 100.0,
+    grade: int = 2,
+    command: str | None = None,
+) -> dict[str, Any]:
     """Build the report of a core: `assemble` with the parts that a check on a log gives.
 
     Parameters
@@ -349,14 +444,16 @@ def report_data(core: Core, estimator: Estimator, *, area: Estimate | None = Non
     parts: dict[str, Any] = {}
     if check is not None and log is not None:
         program = core.program
-        real = inputs_of(estimator, log)[:len(check.outputs)]
+        real = inputs_of(estimator, log)[: len(check.outputs)]
         words = input_words(program, real[:, :, None])[:, :, 0]
         parts = {
             "verification": [dataclasses.asdict(level) for level in check.levels],
-            "replays": [Replay.of_words(program, log, check.outputs,
-                                        reference=check.float_outputs, truth=not comparison)],
+            "replays": [
+                Replay.of_words(
+                    program, log, check.outputs, reference=check.float_outputs, truth=not comparison
+                )
+            ],
             "extremes": observe(program, {log.name: words}),
             "firmware": measure_c(program, words),
         }
-    return assemble(core, estimate=area, clock_mhz=clock_mhz, grade=grade, command=command,
-                    **parts)
+    return assemble(core, estimate=area, clock_mhz=clock_mhz, grade=grade, command=command, **parts)

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from importlib.resources import files
 from typing import Any
 
-from sim.report_chart import CHART_COLOURS, schedule_chart
-from sim.report_data import source_of
-from sim.report_plots import euler_plot, float_difference_plot, log_difference_plot
-from sim.report_schedule import KINDS
+from boresight.sim.report_chart import CHART_COLOURS, schedule_chart
+from boresight.sim.report_data import source_of
+from boresight.sim.report_plots import euler_plot, float_difference_plot, log_difference_plot
+from boresight.sim.report_schedule import KINDS
 
 __all__ = ["render_html"]
 
@@ -23,7 +23,7 @@ def number(x: Any, digits: int = 4) -> str:
     if x is None:
         return UNKNOWN
     if x == 0 or 1e-3 <= abs(x) < 1e9:
-        whole = isinstance(x, int) or float(x).is_integer() or abs(x) >= 10**(digits - 1)
+        whole = isinstance(x, int) or float(x).is_integer() or abs(x) >= 10 ** (digits - 1)
         text = f"{x:,.0f}".replace(",", "\N{NARROW NO-BREAK SPACE}") if whole else f"{x:.{digits}g}"
     else:
         mantissa, exponent = f"{x:.{min(digits, 3) - 1}e}".split("e")
@@ -32,8 +32,13 @@ def number(x: Any, digits: int = 4) -> str:
     return text.replace("-", "\N{MINUS SIGN}")
 
 
-_RAISED = str.maketrans("-0123456789", "\N{SUPERSCRIPT MINUS}" + "".join(
-    chr(c) for c in (0x2070, 0xB9, 0xB2, 0xB3, 0x2074, 0x2075, 0x2076, 0x2077, 0x2078, 0x2079)))
+_RAISED = str.maketrans(
+    "-0123456789",
+    "\N{SUPERSCRIPT MINUS}"
+    + "".join(
+        chr(c) for c in (0x2070, 0xB9, 0xB2, 0xB3, 0x2074, 0x2075, 0x2076, 0x2077, 0x2078, 0x2079)
+    ),
+)
 
 
 def unit(text: str) -> str:
@@ -63,23 +68,30 @@ def _plots(log: Mapping[str, Any], k: int) -> dict[str, str | None]:
     t = series["t_s"]
     other = log["reference"] or "comparison"
     return {
-        "euler": euler_plot(t, series["fixed_deg"], series.get("log_deg"), other,
-                            salt=f"euler{k}") if "fixed_deg" in series else None,
-        "vs_float": float_difference_plot(t, series["vs_float_deg"], log["word"],
-                                          salt=f"float{k}") if "vs_float_deg" in series else None,
-        "vs_log": log_difference_plot(t, series["vs_log_deg"], other,
-                                      salt=f"log{k}") if "vs_log_deg" in series else None,
+        "euler": euler_plot(t, series["fixed_deg"], series.get("log_deg"), other, salt=f"euler{k}")
+        if "fixed_deg" in series
+        else None,
+        "vs_float": float_difference_plot(t, series["vs_float_deg"], log["word"], salt=f"float{k}")
+        if "vs_float_deg" in series
+        else None,
+        "vs_log": log_difference_plot(t, series["vs_log_deg"], other, salt=f"log{k}")
+        if "vs_log_deg" in series
+        else None,
     }
 
 
 def _named(row: Mapping[str, Any]) -> bool:
     """Whether a value is part of the estimator's interface or needs attention."""
-    return (row["kind"] in ("input", "param", "state") or row["output"]
-            or row["state"] in ("saturated", "tight"))
+    return (
+        row["kind"] in ("input", "param", "state")
+        or row["output"]
+        or row["state"] in ("saturated", "tight")
+    )
 
 
 def _finite(data: Mapping[str, Any]) -> None:
     """ValueError if the data holds what JSON cannot."""
+
     def walk(x: Any, path: str) -> None:
         if isinstance(x, Mapping):
             for key, value in x.items():
@@ -89,6 +101,7 @@ def _finite(data: Mapping[str, Any]) -> None:
                 walk(value, f"{path}.{k}")
         elif isinstance(x, float) and not math.isfinite(x):
             raise ValueError(f"{path[1:]} must be finite, not {x!r}")
+
     walk(data, "")
 
 
@@ -105,18 +118,32 @@ def render_html(data: Mapping[str, Any]) -> str:
     import jinja2
 
     _finite(data)
-    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined,
-                                     trim_blocks=True, lstrip_blocks=True,
-                                     keep_trailing_newline=True)
+    environment = jinja2.Environment(
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
     environment.filters |= {"number": number, "unit": unit, "net_name": net_name}
     template = environment.from_string(
-        files("sim").joinpath("report.html").read_text(encoding="utf-8"))
+        files("boresight.sim").joinpath("report.html").read_text(encoding="utf-8")
+    )
     rows = data["numerics"]
     return template.render(
-        d=data, unknown=UNKNOWN, source=lambda path: source_of(data, path) or "",
-        chart=schedule_chart(data["schedule"]), colours=CHART_COLOURS, kinds=KINDS,
+        d=data,
+        unknown=UNKNOWN,
+        source=lambda path: source_of(data, path) or "",
+        chart=schedule_chart(data["schedule"]),
+        colours=CHART_COLOURS,
+        kinds=KINDS,
         plots=[_plots(log, k) for k, log in enumerate(data["accuracy"]["logs"])],
-        tables=[("Inputs, parameters, states, outputs, and what needs attention", True,
-                 [(r, _range_bar(r)) for r in rows if _named(r)]),
-                ("All other values", False,
-                 [(r, _range_bar(r)) for r in rows if not _named(r)])])
+        tables=[
+            (
+                "Inputs, parameters, states, outputs, and what needs attention",
+                True,
+                [(r, _range_bar(r)) for r in rows if _named(r)],
+            ),
+            ("All other values", False, [(r, _range_bar(r)) for r in rows if not _named(r)]),
+        ],
+    )

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from model.program import Kind, Overflow, Program, Value
-from sim.extremes import Extreme, Extremes, Observed
+from boresight.model.program import Kind, Overflow, Program, Value
+from boresight.sim.extremes import Extreme, Extremes, Observed
 
 __all__ = ["numerics_section"]
 
@@ -18,8 +18,9 @@ def _extreme(extreme: Extreme) -> dict[str, Any]:
     return {"value": _digits(extreme.value), "log": extreme.log, "sample": extreme.sample}
 
 
-def _state(value: Value, overflow: Overflow | None, seen: Observed | None,
-           headroom: float | None) -> str:
+def _state(
+    value: Value, overflow: Overflow | None, seen: Observed | None, headroom: float | None
+) -> str:
     """One word for how the value stands: what the report colours."""
     if seen is not None and seen.saturations:
         return "saturated"
@@ -62,19 +63,24 @@ def numerics_section(program: Program, extremes: Extremes | None) -> list[dict[s
         headroom = None
         if seen is not None and value.kind is not Kind.PARAM and mode is not Overflow.WRAP:
             headroom = round(seen.headroom_bits(program.arithmetic.word), 2)
-        rows.append({
-            "signal": value.name, "kind": value.kind.value,
-            "output": ", ".join(outputs[n]) if n in outputs else None,
-            "unit": value.unit, "format": str(program.format(n)),
-            "overflow": mode.value if mode is not None else None,
-            "min": _digits(value.low), "max": _digits(value.high),
-            "range_source": value.range_source,
-            "format_min": _digits(program.format(n).min),
-            "format_max": _digits(program.format(n).max),
-            "observed_min": _extreme(seen.low) if seen is not None else None,
-            "observed_max": _extreme(seen.high) if seen is not None else None,
-            "headroom_bits": headroom,
-            "saturations": seen.saturations if seen is not None else None,
-            "state": _state(value, mode, seen, headroom),
-        })
+        rows.append(
+            {
+                "signal": value.name,
+                "kind": value.kind.value,
+                "output": ", ".join(outputs[n]) if n in outputs else None,
+                "unit": value.unit,
+                "format": str(program.format(n)),
+                "overflow": mode.value if mode is not None else None,
+                "min": _digits(value.low),
+                "max": _digits(value.high),
+                "range_source": value.range_source,
+                "format_min": _digits(program.format(n).min),
+                "format_max": _digits(program.format(n).max),
+                "observed_min": _extreme(seen.low) if seen is not None else None,
+                "observed_max": _extreme(seen.high) if seen is not None else None,
+                "headroom_bits": headroom,
+                "saturations": seen.saturations if seen is not None else None,
+                "state": _state(value, mode, seen, headroom),
+            }
+        )
     return rows

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from sim.plotting import COLOUR, figure_and_axes, legend, settings, svg
+from boresight.sim.plotting import COLOUR, figure_and_axes, legend, settings, svg
 
 __all__ = ["euler_plot", "float_difference_plot", "log_difference_plot"]
 
@@ -42,8 +42,14 @@ def _known(t: Any, y: Any) -> tuple[Any, Any]:
     return t[good], y[good]
 
 
-def euler_plot(times: Sequence[float | None], fixed: Curves, other: Curves | None,
-               other_name: str, *, salt: str) -> str:
+def euler_plot(
+    times: Sequence[float | None],
+    fixed: Curves,
+    other: Curves | None,
+    other_name: str,
+    *,
+    salt: str,
+) -> str:
     """Euler angles over time, and those of the log."""
     with settings():
         figure, axes = _axes(3.1)
@@ -52,8 +58,15 @@ def euler_plot(times: Sequence[float | None], fixed: Curves, other: Curves | Non
             axes.plot(t, _unwrapped(_floats(curve)), color=COLOUR[name], label=name)
         for name, curve in (other or {}).items():
             where, y = _known(t, _floats(curve))
-            axes.plot(where, _unwrapped(y), color=COLOUR[name], linestyle=(0, (1.5, 2.0)),
-                      linewidth=1.6, alpha=0.75, label=f"{name}, {other_name}")
+            axes.plot(
+                where,
+                _unwrapped(y),
+                color=COLOUR[name],
+                linestyle=(0, (1.5, 2.0)),
+                linewidth=1.6,
+                alpha=0.75,
+                label=f"{name}, {other_name}",
+            )
         axes.set_ylabel("angle, deg")
         axes.set_ylim(-185.0, 185.0)
         axes.set_yticks(range(-180, 181, 60))
@@ -61,8 +74,9 @@ def euler_plot(times: Sequence[float | None], fixed: Curves, other: Curves | Non
         return svg(figure, salt)
 
 
-def _log_plot(times: Sequence[float | None], curves: Curves, label: str, *, salt: str,
-              lowest: float) -> str:
+def _log_plot(
+    times: Sequence[float | None], curves: Curves, label: str, *, salt: str, lowest: float
+) -> str:
     import numpy as np
 
     with settings():
@@ -72,23 +86,24 @@ def _log_plot(times: Sequence[float | None], curves: Curves, label: str, *, salt
             y = _floats(curve)
             y[y < lowest] = np.nan  # equal, as far as a curve can show
             where, shown = _known(t, y)
-            axes.plot(where, shown, color=COLOUR[name], linestyle=_STYLE[name], label=name,
-                      linewidth=0.9)
+            axes.plot(
+                where, shown, color=COLOUR[name], linestyle=_STYLE[name], label=name, linewidth=0.9
+            )
         axes.set_yscale("log")
         axes.set_ylabel(label)
         legend(axes, 3)
         return svg(figure, salt)
 
 
-def float_difference_plot(times: Sequence[float | None], curves: Curves, word: int, *,
-                          salt: str) -> str:
+def float_difference_plot(
+    times: Sequence[float | None], curves: Curves, word: int, *, salt: str
+) -> str:
     """Fixed point against float64."""
-    return _log_plot(times, curves, f"|fixed (W = {word}) - float64|, deg", salt=salt,
-                     lowest=1e-12)
+    return _log_plot(times, curves, f"|fixed (W = {word}) - float64|, deg", salt=salt, lowest=1e-12)
 
 
-def log_difference_plot(times: Sequence[float | None], curves: Curves, other_name: str, *,
-                        salt: str) -> str:
+def log_difference_plot(
+    times: Sequence[float | None], curves: Curves, other_name: str, *, salt: str
+) -> str:
     """Fixed point against the log's attitude."""
-    return _log_plot(times, curves, f"difference to the {other_name}, deg", salt=salt,
-                     lowest=1e-6)
+    return _log_plot(times, curves, f"difference to the {other_name}, deg", salt=salt, lowest=1e-6)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from typing import Any
 
-from gateware.core import Core
-from gateware.slots import Schedule, Slot
+from boresight.gateware.core import Core
+from boresight.gateware.slots import Schedule, Slot
 
 __all__ = ["KINDS", "schedule_section"]
 
@@ -35,14 +35,23 @@ def _label(schedule: Schedule, slot: Slot) -> str:
     sent = sent and f"; {sent}"
     op = program.ops[slot.op]
     if slot.term is None:
-        what = [w for w, on in (("sign", slot.cap_flag), ("segment", slot.cap_index),
-                                ("normalisation count", slot.cap_norm)) if on]
+        what = [
+            w
+            for w, on in (
+                ("sign", slot.cap_flag),
+                ("segment", slot.cap_index),
+                ("normalisation count", slot.cap_norm),
+            )
+            if on
+        ]
         return f"{name[op.dest]}: capture {', '.join(what)} of {name[slot.a]}{sent}"
     term = op.terms[slot.term]
     b = f"c{term.coefficient}[table {op.table}]" if term.b is None else name[term.b]
     when = "" if term.when.value == "always" else f" {term.when.value} flag"
-    return (f"{name[op.dest]}: term {slot.term + 1} of {len(op.terms)}, "
-            f"{_SIGN[term.negate.value]} {name[term.a]} * {b}{when}{sent}")
+    return (
+        f"{name[op.dest]}: term {slot.term + 1} of {len(op.terms)}, "
+        f"{_SIGN[term.negate.value]} {name[term.a]} * {b}{when}{sent}"
+    )
 
 
 def schedule_section(core: Core) -> dict[str, Any]:
@@ -58,16 +67,28 @@ def schedule_section(core: Core) -> dict[str, Any]:
     lanes = range(s.machine.lanes)
 
     def unit(unit_: str, op: str, count: int) -> dict[str, Any]:
-        return {"unit": unit_, "op": op, "count": count, "busy_cycles": count,
-                "utilisation": round(count / s.length, 4)}
+        return {
+            "unit": unit_,
+            "op": op,
+            "count": count,
+            "busy_cycles": count,
+            "utilisation": round(count / s.length, 4),
+        }
+
     count = Counter((lane, kind) for _, lane, kind, _, _ in slots)
     units = [unit(f"lane {lane}", kind, count[lane, kind]) for lane in lanes for kind in KINDS]
     units += [unit("input", "get", len(s.gets)), unit("output", "emit", len(s.latencies))]
     return {
         "units": [u for u in units if u["count"]],
-        "lanes": [{"lane": k, "busy_cycles": sum(x.lane == k for x in s.slots),
-                   "results": sum(x.lane == k for x in s.ends.values()),
-                   "utilisation": round(s.lane_use[k], 4)} for k in lanes],
+        "lanes": [
+            {
+                "lane": k,
+                "busy_cycles": sum(x.lane == k for x in s.slots),
+                "results": sum(x.lane == k for x in s.ends.values()),
+                "utilisation": round(s.lane_use[k], 4),
+            }
+            for k in lanes
+        ],
         "ops_total": len(core.program.ops),
         "copies": len(s.program.ops) - len(core.program.ops),
         "slots_total": len(slots),
@@ -75,7 +96,10 @@ def schedule_section(core: Core) -> dict[str, Any]:
         "chart": {
             "slots": slots,
             "gets": [[c, names[n]] for c, n in zip(s.gets, s.program.inputs, strict=True)],
-            "outputs": [[x.cycle, s.program.output_names[x.emit], s.latencies[x.emit]]
-                        for x in s.slots if x.emit is not None],
+            "outputs": [
+                [x.cycle, s.program.output_names[x.emit], s.latencies[x.emit]]
+                for x in s.slots
+                if x.emit is not None
+            ],
         },
     }

@@ -16,13 +16,13 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from firmware.build import CModel
-from model.errors import InputError
-from model.estimator import Estimator, input_words, param_words
-from model.fixed import IntArray
-from sim.accuracy import AttitudeRmse, attitude_rmse
-from sim.feed import attitude_of, inputs_of, named_outputs
-from sim.log import Log
+from boresight.firmware.build import CModel
+from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator, input_words, param_words
+from boresight.model.fixed import IntArray
+from boresight.sim.accuracy import AttitudeRmse, attitude_rmse
+from boresight.sim.feed import attitude_of, inputs_of, named_outputs
+from boresight.sim.log import Log
 
 __all__ = ["CRun", "Scorer", "has_truth"]
 
@@ -69,25 +69,38 @@ class Scorer:
         No attitude among the outputs, or an input that logs do not have.
     """
 
-    def __init__(self, estimator: Estimator, logs: Sequence[Log], *, word: int = 32,
-                 jobs: int | None = None) -> None:
+    def __init__(
+        self, estimator: Estimator, logs: Sequence[Log], *, word: int = 32, jobs: int | None = None
+    ) -> None:
         if not {"qw", "qx", "qy", "qz"} <= {o.name for o in estimator.outputs}:
-            raise InputError.at(estimator.name, wanted="outputs qw, qx, qy, qz", found="others",
-                                fix="only the error of an attitude can be measured")
+            raise InputError.at(
+                estimator.name,
+                wanted="outputs qw, qx, qy, qz",
+                found="others",
+                fix="only the error of an attitude can be measured",
+            )
         self.estimator = estimator
         self.logs = tuple(logs)
         self.program = estimator.compile(word=word)
-        self._words = [np.ascontiguousarray(
-            input_words(self.program, inputs_of(estimator, log)[:, :, None])[:, :, 0],
-            dtype=np.int32) for log in self.logs]
+        self._words = [
+            np.ascontiguousarray(
+                input_words(self.program, inputs_of(estimator, log)[:, :, None])[:, :, 0],
+                dtype=np.int32,
+            )
+            for log in self.logs
+        ]
         self._rows = [np.flatnonzero(_counting(log)) for log in self.logs]
         self.jobs = max(1, min(jobs or os.cpu_count() or 1, len(self.logs)))
         self._models: SimpleQueue[CModel] = SimpleQueue()
         for _ in range(self.jobs):
             self._models.put(CModel(self.program))
 
-    def _each(self, which: Sequence[int], params: Mapping[str, float] | None,
-              work: Callable[[int, CRun], _T]) -> list[_T]:
+    def _each(
+        self,
+        which: Sequence[int],
+        params: Mapping[str, float] | None,
+        work: Callable[[int, CRun], _T],
+    ) -> list[_T]:
         """``work`` on the run of every log in ``which``, in that order."""
         words = param_words(self.program, self.estimator.param_values(params))
 
@@ -100,6 +113,7 @@ class Scorer:
                 return work(index, CRun(*model.update(self._words[index])))
             finally:
                 self._models.put(model)
+
         if self.jobs == 1:
             return [one(index) for index in which]
         with ThreadPoolExecutor(self.jobs) as pool:
@@ -109,8 +123,9 @@ class Scorer:
         """Run every log with these parameters (defaults for those not named)."""
         return self._each(range(len(self.logs)), params, lambda _, run: run)
 
-    def scores(self, params: Mapping[str, float] | None = None,
-               which: Sequence[int] | None = None) -> list[AttitudeRmse]:
+    def scores(
+        self, params: Mapping[str, float] | None = None, which: Sequence[int] | None = None
+    ) -> list[AttitudeRmse]:
         """RMSE [deg] of some logs (all by default), in the order of ``which``.
 
         An attitude of norm zero counts as NaN: the figure of that log is NaN.
@@ -120,12 +135,18 @@ class Scorer:
         InputError
             Unknown or illegal parameter; a log without truth.
         """
+
         def score(index: int, run: CRun) -> AttitudeRmse:
             log, rows = self.logs[index], self._rows[index]
             if log.q is None or not len(rows):
-                raise InputError.at(f"log {log.name!r}", wanted="a reference attitude",
-                                    found="none", fix="leave this log out")
+                raise InputError.at(
+                    f"log {log.name!r}",
+                    wanted="a reference attitude",
+                    found="none",
+                    fix="leave this log out",
+                )
             q = attitude_of(named_outputs(self.program, run.outputs[rows]))
             q[~q.any(axis=1)] = np.nan
             return attitude_rmse(q, log.q[rows])
+
         return self._each(range(len(self.logs)) if which is None else which, params, score)

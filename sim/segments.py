@@ -14,10 +14,10 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
-from firmware.build import CModel
-from model.fixed import IntArray
-from model.interpreter import Interpreter
-from model.program import Program
+from boresight.firmware.build import CModel
+from boresight.model.fixed import IntArray
+from boresight.model.interpreter import Interpreter
+from boresight.model.program import Program
 
 __all__ = ["SegmentedRun", "interpret", "with_state_outputs"]
 
@@ -45,12 +45,20 @@ class SegmentedRun:
 def with_state_outputs(program: Program) -> Program:
     """The program with its next states as further outputs."""
     names = tuple(f"next_{program.values[s].name}" for s, _ in program.states)
-    return dataclasses.replace(program, outputs=program.outputs + tuple(
-        n for _, n in program.states), output_names=program.output_names + names)
+    return dataclasses.replace(
+        program,
+        outputs=program.outputs + tuple(n for _, n in program.states),
+        output_names=program.output_names + names,
+    )
 
 
-def interpret(program: Program, inputs: IntArray, *, segments: int = 256,
-              progress: Callable[[int, int], None] | None = None) -> SegmentedRun:
+def interpret(
+    program: Program,
+    inputs: IntArray,
+    *,
+    segments: int = 256,
+    progress: Callable[[int, int], None] | None = None,
+) -> SegmentedRun:
     """Run the interpreter over ``inputs`` (steps, n_inputs).
 
     Parameters
@@ -69,8 +77,9 @@ def interpret(program: Program, inputs: IntArray, *, segments: int = 256,
     starts, lengths = bounds[:-1], np.diff(bounds)
     machine = Interpreter(program, count)
     for k, (state, _) in enumerate(program.states):
-        words = np.where(starts == 0, program.values[state].initial,
-                         c_states[np.maximum(starts - 1, 0), k])
+        words = np.where(
+            starts == 0, program.values[state].initial, c_states[np.maximum(starts - 1, 0), k]
+        )
         machine.values[state] = words.astype(np.int64)
     outputs = np.zeros((steps, n_out), dtype=np.int64)
     states = np.zeros((steps, n_states), dtype=np.int64)

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gateware.core import Core
-from gateware.registers import PROGRAM
-from model.fixed import IntArray
-from sim.cosim import BusWrite, RtlRun, RtlSimulation
+from boresight.gateware.core import Core
+from boresight.gateware.registers import PROGRAM
+from boresight.model.fixed import IntArray
+from boresight.sim.cosim import BusWrite, RtlRun, RtlSimulation
 
 __all__ = ["Turn", "deal", "run_in_turns", "selection"]
 
@@ -48,8 +48,15 @@ def deal(counts: Sequence[int], *, seed: int = 0, longest: int = 40) -> list[Tur
     return turns
 
 
-def run_in_turns(core: Core, simulation: RtlSimulation, streams: Sequence[IntArray], *,
-                 seed: int = 0, stall: int = 0, longest: int = 40) -> list[RtlRun]:
+def run_in_turns(
+    core: Core,
+    simulation: RtlSimulation,
+    streams: Sequence[IntArray],
+    *,
+    seed: int = 0,
+    stall: int = 0,
+    longest: int = 40,
+) -> list[RtlRun]:
     """Run every program of a core on its own stream, in turns.
 
     Now and then the host also writes a number that no program has, which must change nothing.
@@ -82,10 +89,15 @@ def run_in_turns(core: Core, simulation: RtlSimulation, streams: Sequence[IntArr
         if rng.random() < 0.25:
             writes.append(BusWrite(record, PROGRAM, rng.choice((len(core.parts), -1))))
         owners += [turn.number] * (turn.stop - turn.start)
-    words = np.concatenate([streams[t.number][t.start:t.stop] for t in turns])
+    words = np.concatenate([streams[t.number][t.start : t.stop] for t in turns])
     run = simulation.run(
-        words, max_interval=max(p.schedule.interval for p in core.parts) + 64, stall=stall,
-        bus_writes=writes)
+        words,
+        max_interval=max(p.schedule.interval for p in core.parts) + 64,
+        stall=stall,
+        bus_writes=writes,
+    )
     rows = [np.array(owners) == k for k in range(len(streams))]
-    return [RtlRun(run.outputs[r], run.saturated[r], run.latency_cycles[r], run.interval_cycles[r])
-            for r in rows]
+    return [
+        RtlRun(run.outputs[r], run.saturated[r], run.latency_cycles[r], run.interval_cycles[r])
+        for r in rows
+    ]

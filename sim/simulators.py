@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from model.errors import ToolMissing
+from boresight.model.errors import ToolMissing
 
 __all__ = ["BUILD_ARGS", "SIMULATORS", "available", "simulator_environment", "version"]
 
@@ -19,8 +19,16 @@ SIMULATORS = ("verilator", "icarus")
 #: What each simulator is told when it builds. Verilator is two-valued: unknown start values become
 #: random, so that a result which depends on one differs.
 BUILD_ARGS = {
-    "verilator": ["-Wno-fatal", "-O3", "--x-initial", "unique", "--x-assign", "unique",
-                  "-CFLAGS", "-O2"],
+    "verilator": [
+        "-Wno-fatal",
+        "-O3",
+        "--x-initial",
+        "unique",
+        "--x-assign",
+        "unique",
+        "-CFLAGS",
+        "-O2",
+    ],
     "icarus": ["-g2012"],
 }
 

@@ -14,15 +14,15 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from model.attitude import (
+from boresight.model.attitude import (
     euler_to_quaternion,
     quaternion_conjugate,
     quaternion_multiply,
     quaternion_to_rotation_vector,
     rotate,
 )
-from model.errors import InputError
-from sim.log import Log
+from boresight.model.errors import InputError
+from boresight.sim.log import Log
 
 __all__ = ["GRAVITY", "SensorError", "synthetic_log"]
 

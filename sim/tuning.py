@@ -18,11 +18,19 @@ from typing import Any
 
 import numpy as np
 
-from model.errors import InputError
-from model.estimator import Estimator, Param
+from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator, Param
 
-__all__ = ["Fold", "Search", "Sensitivity", "Tuned", "deal_folds", "pattern_search",
-           "sensitivities", "tunable"]
+__all__ = [
+    "Fold",
+    "Search",
+    "Sensitivity",
+    "Tuned",
+    "deal_folds",
+    "pattern_search",
+    "sensitivities",
+    "tunable",
+]
 
 #: Values are tried with so many significant digits, so that what is printed is what was measured.
 DIGITS = 4
@@ -39,8 +47,9 @@ def rounded(value: float) -> float:
     return float(f"{value:.{DIGITS}g}")
 
 
-def tunable(estimator: Estimator, start: Mapping[str, float],
-            names: Sequence[str] | None = None) -> list[Param]:
+def tunable(
+    estimator: Estimator, start: Mapping[str, float], names: Sequence[str] | None = None
+) -> list[Param]:
     """Parameters to tune: those named, or all that are above zero and may be moved by a factor.
 
     Raises
@@ -52,20 +61,35 @@ def tunable(estimator: Estimator, start: Mapping[str, float],
     if names is None:
         out = [p for p in estimator.params if p.low >= 0.0 and start[p.name] > 0.0]
         if not out:
-            raise InputError.at(estimator.name, wanted="a parameter with a start above zero",
-                                found="none", fix="there is nothing to tune")
+            raise InputError.at(
+                estimator.name,
+                wanted="a parameter with a start above zero",
+                found="none",
+                fix="there is nothing to tune",
+            )
         return out
     for k, name in enumerate(names):
         if name not in legal:
-            raise InputError.at(f"parameter {name}", wanted=f"one of {', '.join(legal)}",
-                                found=repr(name), fix=f"estimator {estimator.name} has no such one")
+            raise InputError.at(
+                f"parameter {name}",
+                wanted=f"one of {', '.join(legal)}",
+                found=repr(name),
+                fix=f"estimator {estimator.name} has no such one",
+            )
         if name in names[:k]:
-            raise InputError.at(f"parameter {name}", wanted="each parameter once", found="it twice",
-                                fix="name it once")
+            raise InputError.at(
+                f"parameter {name}",
+                wanted="each parameter once",
+                found="it twice",
+                fix="name it once",
+            )
         if not start[name] > 0.0:
-            raise InputError.at(f"parameter {name}", wanted="a start value above zero",
-                                found=f"{start[name]:g}",
-                                fix=f"it is moved by factors: start it with --param {name}=NUMBER")
+            raise InputError.at(
+                f"parameter {name}",
+                wanted="a start value above zero",
+                found=f"{start[name]:g}",
+                fix=f"it is moved by factors: start it with --param {name}=NUMBER",
+            )
     return [legal[name] for name in names]
 
 
@@ -102,11 +126,17 @@ class Search:
         """The point with coordinate k times a factor, rounded and kept in its legal range."""
         p = self.params[k]
         value = min(max(rounded(point[k] * factor), p.low), p.high)
-        return (*point[:k], value, *point[k + 1:])
+        return (*point[:k], value, *point[k + 1 :])
 
 
-def pattern_search(objective: Objective, params: Sequence[Param], start: Mapping[str, float], *,
-                   rounds: int = 12, progress: Progress | None = None) -> Tuned:
+def pattern_search(
+    objective: Objective,
+    params: Sequence[Param],
+    start: Mapping[str, float],
+    *,
+    rounds: int = 12,
+    progress: Progress | None = None,
+) -> Tuned:
     """Least figure that coordinate moves and pattern moves find.
 
     A round tries every parameter up and down by its own factor (first the way that helped last);
@@ -158,12 +188,18 @@ def pattern_search(objective: Objective, params: Sequence[Param], start: Mapping
                 ratios = [r * r for r in ratios]
         history.append(best)
         if progress is not None:
-            progress(f"round {number + 1} of {rounds}: {best:.4f} deg, "
-                     f"{len(search.seen)} evaluations")
+            progress(
+                f"round {number + 1} of {rounds}: {best:.4f} deg, {len(search.seen)} evaluations"
+            )
         if all(s < math.log(LAST_FACTOR) for s in step):
             break
-    return Tuned({p.name: v for p, v in zip(params, at, strict=True)}, first, best,
-                 len(search.seen), tuple(history))
+    return Tuned(
+        {p.name: v for p, v in zip(params, at, strict=True)},
+        first,
+        best,
+        len(search.seen),
+        tuple(history),
+    )
 
 
 def deal_folds(count: int, folds: int, seed: int | None = None) -> list[tuple[int, ...]]:
@@ -177,8 +213,12 @@ def deal_folds(count: int, folds: int, seed: int | None = None) -> list[tuple[in
         Fewer than two folds, or more folds than trials.
     """
     if not 2 <= folds <= count:
-        raise InputError.at("folds", wanted=f"2 to {count}, the number of trials, or 1 for none",
-                            found=str(folds), fix="choose another number or name more trials")
+        raise InputError.at(
+            "folds",
+            wanted=f"2 to {count}, the number of trials, or 1 for none",
+            found=str(folds),
+            fix="choose another number or name more trials",
+        )
     order = list(range(count))
     if seed is not None:
         order = [int(k) for k in np.random.default_rng(seed).permutation(count)]
@@ -213,20 +253,28 @@ class Sensitivity:
 
     def to_json(self) -> dict[str, Any]:
         """Plain data; a figure that is no number is None."""
-        return {"parameter": self.name, "value": self.value, "half": self.half,
-                "double": self.double,
-                "half_deg": self.half_deg if math.isfinite(self.half_deg) else None,
-                "double_deg": self.double_deg if math.isfinite(self.double_deg) else None}
+        return {
+            "parameter": self.name,
+            "value": self.value,
+            "half": self.half,
+            "double": self.double,
+            "half_deg": self.half_deg if math.isfinite(self.half_deg) else None,
+            "double_deg": self.double_deg if math.isfinite(self.double_deg) else None,
+        }
 
 
-def sensitivities(objective: Objective, params: Sequence[Param],
-                  values: Mapping[str, float]) -> list[Sensitivity]:
+def sensitivities(
+    objective: Objective, params: Sequence[Param], values: Mapping[str, float]
+) -> list[Sensitivity]:
     """The objective with each parameter times 0.5 and times 2, the others as they are."""
     search = Search(objective, params)
     at = tuple(values[p.name] for p in params)
     out = []
     for k, p in enumerate(params):
         half, double = search.moved(at, k, 0.5), search.moved(at, k, 2.0)
-        out.append(Sensitivity(p.name, at[k], half[k], double[k], search.figure(half),
-                               search.figure(double)))
+        out.append(
+            Sensitivity(
+                p.name, at[k], half[k], double[k], search.figure(half), search.figure(double)
+            )
+        )
     return out

@@ -33,8 +33,9 @@ def filter_header(name: str | None, *, single: bool = False) -> str:
     macro = name.upper()
     kinds = "\n".join(f"typedef {name}{kind}_t filter{kind}_t;" for kind in ("", "_in", "_out"))
     return _HEAD.format(what=name) + (
-        f"#include \"{name}.h\"\n\n"
+        f'#include "{name}.h"\n\n'
         f"#define FILTER_KIND {2 if single else 1} // 1: integer words, 2: float\n"
         f"#define FILTER_INPUTS {macro}_INPUTS\n#define FILTER_OUTPUTS {macro}_OUTPUTS\n"
         f"#define filter_init {name}_init\n#define filter_reset {name}_reset\n"
-        f"#define filter_update {name}_update\n\n{kinds}\n\n#endif\n")
+        f"#define filter_update {name}_update\n\n{kinds}\n\n#endif\n"
+    )

@@ -10,22 +10,47 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from model.errors import ToolMissing
+from boresight.model.errors import ToolMissing
 
-__all__ = ["CFLAGS", "COMPILER", "Image", "ImageError", "build_image", "find_cross_compiler",
-           "source"]
+__all__ = [
+    "CFLAGS",
+    "COMPILER",
+    "Image",
+    "ImageError",
+    "build_image",
+    "find_cross_compiler",
+    "source",
+]
 
 #: What Debian and Ubuntu call the compiler and the C library.
 COMPILER = "riscv64-unknown-elf-gcc"
 PACKAGES = "gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf"
 
 #: Warnings are errors. libm's functions set no errno and float arithmetic no flag that is read.
-CFLAGS = ("-std=c99", "-march=rv32im", "-mabi=ilp32", "-Wa,-march=rv32im_zicsr", "-Wall",
-          "-Wextra", "-Wconversion", "-Werror", "-ffreestanding", "-fno-math-errno",
-          "-fno-trapping-math", "-fno-strict-aliasing", "-fno-tree-loop-distribute-patterns",
-          "-ffp-contract=off", "-ffunction-sections", "-fdata-sections")
-_LINK = ("--specs=picolibc.specs", "-nostartfiles", "-Wl,--gc-sections",
-         "-Wl,--no-warn-rwx-segments")
+CFLAGS = (
+    "-std=c99",
+    "-march=rv32im",
+    "-mabi=ilp32",
+    "-Wa,-march=rv32im_zicsr",
+    "-Wall",
+    "-Wextra",
+    "-Wconversion",
+    "-Werror",
+    "-ffreestanding",
+    "-fno-math-errno",
+    "-fno-trapping-math",
+    "-fno-strict-aliasing",
+    "-fno-tree-loop-distribute-patterns",
+    "-ffp-contract=off",
+    "-ffunction-sections",
+    "-fdata-sections",
+)
+_LINK = (
+    "--specs=picolibc.specs",
+    "-nostartfiles",
+    "-Wl,--gc-sections",
+    "-Wl,--no-warn-rwx-segments",
+)
 _FIXED = ("start.S", "link.ld", "soc.h", "soc.c")
 
 
@@ -87,18 +112,29 @@ def find_cross_compiler() -> str:
     """
     path = shutil.which(COMPILER)
     if path is None:
-        raise ToolMissing(f"{COMPILER} was not found: run 'make firmware', or install it "
-                          f"(Debian, Ubuntu: apt-get install {PACKAGES})")
-    specs = subprocess.run([path, "-print-file-name=picolibc.specs"], capture_output=True,
-                           text=True, check=True).stdout.strip()
+        raise ToolMissing(
+            f"{COMPILER} was not found: run 'make firmware', or install it "
+            f"(Debian, Ubuntu: apt-get install {PACKAGES})"
+        )
+    specs = subprocess.run(
+        [path, "-print-file-name=picolibc.specs"], capture_output=True, text=True, check=True
+    ).stdout.strip()
     if not Path(specs).is_absolute():
-        raise ToolMissing(f"picolibc for {COMPILER} was not found: run 'make firmware', or "
-                          f"install it (Debian, Ubuntu: apt-get install {PACKAGES})")
+        raise ToolMissing(
+            f"picolibc for {COMPILER} was not found: run 'make firmware', or "
+            f"install it (Debian, Ubuntu: apt-get install {PACKAGES})"
+        )
     return path
 
 
-def build_image(files: Mapping[str, str], *, sources: Sequence[str], ram: int,
-                stack: int = 1024, optimise: str = "-Os") -> Image:
+def build_image(
+    files: Mapping[str, str],
+    *,
+    sources: Sequence[str],
+    ram: int,
+    stack: int = 1024,
+    optimise: str = "-Os",
+) -> Image:
     """Compile and link.
 
     Parameters
@@ -133,22 +169,33 @@ def build_image(files: Mapping[str, str], *, sources: Sequence[str], ram: int,
         data = (folder / "image.bin").read_bytes()
         listed = _run([f"{tool}nm", "image.elf"], folder)
     data += bytes(-len(data) % 4)
-    words = tuple(int.from_bytes(data[k:k + 4], "little") for k in range(0, len(data), 4))
-    symbols = {m[2]: int(m[1], 16)
-               for m in re.finditer(r"(?m)^([0-9a-f]+) \w (\S+)$", listed)}
+    words = tuple(int.from_bytes(data[k : k + 4], "little") for k in range(0, len(data), 4))
+    symbols = {m[2]: int(m[1], 16) for m in re.finditer(r"(?m)^([0-9a-f]+) \w (\S+)$", listed)}
     return Image(words, symbols, ram)
 
 
-def project_files(files: Mapping[str, str], *, sources: Sequence[str], ram: int,
-                  stack: int = 1024, optimise: str = "-Os") -> dict[str, str]:
+def project_files(
+    files: Mapping[str, str],
+    *,
+    sources: Sequence[str],
+    ram: int,
+    stack: int = 1024,
+    optimise: str = "-Os",
+) -> dict[str, str]:
     """All sources of an image by file name, with ``build.sh`` that makes ``firmware.hex`` of them.
 
     Parameters are those of `build_image`.
     """
     command = " ".join(_arguments(sources, ram, stack, optimise))
-    return {**_texts(files), "build.sh": _BUILD.format(
-        compiler=COMPILER, packages=PACKAGES, arguments=command,
-        objcopy=f"{COMPILER.removesuffix('gcc')}objcopy")}
+    return {
+        **_texts(files),
+        "build.sh": _BUILD.format(
+            compiler=COMPILER,
+            packages=PACKAGES,
+            arguments=command,
+            objcopy=f"{COMPILER.removesuffix('gcc')}objcopy",
+        ),
+    }
 
 
 _BUILD = """\
@@ -171,15 +218,26 @@ def _texts(files: Mapping[str, str]) -> dict[str, str]:
 
 def _arguments(sources: Sequence[str], ram: int, stack: int, optimise: str) -> list[str]:
     """Of the compiler."""
-    return [*CFLAGS, optimise, *_LINK, "-T", "link.ld",
-            f"-Wl,--defsym=RAM_SIZE={ram},--defsym=STACK_SIZE={stack}", "start.S", "soc.c",
-            *sources, "-lm"]
+    return [
+        *CFLAGS,
+        optimise,
+        *_LINK,
+        "-T",
+        "link.ld",
+        f"-Wl,--defsym=RAM_SIZE={ram},--defsym=STACK_SIZE={stack}",
+        "start.S",
+        "soc.c",
+        *sources,
+        "-lm",
+    ]
 
 
 def _run(command: Sequence[str], folder: Path) -> str:
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     if done.returncode:
         said = [line for line in done.stderr.splitlines() if "rror" in line or "full" in line]
-        raise ImageError(f"{Path(command[0]).name} failed: "
-                         + "; ".join(said[:5] or done.stderr.splitlines()[-3:]))
+        raise ImageError(
+            f"{Path(command[0]).name} failed: "
+            + "; ".join(said[:5] or done.stderr.splitlines()[-3:])
+        )
     return done.stdout

@@ -63,12 +63,28 @@ class Board:
             attrs = {"IOSTANDARD": "LVCMOS33", **({"PULLUP": "TRUE"} if line.pull_up else {})}
             if not line.input:  # registered: the same delay in every build; short lines, slow edges
                 attrs |= {"SLEW": "SLOW", "DRIVE": "8"}
-            platform.add_resources([Resource(
-                line.name, 0, Pins(self.positions[line.place], dir="i" if line.input else "o",
-                                   conn=self.connector), Attrs(**attrs))])
+            platform.add_resources(
+                [
+                    Resource(
+                        line.name,
+                        0,
+                        Pins(
+                            self.positions[line.place],
+                            dir="i" if line.input else "o",
+                            conn=self.connector,
+                        ),
+                        Attrs(**attrs),
+                    )
+                ]
+            )
         if self.leds:
-            platform.add_resources(LEDResources(pins=" ".join(self.leds), conn=self.connector,
-                                                attrs=Attrs(IOSTANDARD="LVCMOS33")))
+            platform.add_resources(
+                LEDResources(
+                    pins=" ".join(self.leds),
+                    conn=self.connector,
+                    attrs=Attrs(IOSTANDARD="LVCMOS33"),
+                )
+            )
         return platform
 
     def where(self, line: Line) -> str:
@@ -89,13 +105,26 @@ def _row(names: str, first: int) -> dict[str, str]:
     return {name: str(first + k) for k, name in enumerate(names.split())}
 
 
-_ROW = ("adis_cs_n adis_sclk adis_mosi adis_miso adis_data_ready adis_reset_n hmr_rx hmr_tx "
-        "console_rx console_tx")
+_ROW = (
+    "adis_cs_n adis_sclk adis_mosi adis_miso adis_data_ready adis_reset_n hmr_rx hmr_tx "
+    "console_rx console_tx"
+)
 
 #: Boards by name. No project asks for their flash memory: amaranth-boards has a wrong pin for it.
 BOARDS = {
-    "mimas": Board("Numato Mimas", NumatoMimasPlatform, 100_000_000, ("p", 1),
-                   {"host_rx": "3", "host_tx": "4", **_row(_ROW, 5)}),
-    "sk-xc6slx9": Board("SK-XC6SLX9", SK_XC6SLX9Platform, 50_000_000, ("x", 7),
-                        {"host_rx": "3", "host_tx": "5", **_row(_ROW, 8)}, leds=("6", "7")),
+    "mimas": Board(
+        "Numato Mimas",
+        NumatoMimasPlatform,
+        100_000_000,
+        ("p", 1),
+        {"host_rx": "3", "host_tx": "4", **_row(_ROW, 5)},
+    ),
+    "sk-xc6slx9": Board(
+        "SK-XC6SLX9",
+        SK_XC6SLX9Platform,
+        50_000_000,
+        ("x", 7),
+        {"host_rx": "3", "host_tx": "5", **_row(_ROW, 8)},
+        leds=("6", "7"),
+    ),
 }

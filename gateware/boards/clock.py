@@ -8,7 +8,7 @@ from typing import Any
 from amaranth.hdl import ClockSignal, Const, Elaboratable, Instance, Module, Signal
 from amaranth.lib import io
 
-from model.errors import InputError
+from boresight.model.errors import InputError
 
 __all__ = ["Pll", "PllClock", "pll_for"]
 
@@ -44,9 +44,12 @@ def pll_for(*, oscillator_hz: int, clock_hz: int) -> Pll | None:
             if low <= oscillator_hz * multiply <= high and not rest and 1 <= divide <= 128:
                 return Pll(oscillator_hz, multiply, divide)
     raise InputError.at(
-        "clock_hz", wanted=f"a whole number up to {CLOCK_MAX_HZ} Hz that is {oscillator_hz} Hz * m "
-        f"/ d with {oscillator_hz} Hz * m from {low} to {high} Hz", found=repr(clock_hz),
-        fix=f"choose {oscillator_hz} or, for example, {2 * oscillator_hz}")
+        "clock_hz",
+        wanted=f"a whole number up to {CLOCK_MAX_HZ} Hz that is {oscillator_hz} Hz * m "
+        f"/ d with {oscillator_hz} Hz * m from {low} to {high} Hz",
+        found=repr(clock_hz),
+        fix=f"choose {oscillator_hz} or, for example, {2 * oscillator_hz}",
+    )
 
 
 class PllClock(Elaboratable):
@@ -70,12 +73,22 @@ class PllClock(Elaboratable):
         m.submodules.pad = pad = io.Buffer("i", platform.request(platform.default_clk, dir="-"))
         feedback, fast, locked, started = Signal(), Signal(), Signal(), Signal()
         m.submodules.pll = Instance(
-            "PLL_BASE", p_COMPENSATION="INTERNAL", p_BANDWIDTH="OPTIMIZED",
-            p_CLKIN_PERIOD=1e9 / self.pll.oscillator_hz, p_DIVCLK_DIVIDE=1,
-            p_CLKFBOUT_MULT=self.pll.multiply, p_CLKOUT0_DIVIDE=self.pll.divide,
-            i_CLKIN=pad.i, i_CLKFBIN=feedback, i_RST=Const(0, 1),
-            o_CLKFBOUT=feedback, o_CLKOUT0=fast, o_LOCKED=locked)
+            "PLL_BASE",
+            p_COMPENSATION="INTERNAL",
+            p_BANDWIDTH="OPTIMIZED",
+            p_CLKIN_PERIOD=1e9 / self.pll.oscillator_hz,
+            p_DIVCLK_DIVIDE=1,
+            p_CLKFBOUT_MULT=self.pll.multiply,
+            p_CLKOUT0_DIVIDE=self.pll.divide,
+            i_CLKIN=pad.i,
+            i_CLKFBIN=feedback,
+            i_RST=Const(0, 1),
+            o_CLKFBOUT=feedback,
+            o_CLKOUT0=fast,
+            o_LOCKED=locked,
+        )
         m.submodules.startup = Instance("STARTUP_SPARTAN6", o_EOS=started)
         m.submodules.gate = Instance(
-            "BUFGCE", i_CE=locked & started, i_I=fast, o_O=ClockSignal("sync"))
+            "BUFGCE", i_CE=locked & started, i_I=fast, o_O=ClockSignal("sync")
+        )
         return m

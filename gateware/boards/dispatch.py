@@ -8,10 +8,10 @@ from amaranth.hdl import Module, Mux, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from gateware.boards.frames import Kind
-from gateware.boards.pack import reply_layout
-from gateware.engine import word_layout
-from gateware.registers import BusSignature
+from boresight.gateware.boards.frames import Kind
+from boresight.gateware.boards.pack import reply_layout
+from boresight.gateware.engine import word_layout
+from boresight.gateware.registers import BusSignature
 
 __all__ = ["Dispatcher"]
 
@@ -59,14 +59,21 @@ class Dispatcher(wiring.Component):
         self.inputs = inputs
         self.depth = depth
         records = {"answered": In(1), "o": Out(stream.Signature(word_layout(word)))}
-        super().__init__({
-            "pending": In(1), "kind": In(2), "index": Out(range(depth)), "read": Out(1),
-            "word_data": In(word), "done": Out(1),
-            "bus": Out(BusSignature(word=word, address=address)),
-            "request": Out(1), "grant": In(1, init=1),
-            "o_reply": Out(stream.Signature(reply_layout(word))),
-            **(records if inputs else {}),
-        })
+        super().__init__(
+            {
+                "pending": In(1),
+                "kind": In(2),
+                "index": Out(range(depth)),
+                "read": Out(1),
+                "word_data": In(word),
+                "done": Out(1),
+                "bus": Out(BusSignature(word=word, address=address)),
+                "request": Out(1),
+                "grant": In(1, init=1),
+                "o_reply": Out(stream.Signature(reply_layout(word))),
+                **(records if inputs else {}),
+            }
+        )
 
     def elaborate(self, platform: Any) -> Module:
         """One state per step of a frame."""
@@ -81,8 +88,10 @@ class Dispatcher(wiring.Component):
             self.request.eq(bus.w_stb),
         ]
         if self.inputs:
-            m.d.comb += [self.o.payload.data.eq(self.word_data),
-                         record.eq(self.kind == Kind.RECORD)]
+            m.d.comb += [
+                self.o.payload.data.eq(self.word_data),
+                record.eq(self.kind == Kind.RECORD),
+            ]
             with m.If(self.answered):
                 m.d.sync += busy.eq(0)
         with m.FSM():
@@ -99,8 +108,11 @@ class Dispatcher(wiring.Component):
                     m.next = "WRITE"
                 if self.inputs:
                     with m.If(record):
-                        m.d.sync += [self.o.valid.eq(1), bus.w_stb.eq(0),
-                                     self.o.payload.last.eq(self.index == self.inputs - 1)]
+                        m.d.sync += [
+                            self.o.valid.eq(1),
+                            bus.w_stb.eq(0),
+                            self.o.payload.last.eq(self.index == self.inputs - 1),
+                        ]
                         m.next = "RECORD"
             with m.State("ADDRESS"):
                 m.d.sync += [bus.addr.eq(self.word_data), self.index.eq(1)]

@@ -9,7 +9,7 @@ from amaranth.hdl import Module, Mux, Signal
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from gateware.boards.frames import CRC, END, END_ESCAPED, ESC, ESC_ESCAPED
+from boresight.gateware.boards.frames import CRC, END, END_ESCAPED, ESC, ESC_ESCAPED
 
 __all__ = ["Framer", "body_layout"]
 
@@ -59,8 +59,7 @@ class Framer(wiring.Component):
         ]
         with m.If(special):
             # Bit 0 tells ESC from END.
-            m.d.comb += self.o.payload.eq(Mux(
-                escaped, Mux(byte[0], ESC_ESCAPED, END_ESCAPED), ESC))
+            m.d.comb += self.o.payload.eq(Mux(escaped, Mux(byte[0], ESC_ESCAPED, END_ESCAPED), ESC))
         with m.If(full & self.o.ready):
             m.d.sync += [full.eq(special & ~escaped), escaped.eq(special & ~escaped)]
 
@@ -76,18 +75,24 @@ class Framer(wiring.Component):
         ]
         with m.If(~full), m.Switch(part):
             with m.Case(_Part.CHECK_LOW):
-                m.d.sync += [byte.eq(crc.crc[:8]), literal.eq(0), full.eq(1),
-                             part.eq(_Part.CHECK_HIGH)]
+                m.d.sync += [
+                    byte.eq(crc.crc[:8]),
+                    literal.eq(0),
+                    full.eq(1),
+                    part.eq(_Part.CHECK_HIGH),
+                ]
             with m.Case(_Part.CHECK_HIGH):
                 m.d.sync += [byte.eq(crc.crc[8:]), full.eq(1), part.eq(_Part.FINISH)]
             with m.Case(_Part.BODY):
-                m.d.sync += [byte.eq(self.i.payload.data), literal.eq(0),
-                             full.eq(self.i.valid)]
+                m.d.sync += [byte.eq(self.i.payload.data), literal.eq(0), full.eq(self.i.valid)]
                 with m.If(self.i.valid & self.i.payload.last):
                     m.d.sync += part.eq(_Part.CHECK_LOW)
             with m.Case(_Part.BEGIN):
-                m.d.sync += [byte.eq(Mux(raw, self.i.payload.data, END)), literal.eq(1),
-                             full.eq(self.i.valid)]
+                m.d.sync += [
+                    byte.eq(Mux(raw, self.i.payload.data, END)),
+                    literal.eq(1),
+                    full.eq(self.i.valid),
+                ]
                 with m.If(self.i.valid & ~raw):
                     m.d.sync += part.eq(_Part.BODY)
             with m.Default():  # FINISH, and codes that are no part

@@ -34,8 +34,18 @@ from enum import IntEnum
 
 from amaranth.lib.crc import catalog
 
-__all__ = ["CRC", "CRC_BYTES", "END", "END_ESCAPED", "ESC", "ESC_ESCAPED", "Decoder", "Kind",
-           "encode", "word_bytes"]
+__all__ = [
+    "CRC",
+    "CRC_BYTES",
+    "END",
+    "END_ESCAPED",
+    "ESC",
+    "ESC_ESCAPED",
+    "Decoder",
+    "Kind",
+    "encode",
+    "word_bytes",
+]
 
 END, ESC, END_ESCAPED, ESC_ESCAPED = 0xC0, 0xDB, 0xDC, 0xDD
 _ESCAPES = {END: END_ESCAPED, ESC: ESC_ESCAPED}
@@ -131,9 +141,16 @@ class Decoder:
                 body.append(byte)
         size = word_bytes(self.word)
         check, body = body[-CRC_BYTES:], body[:-CRC_BYTES]
-        if escaped or not body or (len(body) - 1) % size or body[0] not in set(Kind) \
-                or CRC.compute(body) != int.from_bytes(check, "little"):
+        if (
+            escaped
+            or not body
+            or (len(body) - 1) % size
+            or body[0] not in set(Kind)
+            or CRC.compute(body) != int.from_bytes(check, "little")
+        ):
             return None
-        words = [int.from_bytes(body[k:k + size], "little", signed=True)
-                 for k in range(1, len(body), size)]
+        words = [
+            int.from_bytes(body[k : k + size], "little", signed=True)
+            for k in range(1, len(body), size)
+        ]
         return Kind(body[0]), words

@@ -10,11 +10,11 @@ from typing import Any, Protocol
 
 from amaranth.hdl import ClockDomain, Elaboratable, Module
 
-from gateware.boards.board import BOARDS, Line
-from gateware.boards.clock import Pll, PllClock, pll_for
-from gateware.boards.ise_text import BUILD_BAT, BUILD_SH, readme
-from gateware.verilog import amaranth_yosys
-from model.errors import InputError
+from boresight.gateware.boards.board import BOARDS, Line
+from boresight.gateware.boards.clock import Pll, PllClock, pll_for
+from boresight.gateware.boards.ise_text import BUILD_BAT, BUILD_SH, readme
+from boresight.gateware.verilog import amaranth_yosys
+from boresight.model.errors import InputError
 
 __all__ = ["Design", "pins", "write_ise_project"]
 
@@ -59,8 +59,11 @@ class _Shell(Elaboratable):
 @contextmanager
 def _no_overrides() -> Iterator[None]:
     """Hide the variables that would change Amaranth's build plan."""
-    hidden = {name: os.environ.pop(name) for name in list(os.environ)
-              if name.startswith("AMARANTH_") and name != "AMARANTH_USE_YOSYS"}
+    hidden = {
+        name: os.environ.pop(name)
+        for name in list(os.environ)
+        if name.startswith("AMARANTH_") and name != "AMARANTH_USE_YOSYS"
+    }
     try:
         yield
     finally:
@@ -94,9 +97,14 @@ def pins(ucf: str) -> dict[str, str]:
     return out
 
 
-def write_ise_project(make: Callable[[int], Design], board: str, folder: Path | str, *,
-                      clock_hz: int | None = None, files: Mapping[str, str] | None = None
-                      ) -> tuple[Path, ...]:
+def write_ise_project(
+    make: Callable[[int], Design],
+    board: str,
+    folder: Path | str,
+    *,
+    clock_hz: int | None = None,
+    files: Mapping[str, str] | None = None,
+) -> tuple[Path, ...]:
     """Write an ISE project of a design on a board.
 
     Only files are written; ``build.sh`` (``build.bat``) among them is what the owner of ISE 14.7
@@ -126,8 +134,12 @@ def write_ise_project(make: Callable[[int], Design], board: str, folder: Path | 
         Unknown board, or a clock that cannot be had.
     """
     if board not in BOARDS:
-        raise InputError.at("board", wanted=f"one of {', '.join(BOARDS)}", found=repr(board),
-                            fix="choose one of these")
+        raise InputError.at(
+            "board",
+            wanted=f"one of {', '.join(BOARDS)}",
+            found=repr(board),
+            fix="choose one of these",
+        )
     chosen = BOARDS[board]
     clock = chosen.oscillator_hz if clock_hz is None else clock_hz
     pll = pll_for(oscillator_hz=chosen.oscillator_hz, clock_hz=clock)
@@ -138,18 +150,32 @@ def write_ise_project(make: Callable[[int], Design], board: str, folder: Path | 
     # Asynchronous inputs end in synchronisers: no path from their pads has a time to keep.
     ignored = "\n".join(f'NET "{line.name}_0__io" TIG;' for line in design.lines if line.input)
     with amaranth_yosys(), _no_overrides():
-        plan = platform.prepare(_Shell(design, pll), "top", emit_src=False,
-                                add_constraints=ignored,
-                                map_opts=["-ol high"], par_opts=["-ol high"])
-    given = {name: text.decode() if isinstance(text, bytes) else text
-             for name, text in plan.files.items()}
-    written = {name: text if name in (files or {}) else _plain(text)
-               for name, text in given.items() if name not in ("top.debug.v", "build_top.json")}
+        plan = platform.prepare(
+            _Shell(design, pll),
+            "top",
+            emit_src=False,
+            add_constraints=ignored,
+            map_opts=["-ol high"],
+            par_opts=["-ol high"],
+        )
+    given = {
+        name: text.decode() if isinstance(text, bytes) else text
+        for name, text in plan.files.items()
+    }
+    written = {
+        name: text if name in (files or {}) else _plain(text)
+        for name, text in given.items()
+        if name not in ("top.debug.v", "build_top.json")
+    }
     written["build.sh"] = BUILD_SH
     written["build.bat"] = BUILD_BAT
     written["README.txt"] = readme(
-        design=design, board=chosen, oscillator_hz=chosen.oscillator_hz,
-        part=f"{platform.device}-{platform.speed}{platform.package}", pins=pins(written["top.ucf"]))
+        design=design,
+        board=chosen,
+        oscillator_hz=chosen.oscillator_hz,
+        part=f"{platform.device}-{platform.speed}{platform.package}",
+        pins=pins(written["top.ucf"]),
+    )
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in written.items():

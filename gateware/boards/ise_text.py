@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from gateware.boards.board import Board
+from boresight.gateware.boards.board import Board
 
 __all__ = ["BUILD_BAT", "BUILD_SH", "readme", "table"]
 
@@ -77,19 +77,23 @@ serial adapter with 3.3 V levels.
 
 {body}"""
 
+
 def table(rows: Sequence[tuple[str, ...]]) -> str:
     """Columns, left-aligned."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return "\n".join("  " + "  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True))
-                     .rstrip() for row in rows)
+    return "\n".join(
+        "  " + "  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    )
 
 
 def _mhz(hz: int) -> str:
     return f"{hz / 1e6:g} MHz"
 
 
-def readme(*, design: Any, board: Board, part: str, pins: Mapping[str, str],
-           oscillator_hz: int) -> str:
+def readme(
+    *, design: Any, board: Board, part: str, pins: Mapping[str, str], oscillator_hz: int
+) -> str:
     """README.txt of a project.
 
     Parameters
@@ -100,19 +104,30 @@ def readme(*, design: Any, board: Board, part: str, pins: Mapping[str, str],
         Pin of every net (`gateware.boards.ise.pins`).
     """
     clock_hz = int(design.clock_hz)
-    by_net = {f"{'led_' + line.place[3:] if line.place.startswith('led') else line.name + '_0'}"
-              "__io": line for line in design.lines}
+    by_net = {
+        f"{'led_' + line.place[3:] if line.place.startswith('led') else line.name + '_0'}__io": line
+        for line in design.lines
+    }
     rows = [("signal", "FPGA pin", "where", "meaning")]
     for net, pin in pins.items():
         line = by_net.get(net)
-        rows.append(("clock", pin, "on the board", f"oscillator, {_mhz(oscillator_hz)}")
-                    if line is None else (line.name, pin, board.where(line), line.meaning))
+        rows.append(
+            ("clock", pin, "on the board", f"oscillator, {_mhz(oscillator_hz)}")
+            if line is None
+            else (line.name, pin, board.where(line), line.meaning)
+        )
     own = clock_hz == oscillator_hz
     title = f"{design.title} on {board.title}"
     head, body = design.text()
     return _README.format(
-        title=title, rule="=" * len(title), head=head, body=body, part=part,
-        connector=board.header, pins=table(rows),
-        clock=f"{_mhz(clock_hz)}, " + ("the board's oscillator" if own else
-                                       f"by PLL from the board's {_mhz(oscillator_hz)}"),
-        derived="" if own else f",\nfrom which ISE derives {_mhz(clock_hz)} behind the PLL")
+        title=title,
+        rule="=" * len(title),
+        head=head,
+        body=body,
+        part=part,
+        connector=board.header,
+        pins=table(rows),
+        clock=f"{_mhz(clock_hz)}, "
+        + ("the board's oscillator" if own else f"by PLL from the board's {_mhz(oscillator_hz)}"),
+        derived="" if own else f",\nfrom which ISE derives {_mhz(clock_hz)} behind the PLL",
+    )

@@ -8,9 +8,9 @@ from amaranth.hdl import Module, Mux, Signal
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from gateware.boards.framer import body_layout
-from gateware.boards.frames import Kind, word_bytes
-from gateware.engine import word_layout
+from boresight.gateware.boards.framer import body_layout
+from boresight.gateware.boards.frames import Kind, word_bytes
+from boresight.gateware.engine import word_layout
 
 __all__ = ["Packer", "reply_layout"]
 
@@ -48,11 +48,13 @@ class Packer(wiring.Component):
     def __init__(self, *, word: int, records: bool = True) -> None:
         self.word = word
         self.records = records
-        super().__init__({
-            **({"i": In(stream.Signature(word_layout(word)))} if records else {}),
-            "i_reply": In(stream.Signature(reply_layout(word))),
-            "o": Out(stream.Signature(body_layout)),
-        })
+        super().__init__(
+            {
+                **({"i": In(stream.Signature(word_layout(word)))} if records else {}),
+                "i_reply": In(stream.Signature(reply_layout(word))),
+                "o": Out(stream.Signature(body_layout)),
+            }
+        )
 
     def elaborate(self, platform: Any) -> Module:
         """Kind, then the words byte by byte."""
@@ -92,8 +94,12 @@ class Packer(wiring.Component):
             with m.State("IDLE"):
                 m.d.sync += place.eq(0)
                 with m.If(self.i.valid):
-                    m.d.sync += [held.eq(self.i.payload.data), last.eq(self.i.payload.last),
-                                 ready.eq(0), answer.eq(0)]
+                    m.d.sync += [
+                        held.eq(self.i.payload.data),
+                        last.eq(self.i.payload.last),
+                        ready.eq(0),
+                        answer.eq(0),
+                    ]
                     m.next = "KIND"
                 with m.Elif(reply.valid):
                     m.d.sync += [last.eq(1), ready.eq(0), answer.eq(1)]
@@ -103,9 +109,12 @@ class Packer(wiring.Component):
                 with m.If(sent):
                     m.next = "WORD"
             with m.State("WORD"):
-                m.d.comb += [self.o.valid.eq(1), self.o.payload.last.eq(whole & last),
-                             self.o.payload.data.eq(word.word_select(place, 8)),
-                             reply.ready.eq(sent & whole & answer)]
+                m.d.comb += [
+                    self.o.valid.eq(1),
+                    self.o.payload.last.eq(whole & last),
+                    self.o.payload.data.eq(word.word_select(place, 8)),
+                    reply.ready.eq(sent & whole & answer),
+                ]
                 with m.If(sent):
                     m.d.sync += place.eq(place + 1)
                     with m.If(whole):
@@ -114,7 +123,10 @@ class Packer(wiring.Component):
                         with m.If(last):
                             m.next = "IDLE"
             with m.State("NEXT"), m.If(self.i.valid):
-                m.d.sync += [held.eq(self.i.payload.data), last.eq(self.i.payload.last),
-                             ready.eq(0)]
+                m.d.sync += [
+                    held.eq(self.i.payload.data),
+                    last.eq(self.i.payload.last),
+                    ready.eq(0),
+                ]
                 m.next = "WORD"
         return m

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from gateware.boards.frames import word_bytes
-from gateware.boards.ise_text import table
-from gateware.core import Core
-from gateware.registers import PROGRAM
-from model.program import Program
+from boresight.gateware.boards.frames import word_bytes
+from boresight.gateware.boards.ise_text import table
+from boresight.gateware.core import Core
+from boresight.gateware.registers import PROGRAM
+from boresight.model.program import Program
 
 __all__ = ["records_text"]
 
@@ -43,27 +43,52 @@ The core holds these programs. It begins with number 0; write another number to 
 def records_text(core: Core, *, baud: float) -> tuple[str, str]:
     """Head and end of the README."""
     program, parts = core.program, core.parts
-    records = "\n".join((f"{p.program.name}\n" if len(parts) > 1 else "") + _streams(p.program)
-                        for p in parts)
-    programs = "" if len(parts) == 1 else _PROGRAMS.format(register=PROGRAM, table=table(
-        [("number", "name", "cycles per update"),
-         *((str(k), p.program.name, str(p.schedule.interval)) for k, p in enumerate(parts))]))
+    records = "\n".join(
+        (f"{p.program.name}\n" if len(parts) > 1 else "") + _streams(p.program) for p in parts
+    )
+    programs = (
+        ""
+        if len(parts) == 1
+        else _PROGRAMS.format(
+            register=PROGRAM,
+            table=table(
+                [
+                    ("number", "name", "cycles per update"),
+                    *(
+                        (str(k), p.program.name, str(p.schedule.interval))
+                        for k, p in enumerate(parts)
+                    ),
+                ]
+            ),
+        )
+    )
     cycles = sorted({p.schedule.interval for p in parts})
     counts = {"inputs": len(program.inputs), "outputs": len(program.outputs)}
     head = _HEAD.format(
-        name=core.name, config=core.machine.name, lanes=core.machine.lanes,
-        word=core.machine.arithmetic.word, digest=core.digest, programs=programs, baud=baud,
-        interval=f"{cycles[0]} to {cycles[-1]}" if cycles[1:] else str(cycles[0]), **counts)
-    return head, _BODY.format(bytes=word_bytes(core.machine.arithmetic.word), streams=records,
-                              **counts)
+        name=core.name,
+        config=core.machine.name,
+        lanes=core.machine.lanes,
+        word=core.machine.arithmetic.word,
+        digest=core.digest,
+        programs=programs,
+        baud=baud,
+        interval=f"{cycles[0]} to {cycles[-1]}" if cycles[1:] else str(cycles[0]),
+        **counts,
+    )
+    return head, _BODY.format(
+        bytes=word_bytes(core.machine.arithmetic.word), streams=records, **counts
+    )
 
 
 def _streams(program: Program) -> str:
     """Words of the records of a program."""
     rows = [("", "name", "f", "unit")]
     for label, numbers, names in (
-            ("in", program.inputs, [program.values[n].name for n in program.inputs]),
-            ("out", program.outputs, program.output_names)):
-        rows += [(label, name, str(program.values[n].frac), program.values[n].unit)
-                 for n, name in zip(numbers, names, strict=True)]
+        ("in", program.inputs, [program.values[n].name for n in program.inputs]),
+        ("out", program.outputs, program.output_names),
+    ):
+        rows += [
+            (label, name, str(program.values[n].frac), program.values[n].unit)
+            for n, name in zip(numbers, names, strict=True)
+        ]
     return table(rows) + "\n"

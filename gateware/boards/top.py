@@ -9,17 +9,17 @@ from amaranth.hdl import Module, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from gateware.boards.board import Line
-from gateware.boards.dispatch import Dispatcher
-from gateware.boards.framer import Framer
-from gateware.boards.frames import Kind
-from gateware.boards.pack import Packer
-from gateware.boards.records_text import records_text
-from gateware.boards.unpack import Unpacker
-from gateware.core import Core
-from gateware.engine import Engine
-from gateware.serial.uart import Receiver, Transmitter, divisor_for
-from model.errors import InputError
+from boresight.gateware.boards.board import Line
+from boresight.gateware.boards.dispatch import Dispatcher
+from boresight.gateware.boards.framer import Framer
+from boresight.gateware.boards.frames import Kind
+from boresight.gateware.boards.pack import Packer
+from boresight.gateware.boards.records_text import records_text
+from boresight.gateware.boards.unpack import Unpacker
+from boresight.gateware.core import Core
+from boresight.gateware.engine import Engine
+from boresight.gateware.serial.uart import Receiver, Transmitter, divisor_for
+from boresight.model.errors import InputError
 
 __all__ = ["Top", "records_design"]
 
@@ -61,17 +61,21 @@ class Top(wiring.Component):
         In the last completed update a result was clamped.
     """
 
-    def __init__(self, *, core: Core, clock_hz: float, baud: float = 115_200,
-                 heartbeat_bits: int = 6) -> None:
+    def __init__(
+        self, *, core: Core, clock_hz: float, baud: float = 115_200, heartbeat_bits: int = 6
+    ) -> None:
         if not isinstance(core, Core):
             raise TypeError(f"core must be a Core, not {core!r}")
         for part in core.parts:
             if not part.program.outputs:
                 raise ValueError(f"core must have outputs, not none, as {part.program.name} has")
         if len({len(part.program.inputs) for part in core.parts}) > 1:
-            raise ValueError("programs of the core must have equally many inputs, not "
-                             + ", ".join(f"{len(part.program.inputs)} ({part.program.name})"
-                                         for part in core.parts))
+            raise ValueError(
+                "programs of the core must have equally many inputs, not "
+                + ", ".join(
+                    f"{len(part.program.inputs)} ({part.program.name})" for part in core.parts
+                )
+            )
         if not isinstance(heartbeat_bits, int) or not 1 <= heartbeat_bits <= 24:
             raise ValueError(f"heartbeat_bits must be 1 to 24, not {heartbeat_bits!r}")
         self.divisor = divisor_for(clock_hz=clock_hz, baud=baud)
@@ -80,15 +84,21 @@ class Top(wiring.Component):
         self.baud = baud
         self.title = core.name
         self.lines = (
-            Line("rx", "host_rx", "serial line to the board: TXD of the adapter", input=True,
-                 pull_up=True),
+            Line(
+                "rx",
+                "host_rx",
+                "serial line to the board: TXD of the adapter",
+                input=True,
+                pull_up=True,
+            ),
             Line("tx", "host_tx", "serial line from the board: RXD of the adapter"),
             Line("heartbeat", "led0", f"LED: toggles every {2 ** (heartbeat_bits - 1)} updates"),
             Line("saturated", "led1", "LED: a result of the last update was clamped"),
         )
         self.heartbeat_bits = heartbeat_bits
-        super().__init__({"rx": In(1, init=1), "tx": Out(1, init=1), "heartbeat": Out(1),
-                          "saturated": Out(1)})
+        super().__init__(
+            {"rx": In(1, init=1), "tx": Out(1, init=1), "heartbeat": Out(1), "saturated": Out(1)}
+        )
 
     def text(self) -> tuple[str, str]:
         """Head and end of a project's README."""
@@ -101,9 +111,11 @@ class Top(wiring.Component):
         inputs = len(self.core.program.inputs)
         m.submodules.receiver = receiver = Receiver(divisor=self.divisor)
         m.submodules.unpacker = unpacker = Unpacker(
-            word=word, lengths={Kind.RECORD: inputs, Kind.WRITE: 2, Kind.READ: 1})
+            word=word, lengths={Kind.RECORD: inputs, Kind.WRITE: 2, Kind.READ: 1}
+        )
         m.submodules.dispatcher = dispatcher = Dispatcher(
-            word=word, inputs=inputs, depth=unpacker.depth)
+            word=word, inputs=inputs, depth=unpacker.depth
+        )
         m.submodules.engine = engine = Engine(machine=self.core.machine, image=self.core.image)
         m.submodules.packer = packer = Packer(word=word)
         m.submodules.framer = framer = Framer()
@@ -117,18 +129,23 @@ class Top(wiring.Component):
         wiring.connect(m, framer.o, transmitter.i)
         m.d.comb += [
             receiver.rx.eq(self.rx),
-            *(getattr(unpacker, name).eq(getattr(receiver, name))
-              for name in ("data", "valid", "error")),
-            *(getattr(unpacker, name).eq(getattr(dispatcher, name))
-              for name in ("index", "read", "done")),
-            *(getattr(dispatcher, name).eq(getattr(unpacker, name))
-              for name in ("pending", "kind", "word_data")),
+            *(
+                getattr(unpacker, name).eq(getattr(receiver, name))
+                for name in ("data", "valid", "error")
+            ),
+            *(
+                getattr(unpacker, name).eq(getattr(dispatcher, name))
+                for name in ("index", "read", "done")
+            ),
+            *(
+                getattr(dispatcher, name).eq(getattr(unpacker, name))
+                for name in ("pending", "kind", "word_data")
+            ),
             self.tx.eq(transmitter.tx),
             self.saturated.eq(engine.saturated_update),
         ]
         updates = Signal(self.heartbeat_bits)
-        m.d.comb += dispatcher.answered.eq(
-            engine.o.valid & engine.o.ready & engine.o.payload.last)
+        m.d.comb += dispatcher.answered.eq(engine.o.valid & engine.o.ready & engine.o.payload.last)
         with m.If(dispatcher.answered):
             m.d.sync += updates.eq(updates + 1)
         m.d.comb += self.heartbeat.eq(updates[-1])
@@ -144,15 +161,22 @@ def records_design(core: Core, *, baud: int = 115_200) -> Callable[[int], Top]:
         Programs with unequally many inputs; when called, a baud rate that cannot be had.
     """
     if len({len(part.program.inputs) for part in core.parts}) > 1:
-        raise InputError.at("programs", wanted="equally many inputs", found=", ".join(
-            f"{len(p.program.inputs)} ({p.program.name})" for p in core.parts),
-            fix="put them into cores of their own")
+        raise InputError.at(
+            "programs",
+            wanted="equally many inputs",
+            found=", ".join(f"{len(p.program.inputs)} ({p.program.name})" for p in core.parts),
+            fix="put them into cores of their own",
+        )
 
     def make(clock_hz: int) -> Top:
         try:
             return Top(core=core, clock_hz=clock_hz, baud=baud)
         except ValueError as error:
-            raise InputError.at("baud", wanted=f"bits per second up to {clock_hz // 8}, within 2 % "
-                                f"of {clock_hz} Hz / n", found=repr(baud),
-                                fix="choose another rate or clock") from error
+            raise InputError.at(
+                "baud",
+                wanted=f"bits per second up to {clock_hz // 8}, within 2 % of {clock_hz} Hz / n",
+                found=repr(baud),
+                fix="choose another rate or clock",
+            ) from error
+
     return make

@@ -9,7 +9,7 @@ from amaranth.hdl import Cat, Module, Mux, Signal
 from amaranth.lib import memory, wiring
 from amaranth.lib.wiring import In, Out
 
-from gateware.boards.frames import (
+from boresight.gateware.boards.frames import (
     CRC,
     CRC_BYTES,
     END,
@@ -67,11 +67,20 @@ class Unpacker(wiring.Component):
                 raise ValueError(f"length must be a positive integer, not {length!r}")
         self.word = word
         self.lengths = dict(lengths)
-        super().__init__({
-            "data": In(8), "valid": In(1), "error": In(1),
-            "pending": Out(1), "kind": Out(2), "index": In(range(self.depth)), "read": In(1),
-            "word_data": Out(word), "done": In(1), "dropped": Out(1),
-        })
+        super().__init__(
+            {
+                "data": In(8),
+                "valid": In(1),
+                "error": In(1),
+                "pending": Out(1),
+                "kind": Out(2),
+                "index": In(range(self.depth)),
+                "read": In(1),
+                "word_data": Out(word),
+                "done": In(1),
+                "dropped": Out(1),
+            }
+        )
 
     @property
     def depth(self) -> int:
@@ -83,7 +92,8 @@ class Unpacker(wiring.Component):
         m = Module()
         size, depth = word_bytes(self.word), self.depth
         m.submodules.buffer = buffer = memory.Memory(
-            shape=self.word, depth=2 * depth, init=[], attrs={"ram_style": "block"})
+            shape=self.word, depth=2 * depth, init=[], attrs={"ram_style": "block"}
+        )
         writer, reader = buffer.write_port(), buffer.read_port()
         m.submodules.crc = crc = CRC.create()
 
@@ -106,15 +116,18 @@ class Unpacker(wiring.Component):
         with m.If(self.valid):
             m.d.sync += escaped.eq(~take & ~end)
         m.d.comb += [
-            crc.data.eq(byte), crc.valid.eq(take), crc.start.eq(end),
-            writer.addr.eq(Cat(count[:(depth - 1).bit_length()], half)),
+            crc.data.eq(byte),
+            crc.valid.eq(take),
+            crc.start.eq(end),
+            writer.addr.eq(Cat(count[: (depth - 1).bit_length()], half)),
             writer.data.eq(Cat(gathered[8:], byte)),
             writer.en.eq(take & (place == size - 1)),
         ]
 
         # Whatever is wrong is remembered until the next END.
-        with m.If(self.error | (take & escaped & (self.data != END_ESCAPED)
-                                & (self.data != ESC_ESCAPED))):
+        with m.If(
+            self.error | (take & escaped & (self.data != END_ESCAPED) & (self.data != ESC_ESCAPED))
+        ):
             m.d.sync += bad.eq(1)
         with m.If(take):
             m.d.sync += headed.eq(1)
@@ -136,14 +149,33 @@ class Unpacker(wiring.Component):
             m.d.sync += self.pending.eq(0)
         m.d.sync += self.dropped.eq(0)
         with m.If(end):
-            m.d.sync += [bad.eq(0), headed.eq(0), place.eq(0), count.eq(0),
-                         self.dropped.eq(headed | bad | escaped | self.error)]
-            with m.If(headed & known & ~bad & ~escaped & ~self.error & crc.match_detected
-                      & (place == CRC_BYTES) & (count == expected) & (~self.pending | self.done)):
-                m.d.sync += [self.pending.eq(1), self.kind.eq(kind), half.eq(~half),
-                             self.dropped.eq(0)]
+            m.d.sync += [
+                bad.eq(0),
+                headed.eq(0),
+                place.eq(0),
+                count.eq(0),
+                self.dropped.eq(headed | bad | escaped | self.error),
+            ]
+            with m.If(
+                headed
+                & known
+                & ~bad
+                & ~escaped
+                & ~self.error
+                & crc.match_detected
+                & (place == CRC_BYTES)
+                & (count == expected)
+                & (~self.pending | self.done)
+            ):
+                m.d.sync += [
+                    self.pending.eq(1),
+                    self.kind.eq(kind),
+                    half.eq(~half),
+                    self.dropped.eq(0),
+                ]
         m.d.comb += [
-            reader.addr.eq(Cat(self.index, ~half)), reader.en.eq(self.read),
+            reader.addr.eq(Cat(self.index, ~half)),
+            reader.en.eq(self.read),
             self.word_data.eq(reader.data),
         ]
         return m

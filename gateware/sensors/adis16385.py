@@ -9,8 +9,8 @@ from amaranth.lib import memory, wiring
 from amaranth.lib.cdc import FFSynchronizer
 from amaranth.lib.wiring import In, Out
 
-from gateware.sensors.adis16385_flags import EVENTS, FLAGS
-from gateware.sensors.adis16385_frames import (
+from boresight.gateware.sensors.adis16385_flags import EVENTS, FLAGS
+from boresight.gateware.sensors.adis16385_frames import (
     CHECKED,
     COMM_FAILURE,
     CONFIG_FRAMES,
@@ -24,8 +24,8 @@ from gateware.sensors.adis16385_frames import (
     read,
     write,
 )
-from gateware.sensors.adis16385_range import at_full_scale
-from gateware.serial.spi import SpiController, cycles_for
+from boresight.gateware.sensors.adis16385_range import at_full_scale
+from boresight.gateware.serial.spi import SpiController, cycles_for
 
 __all__ = ["Adis16385"]
 
@@ -123,20 +123,41 @@ class Adis16385(wiring.Component):
     EVENTS: Final = EVENTS
     FLAGS: Final = FLAGS
 
-    def __init__(self, *, clock_hz: float, sclk_hz: float = 1e6, stall_s: float = 16e-6,
-                 startup_s: float = 0.3, reset_s: float = 1e-3, period_s: float = 1 / 1024,
-                 timeout_periods: float = 4.0, bad_limit: int = 4, identity: int = IDENTITY,
-                 msc_ctrl: int = 0x0006, smpl_prd: int = 0x0001, sens_avg: int = 0x0402,
-                 gyro_limit: int = 24_000, accel_limit: int = 20_000,
-                 alarm_mask: int = 0xFF7F, invalid_mask: int = COMM_FAILURE) -> None:
-        words = {"identity": identity, "msc_ctrl": msc_ctrl, "smpl_prd": smpl_prd,
-                 "sens_avg": sens_avg, "alarm_mask": alarm_mask, "invalid_mask": invalid_mask}
+    def __init__(
+        self,
+        *,
+        clock_hz: float,
+        sclk_hz: float = 1e6,
+        stall_s: float = 16e-6,
+        startup_s: float = 0.3,
+        reset_s: float = 1e-3,
+        period_s: float = 1 / 1024,
+        timeout_periods: float = 4.0,
+        bad_limit: int = 4,
+        identity: int = IDENTITY,
+        msc_ctrl: int = 0x0006,
+        smpl_prd: int = 0x0001,
+        sens_avg: int = 0x0402,
+        gyro_limit: int = 24_000,
+        accel_limit: int = 20_000,
+        alarm_mask: int = 0xFF7F,
+        invalid_mask: int = COMM_FAILURE,
+    ) -> None:
+        words = {
+            "identity": identity,
+            "msc_ctrl": msc_ctrl,
+            "smpl_prd": smpl_prd,
+            "sens_avg": sens_avg,
+            "alarm_mask": alarm_mask,
+            "invalid_mask": invalid_mask,
+        }
         for name, value, least, most in (
-                *((name, value, 0, 0xFFFF) for name, value in words.items()),
-                ("gyro_limit", gyro_limit, 1, 0x7FFF), ("accel_limit", accel_limit, 1, 0x7FFF),
-                ("bad_limit", bad_limit, 1, 16)):
-            if isinstance(value, bool) or not isinstance(value, int) \
-                    or not least <= value <= most:
+            *((name, value, 0, 0xFFFF) for name, value in words.items()),
+            ("gyro_limit", gyro_limit, 1, 0x7FFF),
+            ("accel_limit", accel_limit, 1, 0x7FFF),
+            ("bad_limit", bad_limit, 1, 16),
+        ):
+            if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
                 raise ValueError(f"{name} must be an integer from {least} to {most}, not {value!r}")
         if isinstance(sclk_hz, bool) or not isinstance(sclk_hz, (int, float)) or not sclk_hz > 0:
             raise ValueError(f"sclk_hz must be a positive number, not {sclk_hz!r}")
@@ -144,7 +165,8 @@ class Adis16385(wiring.Component):
             raise ValueError(f"timeout_periods must be 1 or more, not {timeout_periods!r}")
         self.spi = SpiController(
             half_cycles=max(3, cycles_for(clock_hz=clock_hz, seconds=0.5 / sclk_hz)),
-            stall_cycles=cycles_for(clock_hz=clock_hz, seconds=stall_s))
+            stall_cycles=cycles_for(clock_hz=clock_hz, seconds=stall_s),
+        )
         self.identity, self.bad_limit = identity, bad_limit
         self.gyro_limit, self.accel_limit = gyro_limit, accel_limit
         self.alarm_mask, self.invalid_mask = alarm_mask, invalid_mask
@@ -156,18 +178,35 @@ class Adis16385(wiring.Component):
         period = cycles_for(clock_hz=clock_hz, seconds=period_s)
         if period <= self.burst_cycles + self.spi.stall_cycles:
             burst_s = self.burst_cycles / clock_hz
-            raise ValueError(f"period_s must be longer than a burst ({burst_s:.4g} s and a stall), "
-                             f"not {period_s!r}")
-        super().__init__({
-            "cs_n": Out(1, init=1), "sclk": Out(1, init=1), "mosi": Out(1), "reset_n": Out(1),
-            "miso": In(1), "data_ready": In(1),
-            "time": In(32), "enable": In(1, init=1), "restart": In(1),
-            "msc_ctrl": In(16, init=msc_ctrl), "smpl_prd": In(16, init=smpl_prd),
-            "sens_avg": In(16, init=sens_avg),
-            "sample": Out(1), "index": In(range(len(WORDS))), "word": Out(16),
-            "temperature": Out(16), "diag_stat": Out(16),
-            "stamp": Out(32), "number": Out(16), "flags": Out(FLAGS), "events": Out(len(EVENTS)),
-        })
+            raise ValueError(
+                f"period_s must be longer than a burst ({burst_s:.4g} s and a stall), "
+                f"not {period_s!r}"
+            )
+        super().__init__(
+            {
+                "cs_n": Out(1, init=1),
+                "sclk": Out(1, init=1),
+                "mosi": Out(1),
+                "reset_n": Out(1),
+                "miso": In(1),
+                "data_ready": In(1),
+                "time": In(32),
+                "enable": In(1, init=1),
+                "restart": In(1),
+                "msc_ctrl": In(16, init=msc_ctrl),
+                "smpl_prd": In(16, init=smpl_prd),
+                "sens_avg": In(16, init=sens_avg),
+                "sample": Out(1),
+                "index": In(range(len(WORDS))),
+                "word": Out(16),
+                "temperature": Out(16),
+                "diag_stat": Out(16),
+                "stamp": Out(32),
+                "number": Out(16),
+                "flags": Out(FLAGS),
+                "events": Out(len(EVENTS)),
+            }
+        )
 
     def _ticks(self, cycles: int) -> int:
         return -(-cycles // self.tick_cycles)
@@ -185,8 +224,13 @@ class Adis16385(wiring.Component):
     @property
     def burst_cycles(self) -> int:
         """Clock cycles from a data-ready edge at the pin to ``sample``."""
-        return (_SYNCHRONISER + 1 + (RUN_FRAMES - 1) * self.spi.frame_cycles
-                + self.spi.answer_latency + _JUDGE)
+        return (
+            _SYNCHRONISER
+            + 1
+            + (RUN_FRAMES - 1) * self.spi.frame_cycles
+            + self.spi.answer_latency
+            + _JUDGE
+        )
 
     @property
     def hold_cycles(self) -> int:
@@ -203,8 +247,11 @@ class Adis16385(wiring.Component):
     @property
     def start_cycles(self) -> int:
         """Most clock cycles from a restart to ``flags.running``."""
-        return ((self.reset_ticks + self.startup_ticks + 2) * self.tick_cycles
-                + (CONFIG_FRAMES + 1) * self.spi.frame_cycles + 8)
+        return (
+            (self.reset_ticks + self.startup_ticks + 2) * self.tick_cycles
+            + (CONFIG_FRAMES + 1) * self.spi.frame_cycles
+            + 8
+        )
 
     def timeout_cycles(self, decimation: int = 0) -> int:
         """Most clock cycles without data-ready edge until it is said to be missing."""
@@ -230,8 +277,12 @@ class Adis16385(wiring.Component):
         """Pins and buffer, frames, judgement, and four states."""
         m = Module()
         m.submodules.spi = spi = self.spi
-        m.d.comb += [self.cs_n.eq(spi.cs_n), self.sclk.eq(spi.sclk), self.mosi.eq(spi.mosi),
-                     spi.miso.eq(self.miso)]
+        m.d.comb += [
+            self.cs_n.eq(spi.cs_n),
+            self.sclk.eq(spi.sclk),
+            self.mosi.eq(spi.mosi),
+            spi.miso.eq(self.miso),
+        ]
         ready, ready_before, edge = Signal(), Signal(), Signal()
         m.submodules.synchroniser = FFSynchronizer(self.data_ready, ready)
         m.d.sync += ready_before.eq(ready)
@@ -239,8 +290,9 @@ class Adis16385(wiring.Component):
 
         step = Signal(5, init=FIRST)
         checking = Signal(range(len(CHECKED)))  # with this sample
-        settings = {name: Signal(16, name=f"{name}_used") for name in ("msc_ctrl", "smpl_prd",
-                                                                       "sens_avg")}
+        settings = {
+            name: Signal(16, name=f"{name}_used") for name in ("msc_ctrl", "smpl_prd", "sens_avg")
+        }
         stores, checks, place, running = Signal(), Signal(), Signal(3), Signal()
         which, known = Signal(range(len(CHECKED))), Signal(16)
         m.d.comb += known.eq(Array([self.identity, *settings.values()])[which])
@@ -250,14 +302,21 @@ class Adis16385(wiring.Component):
         answered, equal = Signal(), Signal()
         m.d.sync += [answered.eq(spi.o_valid), equal.eq(spi.o_data == known)]
         m.submodules.buffer = buffer = memory.Memory(
-            shape=16, depth=len(WORDS), init=[], attrs={"ram_style": "distributed"})
+            shape=16, depth=len(WORDS), init=[], attrs={"ram_style": "distributed"}
+        )
         writer, reader = buffer.write_port(), buffer.read_port(domain="comb")
         is_temperature = place == WORDS.index("TEMP_OUT")
         m.d.comb += [
-            writer.addr.eq(place), writer.en.eq(answered & stores),
-            writer.data.eq(Cat(spi.o_data[:12], Mux(is_temperature, spi.o_data[11].replicate(4),
-                                                    spi.o_data[12:]))),
-            reader.addr.eq(self.index), self.word.eq(reader.data),
+            writer.addr.eq(place),
+            writer.en.eq(answered & stores),
+            writer.data.eq(
+                Cat(
+                    spi.o_data[:12],
+                    Mux(is_temperature, spi.o_data[11].replicate(4), spi.o_data[12:]),
+                )
+            ),
+            reader.addr.eq(self.index),
+            self.word.eq(reader.data),
         ]
         for at, latest in (("TEMP_OUT", self.temperature), ("DIAG_STAT", self.diag_stat)):
             with m.If(writer.en & (place == WORDS.index(at))):
@@ -265,16 +324,28 @@ class Adis16385(wiring.Component):
         over, alarm, invalid, skipped = Signal(), Signal(), Signal(), Signal()
         with m.If(writer.en):
             m.d.sync += [
-                over.eq(~is_temperature & (over | (~place.all() & at_full_scale(
-                    spi.o_data, place >= 3, (self.gyro_limit, self.accel_limit))))),
+                over.eq(
+                    ~is_temperature
+                    & (
+                        over
+                        | (
+                            ~place.all()
+                            & at_full_scale(
+                                spi.o_data, place >= 3, (self.gyro_limit, self.accel_limit)
+                            )
+                        )
+                    )
+                ),
                 alarm.eq((spi.o_data & self.alarm_mask).any()),
                 invalid.eq((spi.o_data & self.invalid_mask).any()),
             ]
 
         event = {name: Signal(name=f"event_{name}") for name in EVENTS}
         m.d.sync += [self.events.eq(Cat(event.values())), self.sample.eq(event["sample"])]
-        timer = Signal(range(1 + max(self.timeout_ticks, self.startup_ticks, self.reset_ticks)),
-                       init=self.reset_ticks)
+        timer = Signal(
+            range(1 + max(self.timeout_ticks, self.startup_ticks, self.reset_ticks)),
+            init=self.reset_ticks,
+        )
         tick, expired = Signal(), Signal()
         self._tick(m, tick, running, settings["smpl_prd"][8:12])
         m.d.comb += expired.eq(tick & (timer == 0))
@@ -318,8 +389,11 @@ class Adis16385(wiring.Component):
             with m.State("EDGE"):
                 m.d.sync += step.eq(FIRST_RUN)
                 with m.If(edge & ~spi.busy):
-                    m.d.sync += [self.stamp.eq(self.time), self.number.eq(edges),
-                                 flags.no_data_ready.eq(0)]
+                    m.d.sync += [
+                        self.stamp.eq(self.time),
+                        self.number.eq(edges),
+                        flags.no_data_ready.eq(0),
+                    ]
                     m.next = "FRAMES"
                 with m.Elif(expired):
                     m.d.sync += [timer.eq(self.timeout_ticks), flags.no_data_ready.eq(1)]
@@ -329,8 +403,10 @@ class Adis16385(wiring.Component):
 
         # Judgement: at the answer that is checked.
         whole, doubtful = Signal(), Signal()
-        m.d.comb += [whole.eq(step[2:].all()),
-                     doubtful.eq(flags.identity_error | flags.config_error)]
+        m.d.comb += [
+            whole.eq(step[2:].all()),
+            doubtful.eq(flags.identity_error | flags.config_error),
+        ]
         with m.If(judging):
             with m.If(step[:2] == 0):
                 m.d.comb += event["identity_error"].eq(~equal)
@@ -339,18 +415,26 @@ class Adis16385(wiring.Component):
                 m.d.comb += event["config_error"].eq(~equal)
                 m.d.sync += flags.config_error.eq(~equal)
             with m.If(whole & equal):
-                m.d.comb += [event["link_error"].eq(invalid | doubtful),
-                             event["sample"].eq(~invalid & ~doubtful)]
+                m.d.comb += [
+                    event["link_error"].eq(invalid | doubtful),
+                    event["sample"].eq(~invalid & ~doubtful),
+                ]
                 m.d.sync += [checking.eq(checking + 1), flags.link_error.eq(invalid | doubtful)]
         with m.If(event["sample"]):
             m.d.comb += [event["alarm"].eq(alarm), event["over_range"].eq(over)]
-            m.d.sync += [flags.alarm.eq(alarm), flags.over_range.eq(over),
-                         flags.overrun.eq(skipped), skipped.eq(0), chances.eq(self.bad_limit - 1)]
+            m.d.sync += [
+                flags.alarm.eq(alarm),
+                flags.over_range.eq(over),
+                flags.overrun.eq(skipped),
+                skipped.eq(0),
+                chances.eq(self.bad_limit - 1),
+            ]
         m.d.comb += [
             event["overrun"].eq(edge & running & (spi.busy | fsm.ongoing("FRAMES"))),
             bad.eq(event["no_data_ready"] | (judging & whole & (~equal | invalid))),
-            event["restart"].eq(self.enable & (self.restart | (bad & (chances == 0))
-                                               | (judging & ~whole & ~equal))),
+            event["restart"].eq(
+                self.enable & (self.restart | (bad & (chances == 0)) | (judging & ~whole & ~equal))
+            ),
             start_over.eq(event["restart"] | ~self.enable),
         ]
         with m.If(event["overrun"]):
@@ -361,28 +445,41 @@ class Adis16385(wiring.Component):
             m.d.sync += timer.eq(self.reset_ticks)
         m.d.comb += [
             running.eq(fsm.ongoing("EDGE") | (fsm.ongoing("FRAMES") & step[4])),
-            flags.running.eq(running), spi.i.valid.eq(fsm.ongoing("FRAMES")),
+            flags.running.eq(running),
+            spi.i.valid.eq(fsm.ongoing("FRAMES")),
         ]
         m.d.sync += self.reset_n.eq(~fsm.ongoing("RESET"))
         return m
 
-    def _frames(self, m: Module, step: Signal, which: Signal, known: Signal, stores: Signal,
-                checks: Signal, place: Signal) -> None:
+    def _frames(
+        self,
+        m: Module,
+        step: Signal,
+        which: Signal,
+        known: Signal,
+        stores: Signal,
+        checks: Signal,
+        place: Signal,
+    ) -> None:
         """The table of frames: command of ``step``, and what its answer is."""
         writes = Signal()
         with m.Switch(step):
             for number, each in STEPS.items():
                 with m.Case(number):
-                    command = read(each.register) if each.byte is None else \
-                        write(each.register, each.byte, 0)
+                    command = (
+                        read(each.register)
+                        if each.byte is None
+                        else write(each.register, each.byte, 0)
+                    )
                     m.d.comb += [
-                        self.spi.i.payload[8:].eq(command >> 8), writes.eq(each.byte is not None),
-                        stores.eq(each.store is not None), place.eq(each.store or 0),
+                        self.spi.i.payload[8:].eq(command >> 8),
+                        writes.eq(each.byte is not None),
+                        stores.eq(each.store is not None),
+                        place.eq(each.store or 0),
                         checks.eq(each.check is not None),
                         which.eq(number if each.byte is None else CHECKED.index(each.register)),
                     ]
-        m.d.comb += self.spi.i.payload[:8].eq(
-            known.word_select(~step[0], 8) & writes.replicate(8))
+        m.d.comb += self.spi.i.payload[:8].eq(known.word_select(~step[0], 8) & writes.replicate(8))
 
     def _tick(self, m: Module, tick: Signal, running: Signal, exponent: Value) -> None:
         """A tick at each change of a bit of ``time``: of a higher one, the rarer samples are."""

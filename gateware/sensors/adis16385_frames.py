@@ -11,19 +11,49 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-__all__ = ["CHECKED", "COMM_FAILURE", "CONFIG_FRAMES", "FIRST", "FIRST_RUN", "IDENTITY", "LAST",
-           "REGISTERS", "RUN_FRAMES", "STEPS", "WORDS", "Step", "read", "write"]
+__all__ = [
+    "CHECKED",
+    "COMM_FAILURE",
+    "CONFIG_FRAMES",
+    "FIRST",
+    "FIRST_RUN",
+    "IDENTITY",
+    "LAST",
+    "REGISTERS",
+    "RUN_FRAMES",
+    "STEPS",
+    "WORDS",
+    "Step",
+    "read",
+    "write",
+]
 
 #: Register addresses.
 REGISTERS: Final = {
-    "XGYRO_OUT": 0x04, "YGYRO_OUT": 0x06, "ZGYRO_OUT": 0x08,
-    "XACCL_OUT": 0x0A, "YACCL_OUT": 0x0C, "ZACCL_OUT": 0x0E,
-    "TEMP_OUT": 0x10, "MSC_CTRL": 0x34, "SMPL_PRD": 0x36, "SENS_AVG": 0x38,
-    "DIAG_STAT": 0x3C, "PROD_ID": 0x56,
+    "XGYRO_OUT": 0x04,
+    "YGYRO_OUT": 0x06,
+    "ZGYRO_OUT": 0x08,
+    "XACCL_OUT": 0x0A,
+    "YACCL_OUT": 0x0C,
+    "ZACCL_OUT": 0x0E,
+    "TEMP_OUT": 0x10,
+    "MSC_CTRL": 0x34,
+    "SMPL_PRD": 0x36,
+    "SENS_AVG": 0x38,
+    "DIAG_STAT": 0x3C,
+    "PROD_ID": 0x56,
 }
 #: Words of a sample, by their index.
-WORDS: Final = ("XGYRO_OUT", "YGYRO_OUT", "ZGYRO_OUT", "XACCL_OUT", "YACCL_OUT", "ZACCL_OUT",
-                "TEMP_OUT", "DIAG_STAT")
+WORDS: Final = (
+    "XGYRO_OUT",
+    "YGYRO_OUT",
+    "ZGYRO_OUT",
+    "XACCL_OUT",
+    "YACCL_OUT",
+    "ZACCL_OUT",
+    "TEMP_OUT",
+    "DIAG_STAT",
+)
 #: Registers whose contents are known, in the order in which they are checked.
 CHECKED: Final = ("PROD_ID", "MSC_CTRL", "SMPL_PRD", "SENS_AVG")
 #: What PROD_ID holds.

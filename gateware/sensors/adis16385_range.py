@@ -28,6 +28,9 @@ def at_full_scale(word: Value, select: Value, limits: tuple[int, int]) -> Value:
     for k in range(15):
         bit = word[k] ^ negative
         with_bit = [result & bit if (limit - 1) >> k & 1 else result | bit for limit in limits]
-        result = with_bit[0] if (limits[0] - 1 ^ limits[1] - 1) >> k & 1 == 0 else \
-            Mux(select, with_bit[1], with_bit[0])
+        result = (
+            with_bit[0]
+            if (limits[0] - 1 ^ limits[1] - 1) >> k & 1 == 0
+            else Mux(select, with_bit[1], with_bit[0])
+        )
     return result & Const(1, 1)

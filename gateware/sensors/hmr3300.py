@@ -9,9 +9,9 @@ from amaranth.hdl import Module, Signal, signed
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from gateware.sensors.hmr3300_command import Commander
-from gateware.sensors.hmr3300_sentence import SentenceParser
-from gateware.serial.uart import Receiver, Transmitter, divisor_for
+from boresight.gateware.sensors.hmr3300_command import Commander
+from boresight.gateware.sensors.hmr3300_sentence import SentenceParser
+from boresight.gateware.serial.uart import Receiver, Transmitter, divisor_for
 
 __all__ = ["BAUD", "FLAGS", "LINES_HZ", "Hmr3300"]
 
@@ -89,32 +89,61 @@ class Hmr3300(wiring.Component):
     #: Bit k of ``events``: heading or counts sentence that is good; line that is not, byte without
     #: stop bit; command sent, had its effect, had none in time (or was refused in a sequence),
     #: refusal (#I) by the compass; the last sentence became stale.
-    EVENTS = ("heading_line", "counts_line", "rejected_line", "framing_error", "command_sent",
-              "command_acknowledged", "command_timed_out", "invalid_command", "went_stale")
+    EVENTS = (
+        "heading_line",
+        "counts_line",
+        "rejected_line",
+        "framing_error",
+        "command_sent",
+        "command_acknowledged",
+        "command_timed_out",
+        "invalid_command",
+        "went_stale",
+    )
 
-    def __init__(self, *, clock_hz: float, baud: float = BAUD, angle_max: int = 900,
-                 stale_s: float = 0.5, quiet_s: float = 0.3, timeout_s: float = 1.3) -> None:
+    def __init__(
+        self,
+        *,
+        clock_hz: float,
+        baud: float = BAUD,
+        angle_max: int = 900,
+        stale_s: float = 0.5,
+        quiet_s: float = 0.3,
+        timeout_s: float = 1.3,
+    ) -> None:
         self.divisor = divisor_for(clock_hz=clock_hz, baud=baud)
         for name, value in (("stale_s", stale_s), ("quiet_s", quiet_s), ("timeout_s", timeout_s)):
-            if isinstance(value, bool) or not isinstance(value, (int, float)) \
-                    or not 0 < value < 100:
-                raise ValueError(f"{name} must be a number of seconds between 0 and 100, "
-                                 f"not {value!r}")
+            if (
+                isinstance(value, bool)
+                or not isinstance(value, (int, float))
+                or not 0 < value < 100
+            ):
+                raise ValueError(
+                    f"{name} must be a number of seconds between 0 and 100, not {value!r}"
+                )
         self.clock_hz, self.baud, self.angle_max = clock_hz, baud, angle_max
         self.stale_s, self.quiet_s, self.timeout_s = stale_s, quiet_s, timeout_s
         #: Bit of ``time`` that beats.
         self.beat = max(int(math.log2(clock_hz * min(_TICK_S, stale_s / 8, quiet_s / 4))), 0)
         self._receiver = Receiver(divisor=self.divisor)
         self._parser = SentenceParser(angle_max=angle_max)
-        self._commander = Commander(timeout_ticks=self._ticks(timeout_s),
-                                    quiet_ticks=self._ticks(quiet_s) + 1)
-        super().__init__({
-            "rx": In(1, init=1), "tx": Out(1, init=1), "time": In(32), "mode": In(2),
-            "command": In(stream.Signature(8)),
-            "line": Out(1), "is_counts": Out(1), "values": Out(signed(16)).array(3),
-            "flags": Out(data.StructLayout({name: 1 for name in FLAGS})),
-            "events": Out(len(self.EVENTS)),
-        })
+        self._commander = Commander(
+            timeout_ticks=self._ticks(timeout_s), quiet_ticks=self._ticks(quiet_s) + 1
+        )
+        super().__init__(
+            {
+                "rx": In(1, init=1),
+                "tx": Out(1, init=1),
+                "time": In(32),
+                "mode": In(2),
+                "command": In(stream.Signature(8)),
+                "line": Out(1),
+                "is_counts": Out(1),
+                "values": Out(signed(16)).array(3),
+                "flags": Out(data.StructLayout({name: 1 for name in FLAGS})),
+                "events": Out(len(self.EVENTS)),
+            }
+        )
 
     def _ticks(self, seconds: float) -> int:
         """Whole ticks that last ``seconds`` or more."""

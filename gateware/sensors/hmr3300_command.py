@@ -83,12 +83,23 @@ class Commander(wiring.Component):
                 raise ValueError(f"{name} must be an integer from 1 on, not {value!r}")
         self.timeout_ticks = (1 << timeout_ticks.bit_length()) - 1
         self.quiet_ticks = quiet_ticks
-        super().__init__({
-            "mode": In(2), "command": In(stream.Signature(8)), "o": Out(stream.Signature(8)),
-            "tick": In(1), "heard": In(1), "line": In(1), "is_counts": In(1), "invalid": In(1),
-            "sent": Out(1), "acknowledged": Out(1), "timed_out": Out(1),
-            "busy": Out(1), "paused": Out(1),
-        })
+        super().__init__(
+            {
+                "mode": In(2),
+                "command": In(stream.Signature(8)),
+                "o": Out(stream.Signature(8)),
+                "tick": In(1),
+                "heard": In(1),
+                "line": In(1),
+                "is_counts": In(1),
+                "invalid": In(1),
+                "sent": Out(1),
+                "acknowledged": Out(1),
+                "timed_out": Out(1),
+                "busy": Out(1),
+                "paused": Out(1),
+            }
+        )
 
     def elaborate(self, platform: Any) -> Module:
         """Stages, time-outs, four characters."""
@@ -100,7 +111,8 @@ class Commander(wiring.Component):
         timer = Signal(self.timeout_ticks.bit_length())
         silence = Signal(self.quiet_ticks.bit_length())  # ticks, up to all ones
         quiet, expired, wanted, other, sending = (
-            Signal(name=n) for n in ("quiet", "expired", "wanted", "other", "sending"))
+            Signal(name=n) for n in ("quiet", "expired", "wanted", "other", "sending")
+        )
         m.d.comb += [
             sending.eq(left.any()),
             quiet.eq(silence.all()),
@@ -170,12 +182,20 @@ class Commander(wiring.Component):
                         with m.If(quiet):
                             go_to(Stage.SELECT)
 
-        letter = Mux(manual, self.command.payload,
-                     Mux(stage != Stage.SELECT, ord("S"), Mux(self.mode[1], ord("M"), ord("H"))))
+        letter = Mux(
+            manual,
+            self.command.payload,
+            Mux(stage != Stage.SELECT, ord("S"), Mux(self.mode[1], ord("M"), ord("H"))),
+        )
         m.d.comb += [
             self.o.valid.eq(sending),
-            self.o.payload.eq(Mux(left[1], Mux(left[0], letter, ord("\r")),
-                                  Mux(left[0], ord("\n"), Const(ord("*"), 8)))),
+            self.o.payload.eq(
+                Mux(
+                    left[1],
+                    Mux(left[0], letter, ord("\r")),
+                    Mux(left[0], ord("\n"), Const(ord("*"), 8)),
+                )
+            ),
             self.command.ready.eq(manual & (left == 3) & self.o.ready),
             self.sent.eq((left == 1) & self.o.ready),
         ]

@@ -49,8 +49,18 @@ class DecimalNumber(wiring.Component):
 
     def __init__(self, *, angle_max: int) -> None:
         self.angle_max = angle_max
-        super().__init__({"digit": In(4), "take": In(1), "store": In(1), "negative": In(1),
-                          "tenths": In(1), "first": In(1), "over": Out(1), "values": Out(48)})
+        super().__init__(
+            {
+                "digit": In(4),
+                "take": In(1),
+                "store": In(1),
+                "negative": In(1),
+                "tenths": In(1),
+                "first": In(1),
+                "over": Out(1),
+                "values": Out(48),
+            }
+        )
 
     def elaborate(self, platform: Any) -> Module:
         """A shift register of 16, delays of 1 and 3 bits, one full adder, one comparison."""
@@ -66,30 +76,43 @@ class DecimalNumber(wiring.Component):
 
         number = Signal(BITS, reset_less=True)
         twice, fourfold, eightfold, carry, above = (
-            Signal(name=n) for n in ("twice", "fourfold", "eightfold", "carry", "above"))
+            Signal(name=n) for n in ("twice", "fourfold", "eightfold", "carry", "above")
+        )
         low, new = Signal(), Signal()
         m.d.comb += [low.eq(number[0]), new.eq(twice ^ eightfold ^ carry)]
 
         def bit_of(constant: int) -> Any:
             return Const(constant, BITS).bit_select(index, 1)
 
-        bound = Mux(self.tenths, Mux(self.first, bit_of(HEADING_MAX), bit_of(self.angle_max)),
-                    bit_of(COUNT_MAX))
+        bound = Mux(
+            self.tenths,
+            Mux(self.first, bit_of(HEADING_MAX), bit_of(self.angle_max)),
+            bit_of(COUNT_MAX),
+        )
         with m.If(begin):
             # The digit is 5 twice + 2 fourfold + eightfold + carry: twice counts at once and,
             # two bits later, as eightfold.
             def among(*digits: int) -> Any:
                 return self.take & Const(sum(1 << d for d in digits), 16).bit_select(self.digit, 1)
 
-            m.d.sync += [twice.eq(among(5, 6, 7, 8, 9)), fourfold.eq(among(2, 3, 4, 7, 8, 9)),
-                         eightfold.eq(among(1, 3, 4, 6, 8, 9)), carry.eq(among(4, 9)),
-                         above.eq(0)]
+            m.d.sync += [
+                twice.eq(among(5, 6, 7, 8, 9)),
+                fourfold.eq(among(2, 3, 4, 7, 8, 9)),
+                eightfold.eq(among(1, 3, 4, 6, 8, 9)),
+                carry.eq(among(4, 9)),
+                above.eq(0),
+            ]
         with m.Elif(run):
             m.d.sync += [
                 number.eq(Cat(number[1:], new & ~storing)),
                 Cat(twice, fourfold, eightfold).eq(Cat(low, twice, fourfold)),
-                carry.eq(Mux(storing, carry | low,
-                             (twice & eightfold) | (twice & carry) | (eightfold & carry))),
+                carry.eq(
+                    Mux(
+                        storing,
+                        carry | low,
+                        (twice & eightfold) | (twice & carry) | (eightfold & carry),
+                    )
+                ),
                 above.eq(Mux(new == bound, above, new)),
             ]
         with m.If(run & storing):  # minus: the bits above the lowest one are inverted

@@ -9,7 +9,7 @@ from amaranth.hdl import Cat, Module, Mux, Signal, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from gateware.sensors.hmr3300_number import BITS, DecimalNumber
+from boresight.gateware.sensors.hmr3300_number import BITS, DecimalNumber
 
 __all__ = ["SPACES_MAX", "SentenceParser", "Step"]
 
@@ -85,16 +85,28 @@ class SentenceParser(wiring.Component):
     latency = 3
 
     def __init__(self, *, angle_max: int = 900) -> None:
-        if isinstance(angle_max, bool) or not isinstance(angle_max, int) \
-                or not 0 <= angle_max <= 9999:
-            raise ValueError(f"angle_max must be tenths of a degree from 0 to 9999, "
-                             f"not {angle_max!r}")
+        if (
+            isinstance(angle_max, bool)
+            or not isinstance(angle_max, int)
+            or not 0 <= angle_max <= 9999
+        ):
+            raise ValueError(
+                f"angle_max must be tenths of a degree from 0 to 9999, not {angle_max!r}"
+            )
         self.angle_max = angle_max
-        super().__init__({
-            "data": In(8), "valid": In(1), "error": In(1), "pause": In(1),
-            "line": Out(1), "is_counts": Out(1), "values": Out(signed(BITS)).array(3),
-            "rejected": Out(1), "invalid": Out(1),
-        })
+        super().__init__(
+            {
+                "data": In(8),
+                "valid": In(1),
+                "error": In(1),
+                "pause": In(1),
+                "line": Out(1),
+                "is_counts": Out(1),
+                "values": Out(signed(BITS)).array(3),
+                "rejected": Out(1),
+                "invalid": Out(1),
+            }
+        )
 
     def elaborate(self, platform: Any) -> Module:
         """Classes of bytes; a cycle later grammar and arithmetic."""
@@ -111,9 +123,18 @@ class SentenceParser(wiring.Component):
         m.d.sync += nibble.eq(self.data[:4])
         digit = is_a("digit", (self.data[4:] == 3) & (self.data[:4] < 10))
         space, minus, point, comma, cr, lf, sharp, refusal = (
-            is_a(name, self.data == ord(character)) for name, character in (
-                ("space", " "), ("minus", "-"), ("point", "."), ("comma", ","),
-                ("cr", "\r"), ("lf", "\n"), ("sharp", "#"), ("refusal", "I")))
+            is_a(name, self.data == ord(character))
+            for name, character in (
+                ("space", " "),
+                ("minus", "-"),
+                ("point", "."),
+                ("comma", ","),
+                ("cr", "\r"),
+                ("lf", "\n"),
+                ("sharp", "#"),
+                ("refusal", "I"),
+            )
+        )
 
         tenths, negative = Signal(), Signal()
         field = Signal(2)  # 0 to 2
@@ -133,9 +154,13 @@ class SentenceParser(wiring.Component):
         good, kind = Signal(), Signal()
         m.d.sync += [good.eq(0), self.line.eq(good), self.rejected.eq(0), self.invalid.eq(0)]
         with m.If(good):
-            m.d.sync += [self.is_counts.eq(kind),
-                         *(value.eq(arithmetic.values.word_select(k, BITS))
-                           for k, value in enumerate(self.values))]
+            m.d.sync += [
+                self.is_counts.eq(kind),
+                *(
+                    value.eq(arithmetic.values.word_select(k, BITS))
+                    for k, value in enumerate(self.values)
+                ),
+            ]
         at_begin = Signal()
         m.d.comb += at_begin.eq((step == Step.NUMBER) & (field == 0) & (count == 0))
         m.d.comb += following.eq(Step.SKIP)
@@ -161,8 +186,7 @@ class SentenceParser(wiring.Component):
             with m.Case(Step.MORE):
                 with m.If(digit & (count != DIGITS_MAX)):
                     m.d.comb += following.eq(Step.MORE)
-                with m.If(point & (count <= WHOLE_MAX)
-                          & Mux(field == 0, ~negative, tenths)):
+                with m.If(point & (count <= WHOLE_MAX) & Mux(field == 0, ~negative, tenths)):
                     m.d.comb += following.eq(Step.TENTH)
                 with m.If(~tenths):
                     end_of_number()
@@ -174,8 +198,10 @@ class SentenceParser(wiring.Component):
                 pass
 
         with m.If(valid):
-            m.d.sync += [step.eq(following),
-                         self.rejected.eq((following == Step.SKIP) & (step != Step.SKIP))]
+            m.d.sync += [
+                step.eq(following),
+                self.rejected.eq((following == Step.SKIP) & (step != Step.SKIP)),
+            ]
             with m.If(step == Step.NUMBER):
                 m.d.sync += negative.eq(minus)
             with m.If((step == Step.MORE) & point):

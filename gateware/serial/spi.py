@@ -27,8 +27,11 @@ def cycles_for(*, clock_hz: float, seconds: float) -> int:
         Not positive.
     """
     for name, value in (("clock_hz", clock_hz), ("seconds", seconds)):
-        if isinstance(value, bool) or not isinstance(value, (int, float)) \
-                or not 0 < value < math.inf:
+        if (
+            isinstance(value, bool)
+            or not isinstance(value, (int, float))
+            or not 0 < value < math.inf
+        ):
             raise ValueError(f"{name} must be a positive number, not {value!r}")
     # Rounding errors of the product are no reason for a cycle more.
     return math.ceil(clock_hz * seconds * (1 - 1e-12))
@@ -80,22 +83,32 @@ class SpiController(wiring.Component):
         A frame or the stall after it is under way; no command is taken.
     """
 
-    def __init__(self, *, half_cycles: int, stall_cycles: int,
-                 setup_cycles: int | None = None) -> None:
+    def __init__(
+        self, *, half_cycles: int, stall_cycles: int, setup_cycles: int | None = None
+    ) -> None:
         setup_cycles = half_cycles if setup_cycles is None else setup_cycles
-        for name, value, least in (("half_cycles", half_cycles, HALF_MIN),
-                                   ("stall_cycles", stall_cycles, 1),
-                                   ("setup_cycles", setup_cycles, 1)):
+        for name, value, least in (
+            ("half_cycles", half_cycles, HALF_MIN),
+            ("stall_cycles", stall_cycles, 1),
+            ("setup_cycles", setup_cycles, 1),
+        ):
             if isinstance(value, bool) or not isinstance(value, int) or value < least:
                 raise ValueError(f"{name} must be an integer from {least} on, not {value!r}")
         self.half_cycles = half_cycles
         self.stall_halves = -(-stall_cycles // half_cycles)
         self.setup_halves = -(-setup_cycles // half_cycles)
-        super().__init__({
-            "cs_n": Out(1, init=1), "sclk": Out(1, init=1), "mosi": Out(1), "miso": In(1),
-            "i": In(stream.Signature(BITS)), "o_data": Out(BITS), "o_valid": Out(1),
-            "busy": Out(1),
-        })
+        super().__init__(
+            {
+                "cs_n": Out(1, init=1),
+                "sclk": Out(1, init=1),
+                "mosi": Out(1),
+                "miso": In(1),
+                "i": In(stream.Signature(BITS)),
+                "o_data": Out(BITS),
+                "o_valid": Out(1),
+                "busy": Out(1),
+            }
+        )
 
     @property
     def setup_cycles(self) -> int:
@@ -128,19 +141,23 @@ class SpiController(wiring.Component):
         miso = Signal()
         m.submodules.synchroniser = FFSynchronizer(self.miso, miso)
         # With a power of two as base no comparison needs a carry chain.
-        base = 1 << max(6, self.stall_halves.bit_length(),
-                        (2 * BITS + self.setup_halves - 1).bit_length())
+        base = 1 << max(
+            6, self.stall_halves.bit_length(), (2 * BITS + self.setup_halves - 1).bit_length()
+        )
         rest = base - 1 - self.stall_halves
         left = Signal(range(2 * base), init=base - 1)
         timer = Signal(range(self.half_cycles), init=self.half_cycles - 1)
         word = Signal(BITS)
         tick, idle, high, last = Signal(), Signal(), Signal(), Signal()
         m.d.comb += [
-            idle.eq(_at_most(left, rest)), tick.eq(timer == 0),
+            idle.eq(_at_most(left, rest)),
+            tick.eq(timer == 0),
             high.eq(left[-1] & ~left[5:-1].any() & ~left[0]),
             last.eq(high & ~left[1:5].any()),
-            self.i.ready.eq(idle), self.busy.eq(~idle),
-            self.mosi.eq(word[-1]), self.o_data.eq(word),
+            self.i.ready.eq(idle),
+            self.busy.eq(~idle),
+            self.mosi.eq(word[-1]),
+            self.o_data.eq(word),
         ]
         m.d.sync += [self.o_valid.eq(0), timer.eq(_one_less(timer))]
         with m.If(idle | tick):
@@ -148,8 +165,11 @@ class SpiController(wiring.Component):
         with m.If(idle):
             m.d.sync += [self.cs_n.eq(1), self.sclk.eq(1)]
             with m.If(self.i.valid):
-                m.d.sync += [left.eq(base + 2 * BITS - 1 + self.setup_halves),
-                             word.eq(self.i.payload), self.cs_n.eq(0)]
+                m.d.sync += [
+                    left.eq(base + 2 * BITS - 1 + self.setup_halves),
+                    word.eq(self.i.payload),
+                    self.cs_n.eq(0),
+                ]
         with m.Elif(tick):
             m.d.sync += [
                 left.eq(_one_less(left)),

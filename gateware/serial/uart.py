@@ -30,8 +30,10 @@ def divisor_for(*, clock_hz: float, baud: float) -> int:
             raise ValueError(f"{name} must be a positive number, not {value!r}")
     divisor = round(clock_hz / baud)
     if divisor < DIVISOR_MIN or abs(clock_hz / divisor / baud - 1) > TOLERANCE:
-        raise ValueError(f"baud must be at most clock_hz / {DIVISOR_MIN} and within 2 % of a whole "
-                         f"fraction of it, not {baud!r} at {clock_hz!r} Hz")
+        raise ValueError(
+            f"baud must be at most clock_hz / {DIVISOR_MIN} and within 2 % of a whole "
+            f"fraction of it, not {baud!r} at {clock_hz!r} Hz"
+        )
     return divisor
 
 
@@ -112,7 +114,7 @@ class Receiver(wiring.Component):
         m.submodules.synchroniser = FFSynchronizer(self.rx, rx, init=1)
         timer = Signal(range(divisor))
         look, sample = Signal(), Signal()
-        m.d.comb += [look.eq(~timer[:spacing.bit_length() - 1].any()), sample.eq(~timer.any())]
+        m.d.comb += [look.eq(~timer[: spacing.bit_length() - 1].any()), sample.eq(~timer.any())]
 
         seen = Signal(2, init=3)
         line = Signal()

@@ -8,10 +8,10 @@ from amaranth.hdl import Module
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from gateware.boards.board import Line
-from gateware.serial.uart import divisor_for
-from gateware.soc.system import Soc
-from gateware.system.attitude_system import AttitudeSystem
+from boresight.gateware.boards.board import Line
+from boresight.gateware.serial.uart import divisor_for
+from boresight.gateware.soc.system import Soc
+from boresight.gateware.system.attitude_system import AttitudeSystem
 
 __all__ = ["CONSOLE", "RAM_WORDS", "AttitudeSoc"]
 
@@ -21,8 +21,13 @@ RAM_WORDS = 3072
 
 #: The soft core's own serial line.
 CONSOLE = (
-    Line("console_rx", "console_rx", "to the soft core: TXD of a 3.3 V serial adapter",
-         input=True, pull_up=True),
+    Line(
+        "console_rx",
+        "console_rx",
+        "to the soft core: TXD of a 3.3 V serial adapter",
+        input=True,
+        pull_up=True,
+    ),
     Line("console_tx", "console_tx", "from the soft core: RXD of the adapter"),
 )
 
@@ -54,29 +59,49 @@ class AttitudeSoc(wiring.Component):
     Those of `AttitudeSystem` other than the Wishbone, and `CONSOLE`.
     """
 
-    def __init__(self, *, system: AttitudeSystem, console_baud: float = 115_200,
-                 words: int = RAM_WORDS, watchdog_cycles: int = 1 << 24,
-                 image: str = "firmware.hex") -> None:
+    def __init__(
+        self,
+        *,
+        system: AttitudeSystem,
+        console_baud: float = 115_200,
+        words: int = RAM_WORDS,
+        watchdog_cycles: int = 1 << 24,
+        image: str = "firmware.hex",
+    ) -> None:
         if not system.wishbone:
             raise ValueError("system must be made with wishbone=True, not without")
         self.system = system
-        self.soc = Soc(words=words, watchdog_cycles=watchdog_cycles, image=image,
-                       divisor=divisor_for(clock_hz=system.clock_hz, baud=console_baud))
+        self.soc = Soc(
+            words=words,
+            watchdog_cycles=watchdog_cycles,
+            image=image,
+            divisor=divisor_for(clock_hz=system.clock_hz, baud=console_baud),
+        )
         self.lines = (*system.lines, *CONSOLE)
         self.clock_hz = system.clock_hz
         self.title = "attitude system with a soft core"
         self.console_baud = console_baud
         self.words = words
-        super().__init__({
-            **{name: member for name, member in system.signature.members.items()
-               if name not in ("wb", "interrupt")},
-            "console_rx": In(1, init=1), "console_tx": Out(1, init=1)})
+        super().__init__(
+            {
+                **{
+                    name: member
+                    for name, member in system.signature.members.items()
+                    if name not in ("wb", "interrupt")
+                },
+                "console_rx": In(1, init=1),
+                "console_tx": Out(1, init=1),
+            }
+        )
 
     def text(self) -> tuple[str, str]:
         """Head and end of a project's README."""
         head, body = self.system.text()
-        return (f"{head}CPU      VexRiscv, {4 * self.words // 1024} KB of memory, console "
-                f"{self.console_baud:.0f} baud\n", f"{body}\n{_FIRMWARE}")
+        return (
+            f"{head}CPU      VexRiscv, {4 * self.words // 1024} KB of memory, console "
+            f"{self.console_baud:.0f} baud\n",
+            f"{body}\n{_FIRMWARE}",
+        )
 
     def elaborate(self, platform: Any) -> Module:
         """Two parts and what is between them."""
@@ -84,8 +109,11 @@ class AttitudeSoc(wiring.Component):
         m.submodules.system = system = self.system
         m.submodules.soc = soc = self.soc
         wiring.connect(m, soc.slot, system.wb)
-        m.d.comb += [soc.interrupt.eq(system.interrupt), soc.rx.eq(self.console_rx),
-                     self.console_tx.eq(soc.tx)]
+        m.d.comb += [
+            soc.interrupt.eq(system.interrupt),
+            soc.rx.eq(self.console_rx),
+            self.console_tx.eq(soc.tx),
+        ]
         for name, member in self.signature.members.items():
             if name in system.signature.members:
                 inner, outer = getattr(system, name), getattr(self, name)

@@ -38,6 +38,16 @@ class ProcessorBus(wiring.Signature):
     def __init__(self, *, addr_width: int = 30) -> None:
         if not 1 <= addr_width <= 30:
             raise ValueError(f"addr_width must be 1 to 30, not {addr_width!r}")
-        super().__init__({
-            "adr": Out(addr_width), "dat_w": Out(32), "dat_r": In(32), "sel": Out(4),
-            "cyc": Out(1), "stb": Out(1), "we": Out(1), "cti": Out(3), "ack": In(1)})
+        super().__init__(
+            {
+                "adr": Out(addr_width),
+                "dat_w": Out(32),
+                "dat_r": In(32),
+                "sel": Out(4),
+                "cyc": Out(1),
+                "stb": Out(1),
+                "we": Out(1),
+                "cti": Out(3),
+                "ack": In(1),
+            }
+        )

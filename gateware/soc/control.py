@@ -8,9 +8,9 @@ from amaranth.hdl import Cat, Module, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from gateware.serial.uart import Receiver, Transmitter
-from gateware.soc.layout import CONTROL, KICK
-from gateware.system.wishbone import WishboneSignature
+from boresight.gateware.serial.uart import Receiver, Transmitter
+from boresight.gateware.soc.layout import CONTROL, KICK
+from boresight.gateware.system.wishbone import WishboneSignature
 
 __all__ = ["Control"]
 
@@ -54,11 +54,21 @@ class Control(wiring.Component):
             raise ValueError(f"watchdog_cycles must be 1024 to 2^32, not {watchdog_cycles!r}")
         self.divisor, self.pages = divisor, pages
         self.watchdog_bits = (watchdog_cycles - 1).bit_length()
-        super().__init__({
-            "bus": In(WishboneSignature(address=3)), "rx": In(1, init=1),
-            "tx": Out(1, init=1), "bus_error": In(1), "asks": In(1), "timer": Out(1),
-            "device": Out(1), "console_full": Out(1), "error": Out(1),
-            "fence": Out(range(pages + 1)), "restart": Out(1)})
+        super().__init__(
+            {
+                "bus": In(WishboneSignature(address=3)),
+                "rx": In(1, init=1),
+                "tx": Out(1, init=1),
+                "bus_error": In(1),
+                "asks": In(1),
+                "timer": Out(1),
+                "device": Out(1),
+                "console_full": Out(1),
+                "error": Out(1),
+                "fence": Out(range(pages + 1)),
+                "restart": Out(1),
+            }
+        )
 
     def elaborate(self, platform: Any) -> Module:
         """Registers; what happens in a cycle wins over a flag's being cleared in it."""
@@ -86,13 +96,19 @@ class Control(wiring.Component):
 
         received = Signal(8)
         lost, fired = Signal(), Signal()
-        m.d.comb += [transmitter.i.payload.eq(bus.dat_w[:8]),
-                     transmitter.i.valid.eq(written("console"))]
+        m.d.comb += [
+            transmitter.i.payload.eq(bus.dat_w[:8]),
+            transmitter.i.valid.eq(written("console")),
+        ]
         with m.If(asked & ~bus.we & (bus.adr == _ADDRESS["console"])):
             m.d.sync += self.console_full.eq(0)
         with m.If(written("status")):
-            for flag, name in ((lost, "console_lost"), (self.error, "bus_error"),
-                               (fired, "watchdog_fired"), (self.device, "device")):
+            for flag, name in (
+                (lost, "console_lost"),
+                (self.error, "bus_error"),
+                (fired, "watchdog_fired"),
+                (self.device, "device"),
+            ):
                 with m.If(bus.dat_w[_STATUS[name]]):
                     m.d.sync += flag.eq(0)
         with m.If(receiver.valid):
@@ -114,11 +130,10 @@ class Control(wiring.Component):
             m.d.sync += [fired.eq(1), holding.eq(-1), left.eq(-1)]
         with m.If(self.restart):
             m.d.sync += [self.fence.eq(0), on.eq(0)]
-        with m.Elif(written("fence") & (bus.dat_w[:len(self.fence)] > self.fence)):
+        with m.Elif(written("fence") & (bus.dat_w[: len(self.fence)] > self.fence)):
             m.d.sync += self.fence.eq(bus.dat_w)
 
-        status = Cat(transmitter.i.ready, self.console_full, lost, self.error, fired,
-                     self.device)
+        status = Cat(transmitter.i.ready, self.console_full, lost, self.error, fired, self.device)
         with m.If(asked), m.Switch(bus.adr):
             with m.Case(_ADDRESS["cycles"]):
                 m.d.sync += bus.dat_r.eq(cycles)

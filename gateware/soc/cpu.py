@@ -10,8 +10,8 @@ from amaranth.hdl import ClockSignal, Const, Instance, Module, ResetSignal, Sign
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from gateware.soc.bus import ProcessorBus
-from model.errors import ToolMissing
+from boresight.gateware.soc.bus import ProcessorBus
+from boresight.model.errors import ToolMissing
 
 __all__ = ["RESET_VECTOR", "Cpu", "cpu_verilog"]
 
@@ -35,8 +35,10 @@ def cpu_verilog() -> str:
         path = Path(place) / "verilog" / "VexRiscv.v"
         if path.is_file():
             return path.read_text(encoding="utf-8")
-    raise ToolMissing("the soft core was not found: run 'pip install pythondata-cpu-vexriscv' in "
-                      "this Python environment")
+    raise ToolMissing(
+        "the soft core was not found: run 'pip install pythondata-cpu-vexriscv' in "
+        "this Python environment"
+    )
 
 
 class Cpu(wiring.Component):
@@ -57,8 +59,15 @@ class Cpu(wiring.Component):
 
     def __init__(self) -> None:
         bus = ProcessorBus()
-        super().__init__({"restart": In(1), "timer": In(1), "interrupts": In(32),
-                          "ibus": Out(bus), "dbus": Out(bus)})
+        super().__init__(
+            {
+                "restart": In(1),
+                "timer": In(1),
+                "interrupts": In(32),
+                "ibus": Out(bus),
+                "dbus": Out(bus),
+            }
+        )
 
     def elaborate(self, platform: Any) -> Module:
         """The instance of the package's module; its text stands beside ours."""
@@ -68,14 +77,31 @@ class Cpu(wiring.Component):
         m.d.sync += starting.eq(starting - starting.any())
         ports: dict[str, Any] = {}
         for name, bus in (("iBus", self.ibus), ("dBus", self.dbus)):
-            ports |= {f"o_{name}Wishbone_{port}": getattr(bus, member) for port, member in (
-                ("CYC", "cyc"), ("STB", "stb"), ("WE", "we"), ("ADR", "adr"),
-                ("DAT_MOSI", "dat_w"), ("SEL", "sel"), ("CTI", "cti"))}
-            ports |= {f"i_{name}Wishbone_ACK": bus.ack, f"i_{name}Wishbone_DAT_MISO": bus.dat_r,
-                      f"i_{name}Wishbone_ERR": Const(0, 1)}
+            ports |= {
+                f"o_{name}Wishbone_{port}": getattr(bus, member)
+                for port, member in (
+                    ("CYC", "cyc"),
+                    ("STB", "stb"),
+                    ("WE", "we"),
+                    ("ADR", "adr"),
+                    ("DAT_MOSI", "dat_w"),
+                    ("SEL", "sel"),
+                    ("CTI", "cti"),
+                )
+            }
+            ports |= {
+                f"i_{name}Wishbone_ACK": bus.ack,
+                f"i_{name}Wishbone_DAT_MISO": bus.dat_r,
+                f"i_{name}Wishbone_ERR": Const(0, 1),
+            }
         m.submodules.core = Instance(
-            "VexRiscv", i_clk=ClockSignal(),
+            "VexRiscv",
+            i_clk=ClockSignal(),
             i_reset=ResetSignal(allow_reset_less=True) | self.restart | starting.any(),
-            i_externalResetVector=Const(RESET_VECTOR, 32), i_timerInterrupt=self.timer,
-            i_softwareInterrupt=Const(0, 1), i_externalInterruptArray=self.interrupts, **ports)
+            i_externalResetVector=Const(RESET_VECTOR, 32),
+            i_timerInterrupt=self.timer,
+            i_softwareInterrupt=Const(0, 1),
+            i_externalInterruptArray=self.interrupts,
+            **ports,
+        )
         return m

@@ -4,8 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-__all__ = ["CONTROL", "CONTROL_BASE", "INTERRUPTS", "KICK", "SLOT_BASE", "SLOT_WORDS",
-           "ControlRegister", "soc_header"]
+__all__ = [
+    "CONTROL",
+    "CONTROL_BASE",
+    "INTERRUPTS",
+    "KICK",
+    "SLOT_BASE",
+    "SLOT_WORDS",
+    "ControlRegister",
+    "soc_header",
+]
 
 #: Byte addresses. From 0x8000_0000 on the processor's caches are bypassed.
 CONTROL_BASE = 0x8000_0000
@@ -28,21 +36,35 @@ class ControlRegister:
 #: Registers of the control block, by word address.
 CONTROL = (
     ControlRegister("cycles", "clock cycles since reset, modulo 2^32; read only"),
-    ControlRegister("alarm", "the timer interrupt is raised while cycles - alarm, as a signed "
-                    "number, is not negative and the timer is on"),
+    ControlRegister(
+        "alarm",
+        "the timer interrupt is raised while cycles - alarm, as a signed "
+        "number, is not negative and the timer is on",
+    ),
     ControlRegister("timer", "timer interrupt on (1) or off (0), write only"),
-    ControlRegister("console", "byte: write sends it (lost unless CONSOLE_FREE), read gives the "
-                    "last one received and clears CONSOLE_FULL"),
-    ControlRegister("status", "conditions; write 1 to clear the sticky ones", {
-        "console_free": "a byte may be sent",
-        "console_full": "a byte has been received",
-        "console_lost": "sticky: a received byte was lost or had no stop bit",
-        "bus_error": "sticky: access to no device, or write to protected memory",
-        "watchdog_fired": "sticky: the watchdog has restarted the processor",
-        "device": "sticky: the device in the slot has asked"}),
+    ControlRegister(
+        "console",
+        "byte: write sends it (lost unless CONSOLE_FREE), read gives the "
+        "last one received and clears CONSOLE_FULL",
+    ),
+    ControlRegister(
+        "status",
+        "conditions; write 1 to clear the sticky ones",
+        {
+            "console_free": "a byte may be sent",
+            "console_full": "a byte has been received",
+            "console_lost": "sticky: a received byte was lost or had no stop bit",
+            "bus_error": "sticky: access to no device, or write to protected memory",
+            "watchdog_fired": "sticky: the watchdog has restarted the processor",
+            "device": "sticky: the device in the slot has asked",
+        },
+    ),
     ControlRegister("watchdog", f"write {KICK:#x} in time, or the processor restarts"),
-    ControlRegister("fence", "write only: 1 KB pages of memory below this number can no longer be "
-                    "written; a smaller number has no effect"),
+    ControlRegister(
+        "fence",
+        "write only: 1 KB pages of memory below this number can no longer be "
+        "written; a smaller number has no effect",
+    ),
 )
 
 #: Bits of the interrupt array, lowest first, and what raises them.
@@ -55,22 +77,36 @@ INTERRUPTS = {
 
 def soc_header() -> str:
     """A C99 header with all of it."""
+
     def define(name: str, value: str, note: str = "") -> str:
         return f"#define SOC_{name} {value}" + (f" // {note}" if note else "")
 
-    lines = ["/**", " * @file soc_registers.h",
-             " * @brief Addresses of the soft core's devices: word k is at byte 4 k.", " *",
-             " * Generated; do not edit.", " */", "", "#ifndef SOC_REGISTERS_H",
-             "#define SOC_REGISTERS_H", "",
-             define("CONTROL_BASE", f"UINT32_C({CONTROL_BASE:#x})"),
-             define("SLOT_BASE", f"UINT32_C({SLOT_BASE:#x})", f"{SLOT_WORDS} words"),
-             define("WATCHDOG_KICK", f"UINT32_C({KICK:#x})"), ""]
+    lines = [
+        "/**",
+        " * @file soc_registers.h",
+        " * @brief Addresses of the soft core's devices: word k is at byte 4 k.",
+        " *",
+        " * Generated; do not edit.",
+        " */",
+        "",
+        "#ifndef SOC_REGISTERS_H",
+        "#define SOC_REGISTERS_H",
+        "",
+        define("CONTROL_BASE", f"UINT32_C({CONTROL_BASE:#x})"),
+        define("SLOT_BASE", f"UINT32_C({SLOT_BASE:#x})", f"{SLOT_WORDS} words"),
+        define("WATCHDOG_KICK", f"UINT32_C({KICK:#x})"),
+        "",
+    ]
     for address, register in enumerate(CONTROL):
         name = register.name.upper()
         lines += [f"// {register.meaning}", define(f"{name}_ADDR", str(address))]
-        lines += [define(f"{name}_{bit.upper()}", f"UINT32_C({1 << k:#x})", meaning)
-                  for k, (bit, meaning) in enumerate(register.bits.items())]
+        lines += [
+            define(f"{name}_{bit.upper()}", f"UINT32_C({1 << k:#x})", meaning)
+            for k, (bit, meaning) in enumerate(register.bits.items())
+        ]
     lines += ["", "// Interrupts: bits of the CSRs 0xBC0 (mask) and 0xFC0 (pending)"]
-    lines += [define(f"INTERRUPT_{name.upper()}", f"UINT32_C({1 << k:#x})", meaning)
-              for k, (name, meaning) in enumerate(INTERRUPTS.items())]
+    lines += [
+        define(f"INTERRUPT_{name.upper()}", f"UINT32_C({1 << k:#x})", meaning)
+        for k, (name, meaning) in enumerate(INTERRUPTS.items())
+    ]
     return "\n".join([*lines, "", "#endif", ""])

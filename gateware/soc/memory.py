@@ -9,7 +9,7 @@ from amaranth.hdl import ClockSignal, Instance, Module, Mux, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from gateware.soc.bus import BURST, ProcessorBus
+from boresight.gateware.soc.bus import BURST, ProcessorBus
 
 __all__ = ["PAGE_WORDS", "Ram", "ram_verilog"]
 
@@ -47,13 +47,18 @@ class Ram(wiring.Component):
 
     def __init__(self, *, words: int, image: str = "firmware.hex") -> None:
         if not PAGE_WORDS <= words <= 1 << 16 or words % PAGE_WORDS:
-            raise ValueError(f"words must be a multiple of {PAGE_WORDS} up to 65536, "
-                             f"not {words!r}")
+            raise ValueError(f"words must be a multiple of {PAGE_WORDS} up to 65536, not {words!r}")
         self.words, self.image = words, image
         self.pages = words // PAGE_WORDS
         bus = ProcessorBus(addr_width=29)
-        super().__init__({"ibus": In(bus), "dbus": In(bus), "fence": In(range(self.pages + 1)),
-                          "refused": Out(1)})
+        super().__init__(
+            {
+                "ibus": In(bus),
+                "dbus": In(bus),
+                "fence": In(range(self.pages + 1)),
+                "refused": Out(1),
+            }
+        )
 
     def elaborate(self, platform: Any) -> Module:
         """Acknowledge a cycle later; in a burst look up the next word meanwhile."""
@@ -76,16 +81,25 @@ class Ram(wiring.Component):
                 known[name].eq(inside),
             ]
         write = self.dbus.cyc & self.dbus.stb & self.dbus.we & self.dbus.ack
-        page = self.dbus.adr[(PAGE_WORDS - 1).bit_length():]
+        page = self.dbus.adr[(PAGE_WORDS - 1).bit_length() :]
         allowed = Signal()
         m.d.comb += allowed.eq((self.dbus.adr < self.words) & (page >= self.fence))
         m.d.comb += self.refused.eq(
             (write & ~allowed)
             | (self.dbus.ack & ~self.dbus.we & ~known["d"])
-            | (self.ibus.ack & ~known["i"]))
+            | (self.ibus.ack & ~known["i"])
+        )
         m.submodules.memory = Instance(
-            "boresight_ram", p_WORDS=self.words, p_WIDTH=width, p_IMAGE=self.image,
-            i_clk=ClockSignal(), i_a_addr=address["i"], o_a_data=answer["i"],
-            i_b_addr=address["d"], i_b_we=Mux(write & allowed, self.dbus.sel, 0),
-            i_b_w_data=self.dbus.dat_w, o_b_data=answer["d"])
+            "boresight_ram",
+            p_WORDS=self.words,
+            p_WIDTH=width,
+            p_IMAGE=self.image,
+            i_clk=ClockSignal(),
+            i_a_addr=address["i"],
+            o_a_data=answer["i"],
+            i_b_addr=address["d"],
+            i_b_we=Mux(write & allowed, self.dbus.sel, 0),
+            i_b_w_data=self.dbus.dat_w,
+            o_b_data=answer["d"],
+        )
         return m

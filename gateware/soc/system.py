@@ -8,12 +8,12 @@ from amaranth.hdl import Cat, Module, Mux, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from gateware.soc.control import Control
-from gateware.soc.cpu import Cpu, cpu_verilog
-from gateware.soc.layout import CONTROL, CONTROL_BASE, SLOT_BASE, SLOT_WORDS
-from gateware.soc.memory import Ram, ram_verilog
-from gateware.system.wishbone import WishboneSignature
-from gateware.verilog import to_verilog
+from boresight.gateware.soc.control import Control
+from boresight.gateware.soc.cpu import Cpu, cpu_verilog
+from boresight.gateware.soc.layout import CONTROL, CONTROL_BASE, SLOT_BASE, SLOT_WORDS
+from boresight.gateware.soc.memory import Ram, ram_verilog
+from boresight.gateware.system.wishbone import WishboneSignature
+from boresight.gateware.verilog import to_verilog
 
 __all__ = ["Soc", "soc_verilog"]
 
@@ -57,15 +57,27 @@ class Soc(wiring.Component):
 
     patience = 4096
 
-    def __init__(self, *, words: int, divisor: int, watchdog_cycles: int = 1 << 24,
-                 image: str = "firmware.hex") -> None:
+    def __init__(
+        self,
+        *,
+        words: int,
+        divisor: int,
+        watchdog_cycles: int = 1 << 24,
+        image: str = "firmware.hex",
+    ) -> None:
         self.ram = Ram(words=words, image=image)
-        self.control = Control(divisor=divisor, watchdog_cycles=watchdog_cycles,
-                               pages=self.ram.pages)
-        super().__init__({
-            "rx": In(1, init=1), "tx": Out(1, init=1),
-            "slot": Out(WishboneSignature(address=_SLOT_BITS)), "interrupt": In(1),
-            "restart": Out(1)})
+        self.control = Control(
+            divisor=divisor, watchdog_cycles=watchdog_cycles, pages=self.ram.pages
+        )
+        super().__init__(
+            {
+                "rx": In(1, init=1),
+                "tx": Out(1, init=1),
+                "slot": Out(WishboneSignature(address=_SLOT_BITS)),
+                "interrupt": In(1),
+                "restart": Out(1),
+            }
+        )
 
     def elaborate(self, platform: Any) -> Module:
         """Address decoder: memory, control, slot, nobody."""
@@ -75,25 +87,31 @@ class Soc(wiring.Component):
         m.submodules.control = control = self.control
         dbus, slot = cpu.dbus, self.slot
         m.d.comb += [
-            control.rx.eq(self.rx), self.tx.eq(control.tx),
-            cpu.restart.eq(control.restart), self.restart.eq(control.restart),
+            control.rx.eq(self.rx),
+            self.tx.eq(control.tx),
+            cpu.restart.eq(control.restart),
+            self.restart.eq(control.restart),
             cpu.timer.eq(control.timer),
             cpu.interrupts.eq(Cat(control.device, control.console_full, control.error)),
-            control.asks.eq(self.interrupt), ram.fence.eq(control.fence),
+            control.asks.eq(self.interrupt),
+            ram.fence.eq(control.fence),
         ]
         # Instructions come from memory only; elsewhere there are none.
         outside = Signal()
-        m.d.comb += [outside.eq(cpu.ibus.adr[-1]),
-                     *self._forward(cpu.ibus, ram.ibus, cpu.ibus.cyc),
-                     cpu.ibus.dat_r.eq(Mux(outside, 0, ram.ibus.dat_r)),
-                     cpu.ibus.ack.eq(ram.ibus.ack)]
+        m.d.comb += [
+            outside.eq(cpu.ibus.adr[-1]),
+            *self._forward(cpu.ibus, ram.ibus, cpu.ibus.cyc),
+            cpu.ibus.dat_r.eq(Mux(outside, 0, ram.ibus.dat_r)),
+            cpu.ibus.ack.eq(ram.ibus.ack),
+        ]
 
         def at(base: int, words: int) -> Any:
             bits = (words - 1).bit_length()
             return dbus.adr[bits:] == base >> 2 + bits
 
-        is_ram, is_control, is_slot = (Signal(name=name) for name in
-                                       ("is_ram", "is_control", "is_slot"))
+        is_ram, is_control, is_slot = (
+            Signal(name=name) for name in ("is_ram", "is_control", "is_slot")
+        )
         m.d.comb += [
             is_ram.eq(~dbus.adr[-1]),
             is_control.eq(at(CONTROL_BASE, 8)),
@@ -108,14 +126,26 @@ class Soc(wiring.Component):
         nobody = ~(is_ram | is_control | is_slot)
         m.d.sync += [
             waited.eq(Mux(dbus.cyc & dbus.stb & ~dbus.ack, waited + 1, 0)),
-            gives_up.eq(dbus.cyc & dbus.stb & ~dbus.ack
-                        & (nobody | (waited == self.patience - 1))),
+            gives_up.eq(dbus.cyc & dbus.stb & ~dbus.ack & (nobody | (waited == self.patience - 1))),
         ]
         m.d.comb += [
-            dbus.ack.eq((ram.dbus.ack & is_ram) | (control.bus.ack & is_control)
-                        | (slot.ack & is_slot) | gives_up),
-            dbus.dat_r.eq(Mux(gives_up, 0, Mux(is_ram, ram.dbus.dat_r,
-                              Mux(is_slot, slot.dat_r, Mux(is_control, control.bus.dat_r, 0))))),
+            dbus.ack.eq(
+                (ram.dbus.ack & is_ram)
+                | (control.bus.ack & is_control)
+                | (slot.ack & is_slot)
+                | gives_up
+            ),
+            dbus.dat_r.eq(
+                Mux(
+                    gives_up,
+                    0,
+                    Mux(
+                        is_ram,
+                        ram.dbus.dat_r,
+                        Mux(is_slot, slot.dat_r, Mux(is_control, control.bus.dat_r, 0)),
+                    ),
+                )
+            ),
             control.bus_error.eq(ram.refused | (cpu.ibus.ack & outside) | gives_up),
         ]
         return m
@@ -124,13 +154,21 @@ class Soc(wiring.Component):
     def _forward(source: Any, target: Any, asks: Any) -> list[Any]:
         """What the processor says, to a target that is meant while ``asks``."""
         known = target.signature.members
-        return [target.cyc.eq(asks), *(getattr(target, name).eq(getattr(source, name))
-                                       for name in ("adr", "dat_w", "stb", "we", "sel", "cti")
-                                       if name in known)]
+        return [
+            target.cyc.eq(asks),
+            *(
+                getattr(target, name).eq(getattr(source, name))
+                for name in ("adr", "dat_w", "stb", "we", "sel", "cti")
+                if name in known
+            ),
+        ]
 
 
 def soc_verilog(soc: Soc, *, instances: bool = False) -> dict[str, str]:
     """Verilog texts by file name: top module ``soc``, memory, processor."""
     assert len(CONTROL) <= 8
-    return {"soc.v": to_verilog(soc, "soc", instances=instances), "ram.v": ram_verilog(),
-            "VexRiscv.v": cpu_verilog()}
+    return {
+        "soc.v": to_verilog(soc, "soc", instances=instances),
+        "ram.v": ram_verilog(),
+        "VexRiscv.v": cpu_verilog(),
+    }

@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from gateware.synthesis.celltypes import (
+from boresight.gateware.synthesis.celltypes import (
     BLOCK_RAMS,
     FLIP_FLOPS,
     LATCHES,
@@ -18,8 +18,8 @@ from gateware.synthesis.celltypes import (
     SPECIALS,
     UnknownCell,
 )
-from gateware.synthesis.device import XC6SLX9, Device
-from gateware.synthesis.netlist import Netlist
+from boresight.gateware.synthesis.device import XC6SLX9, Device
+from boresight.gateware.synthesis.netlist import Netlist
 
 __all__ = ["Area", "count_area"]
 

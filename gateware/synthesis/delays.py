@@ -111,11 +111,17 @@ def _slice_delays() -> dict[str, tuple[Delay, Delay]]:
         "lut": _pair("LUT input to output (Tilo, slowest seen)", 0.259, 0.261),
         "mux7": _pair(
             "F7 data input to output (Tilo through F7 minus Tilo)",
-            0.078, 0.080, "", "the reports do not separate F7 from F8 on -3",
+            0.078,
+            0.080,
+            "",
+            "the reports do not separate F7 from F8 on -3",
         ),
         "mux8": _pair(
             "F8 data input to output (Tilo through F8 minus Tilo through F7)",
-            0.093, 0.090, "", "the reports do not separate F7 from F8 on -3",
+            0.093,
+            0.090,
+            "",
+            "the reports do not separate F7 from F8 on -3",
         ),
         "mux_select": _guess("F7/F8 select to output", 0.22, 0.22, "near one LUT delay"),
         "srl_clk_q": _guess("shift-register LUT clock to output", 1.47, 1.30, ram),
@@ -136,7 +142,8 @@ def _carry_delays() -> dict[str, tuple[Delay, Delay]]:
     ci_o = ((0.220, 0.190), (0.310, 0.260), (0.302, 0.260), (0.320, 0.280))
     for k, letter in enumerate("abcd"):
         d[f"carry_s{k}_co"] = _pair(
-            f"S[{k}] to CO[3] (Topcy{letter} minus Tilo)", *s_co[k],
+            f"S[{k}] to CO[3] (Topcy{letter} minus Tilo)",
+            *s_co[k],
             guess3="no -3 report showed Topcyd" if k == 3 else "",
         )
         d[f"carry_di{k}_co"] = _pair(
@@ -145,10 +152,30 @@ def _carry_delays() -> dict[str, tuple[Delay, Delay]]:
         d[f"carry_ci_o{k}"] = _pair(
             f"CI to O[{k}] (Tcin{letter})", *ci_o[k], guess3="-2 times about 0.86"
         )
-    s_o2 = {(0, 0): 0.197, (0, 1): 0.273, (0, 2): 0.398, (0, 3): 0.450, (1, 1): 0.185,
-            (1, 2): 0.381, (1, 3): 0.420, (2, 2): 0.246, (2, 3): 0.330, (3, 3): 0.200}
-    s_o3 = {(0, 0): 0.170, (0, 1): 0.267, (0, 2): 0.350, (0, 3): 0.400, (1, 1): 0.160,
-            (1, 2): 0.330, (1, 3): 0.370, (2, 2): 0.210, (2, 3): 0.290, (3, 3): 0.180}
+    s_o2 = {
+        (0, 0): 0.197,
+        (0, 1): 0.273,
+        (0, 2): 0.398,
+        (0, 3): 0.450,
+        (1, 1): 0.185,
+        (1, 2): 0.381,
+        (1, 3): 0.420,
+        (2, 2): 0.246,
+        (2, 3): 0.330,
+        (3, 3): 0.200,
+    }
+    s_o3 = {
+        (0, 0): 0.170,
+        (0, 1): 0.267,
+        (0, 2): 0.350,
+        (0, 3): 0.400,
+        (1, 1): 0.160,
+        (1, 2): 0.330,
+        (1, 3): 0.370,
+        (2, 2): 0.210,
+        (2, 3): 0.290,
+        (3, 3): 0.180,
+    }
     for (k, i), ns2 in s_o2.items():
         d[f"carry_s{k}_o{i}"] = _guess(
             f"S[{k}] to O[{i}]", ns2, s_o3[k, i], "split of Topcy and Tcin by bit position"
@@ -156,8 +183,9 @@ def _carry_delays() -> dict[str, tuple[Delay, Delay]]:
     d["carry_di_o"] = _guess("DI entry, on top of S to O", 0.04, 0.04, "Taxcy minus Topcya")
     d["carry_ci_co"] = _pair("CI to CO[3] (Tbyp)", 0.093, 0.076)
     d["carry_cyinit"] = _guess("CYINIT entry, on top of CI", 0.10, 0.10, "one extra multiplexer")
-    d["carry_exit"] = _guess("CO leaving the slice through its output multiplexer", 0.12, 0.12,
-                             "near one F7 delay")
+    d["carry_exit"] = _guess(
+        "CO leaving the slice through its output multiplexer", 0.12, 0.12, "near one F7 delay"
+    )
     return d
 
 
@@ -165,22 +193,28 @@ def _memory_delays() -> dict[str, tuple[Delay, Delay]]:
     """Block RAM and clock network."""
     return {
         "ramb_clk_do": _pair(
-            "block RAM clock to data, no output register (Trcko_DO)", 2.10, 1.85,
+            "block RAM clock to data, no output register (Trcko_DO)",
+            2.10,
+            1.85,
             guess3="between the 1.65 seen for one RAMB8 and the -2 value",
         ),
         "ramb_clk_do_reg": _guess(
             "block RAM clock to data with its output register", 1.75, 1.60, "no report used it"
         ),
         "ramb_address": _pair("block RAM address setup (Trcck_ADDR)", 0.400, 0.350),
-        "ramb_setup": _guess("block RAM data, write, enable setup", 0.400, 0.350,
-                             "taken equal to the address setup"),
+        "ramb_setup": _guess(
+            "block RAM data, write, enable setup", 0.400, 0.350, "taken equal to the address setup"
+        ),
         "ramb_period": _pair("block RAM minimum clock period (Trper)", 3.570, 3.124),
         "bufg_period": _pair(
-            "global clock buffer minimum period (Tbcper)", 2.666, 2.500,
+            "global clock buffer minimum period (Tbcper)",
+            2.666,
+            2.500,
             guess3="400 MHz, no -3 report checked it",
         ),
-        "clock_uncertainty": _guess("clock skew and jitter", 0.135, 0.135,
-                                    "0.100 ns of skew plus 0.035 ns of jitter"),
+        "clock_uncertainty": _guess(
+            "clock skew and jitter", 0.135, 0.135, "0.100 ns of skew plus 0.035 ns of jitter"
+        ),
     }
 
 
@@ -204,11 +238,13 @@ def _dsp_delays() -> dict[str, tuple[Delay, Delay]]:
         "dsp_preadd": _guess("B, D or OPMODE through the pre-adder", 2.30, 2.00, near),
         "dsp_ab_m": _guess("A or B through the multiplier, to MREG or pin M", 2.90, 2.50, near),
         "dsp_ab_p": seen3("A or B through multiplier and post-adder (B to PCOUT)", 3.60, 3.125),
-        "dsp_ab_preg": _guess("A or B to PREG, no MREG", 3.40, 2.925,
-                              "to P, less an output buffer"),
+        "dsp_ab_preg": _guess(
+            "A or B to PREG, no MREG", 3.40, 2.925, "to P, less an output buffer"
+        ),
         "dsp_c_p": _guess("C, D:A:B, OPMODE or CARRYIN to P", 2.60, 2.264, "as PCIN to P"),
-        "dsp_c_preg": _guess("C, D:A:B, OPMODE or CARRYIN to PREG", 2.40, 2.064,
-                             "to P, less an output buffer"),
+        "dsp_c_preg": _guess(
+            "C, D:A:B, OPMODE or CARRYIN to PREG", 2.40, 2.064, "to P, less an output buffer"
+        ),
         "dsp_pcin_p": seen3("PCIN to P", 2.60, 2.264),
         "dsp_pcin_preg": _guess("PCIN to PREG", 2.40, 2.064, "to P, less an output buffer"),
         "dsp_b_bcout": _guess("B to BCOUT, no register", 0.60, 0.50, near),
@@ -218,19 +254,41 @@ def _dsp_delays() -> dict[str, tuple[Delay, Delay]]:
         "dsp_breg_bcout": _guess("B register clock to BCOUT", 1.40, 1.20, near),
         "dsp_mreg_p": _guess("MREG clock through the post-adder to P", 2.20, 1.90, near),
         "dsp_abreg_m": _guess("A or B register clock to M, no MREG", 3.20, 2.80, near),
-        "dsp_abreg_p": _guess("A or B register clock to P, no MREG", 3.90, 3.425,
-                              "A or B pin to P, plus a clock-to-output"),
-        "dsp_creg_p": _guess("C, D, OPMODE or CARRYIN register clock to P", 2.90, 2.564,
-                             "C pin to P, plus a clock-to-output"),
+        "dsp_abreg_p": _guess(
+            "A or B register clock to P, no MREG",
+            3.90,
+            3.425,
+            "A or B pin to P, plus a clock-to-output",
+        ),
+        "dsp_creg_p": _guess(
+            "C, D, OPMODE or CARRYIN register clock to P",
+            2.90,
+            2.564,
+            "C pin to P, plus a clock-to-output",
+        ),
         # register to register
         "dsp_abreg_mreg": _guess("A or B register to MREG", 3.003, 2.564, all_reg),
-        "dsp_abreg_preg": _guess("A or B register to PREG, no MREG", 3.90, 3.425,
-                                 "A or B pin to P, plus a clock-to-output"),
+        "dsp_abreg_preg": _guess(
+            "A or B register to PREG, no MREG",
+            3.90,
+            3.425,
+            "A or B pin to P, plus a clock-to-output",
+        ),
         "dsp_mreg_preg": _guess("MREG to PREG", 2.30, 2.00, near),
-        "dsp_creg_preg": _guess("C, D, OPMODE or CARRYIN register to PREG", 2.625, 2.283,
-                                "the -3 period check CREG to CARRYOUTREG", _SCALED),
-        "dsp_preg_preg": _guess("PREG fed back to PREG", 2.625, 2.283,
-                                "the -3 period check CREG to CARRYOUTREG", _SCALED),
+        "dsp_creg_preg": _guess(
+            "C, D, OPMODE or CARRYIN register to PREG",
+            2.625,
+            2.283,
+            "the -3 period check CREG to CARRYOUTREG",
+            _SCALED,
+        ),
+        "dsp_preg_preg": _guess(
+            "PREG fed back to PREG",
+            2.625,
+            2.283,
+            "the -3 period check CREG to CARRYOUTREG",
+            _SCALED,
+        ),
     }
 
 

@@ -20,20 +20,34 @@ A0 to A1 and B0 to B1 are far shorter than any other and are left out.
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from gateware.synthesis.arcs import Arc, CellTiming, Inside, Keys, Launch, Setup
-from gateware.synthesis.netlist import Bit, Cell, NetlistError
+from boresight.gateware.synthesis.arcs import Arc, CellTiming, Inside, Keys, Launch, Setup
+from boresight.gateware.synthesis.netlist import Bit, Cell, NetlistError
 
 __all__ = ["dsp_timing"]
 
 #: Register -> value where the instance leaves the parameter out.
 _DEFAULTS = {
-    "A0REG": 0, "A1REG": 1, "B0REG": 0, "B1REG": 1, "CREG": 1, "DREG": 1, "MREG": 1, "PREG": 1,
-    "OPMODEREG": 1, "CARRYINREG": 1, "CARRYOUTREG": 1,
+    "A0REG": 0,
+    "A1REG": 1,
+    "B0REG": 0,
+    "B1REG": 1,
+    "CREG": 1,
+    "DREG": 1,
+    "MREG": 1,
+    "PREG": 1,
+    "OPMODEREG": 1,
+    "CARRYINREG": 1,
+    "CARRYOUTREG": 1,
 }
 #: Letter of the enable and reset pins -> registers that they control.
 _CONTROLS = {
-    "A": ("A0REG", "A1REG"), "B": ("B0REG", "B1REG"), "C": ("CREG",), "D": ("DREG",),
-    "M": ("MREG",), "P": ("PREG",), "OPMODE": ("OPMODEREG",),
+    "A": ("A0REG", "A1REG"),
+    "B": ("B0REG", "B1REG"),
+    "C": ("CREG",),
+    "D": ("DREG",),
+    "M": ("MREG",),
+    "P": ("PREG",),
+    "OPMODE": ("OPMODEREG",),
     "CARRYIN": ("CARRYINREG", "CARRYOUTREG"),
 }
 
@@ -103,8 +117,14 @@ class _Slice:
     # steps
 
     def _outputs(self) -> None:
-        nodes = {"P": "P", "PCOUT": "P", "M": "M", "BCOUT": "BCOUT", "CARRYOUT": "CARRYOUT",
-                 "CARRYOUTF": "CARRYOUT"}
+        nodes = {
+            "P": "P",
+            "PCOUT": "P",
+            "M": "M",
+            "BCOUT": "BCOUT",
+            "CARRYOUT": "CARRYOUT",
+            "CARRYOUTF": "CARRYOUT",
+        }
         for port, node in nodes.items():
             for index in range(len(self.cell.outputs.get(port, ()))):
                 self.timing.node_of[port, index] = node

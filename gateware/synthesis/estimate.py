@@ -4,13 +4,13 @@ import os
 from dataclasses import asdict, dataclass
 from typing import Any, Final
 
-from gateware.synthesis.area import Area, count_area
-from gateware.synthesis.delays import GRADES, NET_MODELS
-from gateware.synthesis.device import XC6SLX9, Device
-from gateware.synthesis.graph import build_graph
-from gateware.synthesis.netlist import Netlist
-from gateware.synthesis.timing import NOTE, Timing, analyse
-from gateware.synthesis.yosys import synthesise
+from boresight.gateware.synthesis.area import Area, count_area
+from boresight.gateware.synthesis.delays import GRADES, NET_MODELS
+from boresight.gateware.synthesis.device import XC6SLX9, Device
+from boresight.gateware.synthesis.graph import build_graph
+from boresight.gateware.synthesis.netlist import Netlist
+from boresight.gateware.synthesis.timing import NOTE, Timing, analyse
+from boresight.gateware.synthesis.yosys import synthesise
 
 __all__ = ["Estimate", "estimate"]
 
@@ -66,7 +66,9 @@ class Estimate:
             },
             "cells": dict(self.area.cells),
             "route_through": {
-                "value": self.area.route_through, "source": counted, "command": self.command
+                "value": self.area.route_through,
+                "source": counted,
+                "command": self.command,
             },
             "timing": [_timing_json(t, self.command) for t in self.timing],
             "warnings": list(self.warnings),

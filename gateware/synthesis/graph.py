@@ -6,13 +6,13 @@ Built once; delays come later as a table, so one graph serves every grade and ne
 from collections import deque
 from dataclasses import dataclass, field
 
-from gateware.synthesis.arcs import CellTiming, Keys
-from gateware.synthesis.celltypes import BLOCK_RAMS, LUTS, SPECIALS, UnknownCell
-from gateware.synthesis.dsp_arcs import dsp_timing
-from gateware.synthesis.memory_arcs import block_ram_timing, special_timing
-from gateware.synthesis.netlist import Cell, Netlist, NetlistError, Pin
-from gateware.synthesis.routing import Hop, route
-from gateware.synthesis.slice_arcs import slice_timing
+from boresight.gateware.synthesis.arcs import CellTiming, Keys
+from boresight.gateware.synthesis.celltypes import BLOCK_RAMS, LUTS, SPECIALS, UnknownCell
+from boresight.gateware.synthesis.dsp_arcs import dsp_timing
+from boresight.gateware.synthesis.memory_arcs import block_ram_timing, special_timing
+from boresight.gateware.synthesis.netlist import Cell, Netlist, NetlistError, Pin
+from boresight.gateware.synthesis.routing import Hop, route
+from boresight.gateware.synthesis.slice_arcs import slice_timing
 
 __all__ = ["Edge", "Endpoint", "Graph", "Start", "build_graph", "cell_timing"]
 
@@ -147,8 +147,9 @@ class _Builder:
                 self._add_endpoint(load, setup.end, setup.keys)
         for inside in timing.insides:
             graph.endpoints.append(
-                Endpoint(name, inside.end, inside.keys, start=inside.start,
-                         is_period=inside.is_period)
+                Endpoint(
+                    name, inside.end, inside.keys, start=inside.start, is_period=inside.is_period
+                )
             )
 
     def _add_edge(self, load: Pin, target: int, keys: Keys) -> None:
@@ -271,7 +272,7 @@ class _Builder:
             seen[node] = len(walk)
             walk.append(node)
             node = next(e.source for e in self.graph.incoming[node] if waiting[e.source])
-        loop = [self.node_cells[n] for n in reversed(walk[seen[node]:])]
+        loop = [self.node_cells[n] for n in reversed(walk[seen[node] :])]
         return [*loop, loop[0]]
 
     def _clocks(self) -> tuple[str, ...]:

@@ -1,7 +1,7 @@
 """Timing of block RAM and of the clock network."""
 
-from gateware.synthesis.arcs import CellTiming, Inside, Launch, Setup
-from gateware.synthesis.netlist import Cell
+from boresight.gateware.synthesis.arcs import CellTiming, Inside, Launch, Setup
+from boresight.gateware.synthesis.netlist import Cell
 
 __all__ = ["block_ram_timing", "special_timing"]
 

@@ -7,10 +7,10 @@ not a LUT has to pass through one.
 
 from dataclasses import dataclass
 
-from gateware.synthesis.arcs import Keys
-from gateware.synthesis.celltypes import FLIP_FLOPS, LUTS
-from gateware.synthesis.delays import fanout_key
-from gateware.synthesis.netlist import Netlist, Pin
+from boresight.gateware.synthesis.arcs import Keys
+from boresight.gateware.synthesis.celltypes import FLIP_FLOPS, LUTS
+from boresight.gateware.synthesis.delays import fanout_key
+from boresight.gateware.synthesis.netlist import Netlist, Pin
 
 __all__ = ["Hop", "route"]
 
@@ -70,7 +70,6 @@ def _only_such(netlist: Netlist, bit: int, load: Pin) -> bool:
     rivals = [
         pin
         for pin in netlist.loads[bit]
-        if netlist.cells[pin.cell].type == kind
-        and (pin.port == "S") == (load.port == "S")
+        if netlist.cells[pin.cell].type == kind and (pin.port == "S") == (load.port == "S")
     ]
     return len(rivals) == 1

@@ -2,9 +2,15 @@
 
 import re
 
-from gateware.synthesis.arcs import Arc, CellTiming, Launch, Setup
-from gateware.synthesis.celltypes import FLIP_FLOPS, LATCHES, LUTRAMS, LUTS, SHIFT_REGISTERS
-from gateware.synthesis.netlist import Cell, NetlistError
+from boresight.gateware.synthesis.arcs import Arc, CellTiming, Launch, Setup
+from boresight.gateware.synthesis.celltypes import (
+    FLIP_FLOPS,
+    LATCHES,
+    LUTRAMS,
+    LUTS,
+    SHIFT_REGISTERS,
+)
+from boresight.gateware.synthesis.netlist import Cell, NetlistError
 
 __all__ = ["slice_timing"]
 

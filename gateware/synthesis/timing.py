@@ -8,9 +8,9 @@ all registers are taken to share one clock, and no path is recognised as false o
 from collections import Counter
 from dataclasses import dataclass
 
-from gateware.synthesis.delays import Delay, DelayTable, delay_table
-from gateware.synthesis.graph import Edge, Endpoint, Graph, Start, build_graph
-from gateware.synthesis.netlist import Netlist, Pin
+from boresight.gateware.synthesis.delays import Delay, DelayTable, delay_table
+from boresight.gateware.synthesis.graph import Edge, Endpoint, Graph, Start, build_graph
+from boresight.gateware.synthesis.netlist import Netlist, Pin
 
 __all__ = ["NOTE", "Group", "PathPoint", "Timing", "TimingPath", "analyse"]
 
@@ -262,17 +262,31 @@ class _Analysis:
         points: list[PathPoint] = []
         total = 0.0
 
-        def add(cell: str, *, keys: tuple[str, ...], net_key: str = "", bit: int = -1,
-                entry: str = "", leave: str = "", fanout: int = 0) -> None:
+        def add(
+            cell: str,
+            *,
+            keys: tuple[str, ...],
+            net_key: str = "",
+            bit: int = -1,
+            entry: str = "",
+            leave: str = "",
+            fanout: int = 0,
+        ) -> None:
             nonlocal total
             known = self.graph.netlist.cells.get(cell)
             net_ns, cell_ns = self._net_ns(net_key), self._ns(keys)
             total += net_ns + cell_ns
             points.append(
                 PathPoint(
-                    cell=cell, type=known.type if known else "clock", entry=entry, exit=leave,
-                    net=self.graph.netlist.name_of(bit) if bit >= 0 else "", fanout=fanout,
-                    net_ns=round(net_ns, 3), cell_ns=round(cell_ns, 3), total_ns=round(total, 3),
+                    cell=cell,
+                    type=known.type if known else "clock",
+                    entry=entry,
+                    exit=leave,
+                    net=self.graph.netlist.name_of(bit) if bit >= 0 else "",
+                    fanout=fanout,
+                    net_ns=round(net_ns, 3),
+                    cell_ns=round(cell_ns, 3),
+                    total_ns=round(total, 3),
                     src=known.src if known else "",
                     keys=(net_key, *keys) if net_key else keys,
                 )
@@ -282,11 +296,25 @@ class _Analysis:
         if start is not None:
             add(start.cell, keys=start.keys, entry=start.register, leave=leaving[0])
         for edge, leave in zip(edges, leaving[1:], strict=True):
-            add(edge.load.cell, keys=edge.hop.entry + edge.keys, net_key=edge.hop.net,
-                bit=edge.bit, entry=_text(edge.load), leave=leave, fanout=edge.fanout)
+            add(
+                edge.load.cell,
+                keys=edge.hop.entry + edge.keys,
+                net_key=edge.hop.net,
+                bit=edge.bit,
+                entry=_text(edge.load),
+                leave=leave,
+                fanout=edge.fanout,
+            )
         if end.hop is not None and end.load is not None:
-            add(end.cell, keys=end.hop.entry + end.keys, net_key=end.hop.net, bit=end.bit,
-                entry=_text(end.load), leave=end.register, fanout=end.fanout)
+            add(
+                end.cell,
+                keys=end.hop.entry + end.keys,
+                net_key=end.hop.net,
+                bit=end.bit,
+                entry=_text(end.load),
+                leave=end.register,
+                fanout=end.fanout,
+            )
         else:
             add(end.cell, keys=end.keys, entry=end.start, leave=end.register)
         if end.hop is not None:

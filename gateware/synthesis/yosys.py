@@ -20,16 +20,9 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
-from model.errors import ToolMissing
+from boresight.model.errors import ToolMissing
 
-__all__ = [
-    "OLDEST",
-    "Synthesis",
-    "SynthesisError",
-    "Tool",
-    "find_tool",
-    "synthesise",
-]
+__all__ = ["OLDEST", "Synthesis", "SynthesisError", "Tool", "find_tool", "synthesise"]
 
 #: Oldest yosys whose ``synth_xilinx -family xc6s`` is relied on.
 OLDEST: Final = (0, 35)
@@ -205,7 +198,10 @@ def _run(
         try:
             run = subprocess.run(
                 [*tool.argv, "-q", "-p", script],
-                cwd=folder, capture_output=True, text=True, timeout=timeout_s,
+                cwd=folder,
+                capture_output=True,
+                text=True,
+                timeout=timeout_s,
             )
         except OSError as error:
             raise ToolMissing(f"{tool.name} must start, but did not: {error}") from error

@@ -8,11 +8,11 @@ from amaranth.hdl import Module
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In
 
-from gateware.core import Core
-from gateware.engine import Engine
-from gateware.registers import BusSignature
-from gateware.system.conductor import Conductor
-from gateware.system.programs import core_plan
+from boresight.gateware.core import Core
+from boresight.gateware.engine import Engine
+from boresight.gateware.registers import BusSignature
+from boresight.gateware.system.conductor import Conductor
+from boresight.gateware.system.programs import core_plan
 
 __all__ = ["AttitudeCore"]
 
@@ -43,8 +43,11 @@ class AttitudeCore(wiring.Component):
     def __init__(self, *, core: Core, readers: int = 2) -> None:
         self.core = core
         self.conductor = Conductor(plan=core_plan(core), readers=readers)
-        members = {name: member for name, member in self.conductor.signature.members.items()
-                   if name not in _INSIDE}
+        members = {
+            name: member
+            for name, member in self.conductor.signature.members.items()
+            if name not in _INSIDE
+        }
         word = core.machine.arithmetic.word
         super().__init__({**members, "bus": In(BusSignature(word=word))})
 
@@ -52,8 +55,9 @@ class AttitudeCore(wiring.Component):
         """Connect them."""
         m = Module()
         m.submodules.conductor = conductor = self.conductor
-        m.submodules.engine = engine = Engine(machine=self.core.machine, image=self.core.image,
-                                              selector=True)
+        m.submodules.engine = engine = Engine(
+            machine=self.core.machine, image=self.core.image, selector=True
+        )
         wiring.connect(m, conductor.i, engine.i)
         wiring.connect(m, engine.o, conductor.o)
         wiring.connect(m, wiring.flipped(self.bus), engine.bus)

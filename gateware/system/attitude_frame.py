@@ -31,8 +31,18 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-__all__ = ["FLAGS", "FORMATS", "OUTPUTS", "STAMP", "WORDS", "Attitude", "angle_text", "attitude_of",
-           "parse_line", "text_line"]
+__all__ = [
+    "FLAGS",
+    "FORMATS",
+    "OUTPUTS",
+    "STAMP",
+    "WORDS",
+    "Attitude",
+    "angle_text",
+    "attitude_of",
+    "parse_line",
+    "text_line",
+]
 
 #: Bits of a word.
 WORD = 32
@@ -96,8 +106,7 @@ class Attitude:
         return tuple(name for k, (name, _) in enumerate(FLAGS) if k > 2 and self.flags >> k & 1)
 
 
-def attitude_of(words: Sequence[int],
-                formats: Mapping[int, tuple[int, int]] = FORMATS) -> Attitude:
+def attitude_of(words: Sequence[int], formats: Mapping[int, tuple[int, int]] = FORMATS) -> Attitude:
     """The attitude of a frame's signed words.
 
     Parameters
@@ -121,10 +130,15 @@ def attitude_of(words: Sequence[int],
         w, x, y, z = (named[n] / (1 << bits[0]) for n in ("qw", "qx", "qy", "qz"))
         quaternion, status = (w, x, y, z), named["status"] >> bits[1]
     return Attitude(
-        number=named["header"] & 0xFFFF, flags=flags, stamp=named["stamp"] & 0xFFFF_FFFF,
-        status=status, quaternion=quaternion,
-        heading=named["heading"] * _DEGREES, pitch=named["pitch"] * _DEGREES,
-        roll=named["roll"] * _DEGREES)
+        number=named["header"] & 0xFFFF,
+        flags=flags,
+        stamp=named["stamp"] & 0xFFFF_FFFF,
+        status=status,
+        quaternion=quaternion,
+        heading=named["heading"] * _DEGREES,
+        pitch=named["pitch"] * _DEGREES,
+        roll=named["roll"] * _DEGREES,
+    )
 
 
 def angle_text(value: int) -> str:
@@ -142,8 +156,7 @@ def text_line(words: Sequence[int]) -> str:
     return f"{angles} {header & 0xFFFF:04X} {header >> 16:04X} {status:03X}\r\n"
 
 
-def parse_line(line: str,
-               formats: Mapping[int, tuple[int, int]] = FORMATS) -> Attitude | None:
+def parse_line(line: str, formats: Mapping[int, tuple[int, int]] = FORMATS) -> Attitude | None:
     """The attitude of a line of text, with or without its end; None if it is none."""
     parts = line.rstrip("\r\n").split(" ")
     if [len(part) for part in parts] != [7, 7, 7, 4, 4, 3]:
@@ -155,5 +168,11 @@ def parse_line(line: str,
     heading, pitch, roll = (float(part) for part in parts[:3])
     number, flags, bits = (int(part, 16) for part in parts[3:])
     form = formats.get(flags & 7)
-    return Attitude(number=number, heading=heading, pitch=pitch, roll=roll, flags=flags,
-                    status=None if form is None else bits << 20 >> form[1])
+    return Attitude(
+        number=number,
+        heading=heading,
+        pitch=pitch,
+        roll=roll,
+        flags=flags,
+        status=None if form is None else bits << 20 >> form[1],
+    )

@@ -9,10 +9,10 @@ from amaranth.hdl import Cat, Const, Module, Mux, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from gateware.boards.framer import body_layout
-from gateware.boards.frames import Kind
-from gateware.system.attitude_text import LINE, AngleDigits, Op
-from gateware.system.results import ResultPort
+from boresight.gateware.boards.framer import body_layout
+from boresight.gateware.boards.frames import Kind
+from boresight.gateware.system.attitude_text import LINE, AngleDigits, Op
+from boresight.gateware.system.results import ResultPort
 
 __all__ = ["AttitudeOutput", "OutputMode"]
 
@@ -77,15 +77,17 @@ class AttitudeOutput(wiring.Component):
     EVENTS = ("attitude_sent", "attitude_skipped")
 
     def __init__(self) -> None:
-        super().__init__({
-            "updated": In(1),
-            "mode": In(2),
-            "divider": In(10),
-            "flags": In(8),
-            "port": Out(ResultPort(word=32)),
-            "o": Out(stream.Signature(body_layout)),
-            "events": Out(len(self.EVENTS)),
-        })
+        super().__init__(
+            {
+                "updated": In(1),
+                "mode": In(2),
+                "divider": In(10),
+                "flags": In(8),
+                "port": Out(ResultPort(word=32)),
+                "o": Out(stream.Signature(body_layout)),
+                "events": Out(len(self.EVENTS)),
+            }
+        )
 
     def elaborate(self, platform: Any) -> Module:
         """When to send; where in the frame or line; the byte there."""
@@ -120,8 +122,11 @@ class AttitudeOutput(wiring.Component):
         with m.If(~text):
             m.d.comb += [entry_op.eq(Op.HEX), entry_code.eq(Cat(Const(0, 1), place))]
         op, code, ends, next_place = Signal(2), Signal(7), Signal(), Signal(6)
-        m.d.sync += [op.eq(entry_op), code.eq(entry_code),
-                     ends.eq(Mux(text, place == len(LINE) - 1, place == 63))]
+        m.d.sync += [
+            op.eq(entry_op),
+            code.eq(entry_code),
+            ends.eq(Mux(text, place == len(LINE) - 1, place == 63)),
+        ]
         m.d.comb += next_place.eq(place + 1)
         with m.If(~text & (place == 7)):
             m.d.comb += next_place.eq(32)
@@ -165,11 +170,15 @@ class AttitudeOutput(wiring.Component):
         ]
         with m.Switch(state):
             with m.Case(_State.IDLE):
-                m.d.sync += [place.eq(0), self.o.payload.data.eq(Kind.ATTITUDE),
-                             self.o.payload.last.eq(0)]
+                m.d.sync += [
+                    place.eq(0),
+                    self.o.payload.data.eq(Kind.ATTITUDE),
+                    self.o.payload.last.eq(0),
+                ]
                 with m.If(start):
-                    m.d.sync += state.eq(Mux(self.mode == OutputMode.TEXT, _State.FETCH,
-                                             _State.KIND))
+                    m.d.sync += state.eq(
+                        Mux(self.mode == OutputMode.TEXT, _State.FETCH, _State.KIND)
+                    )
             with m.Case(_State.KIND), m.If(self.o.ready):
                 m.d.sync += state.eq(_State.FETCH)
             with m.Case(_State.FETCH):
@@ -182,8 +191,11 @@ class AttitudeOutput(wiring.Component):
                 with m.Else():
                     m.d.sync += state.eq(_State.FORM)
             with m.Case(_State.FORM):
-                m.d.sync += [self.o.payload.data.eq(Mux(text, character, byte)),
-                             self.o.payload.last.eq(ends), state.eq(_State.PUT)]
+                m.d.sync += [
+                    self.o.payload.data.eq(Mux(text, character, byte)),
+                    self.o.payload.last.eq(ends),
+                    state.eq(_State.PUT),
+                ]
             with m.Case(_State.PUT), m.If(self.o.ready):
                 m.d.sync += [place.eq(next_place), state.eq(_State.FETCH)]
                 with m.If(ends):

@@ -10,23 +10,23 @@ from amaranth.hdl import Cat, Module, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from gateware.boards.board import Line
-from gateware.core import Core
-from gateware.register_model import RegisterMap
-from gateware.sensors.adis16385 import Adis16385
-from gateware.sensors.adis16385_flags import FLAG_MEANINGS
-from gateware.sensors.hmr3300 import FLAGS as COMPASS_FLAGS
-from gateware.sensors.hmr3300 import Hmr3300
-from gateware.system.attitude_core import AttitudeCore
-from gateware.system.attitude_output import AttitudeOutput
-from gateware.system.bridge import Bridge
-from gateware.system.bus_arbiter import BusArbiter
-from gateware.system.programs import core_plan
-from gateware.system.system_bus import ADDRESS_BITS, SystemBus
-from gateware.system.system_registers import system_map, system_registers
-from gateware.system.system_text import system_text
-from gateware.system.wishbone import WishboneSignature, WishboneSlave
-from model.errors import InputError
+from boresight.gateware.boards.board import Line
+from boresight.gateware.core import Core
+from boresight.gateware.register_model import RegisterMap
+from boresight.gateware.sensors.adis16385 import Adis16385
+from boresight.gateware.sensors.adis16385_flags import FLAG_MEANINGS
+from boresight.gateware.sensors.hmr3300 import FLAGS as COMPASS_FLAGS
+from boresight.gateware.sensors.hmr3300 import Hmr3300
+from boresight.gateware.system.attitude_core import AttitudeCore
+from boresight.gateware.system.attitude_output import AttitudeOutput
+from boresight.gateware.system.bridge import Bridge
+from boresight.gateware.system.bus_arbiter import BusArbiter
+from boresight.gateware.system.programs import core_plan
+from boresight.gateware.system.system_bus import ADDRESS_BITS, SystemBus
+from boresight.gateware.system.system_registers import system_map, system_registers
+from boresight.gateware.system.system_text import system_text
+from boresight.gateware.system.wishbone import WishboneSignature, WishboneSlave
+from boresight.model.errors import InputError
 
 __all__ = ["AttitudeSystem", "system_design"]
 
@@ -82,9 +82,16 @@ class AttitudeSystem(wiring.Component):
         For simulation; a board leaves them open.
     """
 
-    def __init__(self, *, core: Core, clock_hz: float = 100e6, host_baud: float = 921_600,
-                 wishbone: bool = False, inertial: dict[str, Any] | None = None,
-                 compass: dict[str, Any] | None = None) -> None:
+    def __init__(
+        self,
+        *,
+        core: Core,
+        clock_hz: float = 100e6,
+        host_baud: float = 921_600,
+        wishbone: bool = False,
+        inertial: dict[str, Any] | None = None,
+        compass: dict[str, Any] | None = None,
+    ) -> None:
         self.core = core
         self.clock_hz = clock_hz
         self.host_baud = host_baud
@@ -98,37 +105,64 @@ class AttitudeSystem(wiring.Component):
         self.title = "attitude system"
         self.lines = _LINES
         #: Counted events, by their bits: whose, and which.
-        self._sources = (("inertial", self._inertial), ("compass", self._compass),
-                         ("core", self._attitude.conductor), ("host", self._bridge),
-                         ("output", self._output))
-        self.events = tuple(f"{whose}_{name}" for whose, part in self._sources
-                            for name in part.EVENTS)
+        self._sources = (
+            ("inertial", self._inertial),
+            ("compass", self._compass),
+            ("core", self._attitude.conductor),
+            ("host", self._bridge),
+            ("output", self._output),
+        )
+        self.events = tuple(
+            f"{whose}_{name}" for whose, part in self._sources for name in part.EVENTS
+        )
         self.registers = system_registers(
-            filters=self.plan.names[:self.plan.filters], clock_hz=clock_hz, build=self.build,
-            inertial_flags=FLAG_MEANINGS, compass_flags=COMPASS_FLAGS)
+            filters=self.plan.names[: self.plan.filters],
+            clock_hz=clock_hz,
+            build=self.build,
+            inertial_flags=FLAG_MEANINGS,
+            compass_flags=COMPASS_FLAGS,
+        )
         ports = {"wb": In(WishboneSignature(address=ADDRESS_BITS)), "interrupt": Out(1)}
-        super().__init__({
-            **{line.name: In(1, init=1) if line.input else Out(1) for line in _LINES},
-            "probe_sample": Out(1), "probe_running": Out(1), "probe_updated": Out(1),
-            "probe_program": Out(range(len(self.plan.names))), "probe_line": Out(1),
-            "probe_counts": Out(1), "probe_value0": Out(16), "probe_value1": Out(16),
-            "probe_value2": Out(16), "probe_events": Out(len(self.events)),
-            **(ports if wishbone else {}),
-        })
+        super().__init__(
+            {
+                **{line.name: In(1, init=1) if line.input else Out(1) for line in _LINES},
+                "probe_sample": Out(1),
+                "probe_running": Out(1),
+                "probe_updated": Out(1),
+                "probe_program": Out(range(len(self.plan.names))),
+                "probe_line": Out(1),
+                "probe_counts": Out(1),
+                "probe_value0": Out(16),
+                "probe_value1": Out(16),
+                "probe_value2": Out(16),
+                "probe_events": Out(len(self.events)),
+                **(ports if wishbone else {}),
+            }
+        )
 
     @property
     def build(self) -> int:
         """Digest of programs and configuration, 64 bits: registers system_build_low and _high."""
         adis, compass = self._inertial, self._compass
-        configuration = repr((
-            self.core.digest, self.core.machine, float(self.clock_hz), self._bridge.divisor,
-            self.wishbone, adis.burst_cycles, adis.start_cycles, compass.divisor))
+        configuration = repr(
+            (
+                self.core.digest,
+                self.core.machine,
+                float(self.clock_hz),
+                self._bridge.divisor,
+                self.wishbone,
+                adis.burst_cycles,
+                adis.start_cycles,
+                compass.divisor,
+            )
+        )
         return int(hashlib.sha256(configuration.encode()).hexdigest()[:16], 16)
 
     def map(self, meanings: dict[str, str] | None = None) -> RegisterMap:
         """All registers of the system; ``meanings`` of the core's parameters."""
-        return system_map(self.core, registers=self.registers, events=self.events,
-                          meanings=meanings)
+        return system_map(
+            self.core, registers=self.registers, events=self.events, meanings=meanings
+        )
 
     def latency_cycles(self, number: int) -> int:
         """Data-ready at the pin to new results of a filter, without writes of parameters."""
@@ -159,7 +193,9 @@ class AttitudeSystem(wiring.Component):
         self._pins(m)
         order = csr.order
         m.d.comb += [
-            inertial.time.eq(time), compass.time.eq(time), attitude.time.eq(time),
+            inertial.time.eq(time),
+            compass.time.eq(time),
+            attitude.time.eq(time),
             csr.time.eq(time),
             # Inertial sensor.
             inertial.enable.eq(1),
@@ -180,8 +216,10 @@ class AttitudeSystem(wiring.Component):
             attitude.is_counts.eq(compass.is_counts),
             *(attitude.values[k].eq(compass.values[k]) for k in range(3)),
             csr.compass_flags.eq(compass.flags),
-            *(getattr(csr, f"compass_{axis}").eq(compass.values[k])
-              for k, axis in enumerate("xyz")),
+            *(
+                getattr(csr, f"compass_{axis}").eq(compass.values[k])
+                for k, axis in enumerate("xyz")
+            ),
             # Filter.
             attitude.run.eq(csr.run),
             attitude.filter.eq(csr.filter),
@@ -191,9 +229,16 @@ class AttitudeSystem(wiring.Component):
             output.updated.eq(attitude.updated),
             output.mode.eq(csr.output_mode),
             output.divider.eq(csr.output_divider),
-            output.flags.eq(Cat(~inertial.flags.running, inertial.flags.alarm,
-                                inertial.flags.over_range, inertial.flags.overrun,
-                                compass.flags.stale, compass.flags.paused)),
+            output.flags.eq(
+                Cat(
+                    ~inertial.flags.running,
+                    inertial.flags.alarm,
+                    inertial.flags.over_range,
+                    inertial.flags.overrun,
+                    compass.flags.stale,
+                    compass.flags.paused,
+                )
+            ),
             # Counters.
             bus.events.eq(Cat(part.events for _, part in self._sources)),
             bus.clear.eq(order[2]),
@@ -202,8 +247,10 @@ class AttitudeSystem(wiring.Component):
         with m.If(compass.command.ready):
             m.d.sync += compass.command.valid.eq(0)
         with m.If(csr.compass_command_stb):
-            m.d.sync += [compass.command.valid.eq(1),
-                         compass.command.payload.eq(csr.compass_command)]
+            m.d.sync += [
+                compass.command.valid.eq(1),
+                compass.command.payload.eq(csr.compass_command),
+            ]
         wiring.connect(m, output.o, bridge.i)
         wiring.connect(m, bus.core, attitude.bus)
         wiring.connect(m, output.port, attitude.ports[0])
@@ -215,10 +262,13 @@ class AttitudeSystem(wiring.Component):
         self._initiators(m, bus, bridge)
         self._lights(m, time)
         m.d.comb += [
-            self.probe_sample.eq(inertial.sample), self.probe_running.eq(inertial.flags.running),
-            self.probe_updated.eq(attitude.updated), self.probe_line.eq(compass.line),
+            self.probe_sample.eq(inertial.sample),
+            self.probe_running.eq(inertial.flags.running),
+            self.probe_updated.eq(attitude.updated),
+            self.probe_line.eq(compass.line),
             self.probe_program.eq(attitude.conductor.choice),
-            self.probe_counts.eq(compass.is_counts), self.probe_events.eq(bus.events),
+            self.probe_counts.eq(compass.is_counts),
+            self.probe_events.eq(bus.events),
             *(getattr(self, f"probe_value{k}").eq(compass.values[k]) for k in range(3)),
         ]
         return m
@@ -227,11 +277,16 @@ class AttitudeSystem(wiring.Component):
         """Parts to pins."""
         inertial, compass, bridge = self._inertial, self._compass, self._bridge
         m.d.comb += [
-            self.adis_cs_n.eq(inertial.cs_n), self.adis_sclk.eq(inertial.sclk),
-            self.adis_mosi.eq(inertial.mosi), self.adis_reset_n.eq(inertial.reset_n),
-            inertial.miso.eq(self.adis_miso), inertial.data_ready.eq(self.adis_data_ready),
-            compass.rx.eq(self.hmr_rx), self.hmr_tx.eq(compass.tx),
-            bridge.rx.eq(self.host_rx), self.host_tx.eq(bridge.tx),
+            self.adis_cs_n.eq(inertial.cs_n),
+            self.adis_sclk.eq(inertial.sclk),
+            self.adis_mosi.eq(inertial.mosi),
+            self.adis_reset_n.eq(inertial.reset_n),
+            inertial.miso.eq(self.adis_miso),
+            inertial.data_ready.eq(self.adis_data_ready),
+            compass.rx.eq(self.hmr_rx),
+            self.hmr_tx.eq(compass.tx),
+            bridge.rx.eq(self.host_rx),
+            self.host_tx.eq(bridge.tx),
         ]
 
     def _initiators(self, m: Module, bus: SystemBus, bridge: Bridge) -> None:
@@ -246,8 +301,10 @@ class AttitudeSystem(wiring.Component):
         initiators: tuple[Any, ...] = (slave, bridge)
         for k, initiator in enumerate(initiators):
             wiring.connect(m, initiator.bus, arbiter.initiators[k])
-            m.d.comb += [arbiter.request[k].eq(initiator.request),
-                         initiator.grant.eq(arbiter.grant[k])]
+            m.d.comb += [
+                arbiter.request[k].eq(initiator.request),
+                initiator.grant.eq(arbiter.grant[k]),
+            ]
         wiring.connect(m, arbiter.bus, bus.bus)
         m.d.comb += [bus.read.eq(arbiter.read), self.interrupt.eq(self._attitude.updated)]
 
@@ -263,13 +320,19 @@ class AttitudeSystem(wiring.Component):
             with m.If(came):
                 m.d.sync += self.led_running.eq(~self.led_running)
         flags = self._inertial.flags
-        m.d.sync += self.led_fault.eq(~flags.running | flags.link_error | flags.alarm
-                                      | self._compass.flags.stale)
+        m.d.sync += self.led_fault.eq(
+            ~flags.running | flags.link_error | flags.alarm | self._compass.flags.stale
+        )
 
 
 _LINES = (
-    Line("host_rx", "host_rx", "from the host: TXD of a 3.3 V serial adapter", input=True,
-         pull_up=True),
+    Line(
+        "host_rx",
+        "host_rx",
+        "from the host: TXD of a 3.3 V serial adapter",
+        input=True,
+        pull_up=True,
+    ),
     Line("host_tx", "host_tx", "to the host: RXD of the adapter"),
     Line("adis_cs_n", "adis_cs_n", "ADIS16385 CS"),
     Line("adis_sclk", "adis_sclk", "ADIS16385 SCLK"),
@@ -277,8 +340,13 @@ _LINES = (
     Line("adis_miso", "adis_miso", "ADIS16385 DOUT", input=True, pull_up=True),
     Line("adis_data_ready", "adis_data_ready", "ADIS16385 DIO1, data-ready", input=True),
     Line("adis_reset_n", "adis_reset_n", "ADIS16385 RST"),
-    Line("hmr_rx", "hmr_rx", "from the compass's TX, which is 5 V: by a divider",
-         input=True, pull_up=True),
+    Line(
+        "hmr_rx",
+        "hmr_rx",
+        "from the compass's TX, which is 5 V: by a divider",
+        input=True,
+        pull_up=True,
+    ),
     Line("hmr_tx", "hmr_tx", "to the compass's RX"),
     Line("led_running", "led0", "LED: blinks while updates come"),
     Line("led_fault", "led1", "LED: a sensor is not all right"),
@@ -295,13 +363,22 @@ def system_design(core: Core, *, host_baud: int = 921_600) -> Callable[[int], At
     """
     word = core.machine.arithmetic.word
     if word != 32:
-        raise InputError.at("word", wanted="32 bits for a complete system", found=str(word),
-                            fix="leave --word out, or say --top records")
+        raise InputError.at(
+            "word",
+            wanted="32 bits for a complete system",
+            found=str(word),
+            fix="leave --word out, or say --top records",
+        )
 
     def make(clock_hz: int) -> AttitudeSystem:
         try:
             return AttitudeSystem(core=core, clock_hz=clock_hz, host_baud=host_baud)
         except ValueError as error:
-            raise InputError.at("clock", wanted="one that both serial lines can be made of",
-                                found=f"{clock_hz} Hz", fix=str(error)) from error
+            raise InputError.at(
+                "clock",
+                wanted="one that both serial lines can be made of",
+                found=f"{clock_hz} Hz",
+                fix=str(error),
+            ) from error
+
     return make

@@ -9,7 +9,7 @@ from amaranth.hdl import Const, Module, Mux, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from gateware.system.attitude_frame import OUTPUTS
+from boresight.gateware.system.attitude_frame import OUTPUTS
 
 __all__ = ["LINE", "AngleDigits", "Op", "Place"]
 
@@ -53,9 +53,16 @@ def _literal(character: str) -> Place:
 
 #: The places of a line, in order (`gateware.system.attitude_frame.text_line`).
 LINE = (
-    *_angle("heading"), *_angle("pitch"), *_angle("roll"),
-    *_hexadecimal(0, 3, 0), _literal(" "), *_hexadecimal(0, 7, 4), _literal(" "),
-    *_hexadecimal(OUTPUT_CODE + OUTPUTS.index("status"), 7, 5), _literal("\r"), _literal("\n"),
+    *_angle("heading"),
+    *_angle("pitch"),
+    *_angle("roll"),
+    *_hexadecimal(0, 3, 0),
+    _literal(" "),
+    *_hexadecimal(0, 7, 4),
+    _literal(" "),
+    *_hexadecimal(OUTPUT_CODE + OUTPUTS.index("status"), 7, 5),
+    _literal("\r"),
+    _literal("\n"),
 )
 
 
@@ -82,10 +89,18 @@ class AngleDigits(wiring.Component):
     """
 
     def __init__(self) -> None:
-        super().__init__({
-            "start": In(1), "bit": In(1), "negative": In(1), "last": In(1), "shift": In(1),
-            "power": In(3), "subtract": In(1), "possible": Out(1),
-        })
+        super().__init__(
+            {
+                "start": In(1),
+                "bit": In(1),
+                "negative": In(1),
+                "last": In(1),
+                "shift": In(1),
+                "power": In(3),
+                "subtract": In(1),
+                "possible": Out(1),
+            }
+        )
 
     def elaborate(self, platform: Any) -> Module:
         """One adder."""

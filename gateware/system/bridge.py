@@ -8,13 +8,13 @@ from amaranth.hdl import Cat, Module, Mux, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from gateware.boards.dispatch import Dispatcher
-from gateware.boards.framer import Framer, body_layout
-from gateware.boards.frames import Kind
-from gateware.boards.pack import Packer
-from gateware.boards.unpack import Unpacker
-from gateware.registers import BusSignature
-from gateware.serial.uart import Receiver, Transmitter, divisor_for
+from boresight.gateware.boards.dispatch import Dispatcher
+from boresight.gateware.boards.framer import Framer, body_layout
+from boresight.gateware.boards.frames import Kind
+from boresight.gateware.boards.pack import Packer
+from boresight.gateware.boards.unpack import Unpacker
+from boresight.gateware.registers import BusSignature
+from boresight.gateware.serial.uart import Receiver, Transmitter, divisor_for
 
 __all__ = ["Bridge"]
 
@@ -64,24 +64,26 @@ class Bridge(wiring.Component):
         self.divisor = divisor_for(clock_hz=clock_hz, baud=baud)
         self.baud = baud
         self.address = address
-        super().__init__({
-            "rx": In(1, init=1),
-            "tx": Out(1, init=1),
-            "bus": Out(BusSignature(word=32, address=address)),
-            "request": Out(1),
-            "grant": In(1, init=1),
-            "i": In(stream.Signature(body_layout)),
-            "events": Out(len(self.EVENTS)),
-        })
+        super().__init__(
+            {
+                "rx": In(1, init=1),
+                "tx": Out(1, init=1),
+                "bus": Out(BusSignature(word=32, address=address)),
+                "request": Out(1),
+                "grant": In(1, init=1),
+                "i": In(stream.Signature(body_layout)),
+                "events": Out(len(self.EVENTS)),
+            }
+        )
 
     def elaborate(self, platform: Any) -> Module:
         """The parts in a row, and who is next."""
         m = Module()
         m.submodules.receiver = receiver = Receiver(divisor=self.divisor)
-        m.submodules.unpacker = unpacker = Unpacker(
-            word=32, lengths={Kind.WRITE: 2, Kind.READ: 1})
+        m.submodules.unpacker = unpacker = Unpacker(word=32, lengths={Kind.WRITE: 2, Kind.READ: 1})
         m.submodules.dispatcher = dispatcher = Dispatcher(
-            word=32, inputs=0, depth=unpacker.depth, address=self.address)
+            word=32, inputs=0, depth=unpacker.depth, address=self.address
+        )
         m.submodules.packer = packer = Packer(word=32, records=False)
         m.submodules.framer = framer = Framer()
         m.submodules.transmitter = transmitter = Transmitter(divisor=self.divisor)
@@ -90,12 +92,18 @@ class Bridge(wiring.Component):
         wiring.connect(m, framer.o, transmitter.i)
         m.d.comb += [
             receiver.rx.eq(self.rx),
-            *(getattr(unpacker, name).eq(getattr(receiver, name))
-              for name in ("data", "valid", "error")),
-            *(getattr(unpacker, name).eq(getattr(dispatcher, name))
-              for name in ("index", "read", "done")),
-            *(getattr(dispatcher, name).eq(getattr(unpacker, name))
-              for name in ("pending", "kind", "word_data")),
+            *(
+                getattr(unpacker, name).eq(getattr(receiver, name))
+                for name in ("data", "valid", "error")
+            ),
+            *(
+                getattr(unpacker, name).eq(getattr(dispatcher, name))
+                for name in ("index", "read", "done")
+            ),
+            *(
+                getattr(dispatcher, name).eq(getattr(unpacker, name))
+                for name in ("pending", "kind", "word_data")
+            ),
             self.request.eq(dispatcher.request),
             dispatcher.grant.eq(self.grant),
             self.tx.eq(transmitter.tx),

@@ -8,7 +8,7 @@ from amaranth.hdl import Module, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from gateware.registers import BusSignature
+from boresight.gateware.registers import BusSignature
 
 __all__ = ["BusArbiter"]
 
@@ -48,13 +48,15 @@ class BusArbiter(wiring.Component):
             raise ValueError(f"count must be an integer from 2 on, not {count!r}")
         self.count = count
         signature = BusSignature(word=word, address=address)
-        super().__init__({
-            "initiators": In(signature).array(count),
-            "request": In(count),
-            "grant": Out(count),
-            "bus": Out(signature),
-            "read": Out(1),
-        })
+        super().__init__(
+            {
+                "initiators": In(signature).array(count),
+                "request": In(count),
+                "grant": Out(count),
+                "bus": Out(signature),
+                "read": Out(1),
+            }
+        )
 
     def elaborate(self, platform: Any) -> Module:
         """An owner, who changes with the end of a transfer or if it wants none."""

@@ -8,8 +8,8 @@ from amaranth.hdl import Cat, Const, Module, Mux, Signal, Value
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from gateware.engine import word_layout
-from gateware.system.conductor_words import (
+from boresight.gateware.engine import word_layout
+from boresight.gateware.system.conductor_words import (
     HEADER,
     OUTPUTS,
     RAWS,
@@ -22,8 +22,8 @@ from gateware.system.conductor_words import (
     put_away,
     waiting_words,
 )
-from gateware.system.plan import RAW, RECORD, Plan
-from gateware.system.results import ResultPort, Results
+from boresight.gateware.system.plan import RAW, RECORD, Plan
+from boresight.gateware.system.results import ResultPort, Results
 
 __all__ = ["HEADER", "OUTPUTS", "RAWS", "RECORDS", "STAMP", "Conductor", "header_layout"]
 
@@ -90,40 +90,51 @@ class Conductor(wiring.Component):
     """
 
     #: Meaning of the bits of ``events``.
-    EVENTS = ("update", "field_used", "restart", "sample_dropped", "field_dropped", "framing",
-              "watchdog")
+    EVENTS = (
+        "update",
+        "field_used",
+        "restart",
+        "sample_dropped",
+        "field_dropped",
+        "framing",
+        "watchdog",
+    )
 
     def __init__(self, *, plan: Plan, readers: int = 2) -> None:
         if not 1 <= plan.filters <= 8 or not 26 <= plan.word <= 32 or plan.outputs > 16:
-            raise ValueError("plan must have 1 to 8 filters, words of 26 to 32 bits and at most "
-                             f"16 outputs, not {plan!r}")
+            raise ValueError(
+                "plan must have 1 to 8 filters, words of 26 to 32 bits and at most "
+                f"16 outputs, not {plan!r}"
+            )
         self.plan = plan
         self.readers = readers
         word = plan.word
-        super().__init__({
-            "time": In(32),
-            "sample": In(1),
-            "stamp": In(32),
-            "index": Out(3),
-            "word": In(16),
-            "line": In(1),
-            "is_counts": In(1),
-            "values": In(data.ArrayLayout(16, 3)),
-            "filter": In(range(plan.filters)),
-            "source": In(2),
-            "run": In(1),
-            "restart": In(1),
-            "i": Out(stream.Signature(word_layout(word))),
-            "o": In(stream.Signature(word_layout(word))),
-            "choice": Out(range(len(plan.names)), init=plan.inertial),
-            "chosen": In(1),
-            "framing": In(1),
-            "saturated": In(1),
-            "updated": Out(1),
-            "number": Out(16),
-            "ports": In(ResultPort(word=word)).array(readers),
-            "events": Out(len(self.EVENTS)),
-        })
+        super().__init__(
+            {
+                "time": In(32),
+                "sample": In(1),
+                "stamp": In(32),
+                "index": Out(3),
+                "word": In(16),
+                "line": In(1),
+                "is_counts": In(1),
+                "values": In(data.ArrayLayout(16, 3)),
+                "filter": In(range(plan.filters)),
+                "source": In(2),
+                "run": In(1),
+                "restart": In(1),
+                "i": Out(stream.Signature(word_layout(word))),
+                "o": In(stream.Signature(word_layout(word))),
+                "choice": Out(range(len(plan.names)), init=plan.inertial),
+                "chosen": In(1),
+                "framing": In(1),
+                "saturated": In(1),
+                "updated": Out(1),
+                "number": Out(16),
+                "ports": In(ResultPort(word=word)).array(readers),
+                "events": Out(len(self.EVENTS)),
+            }
+        )
 
     @property
     def _watch_bit(self) -> int:
@@ -178,18 +189,25 @@ class Conductor(wiring.Component):
         with m.If(self.restart | ~self.run):
             m.d.sync += restart_next.eq(1)
         late = self._watch(m, (state == State.IDLE) | complete)
-        self._report(m, {
-            "update": self.updated,
-            "field_used": self.updated & use_field,
-            "restart": self.updated & restarting,
-            "sample_dropped": self.sample & self.run & (busy | waiting),
-            "field_dropped": accepted & line_waits,
-            "framing": self.framing,
-            "watchdog": late,
-        })
+        self._report(
+            m,
+            {
+                "update": self.updated,
+                "field_used": self.updated & use_field,
+                "restart": self.updated & restarting,
+                "sample_dropped": self.sample & self.run & (busy | waiting),
+                "field_dropped": accepted & line_waits,
+                "framing": self.framing,
+                "watchdog": late,
+            },
+        )
 
-        m.d.comb += [next_count.eq(count), self.i.valid.eq(offer), self.o.ready.eq(1), ends.eq(
-            count == Mux(is_inertial, len(RAW) - 1, Mux(is_filter, len(RECORD) - 1, 2)))]
+        m.d.comb += [
+            next_count.eq(count),
+            self.i.valid.eq(offer),
+            self.o.ready.eq(1),
+            ends.eq(count == Mux(is_inertial, len(RAW) - 1, Mux(is_filter, len(RECORD) - 1, 2))),
+        ]
         m.d.sync += [count.eq(next_count), self.updated.eq(complete), offer.eq(0)]
         with m.Switch(state):
             with m.Case(State.IDLE):
@@ -201,10 +219,14 @@ class Conductor(wiring.Component):
                         wanted = Mux(self.filter < plan.filters, self.filter, running)
                     m.d.comb += begin.eq(1)
                     m.d.sync += [
-                        state.eq(State.FEED), offer.eq(self.chosen), waiting.eq(0),
-                        self.number.eq(self.number + 1), running.eq(wanted),
+                        state.eq(State.FEED),
+                        offer.eq(self.chosen),
+                        waiting.eq(0),
+                        self.number.eq(self.number + 1),
+                        running.eq(wanted),
                         restart_next.eq(self.restart),
-                        restarting.eq(restart_next | (wanted != running)), fresh.eq(0),
+                        restarting.eq(restart_next | (wanted != running)),
+                        fresh.eq(0),
                         use_field.eq(fresh & Mux(field_counts, self.source[0], self.source[1])),
                     ]
             with m.Case(State.FEED):
@@ -212,8 +234,10 @@ class Conductor(wiring.Component):
                 with m.If(fire):
                     m.d.comb += next_count.eq(Mux(ends, 0, count + 1))
                 with m.If(fire & ends):
-                    m.d.sync += [state.eq(State.COLLECT),
-                                 self.choice.eq(Mux(is_inertial, running, plan.inertial))]
+                    m.d.sync += [
+                        state.eq(State.COLLECT),
+                        self.choice.eq(Mux(is_inertial, running, plan.inertial)),
+                    ]
             with m.Case(State.COLLECT):
                 with m.If(self.o.valid):
                     m.d.comb += next_count.eq(Mux(self.o.payload.last, 0, count + 1))
@@ -231,7 +255,8 @@ class Conductor(wiring.Component):
                         m.d.sync += state.eq(State.IDLE)
                     with m.If(self.chosen & line_waits):
                         m.d.sync += [
-                            state.eq(State.TURN), line_waits.eq(accepted),
+                            state.eq(State.TURN),
+                            line_waits.eq(accepted),
                             job.eq(Mux(line_counts, Job.COUNTS, Job.HEADING)),
                             self.choice.eq(Mux(line_counts, plan.field, plan.compass)),
                             field_counts.eq(line_counts),
@@ -244,8 +269,12 @@ class Conductor(wiring.Component):
                 m.d.sync += state.eq(State.FEED)
             with m.Default():
                 m.d.comb += next_count.eq(0)
-                m.d.sync += [offer.eq(~fire), self.choice.eq(plan.inertial), job.eq(Job.INERTIAL),
-                             restart_next.eq(1)]
+                m.d.sync += [
+                    offer.eq(~fire),
+                    self.choice.eq(plan.inertial),
+                    job.eq(Job.INERTIAL),
+                    restart_next.eq(1),
+                ]
                 with m.If(fire):
                     m.d.sync += state.eq(State.IDLE)
         with m.If(late):
@@ -260,13 +289,38 @@ class Conductor(wiring.Component):
             results.complete.eq(complete),
             self.index.eq(count),
             self.i.payload.last.eq(ends | state[2]),
-            self.i.payload.data.eq(input_word(
-                m, plan, job=job, count=count, waits=waits, stamp=self.stamp, word=self.word,
-                values=self.values, restarting=restarting)),
+            self.i.payload.data.eq(
+                input_word(
+                    m,
+                    plan,
+                    job=job,
+                    count=count,
+                    waits=waits,
+                    stamp=self.stamp,
+                    word=self.word,
+                    values=self.values,
+                    restarting=restarting,
+                )
+            ),
         ]
-        put_away(m, results, self.i, self.o, state=state, job=job, count=count, header=Cat(
-            self.number, running, Const(0, 3 - len(running)), use_field, field_counts & use_field,
-            restarting, self.saturated))
+        put_away(
+            m,
+            results,
+            self.i,
+            self.o,
+            state=state,
+            job=job,
+            count=count,
+            header=Cat(
+                self.number,
+                running,
+                Const(0, 3 - len(running)),
+                use_field,
+                field_counts & use_field,
+                restarting,
+                self.saturated,
+            ),
+        )
         return m
 
     def _report(self, m: Module, pulses: dict[str, Value]) -> None:
@@ -279,6 +333,9 @@ class Conductor(wiring.Component):
         once = Signal()
         late = Signal()
         change = bit ^ self.time[self._watch_bit]
-        m.d.sync += [bit.eq(self.time[self._watch_bit]), once.eq((once | change) & ~done),
-                     late.eq(once & change)]
+        m.d.sync += [
+            bit.eq(self.time[self._watch_bit]),
+            once.eq((once | change) & ~done),
+            late.eq(once & change),
+        ]
         return late

@@ -8,12 +8,23 @@ from typing import Any
 from amaranth.hdl import Cat, Const, Module, Mux, Signal, Value
 from amaranth.lib import data, memory
 
-from gateware.bitwise import Bitwise, multiplex
-from gateware.system.plan import RAW, RECORD, Plan
-from gateware.system.results import Results
+from boresight.gateware.bitwise import Bitwise, multiplex
+from boresight.gateware.system.plan import RAW, RECORD, Plan
+from boresight.gateware.system.results import Results
 
-__all__ = ["HEADER", "OUTPUTS", "RAWS", "RECORDS", "STAMP", "Job", "State", "header_layout",
-           "input_word", "put_away", "waiting_words"]
+__all__ = [
+    "HEADER",
+    "OUTPUTS",
+    "RAWS",
+    "RECORDS",
+    "STAMP",
+    "Job",
+    "State",
+    "header_layout",
+    "input_word",
+    "put_away",
+    "waiting_words",
+]
 
 #: Places in the result memory: the header, the filter's output record, the input record that it
 #: had, and the raw words that this came from.
@@ -32,8 +43,16 @@ def header_layout() -> data.StructLayout:
     magnetometer counts, not from a heading. ``restart``: the time step was negative. ``saturated``:
     a value of the filter was clamped.
     """
-    return data.StructLayout({"number": 16, "filter": 3, "field_used": 1, "field_counts": 1,
-                              "restart": 1, "saturated": 1})
+    return data.StructLayout(
+        {
+            "number": 16,
+            "filter": 3,
+            "field_used": 1,
+            "field_counts": 1,
+            "restart": 1,
+            "saturated": 1,
+        }
+    )
 
 
 class State(Enum):
@@ -65,22 +84,26 @@ class Source(Enum):
     LINE = 3
 
 
-def waiting_words(m: Module, o: Any, *, job: Signal, count: Signal, fire: Value,
-                  use_field: Signal) -> Value:
+def waiting_words(
+    m: Module, o: Any, *, job: Signal, count: Signal, fire: Value, use_field: Signal
+) -> Value:
     """Memory of the calibrated words between the programs; the filter's word number ``count``."""
     m.submodules.calibrated = words = memory.Memory(
-        shape=len(o.payload.data), depth=16, init=[], attrs={"ram_style": "block"})
+        shape=len(o.payload.data), depth=16, init=[], attrs={"ram_style": "block"}
+    )
     w_port, r_port = words.write_port(), words.read_port()
     # As they come: gyro, accelerometer, time step; field.
-    place = {f"{s}{a}": at + k for s, at in (("g", 0), ("a", 3), ("m", _FIELD_AT))
-             for k, a in enumerate("xyz")} | {"dt": 6}
+    place = {
+        f"{s}{a}": at + k
+        for s, at in (("g", 0), ("a", 3), ("m", _FIELD_AT))
+        for k, a in enumerate("xyz")
+    } | {"dt": 6}
     # The word of the next cycle: a table of count, ``fire`` and ``use_field``.
     with m.Switch(Cat(count, fire)):
         for k, name in enumerate(RECORD):
             with m.Case(k, k - 1 + 16 if k else k):
                 at: Any = place[name]
-                m.d.comb += r_port.addr.eq(
-                    Mux(use_field, at, _ZERO_AT) if at >= _FIELD_AT else at)
+                m.d.comb += r_port.addr.eq(Mux(use_field, at, _ZERO_AT) if at >= _FIELD_AT else at)
     m.d.comb += [
         w_port.addr.eq(Cat(count[:3], job[1])),
         w_port.data.eq(o.payload.data),
@@ -89,17 +112,34 @@ def waiting_words(m: Module, o: Any, *, job: Signal, count: Signal, fire: Value,
     return r_port.data
 
 
-def input_word(m: Module, plan: Plan, *, job: Signal, count: Signal, waits: Value, stamp: Value,
-               word: Value, values: Any, restarting: Signal) -> Value:
+def input_word(
+    m: Module,
+    plan: Plan,
+    *,
+    job: Signal,
+    count: Signal,
+    waits: Value,
+    stamp: Value,
+    word: Value,
+    values: Any,
+    restarting: Signal,
+) -> Value:
     """The word for the core: out of the memory, or raw."""
     bits = plan.count_bits
     source = Signal(Source)
     which = Signal(2)  # of the values
     with m.Switch(job):
         with m.Case(Job.INERTIAL):
-            m.d.comb += [which.eq(3), source.eq(Mux(
-                count[:3] < RAW.index("stamp"), Source.SAMPLE,
-                Mux(count[0], Source.LINE, Source.STAMP)))]
+            m.d.comb += [
+                which.eq(3),
+                source.eq(
+                    Mux(
+                        count[:3] < RAW.index("stamp"),
+                        Source.SAMPLE,
+                        Mux(count[0], Source.LINE, Source.STAMP),
+                    )
+                ),
+            ]
         with m.Case(Job.FILTER):
             m.d.comb += source.eq(Source.WAITING)
         with m.Default():
@@ -109,14 +149,23 @@ def input_word(m: Module, plan: Plan, *, job: Signal, count: Signal, waits: Valu
     m.submodules.high = high = Bitwise(function=multiplex, inputs=6, width=16)
     m.submodules.low = low = Bitwise(function=_either, inputs=4, width=bits)
     value.connect(m, *values, Cat(Const(0, 15), restarting), which[0], which[1])
-    stamp, (s0, s1) = stamp[32 - plan.word:], source
+    stamp, (s0, s1) = stamp[32 - plan.word :], source
     high.connect(m, waits[bits:], stamp[bits:], word, value.o, s0, s1)
     low.connect(m, waits[:bits], stamp[:bits], s0, s1)
     return Cat(low.o, high.o)
 
 
-def put_away(m: Module, results: Results, i: Any, o: Any, *, state: Signal, job: Signal,
-             count: Signal, header: Value) -> None:
+def put_away(
+    m: Module,
+    results: Results,
+    i: Any,
+    o: Any,
+    *,
+    state: Signal,
+    job: Signal,
+    count: Signal,
+    header: Value,
+) -> None:
     """What goes to the result memory when."""
     is_filter = job == Job.FILTER
     region = Signal(2)
@@ -133,11 +182,19 @@ def put_away(m: Module, results: Results, i: Any, o: Any, *, state: Signal, job:
     m.submodules.put = put = Bitwise(function=_put, inputs=5, width=results.word)
     s0, s1, _ = state
     m.d.comb += [
-        results.w_index.eq(Mux((region == RAWS >> 4) & (count == RAW.index("stamp")), STAMP,
-                               Cat(count, region))),
-        results.w_data.eq(put.connect(m, i.payload.data, o.payload.data,
-                                      Cat(header, Const(0, results.word - len(header))),
-                                      s0, s1)),
+        results.w_index.eq(
+            Mux((region == RAWS >> 4) & (count == RAW.index("stamp")), STAMP, Cat(count, region))
+        ),
+        results.w_data.eq(
+            put.connect(
+                m,
+                i.payload.data,
+                o.payload.data,
+                Cat(header, Const(0, results.word - len(header))),
+                s0,
+                s1,
+            )
+        ),
     ]
 
 

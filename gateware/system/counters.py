@@ -55,12 +55,9 @@ class EventCounters(wiring.Component):
         self.count = count
         self.bits = bits
         self.index_bits = (count - 1).bit_length() + 1
-        super().__init__({
-            "events": In(count),
-            "clear": In(1),
-            "index": In(self.index_bits),
-            "value": Out(bits),
-        })
+        super().__init__(
+            {"events": In(count), "clear": In(1), "index": In(self.index_bits), "value": Out(bits)}
+        )
 
     @property
     def interval(self) -> int:
@@ -72,7 +69,8 @@ class EventCounters(wiring.Component):
         m = Module()
         word = data.StructLayout({"value": self.bits, "seen": 1})
         m.submodules.memory = words = memory.Memory(
-            shape=word, depth=1 << self.index_bits, init=[], attrs={"ram_style": "block"})
+            shape=word, depth=1 << self.index_bits, init=[], attrs={"ram_style": "block"}
+        )
         w_port, scan, read = words.write_port(), words.read_port(), words.read_port()
 
         turned = Signal(1 << self.index_bits - 1, reset_less=True)
@@ -81,8 +79,10 @@ class EventCounters(wiring.Component):
         turn = Signal(self.index_bits - 1 + 2)
         place, step = turn[2:], turn[:2]
         now, clearing, left = Signal(), Signal(), Signal.like(turn)
-        m.d.sync += [turn.eq(turn + 1), now.eq(Array(turned)[place] if self.count > 1
-                                               else turned[0])]
+        m.d.sync += [
+            turn.eq(turn + 1),
+            now.eq(Array(turned)[place] if self.count > 1 else turned[0]),
+        ]
         with m.If(self.clear):
             m.d.sync += [clearing.eq(1), left.eq(turn)]
         with m.Elif(left == turn):

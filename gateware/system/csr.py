@@ -9,7 +9,7 @@ from amaranth.hdl import Module, Signal
 from amaranth.lib import memory, wiring
 from amaranth.lib.wiring import In, Out
 
-from gateware.register_model import Access, Register
+from boresight.gateware.register_model import Access, Register
 
 __all__ = ["Csr", "is_constant", "is_live", "offset_bits"]
 
@@ -75,19 +75,24 @@ class Csr(wiring.Component):
         self.first = registers[0].address
         self.bits = offset_bits(registers)
         if self.first % (1 << self.bits):
-            raise ValueError(f"first address must be a multiple of {1 << self.bits}, "
-                             f"not {self.first}")
+            raise ValueError(
+                f"first address must be a multiple of {1 << self.bits}, not {self.first}"
+            )
         #: Members besides those of the bus.
         self.ports: dict[str, Any] = {}
         ports = self.ports
         for before, register in zip((None, *registers), registers, strict=False):
             if before is not None and register.address <= before.address:
-                raise ValueError(f"addresses must ascend, not {register.address} "
-                                 f"({register.name}) after {before.address}")
+                raise ValueError(
+                    f"addresses must ascend, not {register.address} "
+                    f"({register.name}) after {before.address}"
+                )
             width, reset = register.width or WORD, register.reset or 0
             if not 1 <= width <= WORD or reset >> width:
-                raise ValueError(f"{register.name} must have 1 to {WORD} bits that hold its reset "
-                                 f"value, not {width} bits for {reset}")
+                raise ValueError(
+                    f"{register.name} must have 1 to {WORD} bits that hold its reset "
+                    f"value, not {width} bits for {reset}"
+                )
             if is_live(register):
                 ports[register.name] = In(width)
             elif register.access is Access.READ_WRITE:
@@ -95,14 +100,16 @@ class Csr(wiring.Component):
             elif register.access is Access.WRITE_ONLY:
                 ports[register.name] = Out(width)
                 ports[f"{register.name}_stb"] = Out(1)
-        super().__init__({
-            "offset": In(self.bits + 1),
-            "w_data": In(WORD),
-            "w_en": In(1),
-            "r_data": Out(WORD),
-            "known": Out(1),
-            **ports,
-        })
+        super().__init__(
+            {
+                "offset": In(self.bits + 1),
+                "w_data": In(WORD),
+                "w_en": In(1),
+                "r_data": Out(WORD),
+                "known": Out(1),
+                **ports,
+            }
+        )
 
     def elaborate(self, platform: Any) -> Module:
         """Memory, inputs, outputs."""
@@ -112,10 +119,11 @@ class Csr(wiring.Component):
         for register in self.registers:
             init[register.address - self.first] = there | (register.reset or 0)
         m.submodules.memory = words = memory.Memory(
-            shape=WORD + 1, depth=2 << self.bits, init=init, attrs={"ram_style": "block"})
+            shape=WORD + 1, depth=2 << self.bits, init=init, attrs={"ram_style": "block"}
+        )
         w_port, r_port = words.write_port(), words.read_port()
         live, copy = Signal(WORD), Signal(WORD)
-        low = self.offset[:self.bits]
+        low = self.offset[: self.bits]
         m.d.comb += [
             w_port.addr.eq(low),
             w_port.data.eq(copy | there),
@@ -123,8 +131,11 @@ class Csr(wiring.Component):
             self.r_data.eq(r_port.data | live),
             self.known.eq(r_port.data[WORD]),
         ]
-        stored = {r.name: Signal(r.width or WORD, name=r.name, init=r.reset or 0, reset_less=True)
-                  for r in self.registers if r.access is Access.READ_WRITE}
+        stored = {
+            r.name: Signal(r.width or WORD, name=r.name, init=r.reset or 0, reset_less=True)
+            for r in self.registers
+            if r.access is Access.READ_WRITE
+        }
         for name, value in stored.items():
             m.d.comb += getattr(self, name).eq(value)
         m.d.sync += live.eq(0)
@@ -137,19 +148,22 @@ class Csr(wiring.Component):
                         self._write(m, register, w_port.en, copy, stored[register.name])
                     elif register.access is Access.WRITE_ONLY:
                         with m.If(self.w_en):
-                            m.d.comb += [getattr(self, f"{register.name}_stb").eq(1),
-                                         getattr(self, register.name).eq(self.w_data)]
+                            m.d.comb += [
+                                getattr(self, f"{register.name}_stb").eq(1),
+                                getattr(self, register.name).eq(self.w_data),
+                            ]
         with m.If(self.offset[self.bits]):
             m.d.sync += live.eq(0)
         return m
 
-    def _write(self, m: Module, register: Register, enable: Signal, copy: Signal,
-               stored: Signal) -> None:
+    def _write(
+        self, m: Module, register: Register, enable: Signal, copy: Signal, stored: Signal
+    ) -> None:
         """Take a word, and a copy of it."""
         legal = self.w_en
         if register.names and len(register.names) < 1 << len(stored):
-            legal = legal & (self.w_data[:len(stored)] < len(register.names))
-        m.d.comb += copy.eq(self.w_data[:len(stored)])
+            legal = legal & (self.w_data[: len(stored)] < len(register.names))
+        m.d.comb += copy.eq(self.w_data[: len(stored)])
         with m.If(legal):
             m.d.comb += enable.eq(1)
             m.d.sync += stored.eq(self.w_data)

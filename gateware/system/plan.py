@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from gateware.slots import Schedule
-from model.program import Program
+from boresight.gateware.slots import Schedule
+from boresight.model.program import Program
 
 __all__ = ["FRONT_NAMES", "RAW", "RECORD", "Plan", "plan_of"]
 
@@ -88,43 +88,63 @@ def plan_of(programs: Sequence[Program], schedules: Sequence[Schedule]) -> Plan:
     if filters < 1 or names[filters:] != FRONT_NAMES:
         raise ValueError(f"programs must be filters, then {', '.join(FRONT_NAMES)}, not {names}")
     front = programs[filters:]
-    given = {name: front[k].format(n) for k in (0, 1)
-             for name, n in zip(front[k].output_names, front[k].outputs, strict=True)}
-    given_by_compass = {name: front[2].format(n) for name, n in
-                        zip(front[2].output_names, front[2].outputs, strict=True)}
+    given = {
+        name: front[k].format(n)
+        for k in (0, 1)
+        for name, n in zip(front[k].output_names, front[k].outputs, strict=True)
+    }
+    given_by_compass = {
+        name: front[2].format(n)
+        for name, n in zip(front[2].output_names, front[2].outputs, strict=True)
+    }
     for program, inputs, outputs in zip(
-            front, (RAW, tuple(f"{n}_counts" for n in _FIELD), None),
-            (_INERTIAL, _FIELD, _FIELD), strict=True):
+        front,
+        (RAW, tuple(f"{n}_counts" for n in _FIELD), None),
+        (_INERTIAL, _FIELD, _FIELD),
+        strict=True,
+    ):
         if program.output_names != outputs:
-            raise ValueError(f"{program.name} must have the outputs {outputs}, "
-                             f"not {program.output_names}")
+            raise ValueError(
+                f"{program.name} must have the outputs {outputs}, not {program.output_names}"
+            )
         if inputs is not None and _input_names(program) != inputs:
-            raise ValueError(f"{program.name} must have the inputs {inputs}, "
-                             f"not {_input_names(program)}")
+            raise ValueError(
+                f"{program.name} must have the inputs {inputs}, not {_input_names(program)}"
+            )
     for program in programs[:filters]:
         if _input_names(program) != RECORD:
-            raise ValueError(f"{program.name} must have the inputs {RECORD}, "
-                             f"not {_input_names(program)}")
+            raise ValueError(
+                f"{program.name} must have the inputs {RECORD}, not {_input_names(program)}"
+            )
         if program.output_names != programs[0].output_names:
-            raise ValueError(f"{program.name} must have the outputs of {names[0]}, "
-                             f"not {program.output_names}")
+            raise ValueError(
+                f"{program.name} must have the outputs of {names[0]}, not {program.output_names}"
+            )
         for name, number in zip(RECORD, program.inputs, strict=True):
             for have in (given[name], given_by_compass.get(name, given[name])):
                 if have != program.format(number):
-                    raise ValueError(f"input {name} of {program.name} must be {have} as it comes "
-                                     f"from the calibration, not {program.format(number)}")
+                    raise ValueError(
+                        f"input {name} of {program.name} must be {have} as it comes "
+                        f"from the calibration, not {program.format(number)}"
+                    )
     for program, schedule in zip(programs, schedules, strict=True):
         if min(schedule.latencies) - 1 <= max(schedule.gets):
-            raise ValueError(f"{program.name} must take its record before its first output, not "
-                             f"an input in cycle {max(schedule.gets)} and an output in cycle "
-                             f"{min(schedule.latencies) - 1}")
+            raise ValueError(
+                f"{program.name} must take its record before its first output, not "
+                f"an input in cycle {max(schedule.gets)} and an output in cycle "
+                f"{min(schedule.latencies) - 1}"
+            )
     counts = {p.format(n).frac for p in front for n in p.inputs if n not in front[0].inputs[-2:]}
     if len(counts) > 1:
         raise ValueError(f"raw counts must have one format, not {counts}")
     return Plan(
-        word=programs[0].arithmetic.word, names=names, filters=filters,
-        lengths=tuple(s.length for s in schedules), outputs=len(programs[0].outputs),
-        count_bits=counts.pop())
+        word=programs[0].arithmetic.word,
+        names=names,
+        filters=filters,
+        lengths=tuple(s.length for s in schedules),
+        outputs=len(programs[0].outputs),
+        count_bits=counts.pop(),
+    )
 
 
 def _input_names(program: Program) -> tuple[str, ...]:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from gateware.core import Core, build_shared_core
-from gateware.system.plan import FRONT_NAMES, Plan, plan_of
-from model.errors import InputError
-from model.estimator import Estimator, with_params
-from model.estimators import estimator as find_estimator
-from model.front import FRONT
+from boresight.gateware.core import Core, build_shared_core
+from boresight.gateware.system.plan import FRONT_NAMES, Plan, plan_of
+from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator, with_params
+from boresight.model.estimators import estimator as find_estimator
+from boresight.model.front import FRONT
 
 __all__ = ["FILTERS", "core_plan", "system_core", "system_estimators"]
 
@@ -28,9 +28,15 @@ def system_estimators(filters: Sequence[str] = FILTERS) -> list[Estimator]:
     return [*map(find_estimator, filters), *(FRONT[name]() for name in FRONT_NAMES)]
 
 
-def system_core(filters: Sequence[str] = FILTERS, *, config: str = "small", word: int = 32,
-                clock_hz: float = 100e6, params: Mapping[str, Mapping[str, float]] | None = None,
-                restarts: int | None = None) -> Core:
+def system_core(
+    filters: Sequence[str] = FILTERS,
+    *,
+    config: str = "small",
+    word: int = 32,
+    clock_hz: float = 100e6,
+    params: Mapping[str, Mapping[str, float]] | None = None,
+    restarts: int | None = None,
+) -> Core:
     """Compile the core of a system. Filter k is program k; the front programs follow.
 
     Parameters
@@ -55,21 +61,28 @@ def system_core(filters: Sequence[str] = FILTERS, *, config: str = "small", word
         The programs do not fit the machine.
     """
     if not 26 <= word <= 32:
-        raise InputError.at("word", wanted="26 to 32 bits for a complete system", found=str(word),
-                            fix="choose a width inside the range")
+        raise InputError.at(
+            "word",
+            wanted="26 to 32 bits for a complete system",
+            found=str(word),
+            fix="choose a width inside the range",
+        )
     estimators = system_estimators(filters)
     for name in params or {}:
         if name not in {e.name for e in estimators}:
-            raise InputError.at(f"parameters of {name}", fix="leave them out, or add the filter",
-                                wanted=f"one of {', '.join(e.name for e in estimators)}",
-                                found=repr(name))
+            raise InputError.at(
+                f"parameters of {name}",
+                fix="leave them out, or add the filter",
+                wanted=f"one of {', '.join(e.name for e in estimators)}",
+                found=repr(name),
+            )
     values = {"calibrate_inertial": {"tick_s": 1.0 / clock_hz}}
     for name, given in (params or {}).items():
         values[name] = {**values.get(name, {}), **given}
-    programs = [with_params(e.compile(word=word), e, values.get(e.name))
-                for e in estimators]
-    return build_shared_core(programs, config, urgents=[e.urgent for e in estimators],
-                             restarts=restarts)
+    programs = [with_params(e.compile(word=word), e, values.get(e.name)) for e in estimators]
+    return build_shared_core(
+        programs, config, urgents=[e.urgent for e in estimators], restarts=restarts
+    )
 
 
 def core_plan(core: Core) -> Plan:

@@ -64,14 +64,16 @@ class Results(wiring.Component):
             raise ValueError(f"readers must be 1 to 3, not {readers!r}")
         self.word = word
         self.readers = readers
-        super().__init__({
-            "begin": In(1),
-            "complete": In(1),
-            "w_en": In(1),
-            "w_index": In(INDEX_BITS),
-            "w_data": In(word),
-            "ports": In(ResultPort(word=word)).array(readers),
-        })
+        super().__init__(
+            {
+                "begin": In(1),
+                "complete": In(1),
+                "w_en": In(1),
+                "w_index": In(INDEX_BITS),
+                "w_data": In(word),
+                "ports": In(ResultPort(word=word)).array(readers),
+            }
+        )
 
     def elaborate(self, platform: Any) -> Module:
         """Banks and copies."""
@@ -88,8 +90,11 @@ class Results(wiring.Component):
             with m.If(port.take):
                 m.d.sync += bank.eq(newest)
             m.submodules[f"copy{k}"] = words = memory.Memory(
-                shape=self.word, depth=1 << (bits + INDEX_BITS), init=[],
-                attrs={"ram_style": "block"})
+                shape=self.word,
+                depth=1 << (bits + INDEX_BITS),
+                init=[],
+                attrs={"ram_style": "block"},
+            )
             w_port, r_port = words.write_port(), words.read_port()
             m.d.comb += [
                 w_port.addr.eq(Cat(self.w_index, write)),

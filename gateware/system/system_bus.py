@@ -9,11 +9,11 @@ from amaranth.hdl import Cat, Const, Module, Mux, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from gateware.register_model import Register
-from gateware.registers import PROGRAM, BusSignature
-from gateware.system.counters import EventCounters
-from gateware.system.csr import Csr
-from gateware.system.results import INDEX_BITS, ResultPort
+from boresight.gateware.register_model import Register
+from boresight.gateware.registers import PROGRAM, BusSignature
+from boresight.gateware.system.counters import EventCounters
+from boresight.gateware.system.csr import Csr
+from boresight.gateware.system.results import INDEX_BITS, ResultPort
 
 __all__ = ["ADDRESS_BITS", "COUNTERS", "CSR", "RESULTS", "SystemBus"]
 
@@ -70,23 +70,26 @@ class SystemBus(wiring.Component):
         The ports of the registers, as `Csr` says.
     """
 
-    def __init__(self, *, registers: Sequence[Register], events: int,
-                 counter_bits: int = 32) -> None:
+    def __init__(
+        self, *, registers: Sequence[Register], events: int, counter_bits: int = 32
+    ) -> None:
         self.csr = Csr(registers)
         if self.csr.first != CSR:
             raise ValueError(f"registers must begin at {CSR:#x}, not {self.csr.first:#x}")
         if not isinstance(events, int) or not 0 <= events <= 255:
             raise ValueError(f"events must be an integer from 0 to 255, not {events!r}")
         self.counters = EventCounters(count=events + 1, bits=counter_bits)
-        super().__init__({
-            "bus": In(BusSignature(word=32, address=ADDRESS_BITS)),
-            "read": In(1),
-            "core": Out(BusSignature(word=32)),
-            "results": Out(ResultPort(word=32)),
-            "events": In(events),
-            "clear": In(1),
-            **self.csr.ports,
-        })
+        super().__init__(
+            {
+                "bus": In(BusSignature(word=32, address=ADDRESS_BITS)),
+                "read": In(1),
+                "core": Out(BusSignature(word=32)),
+                "results": Out(ResultPort(word=32)),
+                "events": In(events),
+                "clear": In(1),
+                **self.csr.ports,
+            }
+        )
 
     def elaborate(self, platform: Any) -> Module:
         """Which block, and whose answer."""
@@ -94,12 +97,13 @@ class SystemBus(wiring.Component):
         m.submodules.csr, m.submodules.counters = csr, counters = self.csr, self.counters
         bus, core, addr = self.bus, self.core, self.bus.addr
         page, low = addr[8:], addr[:8]
-        is_core, is_csr, is_result, is_counter = (Signal(name=name) for name in (
-            "is_core", "is_csr", "is_result", "is_counter"))
+        is_core, is_csr, is_result, is_counter = (
+            Signal(name=name) for name in ("is_core", "is_csr", "is_result", "is_counter")
+        )
         index_bits = counters.index_bits - 1
         m.d.comb += [
             is_core.eq(~addr[10:].any() & (~addr[9] | ~addr[3:9].any() & (addr[:3] <= _LAST % 8))),
-            is_csr.eq((page == CSR >> 8) & ~low[csr.bits:].any()),
+            is_csr.eq((page == CSR >> 8) & ~low[csr.bits :].any()),
             is_result.eq((page == RESULTS >> 8) & ~low[INDEX_BITS:].any()),
             is_counter.eq((page == COUNTERS >> 8) & ~low[index_bits:].any()),
         ]
@@ -120,7 +124,7 @@ class SystemBus(wiring.Component):
             core.w_data.eq(bus.w_data),
             core.w_stb.eq(bus.w_stb & is_core),
             bus.w_ack.eq(bus.w_stb & (ours | (is_core & core.w_ack))),
-            csr.offset.eq(Cat(low[:csr.bits], ~is_csr)),
+            csr.offset.eq(Cat(low[: csr.bits], ~is_csr)),
             csr.w_data.eq(bus.w_data),
             csr.w_en.eq(ours & ours_csr),
             self.results.index.eq(Mux(is_result, low, _NO_RESULT)),
@@ -128,8 +132,12 @@ class SystemBus(wiring.Component):
             bad.eq(access & ~elsewhere & ~csr.known),
             counters.events.eq(Cat(self.events, bad)),
             counters.clear.eq(self.clear),
-            bus.r_data.eq(csr.r_data | counters.value | self.results.value
-                          | Mux(core_answers, core.r_data, Const(0, 32))),
+            bus.r_data.eq(
+                csr.r_data
+                | counters.value
+                | self.results.value
+                | Mux(core_answers, core.r_data, Const(0, 32))
+            ),
         ]
         for name, member in csr.ports.items():
             outer, inner = getattr(self, name), getattr(csr, name)

@@ -10,15 +10,21 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 
-from gateware.core import Core
-from gateware.register_model import Access, BitField, Register, RegisterMap, register_map
-from gateware.system.attitude_frame import OUTPUTS, STAMP
-from gateware.system.plan import RECORD
-from gateware.system.system_bus import COUNTERS, CSR, RESULTS
-from model.errors import InputError
+from boresight.gateware.core import Core
+from boresight.gateware.register_model import Access, BitField, Register, RegisterMap, register_map
+from boresight.gateware.system.attitude_frame import OUTPUTS, STAMP
+from boresight.gateware.system.plan import RECORD
+from boresight.gateware.system.system_bus import COUNTERS, CSR, RESULTS
+from boresight.model.errors import InputError
 
-__all__ = ["IDENTIFICATION", "VERSION", "counter_registers", "result_registers", "system_map",
-           "system_registers"]
+__all__ = [
+    "IDENTIFICATION",
+    "VERSION",
+    "counter_registers",
+    "result_registers",
+    "system_map",
+    "system_registers",
+]
 
 #: "BORE", and the version of this map: it changes when an address or a meaning does.
 IDENTIFICATION, VERSION = 0x424F_5245, 1
@@ -31,10 +37,20 @@ def _flags(flags: Mapping[str, str]) -> tuple[BitField, ...]:
 
 
 def system_registers(
-        *, filters: Sequence[str], clock_hz: float, build: int, inertial_flags: Mapping[str, str],
-        compass_flags: Mapping[str, str], msc_ctrl: int = 0x0006, smpl_prd: int = 0x0001,
-        sens_avg: int = 0x0402, magnetic_source: int = 2, compass_mode: int = 1,
-        output_mode: int = 1, output_divider: int = 8) -> tuple[Register, ...]:
+    *,
+    filters: Sequence[str],
+    clock_hz: float,
+    build: int,
+    inertial_flags: Mapping[str, str],
+    compass_flags: Mapping[str, str],
+    msc_ctrl: int = 0x0006,
+    smpl_prd: int = 0x0001,
+    sens_avg: int = 0x0402,
+    magnetic_source: int = 2,
+    compass_mode: int = 1,
+    output_mode: int = 1,
+    output_divider: int = 8,
+) -> tuple[Register, ...]:
     """Identification, state and settings of a system.
 
     Parameters
@@ -54,59 +70,181 @@ def system_registers(
         raise ValueError(f"filters must be 1 to 8, not {len(filters)}")
     rows = (
         # Constants.
-        Register("identification", 0, _READ, "\"BORE\" in ASCII, most significant byte first",
-                 width=32, reset=IDENTIFICATION),
+        Register(
+            "identification",
+            0,
+            _READ,
+            '"BORE" in ASCII, most significant byte first',
+            width=32,
+            reset=IDENTIFICATION,
+        ),
         Register("map_version", 1, _READ, "version of this register map", width=32, reset=VERSION),
-        Register("clock_hz", 2, _READ, "clock of the system", unit="Hz", width=32,
-                 reset=round(clock_hz)),
-        Register("system_build_low", 3, _READ, "digest of programs and configuration, bits 31 to 0",
-                 width=32, reset=build & 0xFFFF_FFFF),
-        Register("system_build_high", 4, _READ, "the same, bits 63 to 32", width=32,
-                 reset=build >> 32 & 0xFFFF_FFFF),
+        Register(
+            "clock_hz", 2, _READ, "clock of the system", unit="Hz", width=32, reset=round(clock_hz)
+        ),
+        Register(
+            "system_build_low",
+            3,
+            _READ,
+            "digest of programs and configuration, bits 31 to 0",
+            width=32,
+            reset=build & 0xFFFF_FFFF,
+        ),
+        Register(
+            "system_build_high",
+            4,
+            _READ,
+            "the same, bits 63 to 32",
+            width=32,
+            reset=build >> 32 & 0xFFFF_FFFF,
+        ),
         # State.
         Register("time", 8, _READ, "clock cycles since power-up, modulo 2^32", width=32),
-        Register("inertial_flags", 9, _READ, "state of the inertial sensor's reader",
-                 width=len(inertial_flags), fields=_flags(inertial_flags)),
-        Register("compass_flags", 10, _READ, "state of the compass's reader",
-                 width=len(compass_flags), fields=_flags(compass_flags)),
-        Register("compass_x", 11, _READ, "last good line of the compass: heading [0.1 deg], or "
-                 "magnetometer x [counts]; compass_flags says which", width=16, signed=True),
-        Register("compass_y", 12, _READ, "the same line: pitch [0.1 deg], or magnetometer y "
-                 "[counts]", width=16, signed=True),
-        Register("compass_z", 13, _READ, "the same line: roll [0.1 deg], or magnetometer z "
-                 "[counts]", width=16, signed=True),
-        Register("temperature", 14, _READ, "of the inertial sensor: 25 degC + word * 0.0678 degC",
-                 unit="0.0678 degC", width=16, signed=True),
-        Register("diag_stat", 15, _READ, "DIAG_STAT of the inertial sensor, as last read",
-                 width=16),
+        Register(
+            "inertial_flags",
+            9,
+            _READ,
+            "state of the inertial sensor's reader",
+            width=len(inertial_flags),
+            fields=_flags(inertial_flags),
+        ),
+        Register(
+            "compass_flags",
+            10,
+            _READ,
+            "state of the compass's reader",
+            width=len(compass_flags),
+            fields=_flags(compass_flags),
+        ),
+        Register(
+            "compass_x",
+            11,
+            _READ,
+            "last good line of the compass: heading [0.1 deg], or "
+            "magnetometer x [counts]; compass_flags says which",
+            width=16,
+            signed=True,
+        ),
+        Register(
+            "compass_y",
+            12,
+            _READ,
+            "the same line: pitch [0.1 deg], or magnetometer y [counts]",
+            width=16,
+            signed=True,
+        ),
+        Register(
+            "compass_z",
+            13,
+            _READ,
+            "the same line: roll [0.1 deg], or magnetometer z [counts]",
+            width=16,
+            signed=True,
+        ),
+        Register(
+            "temperature",
+            14,
+            _READ,
+            "of the inertial sensor: 25 degC + word * 0.0678 degC",
+            unit="0.0678 degC",
+            width=16,
+            signed=True,
+        ),
+        Register(
+            "diag_stat", 15, _READ, "DIAG_STAT of the inertial sensor, as last read", width=16
+        ),
         # Settings.
         Register("run", 16, _BOTH, "samples go through the filter", width=1, reset=1),
-        Register("filter", 17, _BOTH, "number of the filter, from the next sample on; a new filter "
-                 "restarts", width=max(1, (len(filters) - 1).bit_length()), reset=0,
-                 names=tuple(filters)),
-        Register("magnetic_source", 18, _BOTH, "lines of the compass that make the magnetic field",
-                 width=2, reset=magnetic_source, names=("none", "counts", "heading", "any")),
-        Register("output_mode", 19, _BOTH, "what is sent unasked", width=2, reset=output_mode,
-                 names=("off", "binary", "text")),
-        Register("output_divider", 20, _BOTH, "every n-th update is sent; 0 counts as 1", width=10,
-                 reset=output_divider),
-        Register("results_hold", 21, _BOTH, "1: the results stay those of one update, to be read "
-                 "together; 0: they are always the newest", width=1, reset=0),
-        Register("inertial_msc_ctrl", 22, _BOTH, "MSC_CTRL of the inertial sensor, from its next "
-                 "restart on", width=16, reset=msc_ctrl),
+        Register(
+            "filter",
+            17,
+            _BOTH,
+            "number of the filter, from the next sample on; a new filter restarts",
+            width=max(1, (len(filters) - 1).bit_length()),
+            reset=0,
+            names=tuple(filters),
+        ),
+        Register(
+            "magnetic_source",
+            18,
+            _BOTH,
+            "lines of the compass that make the magnetic field",
+            width=2,
+            reset=magnetic_source,
+            names=("none", "counts", "heading", "any"),
+        ),
+        Register(
+            "output_mode",
+            19,
+            _BOTH,
+            "what is sent unasked",
+            width=2,
+            reset=output_mode,
+            names=("off", "binary", "text"),
+        ),
+        Register(
+            "output_divider",
+            20,
+            _BOTH,
+            "every n-th update is sent; 0 counts as 1",
+            width=10,
+            reset=output_divider,
+        ),
+        Register(
+            "results_hold",
+            21,
+            _BOTH,
+            "1: the results stay those of one update, to be read "
+            "together; 0: they are always the newest",
+            width=1,
+            reset=0,
+        ),
+        Register(
+            "inertial_msc_ctrl",
+            22,
+            _BOTH,
+            "MSC_CTRL of the inertial sensor, from its next restart on",
+            width=16,
+            reset=msc_ctrl,
+        ),
         Register("inertial_smpl_prd", 23, _BOTH, "SMPL_PRD, likewise", width=16, reset=smpl_prd),
-        Register("inertial_sens_avg", 24, _BOTH, "SENS_AVG, likewise: bits 10:8 range, 2:0 filter",
-                 width=16, reset=sens_avg),
-        Register("compass_mode", 25, _BOTH, "sentences that the compass is told to send", width=2,
-                 reset=compass_mode, names=("as_it_is", "heading", "counts")),
+        Register(
+            "inertial_sens_avg",
+            24,
+            _BOTH,
+            "SENS_AVG, likewise: bits 10:8 range, 2:0 filter",
+            width=16,
+            reset=sens_avg,
+        ),
+        Register(
+            "compass_mode",
+            25,
+            _BOTH,
+            "sentences that the compass is told to send",
+            width=2,
+            reset=compass_mode,
+            names=("as_it_is", "heading", "counts"),
+        ),
         # Orders.
-        Register("order", 26, _WRITE, "a 1 does it once", width=3, fields=(
-            BitField("restart_filter", 0, "the next update restarts the filter"),
-            BitField("restart_inertial", 1, "reset the inertial sensor and set it up again"),
-            BitField("clear_counters", 2, "all counters to 0"),
-        )),
-        Register("compass_command", 27, _WRITE, "letter X of a command *X to the compass, in ASCII",
-                 width=8),
+        Register(
+            "order",
+            26,
+            _WRITE,
+            "a 1 does it once",
+            width=3,
+            fields=(
+                BitField("restart_filter", 0, "the next update restarts the filter"),
+                BitField("restart_inertial", 1, "reset the inertial sensor and set it up again"),
+                BitField("clear_counters", 2, "all counters to 0"),
+            ),
+        ),
+        Register(
+            "compass_command",
+            27,
+            _WRITE,
+            "letter X of a command *X to the compass, in ASCII",
+            width=8,
+        ),
     )
     return tuple(dataclasses.replace(row, address=CSR + row.address) for row in rows)
 
@@ -126,11 +264,17 @@ def result_registers(core: Core) -> tuple[Register, ...]:
     program = core.parts[0].program
     filters = [p.program for p in core.parts if p.program.output_names == OUTPUTS]
     names = tuple(program.values[n].name for n in program.inputs)
-    for what, found, wanted in (("outputs", program.output_names, OUTPUTS),
-                                ("inputs", names, RECORD)):
+    for what, found, wanted in (
+        ("outputs", program.output_names, OUTPUTS),
+        ("inputs", names, RECORD),
+    ):
         if found != wanted:
-            raise InputError.at(f"{what} of {program.name}", wanted=", ".join(wanted),
-                                found=", ".join(found), fix="choose a filter that has them")
+            raise InputError.at(
+                f"{what} of {program.name}",
+                wanted=", ".join(wanted),
+                found=", ".join(found),
+                fix="choose a filter that has them",
+            )
     word = core.machine.arithmetic.word
 
     def of(prefix: str, name: str, place: int, numbers: Sequence[int], meaning: str) -> Register:
@@ -138,40 +282,84 @@ def result_registers(core: Core) -> tuple[Register, ...]:
         fracs = {v.frac for v in values}
         if len(fracs) > 1:
             meaning += "; fraction bits " + ", ".join(
-                f"{v.frac} ({p.name})" for v, p in zip(values, filters, strict=True))
-        return Register(f"{prefix}_{name}", RESULTS + place, _READ, meaning, unit=values[0].unit,
-                        frac=fracs.pop() if len(fracs) == 1 else None, width=word, signed=True)
+                f"{v.frac} ({p.name})" for v, p in zip(values, filters, strict=True)
+            )
+        return Register(
+            f"{prefix}_{name}",
+            RESULTS + place,
+            _READ,
+            meaning,
+            unit=values[0].unit,
+            frac=fracs.pop() if len(fracs) == 1 else None,
+            width=word,
+            signed=True,
+        )
 
     header = Register(
-        "result_header", RESULTS, _READ, "which update, and how it came about", width=word, fields=(
+        "result_header",
+        RESULTS,
+        _READ,
+        "which update, and how it came about",
+        width=word,
+        fields=(
             BitField("number", 0, "number of the update, modulo 2^16", width=16),
             BitField("filter", 16, "number of the filter", width=3),
             BitField("field_used", 19, "with a fresh magnetic field"),
             BitField("field_counts", 20, "made of magnetometer counts, not of a heading"),
             BitField("restart", 21, "the filter was restarted"),
             BitField("saturated", 22, "a value of the filter was clamped"),
-        ))
-    stamp = Register("result_stamp", RESULTS + STAMP, _READ,
-                     "time at the sample's data-ready edge", unit="cycles", width=word)
+        ),
+    )
+    stamp = Register(
+        "result_stamp",
+        RESULTS + STAMP,
+        _READ,
+        "time at the sample's data-ready edge",
+        unit="cycles",
+        width=word,
+    )
     return (
-        header, stamp,
-        *(of("result", name, 0x10 + k, [p.outputs[k] for p in filters], f"output {name}")
-          for k, name in enumerate(OUTPUTS)),
-        *(of("input", name, 0x20 + k, [p.inputs[k] for p in filters],
-             f"input {name} of that update") for k, name in enumerate(RECORD)),
+        header,
+        stamp,
+        *(
+            of("result", name, 0x10 + k, [p.outputs[k] for p in filters], f"output {name}")
+            for k, name in enumerate(OUTPUTS)
+        ),
+        *(
+            of(
+                "input",
+                name,
+                0x20 + k,
+                [p.inputs[k] for p in filters],
+                f"input {name} of that update",
+            )
+            for k, name in enumerate(RECORD)
+        ),
     )
 
 
 def counter_registers(events: Sequence[str], *, bits: int = 32) -> tuple[Register, ...]:
     """A counter for each event, in the order of their bits."""
-    return tuple(Register(f"count_{name}", COUNTERS + k, _READ,
-                          f"events {name} since power-up or clear_counters, modulo 2^{bits}",
-                          width=bits) for k, name in enumerate(events))
+    return tuple(
+        Register(
+            f"count_{name}",
+            COUNTERS + k,
+            _READ,
+            f"events {name} since power-up or clear_counters, modulo 2^{bits}",
+            width=bits,
+        )
+        for k, name in enumerate(events)
+    )
 
 
-def system_map(core: Core, *, registers: Sequence[Register], events: Sequence[str],
-               counter_bits: int = 32,
-               meanings: Mapping[str, str] | None = None) -> RegisterMap:
+def system_map(
+    core: Core,
+    *,
+    registers: Sequence[Register],
+    events: Sequence[str],
+    counter_bits: int = 32,
+    meanings: Mapping[str, str] | None = None,
+) -> RegisterMap:
     """All registers of a system.
 
     Parameters
@@ -190,7 +378,17 @@ def system_map(core: Core, *, registers: Sequence[Register], events: Sequence[st
     whole = register_map(core, meanings=meanings)
     own = tuple(
         dataclasses.replace(r, access=_READ, meaning="number of the program that runs just now")
-        if r.name == "program" else r for r in whole.registers)
-    return dataclasses.replace(whole, title="attitude system", registers=(
-        *own, *registers, *result_registers(core),
-        *counter_registers((*events, "bad_address"), bits=counter_bits)))
+        if r.name == "program"
+        else r
+        for r in whole.registers
+    )
+    return dataclasses.replace(
+        whole,
+        title="attitude system",
+        registers=(
+            *own,
+            *registers,
+            *result_registers(core),
+            *counter_registers((*events, "bad_address"), bits=counter_bits),
+        ),
+    )

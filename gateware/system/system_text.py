@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from gateware.boards.ise_text import table
+from boresight.gateware.boards.ise_text import table
 
 if TYPE_CHECKING:
-    from gateware.system.attitude_system import AttitudeSystem
+    from boresight.gateware.system.attitude_system import AttitudeSystem
 
 __all__ = ["system_text"]
 
@@ -37,10 +37,22 @@ Cycles are counted from the data-ready edge at the pin to the new attitude in th
 def system_text(system: AttitudeSystem) -> tuple[str, str]:
     """Head and end of the README."""
     plan, machine = system.plan, system.core.machine
-    head = _HEAD.format(filters=plan.filters, config=machine.name, lanes=machine.lanes,
-                        word=plan.word, build=system.build, baud=system.host_baud)
+    head = _HEAD.format(
+        filters=plan.filters,
+        config=machine.name,
+        lanes=machine.lanes,
+        word=plan.word,
+        build=system.build,
+        baud=system.host_baud,
+    )
     rows = [("number", "filter", "cycles", "microseconds")]
-    rows += [(str(k), name, str(system.latency_cycles(k)),
-              f"{1e6 * system.latency_cycles(k) / system.clock_hz:.2f}")
-             for k, name in enumerate(plan.names[:plan.filters])]
+    rows += [
+        (
+            str(k),
+            name,
+            str(system.latency_cycles(k)),
+            f"{1e6 * system.latency_cycles(k) / system.clock_hz:.2f}",
+        )
+        for k, name in enumerate(plan.names[: plan.filters])
+    ]
     return head, _BODY.format(table=table(rows))

@@ -8,7 +8,7 @@ from amaranth.hdl import Module, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from gateware.registers import BusSignature
+from boresight.gateware.registers import BusSignature
 
 __all__ = ["WishboneSlave", "WishboneSignature"]
 
@@ -29,8 +29,17 @@ class WishboneSignature(wiring.Signature):
     """
 
     def __init__(self, *, address: int = 12) -> None:
-        super().__init__({"cyc": Out(1), "stb": Out(1), "we": Out(1), "adr": Out(address),
-                          "dat_w": Out(32), "dat_r": In(32), "ack": In(1)})
+        super().__init__(
+            {
+                "cyc": Out(1),
+                "stb": Out(1),
+                "we": Out(1),
+                "adr": Out(address),
+                "dat_w": Out(32),
+                "dat_r": In(32),
+                "ack": In(1),
+            }
+        )
 
 
 class WishboneSlave(wiring.Component):
@@ -56,12 +65,14 @@ class WishboneSlave(wiring.Component):
     """
 
     def __init__(self, *, address: int = 12) -> None:
-        super().__init__({
-            "wb": In(WishboneSignature(address=address)),
-            "bus": Out(BusSignature(word=32, address=address)),
-            "request": Out(1),
-            "grant": In(1, init=1),
-        })
+        super().__init__(
+            {
+                "wb": In(WishboneSignature(address=address)),
+                "bus": Out(BusSignature(word=32, address=address)),
+                "request": Out(1),
+                "grant": In(1, init=1),
+            }
+        )
 
     def elaborate(self, platform: Any) -> Module:
         """Idle, request, read word, acknowledge."""
@@ -69,14 +80,16 @@ class WishboneSlave(wiring.Component):
         wb, bus = self.wb, self.bus
         asked, writes, fetch, wanted = Signal(), Signal(), Signal(), Signal()
         selected = wb.cyc & wb.stb
-        m.d.comb += [
-            self.request.eq(asked),
-            bus.w_stb.eq(asked & writes),
-        ]
+        m.d.comb += [self.request.eq(asked), bus.w_stb.eq(asked & writes)]
         m.d.sync += [wb.ack.eq(0), fetch.eq(0), wanted.eq(wanted & selected)]
         with m.If(~asked & ~fetch & ~wb.ack):
-            m.d.sync += [bus.addr.eq(wb.adr), bus.w_data.eq(wb.dat_w), writes.eq(wb.we),
-                         asked.eq(selected), wanted.eq(selected)]
+            m.d.sync += [
+                bus.addr.eq(wb.adr),
+                bus.w_data.eq(wb.dat_w),
+                writes.eq(wb.we),
+                asked.eq(selected),
+                wanted.eq(selected),
+            ]
         with m.If(asked & writes & bus.w_ack):
             m.d.sync += [asked.eq(0), wb.ack.eq(wanted & selected)]
         with m.If(asked & ~writes & self.grant):

@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
-from model.errors import InputError
-from model.estimator import Estimator
-from model.estimators.complementary import Complementary, ComplementaryAsPrinted
-from model.estimators.ekf_bias import EkfBias
-from model.estimators.ekf_quaternion import EkfQuaternion
-from model.estimators.ekf_quaternion_vector import EkfQuaternionVector
-from model.estimators.mekf import Mekf
+from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator
+from boresight.model.estimators.complementary import Complementary, ComplementaryAsPrinted
+from boresight.model.estimators.ekf_bias import EkfBias
+from boresight.model.estimators.ekf_quaternion import EkfQuaternion
+from boresight.model.estimators.ekf_quaternion_vector import EkfQuaternionVector
+from boresight.model.estimators.mekf import Mekf
 
 __all__ = ["ESTIMATORS", "estimator"]
 
 ESTIMATORS: dict[str, type[Estimator]] = {
-    e.name: e for e in (Complementary, ComplementaryAsPrinted, EkfBias, EkfQuaternion,
-                        EkfQuaternionVector, Mekf)
+    e.name: e
+    for e in (
+        Complementary,
+        ComplementaryAsPrinted,
+        EkfBias,
+        EkfQuaternion,
+        EkfQuaternionVector,
+        Mekf,
+    )
 }
 
 
@@ -27,6 +34,10 @@ def estimator(name: str) -> Estimator:
         No such estimator.
     """
     if name not in ESTIMATORS:
-        raise InputError.at("estimator", wanted=f"one of {', '.join(ESTIMATORS)}",
-                            found=repr(name), fix="boresight list shows them all")
+        raise InputError.at(
+            "estimator",
+            wanted=f"one of {', '.join(ESTIMATORS)}",
+            found=repr(name),
+            fix="boresight list shows them all",
+        )
     return ESTIMATORS[name]()

@@ -20,8 +20,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from model import ops
-from model.estimator import Estimator, Input, Output, Param, State
+from boresight.model import ops
+from boresight.model.estimator import Estimator, Input, Output, Param, State
 
 __all__ = ["STATUS_BITS", "Complementary", "ComplementaryAsPrinted", "per_sample_gains"]
 
@@ -74,33 +74,73 @@ class Complementary(Estimator):
         *(Input(f"a{axis}", -160.0, 160.0, "m/s^2") for axis in "xyz"),
     )
     params = (
-        _gain("kp_pitch_per_s", 0.4, 32.0, "1/s", "pitch: small trusts the gyro, large the "
-              "accelerometer; corner frequency kp/(2 pi) Hz"),
+        _gain(
+            "kp_pitch_per_s",
+            0.4,
+            32.0,
+            "1/s",
+            "pitch: small trusts the gyro, large the accelerometer; corner frequency kp/(2 pi) Hz",
+        ),
         _gain("kp_roll_per_s", 0.4, 32.0, "1/s", "roll: as kp_pitch_per_s"),
-        _gain("kp_heading_per_s", 0.15, 32.0, "1/s", "heading: small trusts the gyro, large the "
-              "magnetometer"),
+        _gain(
+            "kp_heading_per_s",
+            0.15,
+            32.0,
+            "1/s",
+            "heading: small trusts the gyro, large the magnetometer",
+        ),
         _gain("ki_pitch_per_s2", 3e-4, 1.0, "1/s^2", "pitch: how fast the gyro's bias is learnt"),
         _gain("ki_roll_per_s2", 3e-4, 1.0, "1/s^2", "roll: as ki_pitch_per_s2"),
         _gain("ki_heading_per_s2", 4e-3, 1.0, "1/s^2", "heading: as ki_pitch_per_s2"),
-        Param("declination_ht", 0.0, -1.0, 0.999, "ht", "magnetic declination, east positive; 0 "
-              "gives magnetic heading"),
-        _gain("acc_min_sq", 4.0, 8e4, "(m/s^2)^2", "squared specific force below which the "
-              "accelerometer is not used"),
-        _gain("acc_max_sq", 8e4, 8e4, "(m/s^2)^2", "squared specific force above which the "
-              "accelerometer is not used; the default leaves the gate open"),
+        Param(
+            "declination_ht",
+            0.0,
+            -1.0,
+            0.999,
+            "ht",
+            "magnetic declination, east positive; 0 gives magnetic heading",
+        ),
+        _gain(
+            "acc_min_sq",
+            4.0,
+            8e4,
+            "(m/s^2)^2",
+            "squared specific force below which the accelerometer is not used",
+        ),
+        _gain(
+            "acc_max_sq",
+            8e4,
+            8e4,
+            "(m/s^2)^2",
+            "squared specific force above which the "
+            "accelerometer is not used; the default leaves the gate open",
+        ),
         _gain("mag_min_sq", 4.0, 4e3, "uT^2", "squared field below which there is no sample"),
-        _gain("mag_gate", 0.4, 3.9, "", "relative deviation of the squared field from its slow "
-              "mean beyond which the sample is not used"),
+        _gain(
+            "mag_gate",
+            0.4,
+            3.9,
+            "",
+            "relative deviation of the squared field from its slow "
+            "mean beyond which the sample is not used",
+        ),
         _gain("mag_rate_per_s", 0.1, 15.0, "1/s", "how fast that mean follows"),
-        _gain("gyro_max_sq", 1180.0, 4800.0, "(rad/s)^2", "squared rate from which on the gyro "
-              "counts as saturated"),
+        _gain(
+            "gyro_max_sq",
+            1180.0,
+            4800.0,
+            "(rad/s)^2",
+            "squared rate from which on the gyro counts as saturated",
+        ),
     )
     states = (
         State("heading_ht", -1.0, 1.0, "ht"),
         State("pitch_ht", -1.0, 1.0, "ht"),
         State("roll_ht", -1.0, 1.0, "ht"),
-        *(State(f"bias_{axis}", -BIAS_LIMIT, BIAS_LIMIT * (1 - 2.0**-31), "rad/s")
-          for axis in "xyz"),
+        *(
+            State(f"bias_{axis}", -BIAS_LIMIT, BIAS_LIMIT * (1 - 2.0**-31), "rad/s")
+            for axis in "xyz"
+        ),
         State("sin_pitch", -1.0, 1.0, ""),
         State("cos_pitch", -1.0, 1.0, "", 1.0),
         State("sin_roll", -1.0, 1.0, ""),
@@ -113,8 +153,13 @@ class Complementary(Estimator):
         State("field_sq", FIELD_UNKNOWN, 2e5, "uT^2", FIELD_UNKNOWN),
     )
     outputs = (
-        Output("pitch", "ht"), Output("roll", "ht"), Output("heading", "ht"),
-        Output("qw", ""), Output("qx", ""), Output("qy", ""), Output("qz", ""),
+        Output("pitch", "ht"),
+        Output("roll", "ht"),
+        Output("heading", "ht"),
+        Output("qw", ""),
+        Output("qx", ""),
+        Output("qy", ""),
+        Output("qz", ""),
         Output("status", "bits"),
     )
     urgent = 7  # Euler angles and quaternion; the status word may follow
@@ -125,8 +170,10 @@ class Complementary(Estimator):
         force, field = (u.ax, u.ay, u.az), (u.mx, u.my, u.mz)
 
         # Rotation vector of the step, rad and half turns: r = (w - b) dt.
-        r = tuple(ops.bounded(w * u.dt - b * u.dt, -2.0, 2.0, "at most 2 rad a sample")
-                  for w, b in ((u.gx, x.bias_x), (u.gy, x.bias_y), (u.gz, x.bias_z)))
+        r = tuple(
+            ops.bounded(w * u.dt - b * u.dt, -2.0, 2.0, "at most 2 rad a sample")
+            for w, b in ((u.gx, x.bias_x), (u.gy, x.bias_y), (u.gz, x.bias_z))
+        )
         r_ht = tuple(w * (1.0 / math.pi) for w in r)
 
         d_pitch, d_roll, d_heading = self._predict(x, r, r_ht)
@@ -145,15 +192,19 @@ class Complementary(Estimator):
         leveling = restart | (x.tilt_unknown < 0.0)
         force_x, force_y, force_z = level(force)
         field_x, field_y, _ = level(field)
-        opposite = ops.saturated(ops.where(
-            leveling, ops.where(leveling_roll, -u.ax, u.ay), FIELD_SCALE * field_x), VECTOR_LIMIT)
-        adjacent = ops.saturated(ops.where(
-            leveling, ops.where(leveling_roll, u.az, force_z), FIELD_SCALE * field_y), VECTOR_LIMIT)
-        reference = ops.named("reference", ops.wrap_ht(
-            ops.where(leveling, 0.0, x.heading_ht + p.declination_ht)))
+        opposite = ops.saturated(
+            ops.where(leveling, ops.where(leveling_roll, -u.ax, u.ay), FIELD_SCALE * field_x),
+            VECTOR_LIMIT,
+        )
+        adjacent = ops.saturated(
+            ops.where(leveling, ops.where(leveling_roll, u.az, force_z), FIELD_SCALE * field_y),
+            VECTOR_LIMIT,
+        )
+        reference = ops.named(
+            "reference", ops.wrap_ht(ops.where(leveling, 0.0, x.heading_ht + p.declination_ht))
+        )
         # Residual of the heading before the step, psi - psi_m, eq. (7); while levelling: -angle.
-        residual = ops.named("residual",
-                             ops.wrap_ht(reference - ops.atan2_ht(opposite, adjacent)))
+        residual = ops.named("residual", ops.wrap_ht(reference - ops.atan2_ht(opposite, adjacent)))
 
         # Which measurements count. field_sq is negative as long as the heading is not known.
         force_sq = force[0] * force[0] + force[1] * force[1] + force[2] * force[2]
@@ -180,58 +231,84 @@ class Complementary(Estimator):
         passed = ops.absolute(pitch) > 0.5
         half_turn = ops.bounded(ops.where(passed, -1.0, 0.0), -1.0, 0.0, "half a turn")
         pitch = ops.wrap_ht(half_turn + ops.flip(passed, pitch))
-        pitch = ops.wrap_ht(
-            ops.where(leveling, ops.where(leveling_roll, 0.0, -residual), pitch))
+        pitch = ops.wrap_ht(ops.where(leveling, ops.where(leveling_roll, 0.0, -residual), pitch))
         roll = ops.wrap_ht(x.roll_ht + d_roll - c_roll + half_turn)
         roll = ops.wrap_ht(ops.where(leveling_roll, -residual, roll))
-        heading = ops.named("heading_predicted", ops.wrap_ht(
-            x.heading_ht + d_heading + sp * c_roll + half_turn))
-        heading = ops.wrap_ht(heading - ops.where(
-            first_field, residual,
-            ops.saturated(p.kp_heading_per_s * since_mag, 1.0) * heading_error))
+        heading = ops.named(
+            "heading_predicted", ops.wrap_ht(x.heading_ht + d_heading + sp * c_roll + half_turn)
+        )
+        heading = ops.wrap_ht(
+            heading
+            - ops.where(
+                first_field,
+                residual,
+                ops.saturated(p.kp_heading_per_s * since_mag, 1.0) * heading_error,
+            )
+        )
 
         # Integral, eq. (13), as the gyro's bias in body axes.
         i_pitch = ops.saturated(p.ki_pitch_per_s2 * tilt_pitch, BIAS_STEP_LIMIT)
         i_roll = ops.saturated(p.ki_roll_per_s2 * tilt_roll, BIAS_STEP_LIMIT)
         i_heading = ops.saturated(
-            ops.saturated(p.ki_heading_per_s2 * (since_mag * math.pi), BIAS_LIMIT)
-            * heading_error, BIAS_STEP_LIMIT)
+            ops.saturated(p.ki_heading_per_s2 * (since_mag * math.pi), BIAS_LIMIT) * heading_error,
+            BIAS_STEP_LIMIT,
+        )
         across = cp * i_heading - sp * i_roll
-        bias = (x.bias_x + cr * i_pitch - sr * across,
-                x.bias_y + cp * i_roll + sp * i_heading,
-                x.bias_z + sr * i_pitch + cr * across)
+        bias = (
+            x.bias_x + cr * i_pitch - sr * across,
+            x.bias_y + cp * i_roll + sp * i_heading,
+            x.bias_z + sr * i_pitch + cr * across,
+        )
 
         # Attitude as a quaternion, q = qz(psi) qx(theta) qy(gamma), and trigonometry for the next
         # sample from the same half angles.
         (sh, ch), (sp2, cp2), (sr2, cr2) = (
-            ops.sincos_ht(0.5 * angle) for angle in (heading, pitch, roll))
+            ops.sincos_ht(0.5 * angle) for angle in (heading, pitch, roll)
+        )
         zx = (ch * cp2, ch * sp2, sh * sp2, sh * cp2)
-        q = (zx[0] * cr2 - zx[2] * sr2, zx[1] * cr2 - zx[3] * sr2,
-             zx[0] * sr2 + zx[2] * cr2, zx[1] * sr2 + zx[3] * cr2)
+        q = (
+            zx[0] * cr2 - zx[2] * sr2,
+            zx[1] * cr2 - zx[3] * sr2,
+            zx[0] * sr2 + zx[2] * cr2,
+            zx[1] * sr2 + zx[3] * cr2,
+        )
         cos_pitch = ops.bounded(1.0 - 2.0 * sp2 * sp2, -1.0, 1.0, "cosine")
         sin_pitch = ops.bounded(2.0 * sp2 * cp2, -1.0, 1.0, "sine")
         near_vertical = cos_pitch < 1.0 / SEC_LIMIT
-        limited = ops.bounded(ops.where(near_vertical, 1.0 / SEC_LIMIT, cos_pitch),
-                              1.0 / SEC_LIMIT, 1.0, "cosine")
+        limited = ops.bounded(
+            ops.where(near_vertical, 1.0 / SEC_LIMIT, cos_pitch), 1.0 / SEC_LIMIT, 1.0, "cosine"
+        )
         sec_pitch = ops.bounded(1.0 / limited, 0.0, SEC_LIMIT, "reciprocal")
 
         follow = x.field_sq + ops.saturated(p.mag_rate_per_s * since_mag, 1.0) * deviation
-        field_mean = ops.where(mag_missing, x.field_sq,
-                               ops.where(first_field, field_sq, follow))
+        field_mean = ops.where(mag_missing, x.field_sq, ops.where(first_field, field_sq, follow))
         field_mean = ops.where(leveling, FIELD_UNKNOWN, field_mean)
         rate_sq = u.gx * u.gx + u.gy * u.gy + u.gz * u.gz
         field_odd = ~(mag_missing | (x.field_sq < 0.0)) & mag_odd
-        flags = (leveling, field_mean < 0.0, acc_bad, mag_missing,
-                 field_odd, rate_sq >= p.gyro_max_sq, near_vertical, passed)
+        flags = (
+            leveling,
+            field_mean < 0.0,
+            acc_bad,
+            mag_missing,
+            field_odd,
+            rate_sq >= p.gyro_max_sq,
+            near_vertical,
+            passed,
+        )
         status: Any = 0.0
         for bit, flag in enumerate(flags):
             status = status + ops.where(flag, float(1 << bit), 0.0)
 
         after = {
-            "heading_ht": heading, "pitch_ht": pitch, "roll_ht": roll,
-            **{f"bias_{axis}": ops.saturated(b, BIAS_LIMIT)
-               for axis, b in zip("xyz", bias, strict=True)},
-            "sin_pitch": sin_pitch, "cos_pitch": cos_pitch,
+            "heading_ht": heading,
+            "pitch_ht": pitch,
+            "roll_ht": roll,
+            **{
+                f"bias_{axis}": ops.saturated(b, BIAS_LIMIT)
+                for axis, b in zip("xyz", bias, strict=True)
+            },
+            "sin_pitch": sin_pitch,
+            "cos_pitch": cos_pitch,
             "sin_roll": ops.bounded(2.0 * sr2 * cr2, -1.0, 1.0, "sine"),
             "cos_roll": ops.bounded(1.0 - 2.0 * sr2 * sr2, -1.0, 1.0, "cosine"),
             "sec_pitch": sec_pitch,
@@ -241,8 +318,16 @@ class Complementary(Estimator):
             "since_mag": ops.where(mag_missing, since_mag, 0.0),
             "field_sq": field_mean,
         }
-        out = {"pitch": pitch, "roll": roll, "heading": heading,
-               "qw": q[0], "qx": q[1], "qy": q[2], "qz": q[3], "status": status}
+        out = {
+            "pitch": pitch,
+            "roll": roll,
+            "heading": heading,
+            "qw": q[0],
+            "qx": q[1],
+            "qy": q[2],
+            "qz": q[3],
+            "status": status,
+        }
         return after, out
 
     def _predict(self, x: Any, r: tuple[Any, ...], r_ht: tuple[Any, ...]) -> tuple[Any, Any, Any]:
@@ -259,13 +344,15 @@ class Complementary(Estimator):
         """
         sp, cp, sr, cr = x.sin_pitch, x.cos_pitch, x.sin_roll, x.cos_roll
         half_pitch = 0.5 * (cr * r[0] + sr * r[2])
-        half_roll = ops.saturated(0.5 * (r[1] - x.tan_pitch * (cr * r[2] - sr * r[0])),
-                                  HALF_STEP_LIMIT)
+        half_roll = ops.saturated(
+            0.5 * (r[1] - x.tan_pitch * (cr * r[2] - sr * r[0])), HALF_STEP_LIMIT
+        )
         sp = self._turn(sp, cp, half_pitch)
         sr, cr = self._turn(sr, cr, half_roll), self._turn(cr, -sr, half_roll)
         grow = ops.saturated(half_pitch * x.tan_pitch, 8.0)
         sec = ops.saturated(
-            x.sec_pitch * (1.0 + grow + grow * grow + 0.5 * half_pitch * half_pitch), SEC_LIMIT)
+            x.sec_pitch * (1.0 + grow + grow * grow + 0.5 * half_pitch * half_pitch), SEC_LIMIT
+        )
         d_heading = ops.saturated(sec * (cr * r_ht[2] - sr * r_ht[0]), HEADING_STEP_LIMIT)
         return cr * r_ht[0] + sr * r_ht[2], r_ht[1] - sp * d_heading, d_heading
 

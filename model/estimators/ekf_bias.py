@@ -32,8 +32,8 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
-from model import ops
-from model.covariance import (
+from boresight.model import ops
+from boresight.model.covariance import (
     BELOW_ONE,
     Symmetric,
     bounded_element,
@@ -45,8 +45,8 @@ from model.covariance import (
     symmetric,
     updated_column,
 )
-from model.estimator import Estimator, Param, State
-from model.estimators.ekf_parts import (
+from boresight.model.estimator import Estimator, Param, State
+from boresight.model.estimators.ekf_parts import (
     ALIGN_NOISE,
     ALIGN_P,
     GRAVITY,
@@ -67,7 +67,7 @@ from model.estimators.ekf_parts import (
     sum_of,
     update,
 )
-from model.quaternion import dot, matrix, multiply, right_matrix, turn
+from boresight.model.quaternion import dot, matrix, multiply, right_matrix, turn
 
 __all__ = ["STATUS_BITS", "EkfBias"]
 
@@ -97,29 +97,82 @@ class EkfBias(Estimator):
     summary = "EKF of quaternion and gyro bias, 7 states, six scalar measurements"
     inputs = INPUTS
     params = (
-        SCALE, dataclasses.replace(P0, default=0.05),
-        Param("bias_p0_sd", 3.5e-3, 1e-5, 0.25, "rad/s", "initial standard deviation of the "
-              "gyro's bias; times 16 times scale it counts as at most 0.5"),
-        Param("gyro_density", 0.0035, 1e-5, 1.0, "rad/sqrt(s)", "gyro white noise: small trusts "
-              "the gyro, large the measurements"),
-        Param("bias_density", 1e-4, 1e-8, 0.1, "rad/s/sqrt(s)", "random walk of the gyro's bias: "
-              "small keeps it, large lets it wander"),
-        Param("acc_sd", 0.35, 2e-3, 8.0, "g", "noise of a specific force sample at "
-              "rest: small trusts it, large the gyro"),
-        Param("acc_sd_per_g", 0.4, 0.0, 8.0, "", "growth of that noise with "
-              "| |f|^2/g^2 - 1 |, which counts as at most 0.5"),
-        Param("mag_sd", 0.4, 2e-3, 8.0, "", "noise of a field sample, relative to the "
-              "field: small trusts it, large the gyro"),
-        Param("mag_gate", 0.2, 0.01, 3.9, "", "relative deviation of the squared field from its "
-              "reference beyond which a sample is not used"),
-        Param("mag_rate_per_s", 0.15, 0.0, 15.0, "1/s", "how fast the reference of the field "
-              "(strength and dip) follows"),
+        SCALE,
+        dataclasses.replace(P0, default=0.05),
+        Param(
+            "bias_p0_sd",
+            3.5e-3,
+            1e-5,
+            0.25,
+            "rad/s",
+            "initial standard deviation of the "
+            "gyro's bias; times 16 times scale it counts as at most 0.5",
+        ),
+        Param(
+            "gyro_density",
+            0.0035,
+            1e-5,
+            1.0,
+            "rad/sqrt(s)",
+            "gyro white noise: small trusts the gyro, large the measurements",
+        ),
+        Param(
+            "bias_density",
+            1e-4,
+            1e-8,
+            0.1,
+            "rad/s/sqrt(s)",
+            "random walk of the gyro's bias: small keeps it, large lets it wander",
+        ),
+        Param(
+            "acc_sd",
+            0.35,
+            2e-3,
+            8.0,
+            "g",
+            "noise of a specific force sample at rest: small trusts it, large the gyro",
+        ),
+        Param(
+            "acc_sd_per_g",
+            0.4,
+            0.0,
+            8.0,
+            "",
+            "growth of that noise with | |f|^2/g^2 - 1 |, which counts as at most 0.5",
+        ),
+        Param(
+            "mag_sd",
+            0.4,
+            2e-3,
+            8.0,
+            "",
+            "noise of a field sample, relative to the field: small trusts it, large the gyro",
+        ),
+        Param(
+            "mag_gate",
+            0.2,
+            0.01,
+            3.9,
+            "",
+            "relative deviation of the squared field from its "
+            "reference beyond which a sample is not used",
+        ),
+        Param(
+            "mag_rate_per_s",
+            0.15,
+            0.0,
+            15.0,
+            "1/s",
+            "how fast the reference of the field (strength and dip) follows",
+        ),
         Param("mag_min_sq", 4.0, 0.01, 4e3, "uT^2", "squared field below which there is no sample"),
     )
     states = (
         *attitude_states(),
-        *(State(f"bias_{axis}", -BIAS_LIMIT, BIAS_LIMIT * (1 - 2.0**-31), "rad/s")
-          for axis in "xyz"),
+        *(
+            State(f"bias_{axis}", -BIAS_LIMIT, BIAS_LIMIT * (1 - 2.0**-31), "rad/s")
+            for axis in "xyz"
+        ),
         State("unaligned", -1.0, 0.0, "", -1.0),  # -1: yes, 0: no
         State("heading_unknown", -1.0, 0.0, "", -1.0),  # -1/2: but the reference field is learnt
         State("field_h", 0.0, 127.9, "uT", 20.0),
@@ -135,8 +188,13 @@ class EkfBias(Estimator):
         seeking = u.dt + x.heading_unknown < 0.0
 
         # Prediction.
-        q, _ = predicted_attitude(x, [0.5 * (w * u.dt) - 0.5 * (b * u.dt) for w, b in (
-            (u.gx, x.bias_x), (u.gy, x.bias_y), (u.gz, x.bias_z))])
+        q, _ = predicted_attitude(
+            x,
+            [
+                0.5 * (w * u.dt) - 0.5 * (b * u.dt)
+                for w, b in ((u.gx, x.bias_x), (u.gy, x.bias_y), (u.gz, x.bias_z))
+            ],
+        )
         c_nb = matrix(q)
         full = x.p11 + x.p22 + x.p33 >= TRACE_LIMIT
         a = self._predicted(covariance_of(x, 7), c_nb, u, p, full)
@@ -162,21 +220,29 @@ class EkfBias(Estimator):
         uneven = ops.saturated(ops.absolute(dot(force, force) - 1.0), UNEVEN_LIMIT)
         acc_sd = ops.saturated(p.acc_sd + p.acc_sd_per_g * uneven, 16.0)
         acc_r, mag_r = (
-            ops.bounded(root * root, 0.0, 16.0, "variance") for root in (
+            ops.bounded(root * root, 0.0, 16.0, "variance")
+            for root in (
                 ops.where(fresh, ALIGN_NOISE, ops.saturated(0.5 * sd * p.scale, NOISE_LIMIT))
-                for sd in (acc_sd, p.mag_sd)))
+                for sd in (acc_sd, p.mag_sd)
+            )
+        )
         root = ops.rsqrt(acc_r + mag_r)
-        share = ops.bounded(ops.bounded(mag_r * root, 0.0, 4.0, "root of a variance") * root,
-                            0.0, 1.0, "weight")
+        share = ops.bounded(
+            ops.bounded(mag_r * root, 0.0, 4.0, "root of a variance") * root, 0.0, 1.0, "weight"
+        )
         share = ops.where(plain, 1.0, share)  # of the accelerometer, in what both measure
         both_r = acc_r * share
 
         def combined(acc: Any, mag: Any) -> Any:
             mag = ops.bounded(mag, -32.0, 32.0, "field")
             return mag + share * ops.bounded(acc - mag, -64.0, 64.0, "difference")
-        measured = [combined(0.5 * y[2] - 0.5, 0.5 * (h * m[1] + d * m[2]) - 0.5),
-                    combined(0.5 * y[1], 0.5 * (d * m[1] - h * m[2])),
-                    -0.5 * y[0], 0.5 * m[0]]
+
+        measured = [
+            combined(0.5 * y[2] - 0.5, 0.5 * (h * m[1] + d * m[2]) - 0.5),
+            combined(0.5 * y[1], 0.5 * (d * m[1] - h * m[2])),
+            -0.5 * y[0],
+            0.5 * m[0],
+        ]
 
         # Scalar updates: norm, east, north, then the field's east component, along h u - d n.
         gains: list[list[Any]] = []
@@ -185,27 +251,51 @@ class EkfBias(Estimator):
             column = updated_column(a, k, gains)
             s = a[k][k] + variance - sum_of(g[k] * g[k] for g in gains)
             update(gains, moves, column, s, measured[k] - moved(gains, moves, k))
-        along = [ops.bounded(h * g[3] - d * g[2], -BELOW_ONE, BELOW_ONE, "component")
-                 for g in gains]
+        along = [
+            ops.bounded(h * g[3] - d * g[2], -BELOW_ONE, BELOW_ONE, "component") for g in gains
+        ]
         # Without a field a heading variance at its limit is cut by an update without innovation.
         skipped = unused & ~full
-        column = [ops.bounded(ops.where(skipped, 0.0, h * a[3][i] - d * a[2][i] - sum_of(
-            g[i] * c for g, c in zip(gains, along, strict=True))), -1.9, 1.9, "component")
-            for i in range(7)]
+        column = [
+            ops.bounded(
+                ops.where(
+                    skipped,
+                    0.0,
+                    h * a[3][i]
+                    - d * a[2][i]
+                    - sum_of(g[i] * c for g, c in zip(gains, along, strict=True)),
+                ),
+                -1.9,
+                1.9,
+                "component",
+            )
+            for i in range(7)
+        ]
         s = h * column[3] - d * column[2] + mag_r
-        update(gains, moves, column, s, ops.where(unused, 0.0, measured[3] - sum_of(
-            t * c for t, c in zip(moves, along, strict=True))))
+        update(
+            gains,
+            moves,
+            column,
+            s,
+            ops.where(
+                unused, 0.0, measured[3] - sum_of(t * c for t, c in zip(moves, along, strict=True))
+            ),
+        )
 
         # Correction, normalisation, angles.
-        turned = [ops.saturated((1.0 if k == 0 else 0.0) + moved(gains, moves, k), 2.0)
-                  for k in range(4)]
+        turned = [
+            ops.saturated((1.0 if k == 0 else 0.0) + moved(gains, moves, k), 2.0) for k in range(4)
+        ]
         raw = multiply(turned, q)
         q_new, shrink = normalised(raw)
 
         bias = [
-            ops.saturated(ops.where(
-                aligning, 0.0, b + (1.0 / BIAS_UNIT) * moved(gains, moves, k, 8.0)), BIAS_LIMIT)
-            for k, b in ((4, x.bias_x), (5, x.bias_y), (6, x.bias_z))]
+            ops.saturated(
+                ops.where(aligning, 0.0, b + (1.0 / BIAS_UNIT) * moved(gains, moves, k, 8.0)),
+                BIAS_LIMIT,
+            )
+            for k, b in ((4, x.bias_x), (5, x.bias_y), (6, x.bias_z))
+        ]
         tilted = y[0] * y[0] + y[1] * y[1] > ALIGNED * y[2]
         still = aligning & (tilted | (u.dt < 0.0))
         learnt = x.heading_unknown > -0.75
@@ -224,31 +314,52 @@ class EkfBias(Estimator):
 
         status = status_word({0: aligning, 1: seeking, 3: missing, 4: rejected & ~missing})
         return (
-            {**restarted(q_new, u),
-             **{f"bias_{axis}": b for axis, b in zip("xyz", bias, strict=True)},
-             "unaligned": ops.where(still, -1.0, 0.0),
-             "heading_unknown": ops.where(seeking & ~found, ops.where(
-                 aligning, -1.0, ops.where(missing, x.heading_unknown, -0.5)), 0.0),
-             "field_h": ops.saturated(field_h, 128.0),
-             "field_v": ops.saturated(field_v, 128.0),
-             **{name: after[i][j] for name, i, j in element_names(7)}},
-            attitude_outputs(raw, q_new, shrink, status))
+            {
+                **restarted(q_new, u),
+                **{f"bias_{axis}": b for axis, b in zip("xyz", bias, strict=True)},
+                "unaligned": ops.where(still, -1.0, 0.0),
+                "heading_unknown": ops.where(
+                    seeking & ~found,
+                    ops.where(aligning, -1.0, ops.where(missing, x.heading_unknown, -0.5)),
+                    0.0,
+                ),
+                "field_h": ops.saturated(field_h, 128.0),
+                "field_v": ops.saturated(field_v, 128.0),
+                **{name: after[i][j] for name, i, j in element_names(7)},
+            },
+            attitude_outputs(raw, q_new, shrink, status),
+        )
 
     @staticmethod
     def _predicted(p0: Symmetric, c_nb: Any, u: Any, p: Any, full: Any) -> Symmetric:
         """Phi P Phi^T + Q with Phi = [1, -G; 0, 1], G = dt/2 C, on (rotation, bias)."""
         wide = p0[4][4] + p0[5][5] + p0[6][6] >= TRACE_LIMIT
         step = ops.saturated(ops.where(full, 0.0, (0.5 / BIAS_UNIT) * u.dt), 2.0**-7)
-        g = [[ops.bounded(step * c, -(2.0**-7), 2.0**-7, "half a step") for c in row]
-             for row in c_nb]
+        g = [
+            [ops.bounded(step * c, -(2.0**-7), 2.0**-7, "half a step") for c in row] for row in c_nb
+        ]
         rotation, bias = range(1, 4), range(4, 7)
         # U = A - B G^T,  B' = B - G D,  A' = U - G B'^T
-        a = {(i, j): ops.bounded(p0[i][j] - dot([p0[i][k] for k in bias], g[j - 1]),
-                                 -BELOW_ONE, BELOW_ONE, "part of P")
-             for i in rotation for j in rotation}
-        b = {(i, j): ops.bounded(p0[i][j] - dot(g[i - 1], [p0[k][j] for k in bias]),
-                                 -BELOW_ONE, BELOW_ONE, "covariance")
-             for i in rotation for j in bias}
+        a = {
+            (i, j): ops.bounded(
+                p0[i][j] - dot([p0[i][k] for k in bias], g[j - 1]),
+                -BELOW_ONE,
+                BELOW_ONE,
+                "part of P",
+            )
+            for i in rotation
+            for j in rotation
+        }
+        b = {
+            (i, j): ops.bounded(
+                p0[i][j] - dot(g[i - 1], [p0[k][j] for k in bias]),
+                -BELOW_ONE,
+                BELOW_ONE,
+                "covariance",
+            )
+            for i in rotation
+            for j in bias
+        }
         root = ops.saturated(0.5 * p.gyro_density * p.scale, STEP_LIMIT)
         noise = root * u.dt
         walk = ops.saturated(BIAS_UNIT * p.bias_density * p.scale, STEP_LIMIT)
@@ -257,8 +368,12 @@ class EkfBias(Estimator):
         def element(i: int, j: int) -> Any:
             if i == 0:
                 if j in rotation:
-                    return ops.bounded(p0[0][j] - dot(g[j - 1], [p0[0][k] for k in bias]),
-                                       -BELOW_ONE, BELOW_ONE, "covariance")
+                    return ops.bounded(
+                        p0[0][j] - dot(g[j - 1], [p0[0][k] for k in bias]),
+                        -BELOW_ONE,
+                        BELOW_ONE,
+                        "covariance",
+                    )
                 return p0[0][j]
             if j in rotation:
                 value = a[i, j] - dot(g[i - 1], [b[j, k] for k in bias])
@@ -271,6 +386,7 @@ class EkfBias(Estimator):
             else:
                 return p0[i][j]
             return bounded_element(value, i, j)
+
         return symmetric(7, element)
 
     @staticmethod
@@ -284,6 +400,7 @@ class EkfBias(Estimator):
         def element(i: int, j: int, value: Any) -> Any:
             first = 0.0 if i != j else start if i < 4 else bias_p0 * bias_p0
             return kept_positive(ops.where(fresh, first, value + floor_noise(i, j)), i, j)
+
         attitude = congruence(m, [row[:4] for row in a[:4]], element)
 
         def part(i: int, j: int) -> Any:
@@ -292,5 +409,5 @@ class EkfBias(Estimator):
             if i >= 4:
                 return element(i, j, a[i][j])
             return element(i, j, dot([m[k][i] for k in range(4)], [a[k][j] for k in range(4)]))
-        return symmetric(7, part)
 
+        return symmetric(7, part)

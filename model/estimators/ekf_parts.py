@@ -9,16 +9,39 @@ from __future__ import annotations
 
 from typing import Any
 
-from model import ops
-from model.covariance import BELOW_ONE, Symmetric, bounded_element, congruence, symmetric
-from model.estimator import Input, Output, Param, State
-from model.quaternion import dot, euler_ht, increment, left_matrix, matrix, multiply
+from boresight.model import ops
+from boresight.model.covariance import BELOW_ONE, Symmetric, bounded_element, congruence, symmetric
+from boresight.model.estimator import Input, Output, Param, State
+from boresight.model.quaternion import dot, euler_ht, increment, left_matrix, matrix, multiply
 
-__all__ = ["ALIGN_NOISE", "ALIGN_P", "FLOOR_NOISE", "GRAVITY", "INPUTS", "NORM_FLOOR", "OUTPUTS",
-           "P0", "SCALE", "TRACE_LIMIT", "attitude_outputs", "attitude_states", "body_covariance",
-           "body_turned", "floor_noise", "force_gate", "gyro_params", "kept_positive", "moved",
-           "normalised", "predicted_attitude", "restarted", "squared_force", "status_word",
-           "sum_of", "update"]
+__all__ = [
+    "ALIGN_NOISE",
+    "ALIGN_P",
+    "FLOOR_NOISE",
+    "GRAVITY",
+    "INPUTS",
+    "NORM_FLOOR",
+    "OUTPUTS",
+    "P0",
+    "SCALE",
+    "TRACE_LIMIT",
+    "attitude_outputs",
+    "attitude_states",
+    "body_covariance",
+    "body_turned",
+    "floor_noise",
+    "force_gate",
+    "gyro_params",
+    "kept_positive",
+    "moved",
+    "normalised",
+    "predicted_attitude",
+    "restarted",
+    "squared_force",
+    "status_word",
+    "sum_of",
+    "update",
+]
 
 GRAVITY = 9.80665  #: m/s^2, standard gravity.
 #: Quaternion before the first alignment: half a turn away from no attitude people stand at.
@@ -38,37 +61,82 @@ INPUTS = (
     *(Input(f"a{axis}", -160.0, 160.0, "m/s^2") for axis in "xyz"),
 )
 OUTPUTS = (
-    Output("pitch", "ht"), Output("roll", "ht"), Output("heading", "ht"),
-    Output("qw", ""), Output("qx", ""), Output("qy", ""), Output("qz", ""),
+    Output("pitch", "ht"),
+    Output("roll", "ht"),
+    Output("heading", "ht"),
+    Output("qw", ""),
+    Output("qx", ""),
+    Output("qy", ""),
+    Output("qz", ""),
     Output("status", "bits"),
 )
-SCALE = Param("scale", 8.0, 1.0, 1024.0, "", "covariances are held times its square; no result "
-              "but for rounding depends on it. Large keeps small covariances exact; a measurement "
-              "noise (standard deviation) times it counts as at most 8, p0_sd times it as at "
-              "most 1")
-P0 = Param("p0_sd", 0.1, 1e-4, 1.0, "rad", "initial standard deviation of the attitude, root of "
-           "P0: large follows the first measurements, small the alignment")
+SCALE = Param(
+    "scale",
+    8.0,
+    1.0,
+    1024.0,
+    "",
+    "covariances are held times its square; no result "
+    "but for rounding depends on it. Large keeps small covariances exact; a measurement "
+    "noise (standard deviation) times it counts as at most 8, p0_sd times it as at "
+    "most 1",
+)
+P0 = Param(
+    "p0_sd",
+    0.1,
+    1e-4,
+    1.0,
+    "rad",
+    "initial standard deviation of the attitude, root of "
+    "P0: large follows the first measurements, small the alignment",
+)
 
 
 def force_gate(least: float) -> tuple[Param, ...]:
     """Limits of the squared specific force."""
-    return (Param("acc_min_sq", least, least, 1.6e4, "(m/s^2)^2", "squared specific force below "
-                  "which it is not used"),
-            Param("acc_max_sq", 1.6e4, 1.0, 1.6e4, "(m/s^2)^2", "squared specific force above "
-                  "which it is not used; the default leaves the gate open up to 12.9 g"))
+    return (
+        Param(
+            "acc_min_sq",
+            least,
+            least,
+            1.6e4,
+            "(m/s^2)^2",
+            "squared specific force below which it is not used",
+        ),
+        Param(
+            "acc_max_sq",
+            1.6e4,
+            1.0,
+            1.6e4,
+            "(m/s^2)^2",
+            "squared specific force above "
+            "which it is not used; the default leaves the gate open up to 12.9 g",
+        ),
+    )
 
 
 def gyro_params(default: float) -> tuple[Param, ...]:
     """Roots of Qg."""
-    return tuple(Param(f"gyro_sd_{axis}", default, 0.0, 2.0, "rad/s", "standard deviation of a "
-                       "gyro sample (root of Qg): small trusts the gyro, large the measurements")
-                 for axis in "xyz")
+    return tuple(
+        Param(
+            f"gyro_sd_{axis}",
+            default,
+            0.0,
+            2.0,
+            "rad/s",
+            "standard deviation of a "
+            "gyro sample (root of Qg): small trusts the gyro, large the measurements",
+        )
+        for axis in "xyz"
+    )
 
 
 def attitude_states() -> tuple[State, ...]:
     """The quaternion."""
-    return tuple(State(f"q{axis}", -1.0, 1.0 - 2.0**-31, "", start)
-                 for axis, start in zip("wxyz", START, strict=True))
+    return tuple(
+        State(f"q{axis}", -1.0, 1.0 - 2.0**-31, "", start)
+        for axis, start in zip("wxyz", START, strict=True)
+    )
 
 
 def squared_force(force: tuple[Any, ...], p: Any) -> tuple[Any, Any]:
@@ -87,6 +155,7 @@ def sum_of(parts: Any) -> Any:
 
 # -- prediction -----------------------------------------------------------------------------------
 
+
 def predicted_attitude(x: Any, half: list[Any]) -> tuple[list[Any], list[Any]]:
     """(q dq, dq) for the turn by 2 ``half`` [rad]."""
     dq = increment([ops.saturated(h, 1.0) for h in half])
@@ -97,22 +166,28 @@ def body_covariance(a: Symmetric, dq: list[Any], u: Any, p: Any) -> Symmetric:
     """F P F^T + Q in the body basis, diag(1, C^T) P diag(1, C) + diag(0, (dt/2)^2 Qg), C(dq)."""
     c = matrix(dq)
     step = u.dt * p.scale
-    deviations = [ops.saturated(0.5 * sd * step, STEP_LIMIT)
-                  for sd in (p.gyro_sd_x, p.gyro_sd_y, p.gyro_sd_z)]
+    deviations = [
+        ops.saturated(0.5 * sd * step, STEP_LIMIT) for sd in (p.gyro_sd_x, p.gyro_sd_y, p.gyro_sd_z)
+    ]
     full = a[1][1] + a[2][2] + a[3][3] >= TRACE_LIMIT
 
     def element(i: int, j: int, value: Any) -> Any:
         if i == j:
             value = value + ops.where(full, 0.0, deviations[i] * deviations[i])
         return bounded_element(value, i, j)
+
     turned = congruence(c, [row[1:] for row in a[1:]], element)
-    norm = [ops.bounded(dot([row[k] for row in c], a[0][1:]), -BELOW_ONE, BELOW_ONE, "covariance")
-            for k in range(3)]
-    return symmetric(4, lambda i, j: a[0][0] if j == 0 else norm[j - 1] if i == 0
-                     else turned[i - 1][j - 1])
+    norm = [
+        ops.bounded(dot([row[k] for row in c], a[0][1:]), -BELOW_ONE, BELOW_ONE, "covariance")
+        for k in range(3)
+    ]
+    return symmetric(
+        4, lambda i, j: a[0][0] if j == 0 else norm[j - 1] if i == 0 else turned[i - 1][j - 1]
+    )
 
 
 # -- correction -----------------------------------------------------------------------------------
+
 
 def update(gains: list[list[Any]], moves: list[Any], column: list[Any], s: Any, nu: Any) -> None:
     """Append a scalar update: L = P H / sqrt(S) to ``gains``, nu / sqrt(S) to ``moves``.
@@ -121,8 +196,9 @@ def update(gains: list[list[Any]], moves: list[Any], column: list[Any], s: Any, 
     """
     weight = ops.rsqrt(ops.bounded(s, 0.0, 17.0, "P + R"))
     moves.append(ops.saturated(ops.saturated(nu, 8.0) * weight, MOVE_LIMIT))
-    gains.append([ops.bounded(c * weight, -BELOW_ONE, BELOW_ONE, "root of a variance")
-                  for c in column])
+    gains.append(
+        [ops.bounded(c * weight, -BELOW_ONE, BELOW_ONE, "root of a variance") for c in column]
+    )
 
 
 def moved(gains: list[list[Any]], moves: list[Any], k: int, limit: float = 2.0) -> Any:
@@ -152,32 +228,46 @@ def kept_positive(value: Any, i: int, j: int) -> Any:
     return ops.maximum(value, NORM_FLOOR) if i == j == 0 else value
 
 
-def body_turned(a: Symmetric, correction: list[Any], shrink: Any, fresh: Any,
-                first: Any) -> Symmetric:
+def body_turned(
+    a: Symmetric, correction: list[Any], shrink: Any, fresh: Any, first: Any
+) -> Symmetric:
     """P in the basis of the corrected quaternion, L(c)^T P L(c); ``first`` 1 where ``fresh``."""
+
     def element(i: int, j: int, value: Any) -> Any:
-        return kept_positive(ops.where(
-            fresh, first if i == j else 0.0, value + floor_noise(i, j)), i, j)
+        return kept_positive(
+            ops.where(fresh, first if i == j else 0.0, value + floor_noise(i, j)), i, j
+        )
+
     c = [ops.saturated(d * shrink, 1.0) for d in correction]
     return congruence(left_matrix(c), a, element)
 
 
 # -- outputs --------------------------------------------------------------------------------------
 
+
 def restarted(q: list[Any], u: Any) -> dict[str, Any]:
     """Next quaternion state; a sample with dt < 0 only sets it back, the next one is the first."""
-    return {f"q{axis}": ops.where(u.dt < 0.0, start, c)
-            for axis, start, c in zip("wxyz", START, q, strict=True)}
+    return {
+        f"q{axis}": ops.where(u.dt < 0.0, start, c)
+        for axis, start, c in zip("wxyz", START, q, strict=True)
+    }
 
 
 def attitude_outputs(raw: list[Any], q: list[Any], shrink: Any, status: Any) -> dict[str, Any]:
     """The outputs of ``OUTPUTS``; Euler angles from the quaternion before it is normalised."""
     pitch, roll, heading = euler_ht(raw, shrink)
-    return {"pitch": pitch, "roll": roll, "heading": heading,
-            "qw": q[0], "qx": q[1], "qy": q[2], "qz": q[3], "status": status}
+    return {
+        "pitch": pitch,
+        "roll": roll,
+        "heading": heading,
+        "qw": q[0],
+        "qx": q[1],
+        "qy": q[2],
+        "qz": q[3],
+        "status": status,
+    }
 
 
 def status_word(flags: dict[int, Any]) -> Any:
     """The status word: bit number -> condition."""
     return sum_of(ops.where(flag, float(1 << bit), 0.0) for bit, flag in flags.items())
-

@@ -21,16 +21,16 @@ from __future__ import annotations
 
 from typing import Any
 
-from model import ops
-from model.covariance import (
+from boresight.model import ops
+from boresight.model.covariance import (
     covariance_of,
     covariance_states,
     downdated,
     element_names,
     updated_column,
 )
-from model.estimator import Estimator, Param, State
-from model.estimators.ekf_parts import (
+from boresight.model.estimator import Estimator, Param, State
+from boresight.model.estimators.ekf_parts import (
     ALIGN_P,
     INPUTS,
     OUTPUTS,
@@ -51,7 +51,7 @@ from model.estimators.ekf_parts import (
     sum_of,
     update,
 )
-from model.quaternion import cross, dot, matrix, multiply
+from boresight.model.quaternion import cross, dot, matrix, multiply
 
 __all__ = ["STATUS_BITS", "EkfQuaternion"]
 
@@ -75,16 +75,36 @@ class EkfQuaternion(Estimator):
     summary = "quaternion EKF, 4 states, measured quaternion with H = I (as in Ma Long 2014)"
     inputs = INPUTS
     params = (
-        SCALE, P0, *gyro_params(0.1),
-        *(Param(f"angle_sd_{axis}", 0.5, 2e-4, 4.0, "rad", "static noise of the measured attitude "
-                f"about body {axis} (s): small trusts the measurement, large the gyro")
-          for axis in "xyz"),
+        SCALE,
+        P0,
+        *gyro_params(0.1),
+        *(
+            Param(
+                f"angle_sd_{axis}",
+                0.5,
+                2e-4,
+                4.0,
+                "rad",
+                "static noise of the measured attitude "
+                f"about body {axis} (s): small trusts the measurement, large the gyro",
+            )
+            for axis in "xyz"
+        ),
         *force_gate(1.5),
-        Param("mag_min_sq", 4.0, 0.01, 4e3, "uT^2", "squared horizontal field below which there is "
-              "no measurement"),
+        Param(
+            "mag_min_sq",
+            4.0,
+            0.01,
+            4e3,
+            "uT^2",
+            "squared horizontal field below which there is no measurement",
+        ),
     )
-    states = (*attitude_states(), State("unaligned", -1.0, 0.0, "", -1.0),  # -1: yes, 0: no
-              *covariance_states(4, lambda i: ALIGN_P))
+    states = (
+        *attitude_states(),
+        State("unaligned", -1.0, 0.0, "", -1.0),  # -1: yes, 0: no
+        *covariance_states(4, lambda i: ALIGN_P),
+    )
     outputs = OUTPUTS
     urgent = 7
 
@@ -108,8 +128,10 @@ class EkfQuaternion(Estimator):
         # (C - C^T) is sin(angle) axis, and 1 + trace is 4 cos^2(angle / 2). Beyond 151 deg the
         # root is held, so that the innovation passes through zero at 180 deg, where its sign turns.
         axes = list(zip((east, cross(up, east), up), matrix(q), strict=True))
-        vee = [ops.saturated(ops.where(bad, 0.0, 0.5 * total), 1.0) for total in (
-            sum_of(cross(m, r)[k] for m, r in axes) for k in range(3))]
+        vee = [
+            ops.saturated(ops.where(bad, 0.0, 0.5 * total), 1.0)
+            for total in (sum_of(cross(m, r)[k] for m, r in axes) for k in range(3))
+        ]
         trace = ops.saturated(1.0 + sum_of(dot(m, r) for m, r in axes), 8.0)
         held = ops.bounded(ops.maximum(trace, LEAST_TRACE), LEAST_TRACE, 8.0, "held")
         inverse = ops.rsqrt(held)
@@ -127,8 +149,9 @@ class EkfQuaternion(Estimator):
         # Correction: 1 + L move, or all of the error quaternion while aligning.
         start = [e_w, *e]
         move = [(1.0 if k == 0 else 0.0) + moved(gains, moves, k) for k in range(4)]
-        correction = [ops.saturated(ops.where(aligning, s, m), 2.0)
-                      for s, m in zip(start, move, strict=True)]
+        correction = [
+            ops.saturated(ops.where(aligning, s, m), 2.0) for s, m in zip(start, move, strict=True)
+        ]
         raw = multiply(q, correction)
         q_new, shrink = normalised(raw)
 
@@ -136,11 +159,15 @@ class EkfQuaternion(Estimator):
         after = body_turned(downdated(a, gains, bad), correction, shrink, aligning, p0 * p0)
         still = aligning & ((u.dt < 0.0) | bad | (trace < ALIGNED_TRACE))
         return (
-            {**restarted(q_new, u),
-             "unaligned": ops.where(still, -1.0, 0.0),
-             **{name: after[i][j] for name, i, j in element_names(4)}},
-            attitude_outputs(raw, q_new, shrink,
-                             status_word({0: aligning, 2: acc_bad, 3: mag_bad})))
+            {
+                **restarted(q_new, u),
+                "unaligned": ops.where(still, -1.0, 0.0),
+                **{name: after[i][j] for name, i, j in element_names(4)},
+            },
+            attitude_outputs(
+                raw, q_new, shrink, status_word({0: aligning, 2: acc_bad, 3: mag_bad})
+            ),
+        )
 
 
 def _unit(v: Any, v_sq: Any) -> list[Any]:

@@ -18,8 +18,8 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
-from model import ops
-from model.covariance import (
+from boresight.model import ops
+from boresight.model.covariance import (
     Symmetric,
     bounded_element,
     covariance_of,
@@ -27,8 +27,8 @@ from model.covariance import (
     element_names,
     symmetric,
 )
-from model.estimator import Estimator, Param, State
-from model.estimators.ekf_parts import (
+from boresight.model.estimator import Estimator, Param, State
+from boresight.model.estimators.ekf_parts import (
     ALIGN_NOISE,
     ALIGN_P,
     GRAVITY,
@@ -50,7 +50,7 @@ from model.estimators.ekf_parts import (
     sum_of,
     update,
 )
-from model.quaternion import conjugate_turn, dot, matrix, multiply
+from boresight.model.quaternion import conjugate_turn, dot, matrix, multiply
 
 __all__ = ["STATUS_BITS", "EkfQuaternionVector"]
 
@@ -68,14 +68,30 @@ STATUS_BITS = {
 
 
 def _field(axis: str, default: float) -> Param:
-    return Param(f"field_{axis}", default, -100.0, 100.0, "uT", f"field at the site, {axis} "
-                 "component: an east component other than 0 makes the heading count from true "
-                 "north instead of magnetic north")
+    return Param(
+        f"field_{axis}",
+        default,
+        -100.0,
+        100.0,
+        "uT",
+        f"field at the site, {axis} "
+        "component: an east component other than 0 makes the heading count from true "
+        "north instead of magnetic north",
+    )
 
 
 def _noise(sensor: str, unit: str, default: float, low: float, high: float) -> tuple[Param, ...]:
-    return tuple(Param(f"{sensor}_sd_{axis}", default, low, high, unit, f"noise of a sample of "
-                       f"body axis {axis}: small trusts it, large the gyro") for axis in "xyz")
+    return tuple(
+        Param(
+            f"{sensor}_sd_{axis}",
+            default,
+            low,
+            high,
+            unit,
+            f"noise of a sample of body axis {axis}: small trusts it, large the gyro",
+        )
+        for axis in "xyz"
+    )
 
 
 class EkfQuaternionVector(Estimator):
@@ -85,16 +101,22 @@ class EkfQuaternionVector(Estimator):
     summary = "quaternion EKF, 4 states, specific force and field as vector measurements"
     inputs = INPUTS
     params = (
-        dataclasses.replace(SCALE, default=16.0), dataclasses.replace(P0, default=0.06),
+        dataclasses.replace(SCALE, default=16.0),
+        dataclasses.replace(P0, default=0.06),
         *gyro_params(0.1),
-        *_noise("acc", "m/s^2", 3.0, 0.005, 64.0), *_noise("mag", "uT", 15.0, 0.05, 512.0),
-        _field("east", 0.0), _field("north", 14.7), _field("up", -40.6),
+        *_noise("acc", "m/s^2", 3.0, 0.005, 64.0),
+        *_noise("mag", "uT", 15.0, 0.05, 512.0),
+        _field("east", 0.0),
+        _field("north", 14.7),
+        _field("up", -40.6),
         *force_gate(0.0),
         Param("mag_min_sq", 4.0, 0.01, 4e3, "uT^2", "squared field below which there is no sample"),
     )
-    states = (*attitude_states(),
-              State("unaligned", -1.0, 0.0, "", -1.0),  # -1: not begun, 0: aligned
-              *covariance_states(4, lambda i: ALIGN_P))
+    states = (
+        *attitude_states(),
+        State("unaligned", -1.0, 0.0, "", -1.0),  # -1: not begun, 0: aligned
+        *covariance_states(4, lambda i: ALIGN_P),
+    )
     outputs = OUTPUTS
     urgent = 7
 
@@ -112,29 +134,40 @@ class EkfQuaternionVector(Estimator):
         site = [v * (1.0 / FIELD_UNIT) for v in (p.field_east, p.field_north, p.field_up)]
         vectors = (
             (force, 0.5 / GRAVITY, c_nb[2], acc_bad, (p.acc_sd_x, p.acc_sd_y, p.acc_sd_z)),
-            (field, 0.5 / FIELD_UNIT,
-             [ops.bounded(r, -4.0, 4.0, "field") for r in conjugate_turn(c_nb, site)], mag_bad,
-             (p.mag_sd_x, p.mag_sd_y, p.mag_sd_z)))
+            (
+                field,
+                0.5 / FIELD_UNIT,
+                [ops.bounded(r, -4.0, 4.0, "field") for r in conjugate_turn(c_nb, site)],
+                mag_bad,
+                (p.mag_sd_x, p.mag_sd_y, p.mag_sd_z),
+            ),
+        )
 
         done: list[Any] = [0.0] * 4  # correction so far
         for z, unit, r, bad, deviations in vectors:
             weight = unit * p.scale
             for k in range(3):
-                noise = ops.where(aligning, ALIGN_NOISE, ops.saturated(
-                    weight * deviations[k], NOISE_LIMIT))
+                noise = ops.where(
+                    aligning, ALIGN_NOISE, ops.saturated(weight * deviations[k], NOISE_LIMIT)
+                )
                 # H / (2 |v|): the norm, then r x
                 after, last = (k + 1) % 3, (k + 2) % 3
                 h = [(0, r[k]), (1 + after, -r[last]), (1 + last, r[after])]
-                column = [ops.bounded(ops.where(bad, 0.0, sum_of(v * a[i][j] for j, v in h)),
-                                      -8.0, 8.0, "P H") for i in range(4)]
+                column = [
+                    ops.bounded(
+                        ops.where(bad, 0.0, sum_of(v * a[i][j] for j, v in h)), -8.0, 8.0, "P H"
+                    )
+                    for i in range(4)
+                ]
                 s = sum_of(v * column[j] for j, v in h) + noise * noise
                 nu = unit * z[k] - 0.5 * r[k] - sum_of(v * done[j] for j, v in h)
                 gain: list[list[Any]] = []
                 move: list[Any] = []
                 update(gain, move, column, s, nu)
                 a = _downdated(a, gain[0])
-                done = [ops.saturated(d + g * move[0], 2.0)
-                        for d, g in zip(done, gain[0], strict=True)]
+                done = [
+                    ops.saturated(d + g * move[0], 2.0) for d, g in zip(done, gain[0], strict=True)
+                ]
 
         correction = [ops.saturated(1.0 + done[0], 2.0), *done[1:]]
         raw = multiply(q, correction)
@@ -145,15 +178,17 @@ class EkfQuaternionVector(Estimator):
         first = ops.where(count < 0.0, ALIGN_P, p0 * p0)
         covariance = body_turned(a, correction, shrink, aligning, first)
         return (
-            {**restarted(q_new, u),
-             "unaligned": ops.bounded(count, -1.0, 0.0, "counts up to 0"),
-             **{name: covariance[i][j] for name, i, j in element_names(4)}},
-            attitude_outputs(raw, q_new, shrink,
-                             status_word({0: aligning, 2: acc_bad, 3: mag_bad})))
+            {
+                **restarted(q_new, u),
+                "unaligned": ops.bounded(count, -1.0, 0.0, "counts up to 0"),
+                **{name: covariance[i][j] for name, i, j in element_names(4)},
+            },
+            attitude_outputs(
+                raw, q_new, shrink, status_word({0: aligning, 2: acc_bad, 3: mag_bad})
+            ),
+        )
 
 
 def _downdated(a: Symmetric, gain: list[Any]) -> Symmetric:
     """P - L L^T."""
     return symmetric(4, lambda i, j: bounded_element(a[i][j] - gain[i] * gain[j], i, j))
-
-

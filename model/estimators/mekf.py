@@ -29,10 +29,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from model import ops
-from model.covariance import Symmetric, symmetric
-from model.estimator import Estimator
-from model.estimators.mekf_interface import (
+from boresight.model import ops
+from boresight.model.covariance import Symmetric, symmetric
+from boresight.model.estimator import Estimator
+from boresight.model.estimators.mekf_interface import (
     BIAS_SCALE,
     INPUTS,
     OUTPUTS,
@@ -42,7 +42,7 @@ from model.estimators.mekf_interface import (
     STATUS_BITS,
     covariance_name,
 )
-from model.quaternion import cross, dot, matrix, turn
+from boresight.model.quaternion import cross, dot, matrix, turn
 
 __all__ = ["STATUS_BITS", "Mekf"]
 
@@ -89,16 +89,21 @@ def _euler_ht(C: Any) -> tuple[Any, Any, Any]:
     cosine_sq = C[2][2] * C[2][2] + C[2][0] * C[2][0]
     secant = ops.rsqrt(cosine_sq)
     cosine = ops.bounded(cosine_sq * secant, 0.0, 1.0, "cosine of the pitch")
-    return (_angle_ht(C[2][1], cosine), ops.wrap_ht(-_angle_ht(C[2][0], C[2][2], secant)),
-            ops.wrap_ht(-_angle_ht(C[0][1], C[1][1], secant)))
+    return (
+        _angle_ht(C[2][1], cosine),
+        ops.wrap_ht(-_angle_ht(C[2][0], C[2][2], secant)),
+        ops.wrap_ht(-_angle_ht(C[0][1], C[1][1], secant)),
+    )
 
 
 def _product(a: Any, b: Any) -> tuple[Any, Any, Any, Any]:
     """Quaternion product a b; no component is negated by itself, which would cost a slot."""
-    return (a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
-            a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
-            a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
-            a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0])
+    return (
+        a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+        a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+        a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
+        a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
+    )
 
 
 def _increment(half: Any) -> tuple[Any, Any, Any, Any]:
@@ -148,8 +153,10 @@ class Mekf(Estimator):
         step = ops.named("update_step", ops.where(due, since, 0.0))
         heading_turn = x.axis > 0.5
         axis_sq = x.axis * x.axis
-        h = tuple(ops.bounded(w, 0.0, 1.0, "one of three") for w in (
-            0.5 * axis_sq - 0.5 * x.axis, 1.0 - axis_sq, 0.5 * axis_sq + 0.5 * x.axis))
+        h = tuple(
+            ops.bounded(w, 0.0, 1.0, "one of three")
+            for w in (0.5 * axis_sq - 0.5 * x.axis, 1.0 - axis_sq, 0.5 * axis_sq + 0.5 * x.axis)
+        )
 
         # Directions of the low-passed force and field of the last sample.
         f, m = _three(x, "force", "enu"), _three(x, "field", "enu")
@@ -161,8 +168,10 @@ class Mekf(Estimator):
 
         # How odd the field is: squared deviation from the reference over the horizontal field,
         # the most of late.
-        change = (ops.bounded(m_sq * m_inverse, 0.0, 440.0, "magnitude") - x.horizontal,
-                  m[2] - x.vertical)
+        change = (
+            ops.bounded(m_sq * m_inverse, 0.0, 440.0, "magnitude") - x.horizontal,
+            m[2] - x.vertical,
+        )
         odd = tuple(ops.saturated(d * m_inverse, 4.0) for d in change)
         odd_now = ops.named("odd_now", ops.bounded(dot(odd, odd), 0.0, 32.0, "two squares"))
         odd_past = x.odd_sq - ops.saturated(p.field_forget_per_s * dt, 1.0) * x.odd_sq
@@ -172,41 +181,56 @@ class Mekf(Estimator):
         # At rest the gyro's mean is the bias: b <- b + k (mean - b) with the gain k on every axis.
         bias, rate = _three(x, "bias", "xyz"), _three(x, "rate", "xyz")
         resting = p.rest_time_s < x.rest_s
-        rest_gain = ops.named("rest_gain", ops.where(
-            resting, ops.saturated(p.rest_rate_per_s * step, 0.5), 0.0))
+        rest_gain = ops.named(
+            "rest_gain", ops.where(resting, ops.saturated(p.rest_rate_per_s * step, 0.5), 0.0)
+        )
         keep = ops.named("rest_keep", 1.0 - rest_gain)
 
         # Innovation, its variance and the time Dt it speaks for, for the axis whose turn it is.
-        innovation = ops.named("innovation", ops.bounded(
-            h[0] * up[1] - h[1] * up[0] + h[2] * sine, -1.0, 1.0, "one of three"))
+        innovation = ops.named(
+            "innovation",
+            ops.bounded(h[0] * up[1] - h[1] * up[0] + h[2] * sine, -1.0, 1.0, "one of three"),
+        )
         trusted = ops.saturated(p.heading_var + p.field_trust_s * odd_sq, NOISE_LIMIT)
         variance = ops.where(heading_turn, trusted, p.tilt_var)
         span = ops.named("span", ops.saturated(3.0 * step, SPAN_LIMIT))
-        span = ops.where(heading_turn, ops.where(field_stale, 0.0, span),
-                         ops.where(no_vertical, 0.0, span))
+        span = ops.where(
+            heading_turn, ops.where(field_stale, 0.0, span), ops.where(no_vertical, 0.0, span)
+        )
 
         # Scalar update: gain and correction; P itself below.
         P = symmetric(6, lambda i, j: getattr(x, covariance_name(i, j)))
         column = [_element(dot(h, P[i][:3])) for i in range(3)]
         column += [_element(keep * _element(dot(h, P[i][:3]))) for i in range(3, 6)]
-        total = ops.bounded(dot(h, column[:3]) * span + variance, NOISE_FLOOR, 7.99,
-                            "at least the noise")
+        total = ops.bounded(
+            dot(h, column[:3]) * span + variance, NOISE_FLOOR, 7.99, "at least the noise"
+        )
         inverse = ops.bounded(1.0 / total, 0.0, 1.0 / NOISE_FLOOR, "1 / S")
         scale = ops.bounded(span * inverse, 0.0, SPAN_LIMIT / NOISE_FLOOR, "Dt / S")
-        gain = [ops.bounded(c * scale, -GAIN_LIMIT, GAIN_LIMIT, "sqrt(P_ii Dt) / (2 sd)")
-                for c in column]
+        gain = [
+            ops.bounded(c * scale, -GAIN_LIMIT, GAIN_LIMIT, "sqrt(P_ii Dt) / (2 sd)")
+            for c in column
+        ]
         turned = tuple(ops.saturated(k * innovation, CORRECTION_LIMIT) for k in gain[:3])
-        learnt = [ops.saturated(ops.where(
-            leveling, 0.0,
-            b * keep + r * rest_gain + k * (1.0 / BIAS_SCALE) * innovation), BIAS_LIMIT)
-            for b, r, k in zip(bias, rate, gain[3:], strict=True)]
+        learnt = [
+            ops.saturated(
+                ops.where(
+                    leveling, 0.0, b * keep + r * rest_gain + k * (1.0 / BIAS_SCALE) * innovation
+                ),
+                BIAS_LIMIT,
+            )
+            for b, r, k in zip(bias, rate, gain[3:], strict=True)
+        ]
 
         # Attitude: correction (or alignment), then the gyro's step, then |q| = 1.
         unknown = leveling | (heading_unknown & field_stale)
-        correction = self._correction(up, sine, cosine, turned, tilt_unknown,
-                                      heading_unknown & ~unknown)
-        half = tuple(ops.saturated(0.5 * (w * dt - b * dt), HALF_STEP_LIMIT)
-                     for w, b in zip(gyro, bias, strict=True))
+        correction = self._correction(
+            up, sine, cosine, turned, tilt_unknown, heading_unknown & ~unknown
+        )
+        half = tuple(
+            ops.saturated(0.5 * (w * dt - b * dt), HALF_STEP_LIMIT)
+            for w, b in zip(gyro, bias, strict=True)
+        )
         before = [getattr(x, f"q{a}") for a in "wxyz"]
         q = tuple(ops.saturated(c, 1.0) for c in _product(before, _increment(half)))
         q = tuple(ops.saturated(c, 1.0) for c in _product(correction, q))
@@ -218,39 +242,58 @@ class Mekf(Estimator):
         after = self._covariance(P, gain, column, C, step, leveling, keep, rest_gain, gyro, p)
 
         # Low-passes: force and field in navigation axes, rate in body axes.
-        f_change = [ops.saturated(a - c, FORCE_STEP_LIMIT)
-                    for a, c in zip(turn(C, force), f, strict=True)]
-        r_change = [ops.saturated(w - c, RATE_STEP_LIMIT)
-                    for w, c in zip(gyro, rate, strict=True)]
+        f_change = [
+            ops.saturated(a - c, FORCE_STEP_LIMIT) for a, c in zip(turn(C, force), f, strict=True)
+        ]
+        r_change = [ops.saturated(w - c, RATE_STEP_LIMIT) for w, c in zip(gyro, rate, strict=True)]
         m_change = [a - c for a, c in zip(turn(C, field), m, strict=True)]
-        since_field = ops.named("field_age", ops.saturated(
-            ops.where(heading_unknown, 1.0, x.since_field + dt), 1.0))
-        f_follow, m_follow, r_follow = (ops.saturated(rate * age, 1.0) for rate, age in (
-            (p.force_rate_per_s, dt), (p.field_rate_per_s, since_field), (p.gyro_rate_per_s, dt)))
+        since_field = ops.named(
+            "field_age", ops.saturated(ops.where(heading_unknown, 1.0, x.since_field + dt), 1.0)
+        )
+        f_follow, m_follow, r_follow = (
+            ops.saturated(rate * age, 1.0)
+            for rate, age in (
+                (p.force_rate_per_s, dt),
+                (p.field_rate_per_s, since_field),
+                (p.gyro_rate_per_s, dt),
+            )
+        )
         f_follow = ops.where(leveling, 1.0, f_follow)
         m_follow = ops.where(no_field, 0.0, ops.where(heading_unknown, 1.0, m_follow))
-        f_after = [ops.saturated(c + f_follow * d + t, FORCE_LIMIT)
-                   for c, d, t in zip(f, f_change, cross(turned, f), strict=True)]
-        m_after = [ops.bounded(c + m_follow * d, -444.0, 444.0, "a mean of fields")
-                   for c, d in zip(m, m_change, strict=True)]
-        r_after = [ops.saturated(c + r_follow * d, RATE_STEP_LIMIT)
-                   for c, d in zip(rate, r_change, strict=True)]
+        f_after = [
+            ops.saturated(c + f_follow * d + t, FORCE_LIMIT)
+            for c, d, t in zip(f, f_change, cross(turned, f), strict=True)
+        ]
+        m_after = [
+            ops.bounded(c + m_follow * d, -444.0, 444.0, "a mean of fields")
+            for c, d in zip(m, m_change, strict=True)
+        ]
+        r_after = [
+            ops.saturated(c + r_follow * d, RATE_STEP_LIMIT)
+            for c, d in zip(rate, r_change, strict=True)
+        ]
 
         # Reference of the field; its horizontal part is negative until the heading is known.
         follow = ops.where(heading_unknown, 1.0, ops.saturated(p.field_follow_per_s * dt, 1.0))
-        horizontal = ops.bounded(ops.where(unknown, -1.0, x.horizontal + follow * change[0]),
-                                 -1.0, 450.0, "a mean of magnitudes")
+        horizontal = ops.bounded(
+            ops.where(unknown, -1.0, x.horizontal + follow * change[0]),
+            -1.0,
+            450.0,
+            "a mean of magnitudes",
+        )
         vertical = ops.bounded(x.vertical + follow * change[1], -450.0, 450.0, "a mean of fields")
 
         # Rest: rate and force keep near their means, and the mean rate can be a bias.
-        motion = (dot(f_change, f_change) + RATE_WEIGHT * dot(r_change, r_change)
-                  + MEAN_WEIGHT * dot(rate, rate))
+        motion = (
+            dot(f_change, f_change)
+            + RATE_WEIGHT * dot(r_change, r_change)
+            + MEAN_WEIGHT * dot(rate, rate)
+        )
         at_rest = _below(motion, p.rest_motion_sq)
         rest_s = ops.where(at_rest, ops.saturated(x.rest_s + dt, 32.0), 0.0)
         rest_s = ops.where(leveling, ops.where(restart | no_vertical, -1.0, 0.0), rest_s)
 
-        flags = (leveling, unknown, no_vertical, no_field, 2.0 * p.heading_var < trusted,
-                 resting)
+        flags = (leveling, unknown, no_vertical, no_field, 2.0 * p.heading_var < trusted, resting)
         status: Any = 0.0
         for bit, flag in enumerate(flags):
             status = status + ops.where(flag, float(1 << bit), 0.0)
@@ -262,20 +305,30 @@ class Mekf(Estimator):
             **{f"force_{a}": v for a, v in zip("enu", f_after, strict=True)},
             **{f"field_{a}": v for a, v in zip("enu", m_after, strict=True)},
             **{f"rate_{a}": v for a, v in zip("xyz", r_after, strict=True)},
-            "horizontal": horizontal, "vertical": vertical,
+            "horizontal": horizontal,
+            "vertical": vertical,
             "odd_sq": ops.where(heading_unknown, 0.0, odd_sq),
             "since_update": ops.where(due, 0.0, since),
             "axis": ops.bounded(ops.where(due, h[1] - h[2], x.axis), -1.0, 1.0, "one of three"),
             "rest_s": rest_s,
             "since_field": ops.where(no_field, since_field, 0.0),
         }
-        out = {"pitch": pitch, "roll": roll, "heading": heading,
-               "qw": q[0], "qx": q[1], "qy": q[2], "qz": q[3], "status": status}
+        out = {
+            "pitch": pitch,
+            "roll": roll,
+            "heading": heading,
+            "qw": q[0],
+            "qx": q[1],
+            "qy": q[2],
+            "qz": q[3],
+            "status": status,
+        }
         return states, out
 
     @staticmethod
-    def _correction(up: Any, sine: Any, cosine: Any, turned: Any, tilt_unknown: Any,
-                    aligning_heading: Any) -> list[Any]:
+    def _correction(
+        up: Any, sine: Any, cosine: Any, turned: Any, tilt_unknown: Any, aligning_heading: Any
+    ) -> list[Any]:
         """Quaternion of norm up to 1.2 that turns the attitude about navigation axes.
 
         * in general (1, d/2);
@@ -287,13 +340,25 @@ class Mekf(Estimator):
         level = (up[2] - 1.0, up[1], -up[0], 0.0)
         around = (cosine - 1.0, 0.0, 0.0, sine)
         small = (0.0, *turned)
-        w, *v = (0.5 * ops.where(tilt_unknown, a, ops.where(aligning_heading, b, c))
-                 for a, b, c in zip(level, around, small, strict=True))
+        w, *v = (
+            0.5 * ops.where(tilt_unknown, a, ops.where(aligning_heading, b, c))
+            for a, b, c in zip(level, around, small, strict=True)
+        )
         return [(1.0 + NEVER_ZERO) + w, *v]
 
     @staticmethod
-    def _covariance(P: Symmetric, gain: Any, column: Any, C: Any, step: Any, start: Any, keep: Any,
-                    rest_gain: Any, gyro: Any, p: Any) -> Symmetric:
+    def _covariance(
+        P: Symmetric,
+        gain: Any,
+        column: Any,
+        C: Any,
+        step: Any,
+        start: Any,
+        keep: Any,
+        rest_gain: Any,
+        gyro: Any,
+        p: Any,
+    ) -> Symmetric:
         """Update, then predict: Phi (P - K P_h:) Phi^T + Q, Phi = [I, -A; 0, I], A = C step.
 
         P0 where ``start``. No growth while the trace is beyond `TRACE_LIMIT`, which is more than
@@ -313,11 +378,23 @@ class Mekf(Estimator):
 
         # P_bb' = P_bb + Q_b, P_tb' = P_tb - A P_bb', P_tt' = P_tt - A P_tb'^T - P_tb' A^T + Q_t:
         # the last is more by A P_bb' A^T, some 1e-9 rad^2, than the exact product, and so positive.
-        bias = symmetric(3, lambda i, j: _element(ops.where(
-            start, p0[3 + i] if i == j else 0.0,
-            updated(3 + i, 3 + j) + (walk if i == j else 0.0))))
-        across = [[_element(ops.where(start, 0.0, updated(i, 3 + k) - dot(A[i], bias[k])))
-                   for k in range(3)] for i in range(3)]
+        bias = symmetric(
+            3,
+            lambda i, j: _element(
+                ops.where(
+                    start,
+                    p0[3 + i] if i == j else 0.0,
+                    updated(3 + i, 3 + j) + (walk if i == j else 0.0),
+                )
+            ),
+        )
+        across = [
+            [
+                _element(ops.where(start, 0.0, updated(i, 3 + k) - dot(A[i], bias[k])))
+                for k in range(3)
+            ]
+            for i in range(3)
+        ]
 
         def tilt(i: int, j: int) -> Any:
             if i == j:
@@ -325,6 +402,8 @@ class Mekf(Estimator):
             else:
                 value = updated(i, j) - dot(A[i], across[j]) - dot(across[i], A[j])
             return _element(ops.where(start, p0[i] if i == j else 0.0, value))
+
         top = symmetric(3, tilt)
         return [[*top[i], *across[i]] for i in range(3)] + [
-            [*(across[i][k] for i in range(3)), *bias[k]] for k in range(3)]
+            [*(across[i][k] for i in range(3)), *bias[k]] for k in range(3)
+        ]

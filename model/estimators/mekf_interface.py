@@ -2,11 +2,21 @@
 
 from __future__ import annotations
 
-from model.estimator import Param, State
-from model.estimators.complementary import Complementary
+from boresight.model.estimator import Param, State
+from boresight.model.estimators.complementary import Complementary
 
-__all__ = ["AXES", "BIAS_SCALE", "INPUTS", "OUTPUTS", "PAIRS", "PARAMS", "START", "STATES",
-           "STATUS_BITS", "covariance_name"]
+__all__ = [
+    "AXES",
+    "BIAS_SCALE",
+    "INPUTS",
+    "OUTPUTS",
+    "PAIRS",
+    "PARAMS",
+    "START",
+    "STATES",
+    "STATUS_BITS",
+    "covariance_name",
+]
 
 #: The bias error is carried as b times this, so that its covariance and that of the attitude are
 #: of a size.
@@ -38,35 +48,112 @@ def covariance_name(i: int, j: int) -> str:
 
 
 PARAMS = (
-    Param("gyro_var", 3.6e-5, 1e-6, 0.0156, "rad^2/s", "random walk of the attitude: small trusts "
-          "the gyro, large the accelerometer and the magnetometer"),
-    Param("gyro_scale_var", 4e-5, 0.0, 0.0039, "s", "more of it per (rad/s)^2 of rotation: scale "
-          "and alignment errors of the gyro"),
-    Param("bias_var", 1e-10, 3e-11, 1e-7, "(rad/s)^2/s", "random walk of the gyro's bias: small "
-          "holds the learnt bias, large follows its drift"),
-    Param("tilt_var", 8e-4, 1e-4, 1.0, "rad^2*s", "noise of the low-passed vertical, variance "
-          "times time: small trusts the accelerometer"),
-    Param("heading_var", 0.032, 1e-4, 3.6, "rad^2*s", "noise of the magnetic heading in the "
-          "reference field, variance times time: small trusts the magnetometer"),
-    Param("rest_rate_per_s", 0.3, 0.0, 4.0, "1/s", "how fast the bias goes to the gyro's mean at "
-          "rest; 0 never"),
+    Param(
+        "gyro_var",
+        3.6e-5,
+        1e-6,
+        0.0156,
+        "rad^2/s",
+        "random walk of the attitude: small trusts "
+        "the gyro, large the accelerometer and the magnetometer",
+    ),
+    Param(
+        "gyro_scale_var",
+        4e-5,
+        0.0,
+        0.0039,
+        "s",
+        "more of it per (rad/s)^2 of rotation: scale and alignment errors of the gyro",
+    ),
+    Param(
+        "bias_var",
+        1e-10,
+        3e-11,
+        1e-7,
+        "(rad/s)^2/s",
+        "random walk of the gyro's bias: small holds the learnt bias, large follows its drift",
+    ),
+    Param(
+        "tilt_var",
+        8e-4,
+        1e-4,
+        1.0,
+        "rad^2*s",
+        "noise of the low-passed vertical, variance times time: small trusts the accelerometer",
+    ),
+    Param(
+        "heading_var",
+        0.032,
+        1e-4,
+        3.6,
+        "rad^2*s",
+        "noise of the magnetic heading in the "
+        "reference field, variance times time: small trusts the magnetometer",
+    ),
+    Param(
+        "rest_rate_per_s",
+        0.3,
+        0.0,
+        4.0,
+        "1/s",
+        "how fast the bias goes to the gyro's mean at rest; 0 never",
+    ),
     Param("rest_var", 3e-8, 1e-9, 6e-5, "(rad/s)^2", "twice the variance of the bias learnt so"),
-    Param("force_rate_per_s", 0.7, 0.01, 30.0, "1/s", "corner of the low-pass of the specific "
-          "force in navigation axes: small averages longer accelerations"),
+    Param(
+        "force_rate_per_s",
+        0.7,
+        0.01,
+        30.0,
+        "1/s",
+        "corner of the low-pass of the specific "
+        "force in navigation axes: small averages longer accelerations",
+    ),
     Param("field_rate_per_s", 12.0, 0.1, 63.0, "1/s", "corner of the low-pass of the field"),
-    Param("field_trust_s", 1.0, 0.0, 1e3, "s", "how much the squared relative deviation of the "
-          "field from its reference adds to heading_var: 0 trusts every field"),
-    Param("field_forget_per_s", 1.0, 0.0, 30.0, "1/s", "how fast a deviation of the field is "
-          "forgotten once it is over"),
-    Param("field_follow_per_s", 0.05, 0.0, 30.0, "1/s", "how fast the reference follows the "
-          "field: large adopts a new place soon, 0 never"),
+    Param(
+        "field_trust_s",
+        1.0,
+        0.0,
+        1e3,
+        "s",
+        "how much the squared relative deviation of the "
+        "field from its reference adds to heading_var: 0 trusts every field",
+    ),
+    Param(
+        "field_forget_per_s",
+        1.0,
+        0.0,
+        30.0,
+        "1/s",
+        "how fast a deviation of the field is forgotten once it is over",
+    ),
+    Param(
+        "field_follow_per_s",
+        0.05,
+        0.0,
+        30.0,
+        "1/s",
+        "how fast the reference follows the field: large adopts a new place soon, 0 never",
+    ),
     Param("field_min_sq", 4.0, 0.1, 4e3, "uT^2", "squared field below which there is no sample"),
-    Param("force_min_sq", 4.0, 0.1, 8e4, "(m/s^2)^2", "squared low-passed specific force below "
-          "which it is not used"),
+    Param(
+        "force_min_sq",
+        4.0,
+        0.1,
+        8e4,
+        "(m/s^2)^2",
+        "squared low-passed specific force below which it is not used",
+    ),
     Param("gyro_rate_per_s", 2.0, 0.01, 30.0, "1/s", "corner of the low-pass of the gyro"),
-    Param("rest_motion_sq", 0.25, 0.0, 900.0, "(m/s^2)^2", "most squared motion at rest: the "
-          "force's deviation from its mean; 16 m/s^2 stand for 1 rad/s of the rate's deviation "
-          "from its mean, 5.7 for 1 rad/s of that mean"),
+    Param(
+        "rest_motion_sq",
+        0.25,
+        0.0,
+        900.0,
+        "(m/s^2)^2",
+        "most squared motion at rest: the "
+        "force's deviation from its mean; 16 m/s^2 stand for 1 rad/s of the rate's deviation "
+        "from its mean, 5.7 for 1 rad/s of that mean",
+    ),
     Param("rest_time_s", 1.5, 0.0, 30.0, "s", "how long that must last"),
     Param("p0_tilt", 1.2e-3, 1e-8, 1.0, "rad^2", "variance of the first tilt"),
     Param("p0_heading", 7.6e-3, 1e-8, 1.0, "rad^2", "variance of the first heading"),

@@ -5,10 +5,10 @@ They are estimators without states: written once, run in float64, in integers, i
 
 from __future__ import annotations
 
-from model.estimator import Estimator
-from model.front.compass_field import CompassField
-from model.front.field import CalibrateField
-from model.front.inertial import CalibrateInertial
+from boresight.model.estimator import Estimator
+from boresight.model.front.compass_field import CompassField
+from boresight.model.front.field import CalibrateField
+from boresight.model.front.inertial import CalibrateInertial
 
 __all__ = ["FRONT", "CalibrateField", "CalibrateInertial", "CompassField"]
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from model import ops
-from model.estimator import Estimator, Output, Param
-from model.front.affine import AXES, IDENTITY, counts, rows
-from model.front.field import FIELD_LIMIT
+from boresight.model import ops
+from boresight.model.estimator import Estimator, Output, Param
+from boresight.model.front.affine import AXES, IDENTITY, counts, rows
+from boresight.model.front.field import FIELD_LIMIT
 
 __all__ = ["TENTH_HT", "CompassField"]
 
@@ -15,8 +15,10 @@ TENTH_HT = 1.0 / 1800.0  #: half turns in a tenth of a degree.
 
 
 def _angle(name: str, scale: float, meaning: str) -> tuple[Param, Param]:
-    return (Param(f"{name}_scale", scale, -9.7e-4, 9.7e-4, "ht per 0.1 deg", meaning),
-            Param(f"{name}_offset_ht", 0.0, -1.0, 0.999, "ht", f"added to the {name}"))
+    return (
+        Param(f"{name}_scale", scale, -9.7e-4, 9.7e-4, "ht per 0.1 deg", meaning),
+        Param(f"{name}_offset_ht", 0.0, -1.0, 0.999, "ht", f"added to the {name}"),
+    )
 
 
 class CompassField(Estimator):
@@ -38,16 +40,38 @@ class CompassField(Estimator):
     summary = "compass heading, pitch and roll to the field that agrees with them"
     inputs = counts("heading_tenths", "pitch_tenths", "roll_tenths", unit="0.1 deg")
     params = (
-        Param("horizontal_ut", 30.0, 1.0, 127.0, "uT", "level part of the field; what counts is "
-              "that filters do not take it for disturbed"),
-        Param("vertical_ut", 0.0, -127.0, 127.0, "uT", "downward part of the field; other than 0 "
-              "it lets the compass's tilt errors into the heading"),
+        Param(
+            "horizontal_ut",
+            30.0,
+            1.0,
+            127.0,
+            "uT",
+            "level part of the field; what counts is that filters do not take it for disturbed",
+        ),
+        Param(
+            "vertical_ut",
+            0.0,
+            -127.0,
+            127.0,
+            "uT",
+            "downward part of the field; other than 0 "
+            "it lets the compass's tilt errors into the heading",
+        ),
         *_angle("heading", -TENTH_HT, "negative: the compass counts clockwise"),
         *_angle("pitch", TENTH_HT, "positive: nose up is positive"),
         *_angle("roll", TENTH_HT, "positive: right side down is positive"),
-        *(Param(f"mount_{AXES[r]}{AXES[c]}", IDENTITY[r][c], -1.999, 1.999, "",
-                f"mounting: body axis {AXES[r]} from compass axis {AXES[c]}")
-          for r in range(3) for c in range(3)),
+        *(
+            Param(
+                f"mount_{AXES[r]}{AXES[c]}",
+                IDENTITY[r][c],
+                -1.999,
+                1.999,
+                "",
+                f"mounting: body axis {AXES[r]} from compass axis {AXES[c]}",
+            )
+            for r in range(3)
+            for c in range(3)
+        ),
     )
     states = ()
     outputs = tuple(Output(f"m{a}", "uT") for a in AXES)
@@ -56,14 +80,22 @@ class CompassField(Estimator):
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         """One line of the compass."""
         (sh, ch), (sp, cp), (sr, cr) = (
-            ops.sincos_ht(ops.wrap_ht(getattr(u, f"{name}_tenths") * getattr(p, f"{name}_scale")
-                                      + getattr(p, f"{name}_offset_ht")))
-            for name in ("heading", "pitch", "roll"))
+            ops.sincos_ht(
+                ops.wrap_ht(
+                    getattr(u, f"{name}_tenths") * getattr(p, f"{name}_scale")
+                    + getattr(p, f"{name}_offset_ht")
+                )
+            )
+            for name in ("heading", "pitch", "roll")
+        )
         # Rz(-psi), then Rx(-theta), then Ry(-gamma) of (0, h, -v).
         east, north = p.horizontal_ut * sh, p.horizontal_ut * ch
         forward = ops.bounded(cp * north - sp * p.vertical_ut, -180.0, 180.0, "part of the field")
         up = ops.bounded(-(sp * north) - cp * p.vertical_ut, -180.0, 180.0, "part of the field")
-        compass = (ops.bounded(cr * east - sr * up, -180.0, 180.0, "part of the field"), forward,
-                   ops.bounded(sr * east + cr * up, -180.0, 180.0, "part of the field"))
+        compass = (
+            ops.bounded(cr * east - sr * up, -180.0, 180.0, "part of the field"),
+            forward,
+            ops.bounded(sr * east + cr * up, -180.0, 180.0, "part of the field"),
+        )
         field = rows(p, "mount", compass, FIELD_LIMIT)
         return {}, {f"m{a}": value for a, value in zip(AXES, field, strict=True)}

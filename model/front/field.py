@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from model.estimator import Estimator, Output
-from model.front.affine import AXES, counts, matrix_params, rows, vector_params
+from boresight.model.estimator import Estimator, Output
+from boresight.model.front.affine import AXES, counts, matrix_params, rows, vector_params
 
 __all__ = ["FIELD_LIMIT", "CalibrateField"]
 
@@ -26,8 +26,13 @@ class CalibrateField(Estimator):
     summary = "magnetometer counts to field words: hard and soft iron, mounting"
     inputs = counts(*(f"m{a}_counts" for a in AXES))
     params = (
-        *matrix_params("field", FIELD_SCALE, 0.499, "uT per count", "soft iron, scale, "
-                       "misalignment and mounting of the magnetometer"),
+        *matrix_params(
+            "field",
+            FIELD_SCALE,
+            0.499,
+            "uT per count",
+            "soft iron, scale, misalignment and mounting of the magnetometer",
+        ),
         *vector_params("field_bias", 32767.0, "counts", "hard iron, subtracted from the counts"),
     )
     states = ()

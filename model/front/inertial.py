@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from model import ops
-from model.estimator import Estimator, Input, Output, Param, State
-from model.front.affine import AXES, counts, matrix_params, rows, vector_params
+from boresight.model import ops
+from boresight.model.estimator import Estimator, Input, Output, Param, State
+from boresight.model.front.affine import AXES, counts, matrix_params, rows, vector_params
 
 __all__ = ["ACC_LIMIT", "DT_LIMIT", "GAP_S", "GYRO_LIMIT", "STAMP_BITS", "CalibrateInertial"]
 
@@ -49,17 +49,31 @@ class CalibrateInertial(Estimator):
     )
     params = (
         Param("tick_s", 1e-8, 1e-9, 9e-7, "s", "period of the clock that stamps count"),
-        *matrix_params("gyro", GYRO_SCALE, 3.9e-3, "rad/s per count", "scale, misalignment and "
-                       "mounting of the gyro"),
+        *matrix_params(
+            "gyro",
+            GYRO_SCALE,
+            3.9e-3,
+            "rad/s per count",
+            "scale, misalignment and mounting of the gyro",
+        ),
         *vector_params("gyro_bias", 1.0, "rad/s", "subtracted from the rate, in body axes"),
-        *matrix_params("acc", ACC_SCALE, 0.0624, "m/s^2 per count", "scale, misalignment and "
-                       "mounting of the accelerometer"),
-        *vector_params("acc_bias", 16.0, "m/s^2", "subtracted from the specific force, in body "
-                       "axes"),
+        *matrix_params(
+            "acc",
+            ACC_SCALE,
+            0.0624,
+            "m/s^2 per count",
+            "scale, misalignment and mounting of the accelerometer",
+        ),
+        *vector_params(
+            "acc_bias", 16.0, "m/s^2", "subtracted from the specific force, in body axes"
+        ),
     )
     states = (State("before", -1.0, 1.0, "ht"),)
-    outputs = (*(Output(f"g{a}", "rad/s") for a in AXES),
-               *(Output(f"a{a}", "m/s^2") for a in AXES), Output("dt", "s"))
+    outputs = (
+        *(Output(f"g{a}", "rad/s") for a in AXES),
+        *(Output(f"a{a}", "m/s^2") for a in AXES),
+        Output("dt", "s"),
+    )
     urgent = 0  # what counts is when the filter can begin: the length
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -73,7 +87,8 @@ class CalibrateInertial(Estimator):
         since = ops.wrap_ht(u.stamp - x.before - 1.0)
         half = 2.0 ** (STAMP_BITS - 1)
         dt = ops.saturated(half * (p.tick_s * since) + half * p.tick_s, DT_LIMIT)
-        in_time = ops.saturated(GAP_S - half * (p.tick_s * since) - half * p.tick_s
-                                + 4096.0 * u.restart, 1.0)
+        in_time = ops.saturated(
+            GAP_S - half * (p.tick_s * since) - half * p.tick_s + 4096.0 * u.restart, 1.0
+        )
         out["dt"] = ops.saturated(ops.where(in_time < 0.0, -DT_LIMIT, dt), DT_LIMIT)
         return {"before": u.stamp}, out

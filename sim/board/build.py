@@ -7,12 +7,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from gateware.core import Core
-from gateware.serial.uart import divisor_for
-from gateware.system.attitude_system import AttitudeSystem
-from gateware.system.programs import FILTERS, system_core
-from gateware.verilog import to_verilog
-from sim.board.setup import Setup
+from boresight.gateware.core import Core
+from boresight.gateware.serial.uart import divisor_for
+from boresight.gateware.system.attitude_system import AttitudeSystem
+from boresight.gateware.system.programs import FILTERS, system_core
+from boresight.gateware.verilog import to_verilog
+from boresight.sim.board.setup import Setup
 
 __all__ = ["Board", "board_parameters", "board_sources", "make_board"]
 
@@ -30,10 +30,16 @@ class Board:
         return self.system.core
 
 
-def make_board(setup: Setup, *, filters: Sequence[str] = FILTERS, config: str = "small",
-               restarts: int | None = None, core: Core | None = None,
-               wishbone: bool = False,
-               params: Mapping[str, Mapping[str, float]] | None = None) -> Board:
+def make_board(
+    setup: Setup,
+    *,
+    filters: Sequence[str] = FILTERS,
+    config: str = "small",
+    restarts: int | None = None,
+    core: Core | None = None,
+    wishbone: bool = False,
+    params: Mapping[str, Mapping[str, float]] | None = None,
+) -> Board:
     """A complete system for these speeds.
 
     Parameters
@@ -47,25 +53,44 @@ def make_board(setup: Setup, *, filters: Sequence[str] = FILTERS, config: str = 
     """
     core = core or system_core(filters, config=config, restarts=restarts, params=params)
     inertial: dict[str, Any] = {
-        "sclk_hz": setup.sclk_hz, "stall_s": setup.stall_s, "startup_s": setup.startup_s,
-        "reset_s": setup.reset_s, "period_s": 1.0 / setup.rate_hz}
+        "sclk_hz": setup.sclk_hz,
+        "stall_s": setup.stall_s,
+        "startup_s": setup.startup_s,
+        "reset_s": setup.reset_s,
+        "period_s": 1.0 / setup.rate_hz,
+    }
     # The compass's waits go with its lines.
     slower = 8.0 / setup.lines_hz
-    compass = {"baud": setup.hmr_baud, "stale_s": 0.5 * slower, "quiet_s": 0.3 * slower,
-               "timeout_s": 1.3 * slower}
-    return Board(AttitudeSystem(core=core, clock_hz=setup.clock_hz, host_baud=setup.host_baud,
-                                inertial=inertial, compass=compass, wishbone=wishbone), setup)
+    compass = {
+        "baud": setup.hmr_baud,
+        "stale_s": 0.5 * slower,
+        "quiet_s": 0.3 * slower,
+        "timeout_s": 1.3 * slower,
+    }
+    return Board(
+        AttitudeSystem(
+            core=core,
+            clock_hz=setup.clock_hz,
+            host_baud=setup.host_baud,
+            inertial=inertial,
+            compass=compass,
+            wishbone=wishbone,
+        ),
+        setup,
+    )
 
 
 def board_sources(board: Board) -> dict[str, str]:
     """Texts of the bench by file name, in the order of compilation."""
+
     def own(package: str, name: str) -> str:
         return (importlib.resources.files(package) / name).read_text()
+
     return {
         "system.sv": to_verilog(board.system, "system", instances=False),
-        "adis16385.sv": own("sim.devices", "adis16385.sv"),
-        "hmr3300.sv": own("sim.devices", "hmr3300.sv"),
-        "bench.sv": own("sim.board", "bench.sv"),
+        "adis16385.sv": own("boresight.sim.devices", "adis16385.sv"),
+        "hmr3300.sv": own("boresight.sim.devices", "hmr3300.sv"),
+        "bench.sv": own("boresight.sim.board", "bench.sv"),
     }
 
 
@@ -74,11 +99,14 @@ def board_parameters(setup: Setup) -> dict[str, int]:
     clock = setup.clock_hz
     half = clock / setup.sclk_hz / 2
     return {
-        "CLOCK_HZ": clock, "HOST_DIVISOR": divisor_for(clock_hz=clock, baud=setup.host_baud),
-        "ADIS_RATE": setup.rate_hz, "ADIS_PPM": setup.ppm,
+        "CLOCK_HZ": clock,
+        "HOST_DIVISOR": divisor_for(clock_hz=clock, baud=setup.host_baud),
+        "ADIS_RATE": setup.rate_hz,
+        "ADIS_PPM": setup.ppm,
         "ADIS_STARTUP_CYCLES": int(0.6 * setup.startup_s * clock),
         "ADIS_READY_CYCLES": setup.ready_cycles,
-        "ADIS_STALL_MIN": int(setup.stall_s * clock), "ADIS_HALF_MIN": int(half),
+        "ADIS_STALL_MIN": int(setup.stall_s * clock),
+        "ADIS_HALF_MIN": int(half),
         "ADIS_DOUT_DELAY": max(int(0.2 * half), 1),
         "HMR_DIVISOR": divisor_for(clock_hz=clock, baud=setup.hmr_baud),
         "HMR_LINE_CYCLES": round(clock / setup.lines_hz),

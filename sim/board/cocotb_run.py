@@ -7,21 +7,35 @@ import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
-from sim.board.build import Board, board_parameters, board_sources
-from sim.board.run import BoardRun, Stimulus, cycles_limit, files_and_arguments, frames_of
-from sim.board.trace import read_trace
-from sim.cosim import SimulationFailed, quiet
-from sim.simulators import simulator_environment
+from boresight.sim.board.build import Board, board_parameters, board_sources
+from boresight.sim.board.run import BoardRun, Stimulus, cycles_limit, files_and_arguments, frames_of
+from boresight.sim.board.trace import read_trace
+from boresight.sim.cosim import SimulationFailed, quiet
+from boresight.sim.simulators import simulator_environment
 
 __all__ = ["run_under_cocotb"]
 
 #: Nothing inside is public, only what the bench says: that is what makes it fast.
-_ARGS = ["-Wno-fatal", "-Wno-lint", "-O3", "--x-initial", "unique", "--x-assign", "unique",
-         "--no-public-flat-rw"]
+_ARGS = [
+    "-Wno-fatal",
+    "-Wno-lint",
+    "-O3",
+    "--x-initial",
+    "unique",
+    "--x-assign",
+    "unique",
+    "--no-public-flat-rw",
+]
 
 
-def run_under_cocotb(board: Board, what: Stimulus, *, updates: int, settings: Mapping[str, int],
-                     faults: Mapping[str, str] | None = None) -> BoardRun:
+def run_under_cocotb(
+    board: Board,
+    what: Stimulus,
+    *,
+    updates: int,
+    settings: Mapping[str, int],
+    faults: Mapping[str, str] | None = None,
+) -> BoardRun:
     """Run the bench under cocotb until so many updates are done.
 
     The bytes of the host's line are heard by Python, as they come; they must be those that the
@@ -38,28 +52,44 @@ def run_under_cocotb(board: Board, what: Stimulus, *, updates: int, settings: Ma
     from cocotb_tools.runner import get_runner
 
     files, arguments = files_and_arguments(board, what, updates, settings, faults or {})
-    with tempfile.TemporaryDirectory(prefix="boresight-board-") as temporary, \
-            simulator_environment("verilator"):
+    with (
+        tempfile.TemporaryDirectory(prefix="boresight-board-") as temporary,
+        simulator_environment("verilator"),
+    ):
         folder = Path(temporary)
-        texts = {name: text.replace("always @*", "always_comb")
-                 for name, text in board_sources(board).items()}
+        texts = {
+            name: text.replace("always @*", "always_comb")
+            for name, text in board_sources(board).items()
+        }
         for name, text in {**texts, **files}.items():
             (folder / name).write_text(text)
         runner = get_runner("verilator")
         with quiet(folder / "build.log", "verilator build"):
-            runner.build(sources=[folder / name for name in texts], hdl_toplevel="bench",
-                         build_args=_ARGS,
-                         build_dir=folder / "build", parameters=board_parameters(board.setup),
-                         always=True, timescale=("1ns", "1ps"))
-        root = str(Path(__file__).parent.parent.parent)
+            runner.build(
+                sources=[folder / name for name in texts],
+                hdl_toplevel="bench",
+                build_args=_ARGS,
+                build_dir=folder / "build",
+                parameters=board_parameters(board.setup),
+                always=True,
+                timescale=("1ns", "1ps"),
+            )
+        root = str(Path(__file__).parents[3])
         with quiet(folder / "run.log", "verilator run"):
             runner.test(
-                hdl_toplevel="bench", hdl_toplevel_lang="verilog",
-                test_module="sim.board.cocotb_bench", build_dir=folder / "build",
-                results_xml=str(folder / "results.xml"), test_dir=str(folder), seed=1,
+                hdl_toplevel="bench",
+                hdl_toplevel_lang="verilog",
+                test_module="boresight.sim.board.cocotb_bench",
+                build_dir=folder / "build",
+                results_xml=str(folder / "results.xml"),
+                test_dir=str(folder),
+                seed=1,
                 plusargs=["+keep", *(f"+{k}={v}" for k, v in arguments.items())],
-                extra_env={"BOARD_MAX_CYCLES": str(cycles_limit(board, updates)),
-                           "PYTHONPATH": os.pathsep.join([root, os.environ.get("PYTHONPATH", "")])})
+                extra_env={
+                    "BOARD_MAX_CYCLES": str(cycles_limit(board, updates)),
+                    "PYTHONPATH": os.pathsep.join([root, os.environ.get("PYTHONPATH", "")]),
+                },
+            )
         tests, failed = get_results(folder / "results.xml")
         if tests != 1 or failed:
             raise SimulationFailed("verilator: the board's bench did not come to its end")

@@ -12,27 +12,39 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from gateware.system.attitude_frame import WORDS
-from model.attitude import quaternion_conjugate, quaternion_multiply
-from sim.board.build import Board, make_board
-from sim.board.run import BoardRun, run_board, stimulus
-from sim.board.setup import FASTER, FAULTY
-from sim.cosim import SimulationFailed
-from sim.devices.adis16385 import FAULTS as INERTIAL_FAULTS
-from sim.devices.hmr3300 import FAULTS as COMPASS_FAULTS
-from sim.log import Log
-from sim.synthetic import SensorError, synthetic_log
+from boresight.gateware.system.attitude_frame import WORDS
+from boresight.model.attitude import quaternion_conjugate, quaternion_multiply
+from boresight.sim.board.build import Board, make_board
+from boresight.sim.board.run import BoardRun, run_board, stimulus
+from boresight.sim.board.setup import FASTER, FAULTY
+from boresight.sim.cosim import SimulationFailed
+from boresight.sim.devices.adis16385 import FAULTS as INERTIAL_FAULTS
+from boresight.sim.devices.hmr3300 import FAULTS as COMPASS_FAULTS
+from boresight.sim.log import Log
+from boresight.sim.synthetic import SensorError, synthetic_log
 
-__all__ = ["COMPASS_FAULTS", "INERTIAL_FAULTS", "FaultTrial", "fault_board", "fault_trial",
-           "trial_log"]
+__all__ = [
+    "COMPASS_FAULTS",
+    "INERTIAL_FAULTS",
+    "FaultTrial",
+    "fault_board",
+    "fault_trial",
+    "trial_log",
+]
 
 #: The fault lasts from sample to sample, and from line to line of the compass; samples of a run.
 _INERTIAL_SPAN, _COMPASS_SPAN, _UPDATES = (1200, 1400), (9, 15), 3600
 #: By how much the motion is slower than `synthetic_log` makes it.
 _SLOWER = 6.0
 #: Events that are no sign of a fault.
-_USUAL = {"inertial_sample", "compass_heading_line", "core_update", "core_field_used",
-          "output_attitude_sent", "host_bad_address"}
+_USUAL = {
+    "inertial_sample",
+    "compass_heading_line",
+    "core_update",
+    "core_field_used",
+    "output_attitude_sent",
+    "host_bad_address",
+}
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -74,34 +86,55 @@ class FaultTrial:
     @property
     def harmless(self) -> bool:
         """It did nothing that anybody could see: no sample dropped, no event, no larger error."""
-        return (self.seen_after_s is None and self.dropped == 0
-                and self.during_deg <= max(1.0, 1.2 * self.before_deg))
+        return (
+            self.seen_after_s is None
+            and self.dropped == 0
+            and self.during_deg <= max(1.0, 1.2 * self.before_deg)
+        )
 
     @property
     def good(self) -> bool:
         """It was seen, or did nothing; and the board came back by itself to about what it was."""
-        return ((self.seen_after_s is not None or self.harmless) and self.back_after_s is not None
-                and self.after_deg <= max(1.0, 2.0 * self.before_deg))
+        return (
+            (self.seen_after_s is not None or self.harmless)
+            and self.back_after_s is not None
+            and self.after_deg <= max(1.0, 2.0 * self.before_deg)
+        )
 
 
 def trial_log() -> Log:
     """The motion of the trials, slow turns, with ordinary sensor errors and exact truth."""
     # Made at a higher rate than it is played at, so that all of it is slower.
     log = synthetic_log(
-        seconds=(_UPDATES + 600) / 1024 / _SLOWER, rate_hz=1024.0 * _SLOWER, seed=5,
-        acceleration=0.1, gyr_error=SensorError(noise=0.003 * _SLOWER),
-        acc_error=SensorError(noise=0.05), name="fault trials")
+        seconds=(_UPDATES + 600) / 1024 / _SLOWER,
+        rate_hz=1024.0 * _SLOWER,
+        seed=5,
+        acceleration=0.1,
+        gyr_error=SensorError(noise=0.003 * _SLOWER),
+        acc_error=SensorError(noise=0.05),
+        name="fault trials",
+    )
     return replace(log, t=log.t * _SLOWER, gyr=log.gyr / _SLOWER)
 
 
 def fault_board(filters: Sequence[str] = ("mekf",), *, restarts: int | None = None) -> Board:
     """A board with one filter, 16 times as fast."""
-    return make_board(FAULTY, filters=filters, restarts=restarts,
-                      params={"calibrate_inertial": {"tick_s": FASTER / FAULTY.clock_hz}})
+    return make_board(
+        FAULTY,
+        filters=filters,
+        restarts=restarts,
+        params={"calibrate_inertial": {"tick_s": FASTER / FAULTY.clock_hz}},
+    )
 
 
-def fault_trial(board: Board, device: str, fault: str, *, log: Log | None = None,
-                progress: Callable[[str], None] | None = None) -> FaultTrial:
+def fault_trial(
+    board: Board,
+    device: str,
+    fault: str,
+    *,
+    log: Log | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> FaultTrial:
     """Run one fault.
 
     Parameters
@@ -116,9 +149,14 @@ def fault_trial(board: Board, device: str, fault: str, *, log: Log | None = None
     say(f"{device}: {fault}")
     first, last = _INERTIAL_SPAN if device == "adis" else _COMPASS_SPAN
     name = fault if device == "adis" else str(COMPASS_FAULTS.index(fault))
-    run = run_board(board, stimulus(log, board), updates=_UPDATES - 400,
-                    settings={"output_divider": 1}, faults={device: f"{first} {last} {name}\n"},
-                    max_cycles=60_000_000)
+    run = run_board(
+        board,
+        stimulus(log, board),
+        updates=_UPDATES - 400,
+        settings={"output_divider": 1},
+        faults={device: f"{first} {last} {name}\n"},
+        max_cycles=60_000_000,
+    )
     return _judge(board, run, log, device, fault)
 
 
@@ -130,8 +168,10 @@ def _span_cycles(run: BoardRun, device: str) -> tuple[float, float]:
     SimulationFailed
         It was never on, or did not end.
     """
-    bits = [(at, inertial if device == "adis" else compass)
-            for at, inertial, compass in run.trace.faults]
+    bits = [
+        (at, inertial if device == "adis" else compass)
+        for at, inertial, compass in run.trace.faults
+    ]
     begin = next((at for at, on in bits if on), None)
     end = next((at for at, on in bits if begin is not None and at > begin and not on), None)
     if begin is None or end is None:
@@ -149,7 +189,7 @@ def _errors(run: BoardRun, log: Log) -> tuple[npt.NDArray[np.int64], FloatArray]
     updated = trace.updates[number - 1]
     line = trace.ready[np.searchsorted(trace.ready[:, 0], updated) - 1, 1]
     truth = log.q[np.minimum(line - 1, len(log) - 1)]
-    q = frames[:, WORDS.index("qw"):WORDS.index("qz") + 1].astype(np.float64)
+    q = frames[:, WORDS.index("qw") : WORDS.index("qz") + 1].astype(np.float64)
     q /= np.linalg.norm(q, axis=1, keepdims=True)
     error = quaternion_multiply(q, quaternion_conjugate(truth))
     return updated, np.degrees(2.0 * np.arccos(np.clip(np.abs(error[:, 0]), 0.0, 1.0)))
@@ -175,10 +215,18 @@ def _judge(board: Board, run: BoardRun, log: Log, device: str, fault: str) -> Fa
     def worst(since: float, until: float) -> float:
         part = errors[(cycles >= since) & (cycles < until)]
         return float(part.max()) if len(part) else 0.0
+
     half = 0.5 * second
     last = float(cycles[-1]) if len(cycles) else end
     return FaultTrial(
-        device, fault, (end - begin) / second, min(seen.values(), default=None),
-        tuple(sorted(seen, key=lambda name: seen[name])), max(round(expected) - made, 0),
-        worst(begin - half, begin), worst(begin, end + half), worst(last - half, last + 1.0),
-        (resumed - end) / second if len(back) else None)
+        device,
+        fault,
+        (end - begin) / second,
+        min(seen.values(), default=None),
+        tuple(sorted(seen, key=lambda name: seen[name])),
+        max(round(expected) - made, 0),
+        worst(begin - half, begin),
+        worst(begin, end + half),
+        worst(last - half, last + 1.0),
+        (resumed - end) / second if len(back) else None,
+    )

@@ -10,18 +10,29 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from gateware.boards.frames import Decoder, Kind, encode
-from gateware.system.attitude_frame import OUTPUTS, WORDS
-from model.errors import InputError
-from model.fixed import IntArray
-from sim.board.build import Board, board_parameters, board_sources
-from sim.board.trace import Trace, read_trace
-from sim.compiled import build
-from sim.front import COUNTS, HEADING, NO_LINE, Chain, Samples, quantise, run_chain
-from sim.log import Log
+from boresight.gateware.boards.frames import Decoder, Kind, encode
+from boresight.gateware.system.attitude_frame import OUTPUTS, WORDS
+from boresight.model.errors import InputError
+from boresight.model.fixed import IntArray
+from boresight.sim.board.build import Board, board_parameters, board_sources
+from boresight.sim.board.trace import Trace, read_trace
+from boresight.sim.compiled import build
+from boresight.sim.front import COUNTS, HEADING, NO_LINE, Chain, Samples, quantise, run_chain
+from boresight.sim.log import Log
 
-__all__ = ["BoardRun", "Judgement", "Stimulus", "cycles_limit", "files_and_arguments",
-           "frame_ends", "frames_of", "judge", "run_board", "stimulus", "writes"]
+__all__ = [
+    "BoardRun",
+    "Judgement",
+    "Stimulus",
+    "cycles_limit",
+    "files_and_arguments",
+    "frame_ends",
+    "frames_of",
+    "judge",
+    "run_board",
+    "stimulus",
+    "writes",
+]
 
 #: Word of TEMP_OUT, 27.5 degC; it follows nothing.
 _TEMPERATURE_CODE = 37
@@ -45,8 +56,10 @@ class Stimulus:
     def files(self) -> dict[str, str]:
         """The devices' logs, by file name."""
         extra = np.tile([_TEMPERATURE_CODE, 0], (len(self.counts), 1))
-        return {"adis.txt": _lines(np.hstack([self.counts, extra])),
-                "hmr.txt": _lines(self.compass)}
+        return {
+            "adis.txt": _lines(np.hstack([self.counts, extra])),
+            "hmr.txt": _lines(self.compass),
+        }
 
 
 def _lines(rows: IntArray) -> str:
@@ -64,20 +77,29 @@ def stimulus(log: Log, board: Board) -> Stimulus:
         The log has no attitude for the headings.
     """
     if log.q is None:
-        raise InputError.at(f"log {log.name!r}", wanted="a reference attitude, for the compass",
-                            found="none", fix="use a log with qw,qx,qy,qz")
+        raise InputError.at(
+            f"log {log.name!r}",
+            wanted="a reference attitude, for the compass",
+            found="none",
+            fix="use a log with qw,qx,qy,qz",
+        )
     setup = board.setup
     counts = quantise(log, kind=NO_LINE).counts
     # Line k goes out this long after the first sample.
     every = setup.rate_hz / setup.lines_hz
     first = setup.compass_start_cycles / setup.period_cycles
-    rows = np.minimum(np.round(first + every * np.arange(1 + len(log) / every)).astype(np.int64),
-                      len(log) - 1)
+    rows = np.minimum(
+        np.round(first + every * np.arange(1 + len(log) / every)).astype(np.int64), len(log) - 1
+    )
     # Each line takes the field, and the attitude, that is there by then.
     usable = np.flatnonzero(np.isfinite(log.q).all(axis=1) & log.mag_new)
     if not len(usable):
-        raise InputError.at(f"log {log.name!r}", wanted="rows with field and attitude",
-                            found="none", fix="use another log")
+        raise InputError.at(
+            f"log {log.name!r}",
+            wanted="rows with field and attitude",
+            found="none",
+            fix="use another log",
+        )
     rows = usable[np.clip(np.searchsorted(usable, rows, side="right") - 1, 0, None)]
     part = _rows_of(log, rows)
     heading = quantise(part, kind=HEADING, line_hz=1e9).values
@@ -88,9 +110,15 @@ def stimulus(log: Log, board: Board) -> Stimulus:
 def _rows_of(log: Log, rows: npt.NDArray[np.int64]) -> Log:
     """Some rows of a log, with times of their own."""
     assert log.q is not None
-    return Log(name=log.name, t=np.arange(len(rows), dtype=np.float64), gyr=log.gyr[rows],
-               acc=log.acc[rows], mag=log.mag[rows], mag_new=np.ones(len(rows), dtype=np.bool_),
-               q=log.q[rows])
+    return Log(
+        name=log.name,
+        t=np.arange(len(rows), dtype=np.float64),
+        gyr=log.gyr[rows],
+        acc=log.acc[rows],
+        mag=log.mag[rows],
+        mag_new=np.ones(len(rows), dtype=np.bool_),
+        q=log.q[rows],
+    )
 
 
 def writes(board: Board, values: Mapping[str, int], *, start: int = 2_000) -> str:
@@ -139,8 +167,15 @@ def frames_of(data: bytes) -> tuple[IntArray, int]:
     return np.array(words, dtype=np.int64).reshape(-1, len(WORDS)), decoder.dropped
 
 
-def run_board(board: Board, what: Stimulus, *, updates: int, settings: Mapping[str, int],
-              faults: Mapping[str, str] | None = None, max_cycles: int | None = None) -> BoardRun:
+def run_board(
+    board: Board,
+    what: Stimulus,
+    *,
+    updates: int,
+    settings: Mapping[str, int],
+    faults: Mapping[str, str] | None = None,
+    max_cycles: int | None = None,
+) -> BoardRun:
     """Run the compiled bench until so many updates are done.
 
     Parameters
@@ -166,13 +201,25 @@ def cycles_limit(board: Board, updates: int) -> int:
     return int(1.5 * (updates + 50) * board.setup.period_cycles + 20 * start)
 
 
-def files_and_arguments(board: Board, what: Stimulus, updates: int, settings: Mapping[str, int],
-                        faults: Mapping[str, str]) -> tuple[dict[str, str], dict[str, object]]:
+def files_and_arguments(
+    board: Board,
+    what: Stimulus,
+    updates: int,
+    settings: Mapping[str, int],
+    faults: Mapping[str, str],
+) -> tuple[dict[str, str], dict[str, object]]:
     """Files of a run by name, and the plusargs of the bench."""
-    files = {**what.files(), "host.txt": writes(board, settings),
-             **{f"{device}_faults.txt": text for device, text in faults.items()}}
+    files = {
+        **what.files(),
+        "host.txt": writes(board, settings),
+        **{f"{device}_faults.txt": text for device, text in faults.items()},
+    }
     arguments: dict[str, object] = {
-        "updates": updates, "host": "host.txt", "adis_log": "adis.txt", "hmr3300_data": "hmr.txt"}
+        "updates": updates,
+        "host": "host.txt",
+        "adis_log": "adis.txt",
+        "hmr3300_data": "hmr.txt",
+    }
     for device, name in (("adis", "adis_faults"), ("hmr", "hmr3300_faults")):
         if device in faults:
             arguments[name] = f"{device}_faults.txt"
@@ -250,8 +297,14 @@ def judge(board: Board, what: Stimulus, run: BoardRun, *, filter: int, source: i
             kinds[at], values[at] = kind, expected
     restart = np.zeros(n, dtype=np.bool_)
     restart[0] = True
-    samples = Samples(ready[:, 0] % (1 << 32), what.counts[np.minimum(
-        ready[:, 1] - 1, len(what.counts) - 1)], kinds, values, restart, np.full(n, filter))
+    samples = Samples(
+        ready[:, 0] % (1 << 32),
+        what.counts[np.minimum(ready[:, 1] - 1, len(what.counts) - 1)],
+        kinds,
+        values,
+        restart,
+        np.full(n, filter),
+    )
     chain = run_chain([part.program for part in board.core.parts], samples)
     lost = int(edge[-1] - edge[0]) + 1 - n
     return _compare(run, chain, samples, transfer, core, good, lost)
@@ -263,8 +316,15 @@ def _wrong(text: str) -> Judgement:
     return Judgement(0, 1, 0, text, 0, 0, (0, 0), (0, 0), (0, 0), Chain(none, none, flags, flags))
 
 
-def _compare(run: BoardRun, chain: Chain, samples: Samples, transfer: IntArray, core: IntArray,
-             lines: int, lost: int) -> Judgement:
+def _compare(
+    run: BoardRun,
+    chain: Chain,
+    samples: Samples,
+    transfer: IntArray,
+    core: IntArray,
+    lines: int,
+    lost: int,
+) -> Judgement:
     frames, n = run.frames, len(samples)
     mismatches, first = 0, ""
     numbers = frames[:, WORDS.index("header")] & 0xFFFF
@@ -275,14 +335,21 @@ def _compare(run: BoardRun, chain: Chain, samples: Samples, transfer: IntArray, 
         expected = {
             "stamp": (int(samples.stamp[k]) + offset) % (1 << 32),
             **{name: int(v) for name, v in zip(OUTPUTS, chain.outputs[k], strict=True)},
-            "filter": int(samples.filter[k]), "field_used": int(samples.line[k] != NO_LINE),
+            "filter": int(samples.filter[k]),
+            "field_used": int(samples.line[k] != NO_LINE),
             "field_counts": int(samples.line[k] == COUNTS),
-            "restart": int(chain.restart[k]), "saturated": int(chain.saturated[k])}
-        found = {"stamp": int(frame[1]) % (1 << 32),
-                 **{name: int(v) for name, v in zip(OUTPUTS, frame[2:], strict=True)},
-                 "filter": header >> 16 & 7, "field_used": header >> 19 & 1,
-                 "field_counts": header >> 20 & 1,
-                 "restart": header >> 21 & 1, "saturated": header >> 22 & 1}
+            "restart": int(chain.restart[k]),
+            "saturated": int(chain.saturated[k]),
+        }
+        found = {
+            "stamp": int(frame[1]) % (1 << 32),
+            **{name: int(v) for name, v in zip(OUTPUTS, frame[2:], strict=True)},
+            "filter": header >> 16 & 7,
+            "field_used": header >> 19 & 1,
+            "field_counts": header >> 20 & 1,
+            "restart": header >> 21 & 1,
+            "saturated": header >> 22 & 1,
+        }
         for name, value in expected.items():
             if found[name] != value:
                 mismatches += 1
@@ -293,8 +360,17 @@ def _compare(run: BoardRun, chain: Chain, samples: Samples, transfer: IntArray, 
     ready = run.trace.samples[:n] - transfer
     whole = ends - ready[numbers - 1] if len(ends) == len(frames) else ends[:0]
     return Judgement(
-        n if len(frames) else 0, mismatches, lost, first, int((samples.line != NO_LINE).sum()),
-        lines, _range(transfer), _range(core), _range(whole), chain)
+        n if len(frames) else 0,
+        mismatches,
+        lost,
+        first,
+        int((samples.line != NO_LINE).sum()),
+        lines,
+        _range(transfer),
+        _range(core),
+        _range(whole),
+        chain,
+    )
 
 
 def frame_ends(trace: Trace) -> IntArray:

@@ -57,9 +57,18 @@ class Setup:
 REAL = Setup(startup_s=2e-3, compass_start_cycles=1_000_000)
 
 #: Sixteen times as fast, so that 500 samples take 3 million cycles.
-SCALED = Setup(host_baud=12_500_000, hmr_baud=307_200, sclk_hz=10e6, stall_s=1e-6,
-               startup_s=0.3e-3, reset_s=50e-6, rate_hz=16_384, lines_hz=128, ready_cycles=200,
-               compass_start_cycles=60_000)
+SCALED = Setup(
+    host_baud=12_500_000,
+    hmr_baud=307_200,
+    sclk_hz=10e6,
+    stall_s=1e-6,
+    startup_s=0.3e-3,
+    reset_s=50e-6,
+    rate_hz=16_384,
+    lines_hz=128,
+    ready_cycles=200,
+    compass_start_cycles=60_000,
+)
 
 #: The same with all waits as they are on the bench, sixteen times as fast.
 FAULTY = replace(SCALED, startup_s=0.3 / FASTER, reset_s=1e-3 / FASTER)

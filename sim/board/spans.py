@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from sim.board.build import Board
-from sim.board.run import BoardRun, frame_ends
-from sim.board.timeline import Span, Timeline
-from sim.report_data import PAPER_US
+from boresight.sim.board.build import Board
+from boresight.sim.board.run import BoardRun, frame_ends
+from boresight.sim.board.timeline import Span, Timeline
+from boresight.sim.report_data import PAPER_US
 
 __all__ = ["timeline_of"]
 
@@ -30,6 +30,7 @@ def timeline_of(board: Board, run: BoardRun, *, filter: int, update: int) -> Tim
 
     def span(name: str, start: float, end: float) -> Span:
         return Span(name, (start - ready) * us, (end - ready) * us)
+
     select = trace.select[(trace.select[:, 0] >= ready) & (trace.select[:, 1] <= sample)]
     if len(select) != len(_ANSWERS):
         raise ValueError(f"update {update} must have {len(_ANSWERS)} SPI frames, not {len(select)}")
@@ -42,10 +43,15 @@ def timeline_of(board: Board, run: BoardRun, *, filter: int, update: int) -> Tim
     ends = frame_ends(trace)
     return Timeline(
         filter=board.system.plan.names[filter],
-        frames=tuple(span(name, *pair) for name, pair in zip(_ANSWERS, select.tolist(),
-                                                             strict=True)),
-        core=(span("calibrate", sample, sample + 1 + lengths[board.system.plan.inertial]),
-              span("switch", sample + 1 + lengths[board.system.plan.inertial], switch),
-              span("filter", switch, updated)),
+        frames=tuple(
+            span(name, *pair) for name, pair in zip(_ANSWERS, select.tolist(), strict=True)
+        ),
+        core=(
+            span("calibrate", sample, sample + 1 + lengths[board.system.plan.inertial]),
+            span("switch", sample + 1 + lengths[board.system.plan.inertial], switch),
+            span("filter", switch, updated),
+        ),
         line=span("frame", updated, float(ends[found[0]])),
-        period_us=1e6 / setup.rate_hz, paper_us=PAPER_US.get(board.system.plan.names[filter]))
+        period_us=1e6 / setup.rate_hz,
+        paper_us=PAPER_US.get(board.system.plan.names[filter]),
+    )

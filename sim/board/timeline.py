@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from sim.plotting import COLOUR, INK, figure_and_axes, settings, svg
+from boresight.sim.plotting import COLOUR, INK, figure_and_axes, settings, svg
 
 __all__ = ["Span", "Timeline", "timeline_plot"]
 
@@ -69,8 +69,10 @@ def timeline_plot(timelines: Sequence[Timeline], *, salt: str) -> str:
     """Three pictures: a whole sample, the core's part of it, and the paper's bars beside ours."""
     with settings():
         figure, (whole, close, bars) = figure_and_axes(
-            3.4 + 0.62 * len(timelines), rows=3, height_ratios=[
-                2.4, 0.6 + 0.42 * len(timelines), 0.6 + 0.42 * len(timelines)])
+            3.4 + 0.62 * len(timelines),
+            rows=3,
+            height_ratios=[2.4, 0.6 + 0.42 * len(timelines), 0.6 + 0.42 * len(timelines)],
+        )
         _whole(whole, timelines[0])
         _close(close, timelines)
         _bars(bars, timelines)
@@ -78,11 +80,25 @@ def timeline_plot(timelines: Sequence[Timeline], *, salt: str) -> str:
 
 
 def _row(axes: Any, y: float, span: Span, colour: str, *, text: str = "") -> None:
-    axes.barh(y, span.length_us, left=span.start_us, height=0.62, color=colour, edgecolor="white",
-              linewidth=0.5)
+    axes.barh(
+        y,
+        span.length_us,
+        left=span.start_us,
+        height=0.62,
+        color=colour,
+        edgecolor="white",
+        linewidth=0.5,
+    )
     if text:
-        axes.text((span.start_us + span.end_us) / 2, y, text, ha="center", va="center",
-                  color="white", fontsize=7.5)
+        axes.text(
+            (span.start_us + span.end_us) / 2,
+            y,
+            text,
+            ha="center",
+            va="center",
+            color="white",
+            fontsize=7.5,
+        )
 
 
 def _clean(axes: Any, names: Sequence[str]) -> None:
@@ -98,17 +114,26 @@ def _whole(axes: Any, one: Timeline) -> None:
     """Data-ready, SPI frames, core, host line on one axis."""
     for span in one.frames:
         _row(axes, 0, span, COLOUR["roll"])
-        axes.text((span.start_us + span.end_us) / 2, -0.42, span.name, ha="center", va="bottom",
-                  fontsize=7)
+        axes.text(
+            (span.start_us + span.end_us) / 2,
+            -0.42,
+            span.name,
+            ha="center",
+            va="bottom",
+            fontsize=7,
+        )
     for span in one.core:
         _row(axes, 1, span, _COLOURS.get(span.name, COLOUR["grey"]))
     _row(axes, 2, one.line, COLOUR["sky"], text="attitude frame")
     end = max(one.line.end_us, one.period_us) * 1.02
     for edge in (0.0, one.period_us):
         axes.axvline(edge, color=INK, linewidth=0.8, linestyle=(0, (4, 3)))
-    axes.annotate(f"attitude in registers {one.in_registers_us:.2f} µs",
-                  (one.in_registers_us, 1), xytext=(one.in_registers_us + 0.02 * end, 1),
-                  va="center")
+    axes.annotate(
+        f"attitude in registers {one.in_registers_us:.2f} µs",
+        (one.in_registers_us, 1),
+        xytext=(one.in_registers_us + 0.02 * end, 1),
+        va="center",
+    )
     _clean(axes, ["SPI frames", "core", "host line"])
     axes.set_xlim(-0.01 * end, end)
     axes.set_xlabel("µs from data-ready; dashed: data-ready of this and of the next sample")
@@ -121,11 +146,16 @@ def _close(axes: Any, timelines: Sequence[Timeline]) -> None:
     for y, one in enumerate(timelines):
         start = one.core[0].start_us
         for span in one.core:
-            _row(axes, y, Span(span.name, span.start_us - start, span.end_us - start),
-                 _COLOURS.get(span.name, COLOUR["grey"]),
-                 text=span.name if span.length_us > 0.06 * longest else "")
-        axes.text(one.core[-1].end_us - start, y, f"  {one.core[-1].end_us - start:.2f} µs",
-                  va="center")
+            _row(
+                axes,
+                y,
+                Span(span.name, span.start_us - start, span.end_us - start),
+                _COLOURS.get(span.name, COLOUR["grey"]),
+                text=span.name if span.length_us > 0.06 * longest else "",
+            )
+        axes.text(
+            one.core[-1].end_us - start, y, f"  {one.core[-1].end_us - start:.2f} µs", va="center"
+        )
     _clean(axes, [one.filter for one in timelines])
     axes.set_xlim(left=0.0, right=1.12 * longest)
     axes.set_xlabel("µs from the last bit of the sample")
@@ -140,13 +170,28 @@ def _bars(axes: Any, timelines: Sequence[Timeline]) -> None:
         axes.barh(y, ours, left=0.1, height=0.3, color=COLOUR["heading"])
         axes.text(1.06 * ours, y, f"{ours:.2f} µs", va="center")
         if one.paper_us is not None:
-            axes.plot(one.paper_us, y, marker="|", markersize=14, markeredgewidth=2.4,
-                      color=COLOUR["pitch"])
-            axes.text(one.paper_us, y - 0.42, f"{one.paper_us:,.0f} µs in the paper",
-                      ha="right", va="center", fontsize=8, color=COLOUR["pitch"])
+            axes.plot(
+                one.paper_us,
+                y,
+                marker="|",
+                markersize=14,
+                markeredgewidth=2.4,
+                color=COLOUR["pitch"],
+            )
+            axes.text(
+                one.paper_us,
+                y - 0.42,
+                f"{one.paper_us:,.0f} µs in the paper",
+                ha="right",
+                va="center",
+                fontsize=8,
+                color=COLOUR["pitch"],
+            )
     _clean(axes, [one.filter for one in timelines])
     axes.set_xlim(0.1, 3000.0)
     axes.set_xticks([0.1, 1.0, 10.0, 100.0, 1000.0], ["0.1", "1", "10", "100", "1,000"])
-    axes.set_xlabel("µs for one update, logarithmic; mark: software on a soft processor at 100 MHz "
-                    "(Ma Long et al. 2014, Figure 8)")
+    axes.set_xlabel(
+        "µs for one update, logarithmic; mark: software on a soft processor at 100 MHz "
+        "(Ma Long et al. 2014, Figure 8)"
+    )
     axes.set_title("The filter alone, beside the paper", loc="left", fontsize=10)

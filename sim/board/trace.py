@@ -8,7 +8,7 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from sim.cosim import SimulationFailed
+from boresight.sim.cosim import SimulationFailed
 
 __all__ = ["Line", "Trace", "read_trace"]
 
@@ -118,12 +118,22 @@ def read_trace(text: str) -> Trace:
     falls = [c for c, level in chip if not level]
     rises = [c for c, level in chip if level and falls and c > falls[0]]
     whole = min(len(falls), len(rises))
+
     def cycles(kind: str) -> Cycles:
         return np.array(at[kind], dtype=np.int64)
+
     return Trace(
-        ready=np.array(ready, dtype=np.int64).reshape(-1, 2), samples=cycles("S"),
-        updates=cycles("U"), starts=cycles("T"), broken=cycles("E"),
+        ready=np.array(ready, dtype=np.int64).reshape(-1, 2),
+        samples=cycles("S"),
+        updates=cycles("U"),
+        starts=cycles("T"),
+        broken=cycles("E"),
         select=np.array([falls[:whole], rises[:whole]], dtype=np.int64).T.reshape(-1, 2),
-        programs=np.array(programs, dtype=np.int64).reshape(-1, 2), faults=faults, events=events,
-        lines=tuple(lines), bytes_at=np.array(bytes_at, dtype=np.int64), data=bytes(data),
-        violations=violations)
+        programs=np.array(programs, dtype=np.int64).reshape(-1, 2),
+        faults=faults,
+        events=events,
+        lines=tuple(lines),
+        bytes_at=np.array(bytes_at, dtype=np.int64),
+        data=bytes(data),
+        violations=violations,
+    )

@@ -1,4 +1,4 @@
-"""Convert an x-IMU recording to a log: ``python -m sim.data.convert_ximu FOLDER OUT.csv``.
+"""Convert an x-IMU recording: ``python -m boresight.sim.data.convert_ximu FOLDER OUT.csv``.
 
 FOLDER holds the CSV files that the x-IMU software writes, each with a packet number in its first
 column: ``*_CalInertialAndMag.csv``, ``*_Quaternion.csv`` and ``*_Registers.csv``. ``README.md``
@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from model.attitude import quaternion_conjugate, quaternion_multiply, quaternion_normalise
-from model.errors import InputError
-from sim.log import Log, write_log
-from sim.synthetic import GRAVITY
+from boresight.model.attitude import quaternion_conjugate, quaternion_multiply, quaternion_normalise
+from boresight.model.errors import InputError
+from boresight.sim.log import Log, write_log
+from boresight.sim.synthetic import GRAVITY
 
 __all__ = ["convert", "main"]
 
@@ -79,12 +79,7 @@ def convert(folder: Path) -> Log:
     gyr, acc, mag, q = (
         np.round(value, decimals)
         for value, decimals in zip(
-            (
-                np.radians(inertial[:, 1:4]),
-                inertial[:, 4:7] * GRAVITY,
-                mag * _UT_PER_GAUSS,
-                q,
-            ),
+            (np.radians(inertial[:, 1:4]), inertial[:, 4:7] * GRAVITY, mag * _UT_PER_GAUSS, q),
             _DECIMALS,
             strict=True,
         )
@@ -129,7 +124,10 @@ def _tare(folder: Path) -> FloatArray:
 def main(arguments: list[str]) -> int:
     """Convert the folder (first argument) to the file (second); return the exit code."""
     if len(arguments) != 2:
-        print("error: usage: python -m sim.data.convert_ximu FOLDER OUT.csv", file=sys.stderr)
+        print(
+            "error: usage: python -m boresight.sim.data.convert_ximu FOLDER OUT.csv",
+            file=sys.stderr,
+        )
         return 2
     folder, out = map(Path, arguments)
     try:

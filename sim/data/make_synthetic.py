@@ -1,12 +1,12 @@
-"""Write ``synthetic_60s.csv`` again: ``python -m sim.data.make_synthetic OUT.csv``."""
+"""Write ``synthetic_60s.csv`` again: ``python -m boresight.sim.data.make_synthetic OUT.csv``."""
 
 from __future__ import annotations
 
 import sys
 
-from model.errors import InputError
-from sim.log import Log, write_log
-from sim.synthetic import SensorError, synthetic_log
+from boresight.model.errors import InputError
+from boresight.sim.log import Log, write_log
+from boresight.sim.synthetic import SensorError, synthetic_log
 
 __all__ = ["synthetic_60s"]
 
@@ -29,7 +29,7 @@ def synthetic_60s() -> Log:
 def main(arguments: list[str]) -> int:
     """Write the log to the only argument; return the exit code."""
     if len(arguments) != 1:
-        print("error: usage: python -m sim.data.make_synthetic OUT.csv", file=sys.stderr)
+        print("error: usage: python -m boresight.sim.data.make_synthetic OUT.csv", file=sys.stderr)
         return 2
     try:
         write_log(arguments[0], synthetic_60s())

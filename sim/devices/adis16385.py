@@ -7,23 +7,49 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from gateware.sensors.adis16385 import Adis16385
-from gateware.sensors.adis16385_flags import EVENTS, FLAG_MEANINGS
-from gateware.verilog import to_verilog
-from sim.compiled import build
+from boresight.gateware.sensors.adis16385 import Adis16385
+from boresight.gateware.sensors.adis16385_flags import EVENTS, FLAG_MEANINGS
+from boresight.gateware.verilog import to_verilog
+from boresight.sim.compiled import build
 
-__all__ = ["FAULTS", "PERIOD", "SCALED", "Happened", "ReaderBench", "Sample", "device_text",
-           "log_text", "scaled_reader"]
+__all__ = [
+    "FAULTS",
+    "PERIOD",
+    "SCALED",
+    "Happened",
+    "ReaderBench",
+    "Sample",
+    "device_text",
+    "log_text",
+    "scaled_reader",
+]
 
 #: Faults of the device model, by their bits.
-FAULTS: Final = ("wrong_identity", "absent", "stuck_low", "stuck_high", "no_data_ready",
-                 "fast_data_ready", "alarm", "over_range", "reset", "ignore_writes", "bit_flips",
-                 "lost_settings", "link_failure")
+FAULTS: Final = (
+    "wrong_identity",
+    "absent",
+    "stuck_low",
+    "stuck_high",
+    "no_data_ready",
+    "fast_data_ready",
+    "alarm",
+    "over_range",
+    "reset",
+    "ignore_writes",
+    "bit_flips",
+    "lost_settings",
+    "link_failure",
+)
 #: A reader whose waits are short, for simulation: half period 3 cycles, stall 30, a sample each
 #: 2000 cycles.
 SCALED: Final[Mapping[str, float]] = {
-    "clock_hz": 1e6, "sclk_hz": 1e6 / 6, "stall_s": 30e-6, "startup_s": 3e-3, "reset_s": 100e-6,
-    "period_s": 2e-3}
+    "clock_hz": 1e6,
+    "sclk_hz": 1e6 / 6,
+    "stall_s": 30e-6,
+    "startup_s": 3e-3,
+    "reset_s": 100e-6,
+    "period_s": 2e-3,
+}
 #: Cycles between its samples.
 PERIOD: Final = 2000
 
@@ -116,20 +142,36 @@ class ReaderBench:
         Folder for builds.
     """
 
-    def __init__(self, reader: Adis16385 | None = None, *,
-                 parameters: Mapping[str, int] | None = None, cache: Path | None = None) -> None:
+    def __init__(
+        self,
+        reader: Adis16385 | None = None,
+        *,
+        parameters: Mapping[str, int] | None = None,
+        cache: Path | None = None,
+    ) -> None:
         self.reader = reader or scaled_reader()
-        self._bench = build("adis16385_bench", {
-            "reader.v": to_verilog(self.reader, "adis16385", instances=False),
-            "device.sv": device_text(),
-            "bench.sv": Path(__file__).with_name("adis16385_bench.sv").read_text(),
-        }, parameters=parameters, cache=cache)
+        self._bench = build(
+            "adis16385_bench",
+            {
+                "reader.v": to_verilog(self.reader, "adis16385", instances=False),
+                "device.sv": device_text(),
+                "bench.sv": Path(__file__).with_name("adis16385_bench.sv").read_text(),
+            },
+            parameters=parameters,
+            cache=cache,
+        )
 
-    def run(self, *, samples: int | None = None, cycles: int | None = None,
-            log: Iterable[Sequence[int]] | None = None,
-            faults: Sequence[tuple[int, int, str]] = (),
-            fault: tuple[str, int, int] | None = None, restart: int | None = None,
-            settings: tuple[int, int, int] | None = None) -> Happened:
+    def run(
+        self,
+        *,
+        samples: int | None = None,
+        cycles: int | None = None,
+        log: Iterable[Sequence[int]] | None = None,
+        faults: Sequence[tuple[int, int, str]] = (),
+        fault: tuple[str, int, int] | None = None,
+        restart: int | None = None,
+        settings: tuple[int, int, int] | None = None,
+    ) -> Happened:
         """Let them run.
 
         Parameters
@@ -148,8 +190,11 @@ class ReaderBench:
             msc_ctrl, smpl_prd, sens_avg.
         """
         limit = cycles if cycles is not None else 1000 * PERIOD + 100 * (samples or 0) * PERIOD
-        plusargs: dict[str, object] = {"adis_log": "log.txt", "adis_faults": "faults.txt",
-                                       "cycles": limit}
+        plusargs: dict[str, object] = {
+            "adis_log": "log.txt",
+            "adis_faults": "faults.txt",
+            "cycles": limit,
+        }
         if samples is not None:
             plusargs["samples"] = samples
         if restart is not None:
@@ -161,9 +206,14 @@ class ReaderBench:
             plusargs["fault"] = f"{1 << FAULTS.index(name):x}"
         if log is None:
             log = ([100 * k + n for n in range(6)] + [k, 0] for k in range(1, 300))
-        run = self._bench.run(plusargs, max_cycles=limit + 100, files={
-            "log.txt": log_text(log),
-            "faults.txt": "".join(f"{first} {last} {name}\n" for first, last, name in faults)})
+        run = self._bench.run(
+            plusargs,
+            max_cycles=limit + 100,
+            files={
+                "log.txt": log_text(log),
+                "faults.txt": "".join(f"{first} {last} {name}\n" for first, last, name in faults),
+            },
+        )
         return _read(run.stdout, run.cycles / max(run.seconds, 1e-9))
 
 

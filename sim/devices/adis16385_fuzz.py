@@ -8,11 +8,11 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from gateware.sensors.adis16385_flags import EVENTS, FLAG_MEANINGS
-from gateware.verilog import to_verilog
-from sim.compiled import build
-from sim.devices.adis16385 import PERIOD, scaled_reader
-from sim.devices.adis16385_model import Contract, ContractBroken
+from boresight.gateware.sensors.adis16385_flags import EVENTS, FLAG_MEANINGS
+from boresight.gateware.verilog import to_verilog
+from boresight.sim.compiled import build
+from boresight.sim.devices.adis16385 import PERIOD, scaled_reader
+from boresight.sim.devices.adis16385_model import Contract, ContractBroken
 
 __all__ = ["FuzzResult", "fuzz", "judge"]
 
@@ -56,16 +56,31 @@ def fuzz(frames: int, *, seed: int = 1, cache: Path | None = None) -> FuzzResult
     """
     reader = scaled_reader()
     spi = reader.spi
-    bench = build("adis16385_fuzz", {
-        "reader.v": to_verilog(reader, "adis16385", instances=False),
-        "bench.sv": Path(__file__).with_name("adis16385_fuzz.sv").read_text(),
-    }, parameters={"HALF": spi.half_cycles, "SETUP": spi.setup_cycles, "STALL": spi.stall_cycles,
-                   "HOLD": reader.hold_cycles, "PERIOD": PERIOD}, cache=cache)
+    bench = build(
+        "adis16385_fuzz",
+        {
+            "reader.v": to_verilog(reader, "adis16385", instances=False),
+            "bench.sv": Path(__file__).with_name("adis16385_fuzz.sv").read_text(),
+        },
+        parameters={
+            "HALF": spi.half_cycles,
+            "SETUP": spi.setup_cycles,
+            "STALL": spi.stall_cycles,
+            "HOLD": reader.hold_cycles,
+            "PERIOD": PERIOD,
+        },
+        cache=cache,
+    )
     run = bench.run({"frames": frames, "seed": seed}, max_cycles=100_000 + 2_000 * frames)
     lines = run.stdout.splitlines()
     events = judge(lines, Contract(reader, (0x0006, 0x0001, 0x0402)))
-    return FuzzResult(frames, run.cycles, events, sum(" d" in line for line in lines),
-                      run.cycles / max(run.seconds, 1e-9))
+    return FuzzResult(
+        frames,
+        run.cycles,
+        events,
+        sum(" d" in line for line in lines),
+        run.cycles / max(run.seconds, 1e-9),
+    )
 
 
 def _records(lines: Iterable[str]) -> Iterator[tuple[int, str, list[str]]]:
@@ -121,17 +136,27 @@ def judge(lines: Iterable[str], contract: Contract) -> dict[str, int]:
         elif kind == "F":
             flags.append((time, frozenset(_names(rest[0], tuple(FLAG_MEANINGS)))))
         elif kind == "S":
-            samples.append((time, int(rest[0]), int(rest[1]),
-                            tuple(int(word, 16) for word in rest[2:])))
+            samples.append(
+                (time, int(rest[0]), int(rest[1]), tuple(int(word, 16) for word in rest[2:]))
+            )
         if contract.state == "reset" and contract.waits_since != before:
             aborted = True
     end = min(max(events, default=0), max(contract.events, default=0))
-    _same("events", {t: n for t, n in events.items() if t <= end},
-          {t: n for t, n in contract.events.items() if t <= end})
-    _same("flags", dict(f for f in flags if f[0] <= end),
-          dict(f for f in contract.flags if f[0] <= end))
-    _same("samples", {s[0]: s for s in samples if s[0] < end - 40},
-          {s[0]: s for s in contract.samples if s[0] < end - 40})
+    _same(
+        "events",
+        {t: n for t, n in events.items() if t <= end},
+        {t: n for t, n in contract.events.items() if t <= end},
+    )
+    _same(
+        "flags",
+        dict(f for f in flags if f[0] <= end),
+        dict(f for f in contract.flags if f[0] <= end),
+    )
+    _same(
+        "samples",
+        {s[0]: s for s in samples if s[0] < end - 40},
+        {s[0]: s for s in contract.samples if s[0] < end - 40},
+    )
     return dict(Counter(name for names in events.values() for name in names))
 
 
@@ -153,8 +178,10 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     given = parser.parse_args()
     result = fuzz(given.frames, seed=given.seed)
-    print(f"{result.frames} frames, {result.cycles} cycles, {result.edges} data-ready edges, "
-          f"{result.cycles_per_s / 1e6:.1f} million cycles/s")
+    print(
+        f"{result.frames} frames, {result.cycles} cycles, {result.edges} data-ready edges, "
+        f"{result.cycles_per_s / 1e6:.1f} million cycles/s"
+    )
     for name in EVENTS:
         print(f"  {name:16} {result.events.get(name, 0):8}")
 

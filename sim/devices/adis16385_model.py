@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Final
 
-from gateware.sensors.adis16385 import Adis16385
+from boresight.gateware.sensors.adis16385 import Adis16385
 
 __all__ = ["Contract", "ContractBroken"]
 
@@ -49,21 +49,21 @@ class Contract:
     flags: list[tuple[int, frozenset[str]]] = field(default_factory=list)
     samples: list[tuple[int, int, int, tuple[int, ...]]] = field(default_factory=list)
 
-    state: str = "reset"       # reset, startup, start, edge, burst
-    waits_since: int = 0       # cycle in which the wait of the state began
+    state: str = "reset"  # reset, startup, start, edge, burst
+    waits_since: int = 0  # cycle in which the wait of the state began
     taken: tuple[int, int, int] = (0, 0, 0)  # settings in use
     enabled: bool = True
-    frame: int = 0             # of the start or of the burst, the next one to begin
-    turn: int = 0              # which of the known registers is checked
-    idle_from: int = 0         # cycle from which the SPI takes a command
+    frame: int = 0  # of the start or of the burst, the next one to begin
+    turn: int = 0  # which of the known registers is checked
+    idle_from: int = 0  # cycle from which the SPI takes a command
     edges: int = 0
     chances: int = 0
     stamp: int = 0
     number: int = 0
     words: list[int] = field(default_factory=lambda: [0] * 8)
     skipped: bool = False
-    runs_from: int = 0         # cause of the first cycle in which samples are read
-    runs_until: int = -1       # last cycle of this
+    runs_from: int = 0  # cause of the first cycle in which samples are read
+    runs_until: int = -1  # last cycle of this
     now_set: set[str] = field(default_factory=set)
 
     def __post_init__(self) -> None:
@@ -135,8 +135,10 @@ class Contract:
         """What the next frame has to send."""
         settings = [byte for word in self.taken for byte in (word & 0xFF, word >> 8)]
         if self.state == "start":
-            writes = [0x8000 | address << 8 | byte
-                      for address, byte in zip(range(0x34, 0x3A), settings, strict=True)]
+            writes = [
+                0x8000 | address << 8 | byte
+                for address, byte in zip(range(0x34, 0x3A), settings, strict=True)
+            ]
             return [0x5600, 0x5600, *writes, 0x5600, 0x3400, 0x3600, 0x3800, 0x1000][self.frame]
         row = [*SENSORS, 0x3C, CHECKED[self.turn], 0x10]
         return row[self.frame] << 8
@@ -209,9 +211,14 @@ class Contract:
                 self._bad(judged)
             return
         self._event(judged, "sample")
-        over = any(abs(word) >= limit for words, limit in (
-            (self.words[:3], self.reader.gyro_limit), (self.words[3:6], self.reader.accel_limit))
-            for word in words)
+        over = any(
+            abs(word) >= limit
+            for words, limit in (
+                (self.words[:3], self.reader.gyro_limit),
+                (self.words[3:6], self.reader.accel_limit),
+            )
+            for word in words
+        )
         alarm = bool(diag & self.reader.alarm_mask)
         for name, on in (("over_range", over), ("alarm", alarm)):
             if on:
@@ -219,16 +226,19 @@ class Contract:
         self._flag(judged + 1, alarm=alarm, over_range=over, overrun=self.skipped)
         self.skipped = False
         self.chances = self.reader.bad_limit
-        self.samples.append((judged + 1, self.stamp, self.number,
-                             tuple(word & 0xFFFF for word in self.words)))
+        self.samples.append(
+            (judged + 1, self.stamp, self.number, tuple(word & 0xFFFF for word in self.words))
+        )
 
     # -- outputs whose time has bounds ----------------------------------------------------------
     def _waited(self, now: int, ticks: int, what: str, exponent: int = 0) -> None:
         tick = self.reader.tick_cycles << exponent
         waited = now - self.waits_since
         if not ticks * tick <= waited <= (ticks + 1) * tick + 1:
-            raise ContractBroken(f"{now}: {what} after {waited} cycles, wanted {ticks * tick} to "
-                                 f"{(ticks + 1) * tick}")
+            raise ContractBroken(
+                f"{now}: {what} after {waited} cycles, wanted {ticks * tick} to "
+                f"{(ticks + 1) * tick}"
+            )
 
     @property
     def exponent(self) -> int:
@@ -263,10 +273,14 @@ class Contract:
 
     def hung(self, now: int) -> bool:
         """Whether something is overdue at ``now``."""
-        ticks = {"reset": self.reader.reset_ticks, "startup": self.reader.startup_ticks,
-                 "edge": self.reader.timeout_ticks}.get(self.state)
+        ticks = {
+            "reset": self.reader.reset_ticks,
+            "startup": self.reader.startup_ticks,
+            "edge": self.reader.timeout_ticks,
+        }.get(self.state)
         if ticks is None:
             return now > self.idle_from + 2 * self.reader.spi.frame_cycles
         exponent = self.exponent if self.state == "edge" else 0
         return self.enabled and now > self.waits_since + 4 + (
-            (ticks + 1) * self.reader.tick_cycles << exponent)
+            (ticks + 1) * self.reader.tick_cycles << exponent
+        )

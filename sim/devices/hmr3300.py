@@ -7,15 +7,27 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from gateware.sensors.hmr3300 import FLAGS, LINES_HZ, Hmr3300
-from gateware.verilog import to_verilog
-from sim.compiled import Compiled, build
+from boresight.gateware.sensors.hmr3300 import FLAGS, LINES_HZ, Hmr3300
+from boresight.gateware.verilog import to_verilog
+from boresight.sim.compiled import Compiled, build
 
 __all__ = ["CLOCK_HZ", "FAULTS", "LINE_CYCLES", "Happened", "Line", "device_text", "run_reader"]
 
 #: Faults of the device model, by their bits.
-FAULTS = ("silence", "garbage", "framing", "glitches", "wrong_baud", "truncated", "missing_field",
-          "out_of_range", "stuck_low", "stuck_high", "ignores_commands", "reset")
+FAULTS = (
+    "silence",
+    "garbage",
+    "framing",
+    "glitches",
+    "wrong_baud",
+    "truncated",
+    "missing_field",
+    "out_of_range",
+    "stuck_low",
+    "stuck_high",
+    "ignores_commands",
+    "reset",
+)
 #: Cycles of a bit in these runs; all times of the device and the reader are the real ones.
 _BIT = 8
 #: Clock of these runs.
@@ -76,11 +88,16 @@ def device_text() -> str:
     return (Path(__file__).parent / "hmr3300.sv").read_text()
 
 
-def run_reader(data: Sequence[Sequence[int]], *, seconds: float,
-               modes: Iterable[tuple[float, int]] = (),
-               commands: Iterable[tuple[float, str]] = (),
-               faults: Iterable[tuple[float, float, str]] = (),
-               slot_faults: Iterable[tuple[int, int, str]] = (), ppm: int = 0) -> Happened:
+def run_reader(
+    data: Sequence[Sequence[int]],
+    *,
+    seconds: float,
+    modes: Iterable[tuple[float, int]] = (),
+    commands: Iterable[tuple[float, str]] = (),
+    faults: Iterable[tuple[float, float, str]] = (),
+    slot_faults: Iterable[tuple[int, int, str]] = (),
+    ppm: int = 0,
+) -> Happened:
     """Reader and compass for ``seconds`` of simulated time.
 
     Parameters
@@ -107,25 +124,42 @@ def run_reader(data: Sequence[Sequence[int]], *, seconds: float,
         active = sum(1 << FAULTS.index(name) for begin, end, name in faults if begin <= time < end)
         steps.append((time, _FAULTS, active))
     steps.append((seconds, _END, 0))
-    run = _bench().run({"hmr3300_ppm": ppm, "script": "script.txt", "hmr3300_data": "data.txt",
-                         "hmr3300_faults": "faults.txt"},
-                    max_cycles=round(seconds * CLOCK_HZ) + 1000, files={
-        "script.txt": "".join(f"{round(t * CLOCK_HZ)} {what} {value}\n"
-                              for t, what, value in sorted(steps)),
-        "faults.txt": "".join(f"{a} {b} {FAULTS.index(name)}\n" for a, b, name in slot_faults),
-        "data.txt": "".join(" ".join(map(str, line)) + "\n" for line in data)})
+    run = _bench().run(
+        {
+            "hmr3300_ppm": ppm,
+            "script": "script.txt",
+            "hmr3300_data": "data.txt",
+            "hmr3300_faults": "faults.txt",
+        },
+        max_cycles=round(seconds * CLOCK_HZ) + 1000,
+        files={
+            "script.txt": "".join(
+                f"{round(t * CLOCK_HZ)} {what} {value}\n" for t, what, value in sorted(steps)
+            ),
+            "faults.txt": "".join(f"{a} {b} {FAULTS.index(name)}\n" for a, b, name in slot_faults),
+            "data.txt": "".join(" ".join(map(str, line)) + "\n" for line in data),
+        },
+    )
     return _parsed(run.stdout)
 
 
 @cache
 def _bench() -> Compiled:
     reader = Hmr3300(clock_hz=CLOCK_HZ)
-    return build("hmr3300_device_bench", {
-        "reader.v": to_verilog(reader, "hmr3300_reader", instances=False),
-        "hmr3300.sv": device_text(),
-        "bench.sv": (Path(__file__).parent / "hmr3300_device_bench.sv").read_text(),
-    }, parameters={"BIT": _BIT, "LINE": LINE_CYCLES, "STARTUP": round(0.8 * CLOCK_HZ),
-                   "ANSWER": round(0.001 * CLOCK_HZ)})
+    return build(
+        "hmr3300_device_bench",
+        {
+            "reader.v": to_verilog(reader, "hmr3300_reader", instances=False),
+            "hmr3300.sv": device_text(),
+            "bench.sv": (Path(__file__).parent / "hmr3300_device_bench.sv").read_text(),
+        },
+        parameters={
+            "BIT": _BIT,
+            "LINE": LINE_CYCLES,
+            "STARTUP": round(0.8 * CLOCK_HZ),
+            "ANSWER": round(0.001 * CLOCK_HZ),
+        },
+    )
 
 
 def _parsed(text: str) -> Happened:
@@ -141,6 +175,7 @@ def _parsed(text: str) -> Happened:
         elif what == "line":
             out.lines.append(Line(time, bool(numbers[0]), tuple(numbers[1:4]), numbers[4]))
         else:
-            out.flags.append((time, frozenset(n for k, n in enumerate(names)
-                                              if numbers[0] >> k & 1)))
+            out.flags.append(
+                (time, frozenset(n for k, n in enumerate(names) if numbers[0] >> k & 1))
+            )
     return out

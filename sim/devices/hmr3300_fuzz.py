@@ -7,13 +7,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from gateware.sensors.hmr3300 import Hmr3300
-from gateware.sensors.hmr3300_sentence import SentenceParser
-from gateware.serial.uart import Receiver
-from gateware.verilog import to_verilog
-from sim.compiled import build
-from sim.devices.hmr3300_grammar import BROKEN, Event, events_of
-from sim.devices.hmr3300_symbols import hostile_bytes, hostile_line, noise
+from boresight.gateware.sensors.hmr3300 import Hmr3300
+from boresight.gateware.sensors.hmr3300_sentence import SentenceParser
+from boresight.gateware.serial.uart import Receiver
+from boresight.gateware.verilog import to_verilog
+from boresight.sim.compiled import build
+from boresight.sim.devices.hmr3300_grammar import BROKEN, Event, events_of
+from boresight.sim.devices.hmr3300_symbols import hostile_bytes, hostile_line, noise
 
 __all__ = ["DIVISOR", "Fuzzed", "fuzz_noise", "fuzz_parser", "fuzz_pin"]
 
@@ -73,30 +73,50 @@ def fuzz_parser(size: int, *, seed: int = 1, angle_max: int = 900) -> Fuzzed:
     """``size`` symbols straight into the parser, as fast as it takes them."""
     parser = SentenceParser(angle_max=angle_max)
     symbols = hostile_bytes(size, seed=seed, broken=0.002, pauses=0.002)
-    bench = build("hmr3300_parser_bench", {
-        "parser.v": to_verilog(parser, "hmr3300_parser", instances=False),
-        "bench.sv": _bench("hmr3300_parser_bench.sv"),
-    }, parameters={"GAP": parser.cycles_per_byte})
-    run = bench.run({"symbols": "symbols.txt"}, max_cycles=60 * size + 10_000,
-                    files={"symbols.txt": "".join(f"{s:x}\n" for s in symbols)})
-    found = [_read(line) for line in run.stdout.splitlines()
-             if not line.startswith("-")]  # Verilator says where it finished
+    bench = build(
+        "hmr3300_parser_bench",
+        {
+            "parser.v": to_verilog(parser, "hmr3300_parser", instances=False),
+            "bench.sv": _bench("hmr3300_parser_bench.sv"),
+        },
+        parameters={"GAP": parser.cycles_per_byte},
+    )
+    run = bench.run(
+        {"symbols": "symbols.txt"},
+        max_cycles=60 * size + 10_000,
+        files={"symbols.txt": "".join(f"{s:x}\n" for s in symbols)},
+    )
+    found = [
+        _read(line) for line in run.stdout.splitlines() if not line.startswith("-")
+    ]  # Verilator says where it finished
     wanted = list(events_of(symbols, angle_max=angle_max))
-    return Fuzzed(len(symbols), Counter(e.kind for e in found), run.cycles, run.seconds,
-                  _difference(found, wanted))
+    return Fuzzed(
+        len(symbols),
+        Counter(e.kind for e in found),
+        run.cycles,
+        run.seconds,
+        _difference(found, wanted),
+    )
 
 
-def _run_line(levels: Sequence[tuple[int, int]], receiver: Receiver) -> tuple[
-        list[int], list[Event], int, float]:
+def _run_line(
+    levels: Sequence[tuple[int, int]], receiver: Receiver
+) -> tuple[list[int], list[Event], int, float]:
     """Symbols as the receiver gets them, events of the reader, cycles, seconds."""
     reader = Hmr3300(clock_hz=19_200 * DIVISOR)
-    bench = build("hmr3300_line_bench", {
-        "reader.v": to_verilog(reader, "hmr3300_reader", instances=False),
-        "receiver.v": to_verilog(receiver, "hmr3300_receiver", instances=False),
-        "bench.sv": _bench("hmr3300_line_bench.sv"),
-    })
-    run = bench.run({"levels": "levels.txt"}, max_cycles=sum(n for _, n in levels) + 10_000,
-                    files={"levels.txt": "".join(f"{v} {n}\n" for v, n in levels)})
+    bench = build(
+        "hmr3300_line_bench",
+        {
+            "reader.v": to_verilog(reader, "hmr3300_reader", instances=False),
+            "receiver.v": to_verilog(receiver, "hmr3300_receiver", instances=False),
+            "bench.sv": _bench("hmr3300_line_bench.sv"),
+        },
+    )
+    run = bench.run(
+        {"levels": "levels.txt"},
+        max_cycles=sum(n for _, n in levels) + 10_000,
+        files={"levels.txt": "".join(f"{v} {n}\n" for v, n in levels)},
+    )
     symbols, events = [], []
     for text in run.stdout.splitlines():
         if text.startswith("byte"):
@@ -115,8 +135,12 @@ def fuzz_pin(size: int, *, seed: int = 1, glitch: int | None = None) -> Fuzzed:
     """
     receiver = Receiver(divisor=DIVISOR)
     symbols = hostile_bytes(size, seed=seed, broken=0.01)
-    levels = hostile_line(symbols, divisor=DIVISOR, seed=seed,
-                          glitch=receiver.spacing - 1 if glitch is None else glitch)
+    levels = hostile_line(
+        symbols,
+        divisor=DIVISOR,
+        seed=seed,
+        glitch=receiver.spacing - 1 if glitch is None else glitch,
+    )
     received, found, cycles, seconds = _run_line(levels, receiver)
     difference = _difference(found, list(events_of(symbols)))
     if not difference and received != symbols:
@@ -131,12 +155,16 @@ def fuzz_noise(cycles: int, *, seed: int = 1) -> Fuzzed:
     noise ends with two idle bytes' time and a line end, so the sentence has to come through.
     """
     tail = [10, *b"123.4, -5.6, 7.8\r\n"]
-    levels = [*hostile_line([10], divisor=DIVISOR, glitch=0, seed=seed),
-              *noise(cycles, seed=seed, longest=4 * DIVISOR), (1, 20 * DIVISOR),
-              *hostile_line(tail, divisor=DIVISOR, glitch=0, seed=seed)]
+    levels = [
+        *hostile_line([10], divisor=DIVISOR, glitch=0, seed=seed),
+        *noise(cycles, seed=seed, longest=4 * DIVISOR),
+        (1, 20 * DIVISOR),
+        *hostile_line(tail, divisor=DIVISOR, glitch=0, seed=seed),
+    ]
     received, found, ran, seconds = _run_line(levels, Receiver(divisor=DIVISOR))
     difference = _difference(found, list(events_of(received)))
-    if not difference and (received[-len(tail):] != tail
-                           or found[-1] != Event("heading", (1234, -56, 78))):
+    if not difference and (
+        received[-len(tail) :] != tail or found[-1] != Event("heading", (1234, -56, 78))
+    ):
         difference = "the sentence after the noise did not come through"
     return Fuzzed(len(received), Counter(e.kind for e in found), ran, seconds, difference)

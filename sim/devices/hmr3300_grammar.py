@@ -16,8 +16,10 @@ BROKEN = 256
 #: Stands for a pause.
 PAUSE = 257
 
-_HEADING = re.compile(r" {0,7}([0-9]{1,3}\.[0-9]), {0,7}(-?[0-9]{1,3}\.[0-9]),"
-                      r" {0,7}(-?[0-9]{1,3}\.[0-9])\r\n")
+_HEADING = re.compile(
+    r" {0,7}([0-9]{1,3}\.[0-9]), {0,7}(-?[0-9]{1,3}\.[0-9]),"
+    r" {0,7}(-?[0-9]{1,3}\.[0-9])\r\n"
+)
 _COUNTS = re.compile(r" {0,7}(-?[0-9]{1,5}), {0,7}(-?[0-9]{1,5}), {0,7}(-?[0-9]{1,5})\r\n")
 
 
@@ -83,8 +85,10 @@ def events_of(symbols: Iterable[int], *, angle_max: int = 900) -> Iterator[Event
 
 def heading_sentence(heading: int, pitch: int, roll: int) -> bytes:
     """The compass's sentence for tenths of a degree."""
+
     def text(tenths: int) -> str:
         return f"{'-' * (tenths < 0)}{abs(tenths) // 10}.{abs(tenths) % 10}"
+
     return f"{text(heading)}, {text(pitch)}, {text(roll)}\r\n".encode()
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 from collections.abc import Iterable
 
-from sim.devices.hmr3300_grammar import BROKEN, PAUSE, counts_sentence, heading_sentence
+from boresight.sim.devices.hmr3300_grammar import BROKEN, PAUSE, counts_sentence, heading_sentence
 
 __all__ = ["hostile_bytes", "hostile_line", "noise"]
 
@@ -17,14 +17,28 @@ def _sentence(rng: random.Random) -> bytes:
     """A sentence that is good, or beyond a limit by little, or by much."""
     if rng.random() < 0.5:
         edge = rng.choice((3599, 3600, 900, 901, 9999))
-        values = [rng.choice((rng.randint(0, 3599), edge)),
-                  *(rng.choice((rng.randint(-900, 900), rng.choice((900, -900, 901, -901, 0))))
-                    for _ in range(2))]
+        values = [
+            rng.choice((rng.randint(0, 3599), edge)),
+            *(
+                rng.choice((rng.randint(-900, 900), rng.choice((900, -900, 901, -901, 0))))
+                for _ in range(2)
+            ),
+        ]
         return heading_sentence(*values)
     edge = rng.choice((32_767, -32_767, 32_768, -32_768, 65_535, 65_536, 99_999, -98_304, 0))
-    values = [rng.choice((rng.randint(-2000, 2000), rng.randint(-32_767, 32_767),
-                          rng.randint(-99_999, 99_999), edge)) if rng.random() < 0.3
-              else rng.randint(-32_767, 32_767) for _ in range(3)]
+    values = [
+        rng.choice(
+            (
+                rng.randint(-2000, 2000),
+                rng.randint(-32_767, 32_767),
+                rng.randint(-99_999, 99_999),
+                edge,
+            )
+        )
+        if rng.random() < 0.3
+        else rng.randint(-32_767, 32_767)
+        for _ in range(3)
+    ]
     return counts_sentence(*values)
 
 
@@ -37,16 +51,19 @@ def _mutated(text: bytes, rng: random.Random) -> bytes:
         if how == 0:
             out.insert(at, rng.choice(_NEAR))
         elif how == 1:
-            out[at:at + 1] = b""
+            out[at : at + 1] = b""
         elif how == 2:
-            out[at:at + 1] = bytes([rng.choice(_NEAR)])
+            out[at : at + 1] = bytes([rng.choice(_NEAR)])
         elif how == 3:
-            out[at:at] = out[at:at + 1] * rng.randint(1, 8)
+            out[at:at] = out[at : at + 1] * rng.randint(1, 8)
         elif how == 4:
             out[at:at] = b" " * rng.randint(1, 9)
         elif how == 5:
-            digits = [k for k in range(len(out)) if out[k:k + 1].isdigit()
-                      and not (k and chr(out[k - 1]) in "0123456789.")]
+            digits = [
+                k
+                for k in range(len(out))
+                if out[k : k + 1].isdigit() and not (k and chr(out[k - 1]) in "0123456789.")
+            ]
             at = rng.choice([*digits, 0])
             out[at:at] = b"0" * rng.randint(1, 4)
         elif rng.random() < 0.3:
@@ -64,14 +81,25 @@ def _piece(rng: random.Random) -> bytes:
     if kind < 0.85:
         return bytes(rng.choice(_NEAR) for _ in range(rng.randint(1, 40))) + b"\n"
     if kind < 0.9:
-        return rng.choice((b"#I\r\n", b"#\r\n", b"#I", b"\r\n", b"\n", b"#D12\r\n", b"##I\r\n",
-                           b"HMR3300 Rev 1.0\r\n", b" #I\r\n", b"1.0, 2.0,#I\r\n"))
+        return rng.choice(
+            (
+                b"#I\r\n",
+                b"#\r\n",
+                b"#I",
+                b"\r\n",
+                b"\n",
+                b"#D12\r\n",
+                b"##I\r\n",
+                b"HMR3300 Rev 1.0\r\n",
+                b" #I\r\n",
+                b"1.0, 2.0,#I\r\n",
+            )
+        )
     # Without an end most of the time, this would swallow the lines after it.
     return rng.randbytes(rng.randint(1, 60)) + rng.choice((b"", b"\n", b"\r\n"))
 
 
-def hostile_bytes(size: int, *, seed: int, broken: float = 0.0,
-                  pauses: float = 0.0) -> list[int]:
+def hostile_bytes(size: int, *, seed: int, broken: float = 0.0, pauses: float = 0.0) -> list[int]:
     """A stream of ``size`` symbols that begins and ends with LF.
 
     Parameters
@@ -92,11 +120,12 @@ def hostile_bytes(size: int, *, seed: int, broken: float = 0.0,
             out.append(BROKEN if rng.random() < broken else byte)
             if rng.random() < pauses:
                 out.append(PAUSE)
-    return [*out[:size - 1], ord("\n")]
+    return [*out[: size - 1], ord("\n")]
 
 
-def hostile_line(symbols: Iterable[int], *, divisor: int, glitch: int,
-                 seed: int) -> list[tuple[int, int]]:
+def hostile_line(
+    symbols: Iterable[int], *, divisor: int, glitch: int, seed: int
+) -> list[tuple[int, int]]:
     """Levels of a line that carries ``symbols``, as well as a bad line may.
 
     Bytes come at rates of up to +-3 % beside the right one (+-1.5 % with glitches), with and
@@ -164,5 +193,3 @@ def _runs(levels: list[int]) -> list[tuple[int, int]]:
             out.append((levels[begin], k - begin))
             begin = k
     return out
-
-

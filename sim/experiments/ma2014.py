@@ -9,17 +9,17 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from gateware.core import build_core
-from model.attitude import (
+from boresight.gateware.core import build_core
+from boresight.model.attitude import (
     matrix_to_quaternion,
     quaternion_to_euler,
     quaternion_to_rotation_vector,
 )
-from model.errors import InputError
-from model.estimators import ESTIMATORS
-from sim.calibration import nearest_rotation, orthogonality_error, triad_matrix
-from sim.experiments import ma2014_paper as paper
-from sim.experiments.ma2014_methods import (
+from boresight.model.errors import InputError
+from boresight.model.estimators import ESTIMATORS
+from boresight.sim.calibration import nearest_rotation, orthogonality_error, triad_matrix
+from boresight.sim.experiments import ma2014_paper as paper
+from boresight.sim.experiments.ma2014_methods import (
     Method,
     available,
     count_mismatches,
@@ -29,8 +29,8 @@ from sim.experiments.ma2014_methods import (
     run_float,
     score,
 )
-from sim.experiments.ma2014_targets import entries_in_band, targets
-from sim.experiments.ma2014_world import (
+from boresight.sim.experiments.ma2014_targets import entries_in_band, targets
+from boresight.sim.experiments.ma2014_world import (
     AVERAGED,
     CASES,
     E1,
@@ -41,10 +41,10 @@ from sim.experiments.ma2014_world import (
     make_log,
     noise_free_log,
 )
-from sim.experiments.spectrum import line_amplitude, share, spectrum
-from sim.log import Log
-from sim.world.devices import TABLE_2, facts_json
-from sim.world.triad import misalignment
+from boresight.sim.experiments.spectrum import line_amplitude, share, spectrum
+from boresight.sim.log import Log
+from boresight.sim.world.devices import TABLE_2, facts_json
+from boresight.sim.world.triad import misalignment
 
 __all__ = ["RUNS", "run"]
 
@@ -83,8 +83,11 @@ def _row(error: FloatArray) -> dict[str, Any]:
     ``max_moving``: the largest after the run's mean has been taken off.
     """
     moving = error - error.mean(axis=0)
-    return {"sd": _summary(error.std(axis=0)), "max": _summary(np.abs(error).max(axis=0)),
-            "max_moving": _summary(np.abs(moving).max(axis=0))}
+    return {
+        "sd": _summary(error.std(axis=0)),
+        "max": _summary(np.abs(error).max(axis=0)),
+        "max_moving": _summary(np.abs(moving).max(axis=0)),
+    }
 
 
 def _stacked(seeds: Sequence[int], say: Say) -> tuple[dict[str, Any], dict[str, FloatArray]]:
@@ -106,13 +109,20 @@ def _stacked(seeds: Sequence[int], say: Say) -> tuple[dict[str, Any], dict[str, 
             angles, saturated = run_fixed(method, logs)
             fixed = score(angles, logs)
         for name, part in parts.items():
-            row = {"title": method.title, "estimator": method.estimator, "paper_row": method.row,
-                   "float": _row(real[:, part]), "fixed": None}
+            row = {
+                "title": method.title,
+                "estimator": method.estimator,
+                "paper_row": method.row,
+                "float": _row(real[:, part]),
+                "fixed": None,
+            }
             if fixed is not None:
                 difference = np.abs(_wrapped(fixed[:, part] - real[:, part]))
                 row["fixed"] = _row(fixed[:, part])
-                row["fixed_vs_float"] = {"max": _plain(difference.max(axis=(0, 1)), 9),
-                                         "sd": _plain(difference.std(axis=0).max(axis=0), 9)}
+                row["fixed_vs_float"] = {
+                    "max": _plain(difference.max(axis=(0, 1)), 9),
+                    "sd": _plain(difference.std(axis=0).max(axis=0), 9),
+                }
             rows[name][method.key] = row
             if name in JUDGED:
                 best = real if fixed is None else fixed
@@ -131,15 +141,19 @@ def _heading_test(seeds: Sequence[int], say: Say) -> dict[str, Any]:
     """Section 1.3: spectra of the heading error, case C; of the first run as curves."""
     say(f"section 1.3: heading, {len(seeds)} runs of {E1.seconds:g} s")
     logs = [make_log(E1, CASES["C"], seed) for seed in seeds]
-    out: dict[str, Any] = {"line_hz": LINE_HZ, "slow_hz": SLOW_HZ, "seconds": E1.seconds,
-                           "runs": len(seeds),
-                           "methods": {}}
+    out: dict[str, Any] = {
+        "line_hz": LINE_HZ,
+        "slow_hz": SLOW_HZ,
+        "seconds": E1.seconds,
+        "runs": len(seeds),
+        "methods": {},
+    }
     for method in available():
         if method.key.endswith("_as_printed"):
             continue
         angles = run_float(method, logs) if method.estimator is None else run_fixed(method, logs)[0]
         # whole periods: the last sample is the first of the next one
-        error = score(angles, logs)[:round(E1.seconds * LOOP_HZ), :, 2]
+        error = score(angles, logs)[: round(E1.seconds * LOOP_HZ), :, 2]
         s = spectrum(error, LOOP_HZ)
         low = s.frequency <= SHOWN_HZ
         lines = np.stack([line_amplitude(s, n * LINE_HZ) for n in range(1, 7)])
@@ -147,19 +161,31 @@ def _heading_test(seeds: Sequence[int], say: Say) -> dict[str, Any]:
         out["frequency_hz"] = _plain(s.frequency[low], 6)
         variance, slow = np.square(error.std(axis=0)), share(s, 0.0, SLOW_HZ)
         out["methods"][method.key] = {
-            "title": method.title, "amplitude_deg": _plain(s.amplitude[low, 0], 6),
-            **{name: _spread(x) for name, x in (
-                ("sd_deg", np.sqrt(variance)), ("energy_below_slow", slow),
-                ("slow_deg", np.sqrt(variance * slow)), ("energy_in_lines", at_lines),
-                ("line_deg", lines[0]))}}
+            "title": method.title,
+            "amplitude_deg": _plain(s.amplitude[low, 0], 6),
+            **{
+                name: _spread(x)
+                for name, x in (
+                    ("sd_deg", np.sqrt(variance)),
+                    ("energy_below_slow", slow),
+                    ("slow_deg", np.sqrt(variance * slow)),
+                    ("energy_in_lines", at_lines),
+                    ("line_deg", lines[0]),
+                )
+            },
+        }
     return out
 
 
 def _spread(x: FloatArray) -> dict[str, float]:
     """Scalars of each run (runs,): the first, which is shown, and the spread."""
     p05, median, p95 = np.percentile(x, (5, 50, 95))
-    return {"shown": round(float(x[0]), 5), "p05": round(float(p05), 5),
-            "median": round(float(median), 5), "p95": round(float(p95), 5)}
+    return {
+        "shown": round(float(x[0]), 5),
+        "p05": round(float(p05), 5),
+        "median": round(float(median), 5),
+        "p95": round(float(p95), 5),
+    }
 
 
 def _kinematics(say: Say) -> list[dict[str, Any]]:
@@ -168,10 +194,11 @@ def _kinematics(say: Say) -> list[dict[str, Any]]:
     methods = {m.key: m for m in available()}
     out = []
     for text, rate, kp, ki in (
-            ("gyro integrated", LOOP_HZ, (0.0,) * 3, (0.0,) * 3),
-            ("gyro integrated", 100.0, (0.0,) * 3, (0.0,) * 3),
-            ("filter, gains per sample", LOOP_HZ, paper.KP, paper.KI),
-            ("filter, gains per second", 100.0, paper.KP, paper.KI)):
+        ("gyro integrated", LOOP_HZ, (0.0,) * 3, (0.0,) * 3),
+        ("gyro integrated", 100.0, (0.0,) * 3, (0.0,) * 3),
+        ("filter, gains per sample", LOOP_HZ, paper.KP, paper.KI),
+        ("filter, gains per second", 100.0, paper.KP, paper.KI),
+    ):
         log = noise_free_log(E2, rate)
         per_second = rate != LOOP_HZ  # gains per second: as they are
         params = gains_per_s(kp, ki, 1.0 if per_second else rate)
@@ -179,8 +206,10 @@ def _kinematics(say: Say) -> list[dict[str, Any]]:
         for key in ("complementary", "complementary_as_printed"):
             angles, _ = run_fixed(methods[key], [log], params=params)
             error = score(angles, [log])[:, 0]
-            row[key] = {"sd": _plain(error.std(axis=0), 6),
-                        "max": _plain(np.abs(error).max(axis=0), 6)}
+            row[key] = {
+                "sd": _plain(error.std(axis=0), 6),
+                "max": _plain(np.abs(error).max(axis=0), 6),
+            }
         out.append(row)
     return out
 
@@ -189,19 +218,30 @@ def _timing(say: Say) -> list[dict[str, Any]]:
     """Cycles of the cores, from their schedules."""
     say("schedules of the cores")
     out = []
-    for key, row in (("complementary", "complementary"), ("ekf_quaternion", "kalman"),
-                     ("ekf_quaternion_vector", "kalman")):
+    for key, row in (
+        ("complementary", "complementary"),
+        ("ekf_quaternion", "kalman"),
+        ("ekf_quaternion_vector", "kalman"),
+    ):
         if key not in ESTIMATORS:
             continue
         estimator = ESTIMATORS[key]()
         program = estimator.compile()
         for config in ("small", "fast"):
             schedule = build_core(program, config, urgent=estimator.urgent).schedule
-            cycles = max(schedule.latencies[:estimator.urgent])
-            out.append({"estimator": key, "config": config, "cycles": cycles,
-                        "interval": schedule.interval, "us": cycles / paper.CLOCK_MHZ,
-                        "paper_row": row, "paper_us": paper.TIME_US[row],
-                        "speedup": round(paper.CYCLES[row] / cycles, 1)})
+            cycles = max(schedule.latencies[: estimator.urgent])
+            out.append(
+                {
+                    "estimator": key,
+                    "config": config,
+                    "cycles": cycles,
+                    "interval": schedule.interval,
+                    "us": cycles / paper.CLOCK_MHZ,
+                    "paper_row": row,
+                    "paper_us": paper.TIME_US[row],
+                    "speedup": round(paper.CYCLES[row] / cycles, 1),
+                }
+            )
     return out
 
 
@@ -215,9 +255,14 @@ def _calibration(seed: int, repetitions: int = 10, sight_deg: float = 0.5) -> di
         t = triad_matrix(sights[:n], np.eye(3))
         t_0 = nearest_rotation(t)
         left = quaternion_to_rotation_vector(matrix_to_quaternion(t_0 @ mounting.T))
-        rows.append({"repetitions": n, "orthogonality_t": orthogonality_error(t),
-                     "orthogonality_t0": orthogonality_error(t_0),
-                     "left_deg": float(np.degrees(np.linalg.norm(left)))})
+        rows.append(
+            {
+                "repetitions": n,
+                "orthogonality_t": orthogonality_error(t),
+                "orthogonality_t0": orthogonality_error(t_0),
+                "left_deg": float(np.degrees(np.linalg.norm(left))),
+            }
+        )
     return {"sight_deg": sight_deg, "rows": rows}
 
 
@@ -230,8 +275,14 @@ def _claims(methods: Sequence[Method], log: Log, say: Say) -> list[dict[str, Any
         done.add(method.estimator)
         say(f"C against the integer interpreter: {method.estimator}")
         wrong, total = count_mismatches(method, log)
-        out.append({"claim": f"{method.estimator}: C equals the integer interpreter, bit by bit",
-                    "mismatches": wrong, "updates": total, "good": wrong == 0 and total > 0})
+        out.append(
+            {
+                "claim": f"{method.estimator}: C equals the integer interpreter, bit by bit",
+                "mismatches": wrong,
+                "updates": total,
+                "good": wrong == 0 and total > 0,
+            }
+        )
     return out
 
 
@@ -247,8 +298,9 @@ def _table_1(log: Log) -> list[dict[str, Any]]:
     for row, swing, stage in zip(paper.TABLE_1, E2.swings, np.degrees(E2.ends), strict=True):
         end += swing.seconds
         k = min(LEAD + round(end * LOOP_HZ), len(log) - 1)
-        rows.append({**row, "end_s": end, "ours_deg": _plain(stage, 6),
-                     "euler_deg": _plain(euler[k], 3)})
+        rows.append(
+            {**row, "end_s": end, "ours_deg": _plain(stage, 6), "euler_deg": _plain(euler[k], 3)}
+        )
     return rows
 
 
@@ -275,8 +327,12 @@ def run(*, seed: int = 1, runs: int = RUNS, progress: Say | None = None) -> dict
         A seed or a number of runs out of its range.
     """
     if not isinstance(seed, int) or not 0 <= seed <= 2**31:
-        raise InputError.at("seed", wanted="an integer of 0 to 2^31", found=repr(seed),
-                            fix="choose one inside the range")
+        raise InputError.at(
+            "seed",
+            wanted="an integer of 0 to 2^31",
+            found=repr(seed),
+            fix="choose one inside the range",
+        )
     if not isinstance(runs, int) or not 2 <= runs <= 1000:
         raise InputError.at("runs", wanted="2 to 1000", found=repr(runs), fix="give another number")
     say = progress or (lambda text: None)
@@ -286,7 +342,7 @@ def run(*, seed: int = 1, runs: int = RUNS, progress: Say | None = None) -> dict
     heading = errors["C/complementary"][:, :, 2].std(axis=0)
     shown = int(np.argsort(heading)[(runs - 1) // 2])  # the run in the middle
     first = make_log(E2, CASES["C"], seeds[shown])
-    others = [s for s in seeds if s != seeds[shown]][:HEADING_RUNS - 1]
+    others = [s for s in seeds if s != seeds[shown]][: HEADING_RUNS - 1]
     spectra = _heading_test([seeds[shown], *others], say)
     kinematics = _kinematics(say)
     claims = _claims(available(), first, say)
@@ -298,37 +354,62 @@ def run(*, seed: int = 1, runs: int = RUNS, progress: Say | None = None) -> dict
             if f"{case}/{key}" in errors:
                 d = errors[f"{case}/complementary"] - errors[f"{case}/{key}"]
                 difference[f"{case}/{key}"] = _row(d) | {
-                    "p95_abs": _summary(np.percentile(np.abs(d), 95, axis=0))}
+                    "p95_abs": _summary(np.percentile(np.abs(d), 95, axis=0))
+                }
     figures: dict[str, Any] = {
         "time_s": _plain(t, 3),
         "stages_deg": _plain(np.degrees(E2.stages(t)[0]), 3),
         "truth_deg": _plain(truth[LEAD:], 3),
-        "error_deg": {key: _plain(errors[f"C/{key}"][:, shown], 4) for key in
-                      ("complementary", "complementary_as_printed", "ekf_quaternion",
-                       "ekf_quaternion_vector") if f"C/{key}" in errors},
+        "error_deg": {
+            key: _plain(errors[f"C/{key}"][:, shown], 4)
+            for key in (
+                "complementary",
+                "complementary_as_printed",
+                "ekf_quaternion",
+                "ekf_quaternion_vector",
+            )
+            if f"C/{key}" in errors
+        },
     }
     data = {
         "experiment": "ma2014",
         "title": "Magnetometer-aided MEMS attitude: Ma Long, Zhang Rui, Su Zhigang (2014)",
-        "seed": seed, "runs": runs, "shown_seed": seeds[shown],
+        "seed": seed,
+        "runs": runs,
+        "shown_seed": seeds[shown],
         "side_runs": min(runs, SIDE_RUNS),
         "command": f"boresight experiment ma2014 --seed {seed}",
         "sensor_model": {
-            "loop_hz": LOOP_HZ, "acc_averaged": AVERAGED, "field_ut": list(FIELD_UT),
-            "lead_samples": LEAD, "facts": facts_json(),
+            "loop_hz": LOOP_HZ,
+            "acc_averaged": AVERAGED,
+            "field_ut": list(FIELD_UT),
+            "lead_samples": LEAD,
+            "facts": facts_json(),
             "cases": {k: c.to_json() for k, c in CASES.items()},
             "open": [{"what": a, "taken": b} for a, b in paper.OPEN],
         },
         "table_1": _table_1(first),
-        "table_2": {"gyro_bias_rad_s": TABLE_2.gyro_bias, "gyro_var": TABLE_2.gyro,
-                    "acc_var": TABLE_2.accelerometer, "mag_var_g2": TABLE_2.magnetometer_g},
-        "table_3": {"paper": {k: list(v) for k, v in paper.TABLE_3.items()}, "cases": rows,
-                    "in_band": {case: entries_in_band(rows[case]) for case in JUDGED}},
+        "table_2": {
+            "gyro_bias_rad_s": TABLE_2.gyro_bias,
+            "gyro_var": TABLE_2.gyro,
+            "acc_var": TABLE_2.accelerometer,
+            "mag_var_g2": TABLE_2.magnetometer_g,
+        },
+        "table_3": {
+            "paper": {k: list(v) for k, v in paper.TABLE_3.items()},
+            "cases": rows,
+            "in_band": {case: entries_in_band(rows[case]) for case in JUDGED},
+        },
         "table_4": {"kp": paper.KP, "ki": paper.KI, "parameters": gains_per_s()},
         "kalman_parameters": {k: kalman_parameters(k) for k in KALMAN if k in ESTIMATORS},
-        "spectra": spectra, "figures": figures, "difference": difference,
-        "kinematics": kinematics, "calibration": _calibration(seed), "timing": timing,
-        "paper_us": paper.TIME_US, "claims": claims,
+        "spectra": spectra,
+        "figures": figures,
+        "difference": difference,
+        "kinematics": kinematics,
+        "calibration": _calibration(seed),
+        "timing": timing,
+        "paper_us": paper.TIME_US,
+        "claims": claims,
         "good": all(claim["good"] for claim in claims),
     }
     data["targets"] = targets(data)

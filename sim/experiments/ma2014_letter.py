@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from model.attitude import wrap_rad
+from boresight.model.attitude import wrap_rad
 
 __all__ = ["filter_to_the_letter", "mag_acc_angles"]
 
@@ -49,8 +49,15 @@ def _rates(x: FloatArray, w: FloatArray, as_printed: bool) -> FloatArray:
     return np.stack([cg * wx + sg * wz, wy - st / ct * across, across / ct], axis=-1)
 
 
-def filter_to_the_letter(measured: FloatArray, gyr: FloatArray, dt: float, kp: Sequence[float],
-                         ki: Sequence[float], *, as_printed: bool = False) -> FloatArray:
+def filter_to_the_letter(
+    measured: FloatArray,
+    gyr: FloatArray,
+    dt: float,
+    kp: Sequence[float],
+    ki: Sequence[float],
+    *,
+    as_printed: bool = False,
+) -> FloatArray:
     """Eq. (13) with gains per sample: angles [rad] (n, ..., 3).
 
     Midpoint rule, then correction with the residual of the same sample::

@@ -10,23 +10,32 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from firmware.build import CModel
-from model.attitude import quaternion_to_euler, wrap_rad
-from model.estimator import Estimator, input_words
-from model.estimators import ESTIMATORS
-from model.estimators.complementary import per_sample_gains
-from model.program import Program
-from sim.check import with_params
-from sim.experiments.ma2014_letter import filter_to_the_letter, mag_acc_angles
-from sim.experiments.ma2014_paper import KI, KP
-from sim.experiments.ma2014_world import AVERAGED, FIELD_UT, LEAD, LOOP_HZ
-from sim.feed import inputs_of
-from sim.log import Log
-from sim.segments import interpret
-from sim.world.devices import GRAVITY, TABLE_2
+from boresight.firmware.build import CModel
+from boresight.model.attitude import quaternion_to_euler, wrap_rad
+from boresight.model.estimator import Estimator, input_words
+from boresight.model.estimators import ESTIMATORS
+from boresight.model.estimators.complementary import per_sample_gains
+from boresight.model.program import Program
+from boresight.sim.check import with_params
+from boresight.sim.experiments.ma2014_letter import filter_to_the_letter, mag_acc_angles
+from boresight.sim.experiments.ma2014_paper import KI, KP
+from boresight.sim.experiments.ma2014_world import AVERAGED, FIELD_UT, LEAD, LOOP_HZ
+from boresight.sim.feed import inputs_of
+from boresight.sim.log import Log
+from boresight.sim.segments import interpret
+from boresight.sim.world.devices import GRAVITY, TABLE_2
 
-__all__ = ["METHODS", "Method", "available", "count_mismatches", "gains_per_s",
-           "kalman_parameters", "run_fixed", "run_float", "score"]
+__all__ = [
+    "METHODS",
+    "Method",
+    "available",
+    "count_mismatches",
+    "gains_per_s",
+    "kalman_parameters",
+    "run_fixed",
+    "run_float",
+    "score",
+]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -49,12 +58,19 @@ METHODS = (
     Method("gyro", "gyro alone", "complementary", "gyro"),
     Method("mag_acc", "magnetometer and accelerometer alone", None, "mag_acc"),
     Method("ekf_quaternion", "Kalman filter, quaternion measured", "ekf_quaternion", "kalman"),
-    Method("ekf_quaternion_vector", "Kalman filter, vectors measured", "ekf_quaternion_vector",
-           "kalman"),
+    Method(
+        "ekf_quaternion_vector",
+        "Kalman filter, vectors measured",
+        "ekf_quaternion_vector",
+        "kalman",
+    ),
     Method("complementary", "complementary filter", "complementary", "complementary"),
     Method("letter", "the paper's filter to the letter (float only)", None, "complementary"),
-    Method("complementary_as_printed", "complementary filter, eq. (3) as printed",
-           "complementary_as_printed"),
+    Method(
+        "complementary_as_printed",
+        "complementary filter, eq. (3) as printed",
+        "complementary_as_printed",
+    ),
     Method("gyro_as_printed", "gyro alone, eq. (3) as printed", "complementary_as_printed"),
 )
 
@@ -64,8 +80,9 @@ def available() -> tuple[Method, ...]:
     return tuple(m for m in METHODS if m.estimator is None or m.estimator in ESTIMATORS)
 
 
-def gains_per_s(kp: Sequence[float] = KP, ki: Sequence[float] = KI,
-                rate_hz: float = LOOP_HZ) -> dict[str, float]:
+def gains_per_s(
+    kp: Sequence[float] = KP, ki: Sequence[float] = KI, rate_hz: float = LOOP_HZ
+) -> dict[str, float]:
     """Parameters of the complementary filter for gains per sample."""
     out = {}
     for axis, p, i in zip(("pitch", "roll", "heading"), kp, ki, strict=True):
@@ -99,15 +116,17 @@ def kalman_parameters(name: str) -> dict[str, float]:
     level = math.hypot(FIELD_UT[0], FIELD_UT[1])
     pitch, roll = acc[1] / GRAVITY, acc[0] / GRAVITY
     heading = math.hypot(mag[0] / level, roll * FIELD_UT[2] / level)
-    known = {"scale": 64.0, "p0_sd": 0.01,
-             **dict(zip(("field_east", "field_north", "field_up"), FIELD_UT, strict=True))}
+    known = {
+        "scale": 64.0,
+        "p0_sd": 0.01,
+        **dict(zip(("field_east", "field_north", "field_up"), FIELD_UT, strict=True)),
+    }
     for k, axis in enumerate("xyz"):
         known[f"gyro_sd_{axis}"] = math.sqrt(TABLE_2.gyro[k])
         known[f"angle_sd_{axis}"] = (pitch, roll, heading)[k]
         known[f"acc_sd_{axis}"] = acc[k]
         known[f"mag_sd_{axis}"] = mag[k]
-    return {p.name: max(known[p.name], p.low) for p in ESTIMATORS[name].params
-            if p.name in known}
+    return {p.name: max(known[p.name], p.low) for p in ESTIMATORS[name].params if p.name in known}
 
 
 def _records(estimator: Estimator, logs: Sequence[Log]) -> FloatArray:
@@ -126,8 +145,9 @@ def run_float(method: Method, logs: Sequence[Log]) -> FloatArray:
         estimator = ESTIMATORS[method.estimator]()
         run = estimator.run_float(_records(estimator, logs), params=_params(method))
         return _angles(run.outputs)
-    acc, mag, gyr = (np.stack([getattr(log, k) for log in logs], axis=1)
-                     for k in ("acc", "mag", "gyr"))
+    acc, mag, gyr = (
+        np.stack([getattr(log, k) for log in logs], axis=1) for k in ("acc", "mag", "gyr")
+    )
     measured = mag_acc_angles(acc, mag, FIELD_UT)
     if method.key == "letter":
         measured = filter_to_the_letter(measured, gyr, float(logs[0].dt[0]), KP, KI)
@@ -138,12 +158,14 @@ def program_of(method: Method, params: dict[str, float] | None = None) -> Progra
     """The fixed-point program with the paper's settings (or others)."""
     assert method.estimator is not None
     estimator = ESTIMATORS[method.estimator]()
-    return with_params(estimator.compile(), estimator,
-                       _params(method) if params is None else params)
+    return with_params(
+        estimator.compile(), estimator, _params(method) if params is None else params
+    )
 
 
-def run_fixed(method: Method, logs: Sequence[Log], *,
-              params: dict[str, float] | None = None) -> tuple[FloatArray, int]:
+def run_fixed(
+    method: Method, logs: Sequence[Log], *, params: dict[str, float] | None = None
+) -> tuple[FloatArray, int]:
     """Angles [deg] of every log in fixed point (C model), and the number of saturated updates."""
     program = program_of(method, params)
     estimator = ESTIMATORS[method.estimator or ""]()

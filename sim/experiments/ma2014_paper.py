@@ -8,8 +8,19 @@ from __future__ import annotations
 
 from typing import Any
 
-__all__ = ["AXES", "CLOCK_MHZ", "CYCLES", "FIG_6_DEG", "FIG_7_DEG", "KI", "KP", "OPEN", "TABLE_1",
-           "TABLE_3", "TIME_US"]
+__all__ = [
+    "AXES",
+    "CLOCK_MHZ",
+    "CYCLES",
+    "FIG_6_DEG",
+    "FIG_7_DEG",
+    "KI",
+    "KP",
+    "OPEN",
+    "TABLE_1",
+    "TABLE_3",
+    "TIME_US",
+]
 
 AXES = ("pitch", "roll", "heading")
 
@@ -17,13 +28,22 @@ AXES = ("pitch", "roll", "heading")
 TABLE_1: tuple[dict[str, Any], ...] = tuple(
     {"stage": stage, "amplitude_deg": 15.0, "period_s": period, "periods": 4.25, "end_deg": end}
     for stage, period, end in (
-        ("x", 25.0, (-15.0, 0.0, 0.0)), ("y", 14.0, (-15.0, 15.0, 0.0)),
-        ("z", 5.0, (-15.0, 15.0, 15.0)), ("x", 25.0, (0.0, 15.0, 15.0)),
-        ("y", 14.0, (0.0, 0.0, 15.0)), ("z", 5.0, (0.0, 0.0, 0.0))))
+        ("x", 25.0, (-15.0, 0.0, 0.0)),
+        ("y", 14.0, (-15.0, 15.0, 0.0)),
+        ("z", 5.0, (-15.0, 15.0, 15.0)),
+        ("x", 25.0, (0.0, 15.0, 15.0)),
+        ("y", 14.0, (0.0, 0.0, 15.0)),
+        ("z", 5.0, (0.0, 0.0, 0.0)),
+    )
+)
 
 #: Table 3: standard deviation of the difference to the reference unit [deg].
-TABLE_3 = {"gyro": (0.624, 0.676, 0.566), "mag_acc": (0.197, 0.218, 0.536),
-           "kalman": (0.095, 0.127, 0.246), "complementary": (0.104, 0.128, 0.242)}
+TABLE_3 = {
+    "gyro": (0.624, 0.676, 0.566),
+    "mag_acc": (0.197, 0.218, 0.536),
+    "kalman": (0.095, 0.127, 0.246),
+    "complementary": (0.104, 0.128, 0.242),
+}
 
 #: Table 4; a unit of time is not printed.
 KP = (0.1414, 0.1414, 0.1)
@@ -40,22 +60,37 @@ CYCLES = {name: round(us * CLOCK_MHZ) for name, us in TIME_US.items()}
 #: What the paper does not print or prints twice, and what is taken here.
 OPEN = (
     ("Sample rate of the loop", "8 Hz, the rate of the HMR3300"),
-    ("Unit of time of Kp and Ki", "one sample: x -= Kp e. Per second at 100 Hz the "
-     "levelling error of Table 3 would be three times the printed one"),
-    ("Site, and so the field", "Tianjin: (-3.45, 27.90, -46.20) uT east, "
-     "north, up; heading counts from magnetic north"),
-    ("Euler sequence: eq. (3) is z-y'-x'', eq. (4)-(7) are z-x'-y''",
-     "z-x'-y'' throughout; eq. (3) as printed is run beside it"),
+    (
+        "Unit of time of Kp and Ki",
+        "one sample: x -= Kp e. Per second at 100 Hz the "
+        "levelling error of Table 3 would be three times the printed one",
+    ),
+    (
+        "Site, and so the field",
+        "Tianjin: (-3.45, 27.90, -46.20) uT east, north, up; heading counts from magnetic north",
+    ),
+    (
+        "Euler sequence: eq. (3) is z-y'-x'', eq. (4)-(7) are z-x'-y''",
+        "z-x'-y'' throughout; eq. (3) as printed is run beside it",
+    ),
     ("Reference unit (AHRS): its own errors", "none: errors here are against exact truth"),
-    ("Kalman filter: only cited (Marins 2001, Sabatini 2006)",
-     "four quaternion states, noises of Table 2"),
+    (
+        "Kalman filter: only cited (Marins 2001, Sabatini 2006)",
+        "four quaternion states, noises of Table 2",
+    ),
     ("Length of the heading test: 90 periods of 6 s, or 10 min", "90 periods, 540 s"),
     ("Time of the complementary filter: 316 us or 360 us (abstract)", "316 us"),
     ("Gyro bias of Table 2, printed in rad", "rad/s"),
-    ("Accelerometer: samples per update", "12.5 averaged (100 Hz over 8 Hz), delay compensated; "
-     "read off Table 3 itself, so mag/acc is a fit and no prediction"),
-    ("What is wrong with the sensors beside noise", "case C: gyro misaligned by 1 deg (sd, drawn "
-     "for each axis and run), soft iron of 1 %: x too large, y too small. Found by search too; the "
-     "form of the soft iron was chosen among nine as the one nearest to the mag/acc heading of "
-     "Table 3 and the prototype (0.51 to 0.58 deg)"),
+    (
+        "Accelerometer: samples per update",
+        "12.5 averaged (100 Hz over 8 Hz), delay compensated; "
+        "read off Table 3 itself, so mag/acc is a fit and no prediction",
+    ),
+    (
+        "What is wrong with the sensors beside noise",
+        "case C: gyro misaligned by 1 deg (sd, drawn "
+        "for each axis and run), soft iron of 1 %: x too large, y too small. Found by search too; "
+        "the form of the soft iron was chosen among nine as the one nearest to the mag/acc heading "
+        "of Table 3 and the prototype (0.51 to 0.58 deg)",
+    ),
 )

@@ -7,18 +7,33 @@ from typing import Any
 
 import numpy as np
 
-from sim.experiments import ma2014_paper as paper
-from sim.plotting import COLOUR, figure_and_axes, legend, settings, svg
+from boresight.sim.experiments import ma2014_paper as paper
+from boresight.sim.plotting import COLOUR, figure_and_axes, legend, settings, svg
 
-__all__ = ["difference_plot", "error_plot", "motion_plot", "plots", "spectra_plot", "table_3_plot",
-           "timing_plot"]
+__all__ = [
+    "difference_plot",
+    "error_plot",
+    "motion_plot",
+    "plots",
+    "spectra_plot",
+    "table_3_plot",
+    "timing_plot",
+]
 
 AXES = paper.AXES
-_METHOD = {"gyro": COLOUR["amber"], "mag_acc": COLOUR["other"],
-           "complementary": COLOUR["heading"], "ekf_quaternion": COLOUR["roll"],
-           "ekf_quaternion_vector": COLOUR["sky"], "letter": COLOUR["grey"]}
-_NUMBER = {"gyro": "Figure 1: gyro alone", "mag_acc": "Figure 2: mag/acc alone",
-           "complementary": "Figure 5: complementary filter"}
+_METHOD = {
+    "gyro": COLOUR["amber"],
+    "mag_acc": COLOUR["other"],
+    "complementary": COLOUR["heading"],
+    "ekf_quaternion": COLOUR["roll"],
+    "ekf_quaternion_vector": COLOUR["sky"],
+    "letter": COLOUR["grey"],
+}
+_NUMBER = {
+    "gyro": "Figure 1: gyro alone",
+    "mag_acc": "Figure 2: mag/acc alone",
+    "complementary": "Figure 5: complementary filter",
+}
 _TIME = "time from the start of the motion, s"
 
 
@@ -26,9 +41,16 @@ def _limit(axes: Any, value: float) -> None:
     """The paper's largest difference, both signs."""
     for sign in (-1.0, 1.0):
         axes.axhline(sign * value, color="#444444", linewidth=0.8, linestyle=(0, (4.0, 3.0)))
-    axes.annotate(f"dashed: \N{PLUS-MINUS SIGN}{value:g} deg, paper", (1.0, 1.0),
-                  xycoords="axes fraction", ha="right", va="bottom", fontsize=8, xytext=(0, 2),
-                  textcoords="offset points")
+    axes.annotate(
+        f"dashed: \N{PLUS-MINUS SIGN}{value:g} deg, paper",
+        (1.0, 1.0),
+        xycoords="axes fraction",
+        ha="right",
+        va="bottom",
+        fontsize=8,
+        xytext=(0, 2),
+        textcoords="offset points",
+    )
 
 
 def motion_plot(figures: Mapping[str, Any]) -> str:
@@ -36,8 +58,10 @@ def motion_plot(figures: Mapping[str, Any]) -> str:
     t, stages, truth = (np.asarray(figures[k]) for k in ("time_s", "stages_deg", "truth_deg"))
     with settings():
         figure, (upper, lower) = figure_and_axes(3.9, 2, sharex=True, sharey=True)
-        for axes, curves, names in ((upper, stages, ("stage x", "stage y", "stage z")),
-                                    (lower, truth, AXES)):
+        for axes, curves, names in (
+            (upper, stages, ("stage x", "stage y", "stage z")),
+            (lower, truth, AXES),
+        ):
             for k, name in enumerate(names):
                 axes.plot(t[::2], curves[::2, k], color=COLOUR[AXES[k]], label=name)
             axes.set_yticks((-20, -10, 0, 10, 20))
@@ -57,8 +81,12 @@ def spectra_plot(spectra: Mapping[str, Any]) -> str:
         for axes, key in zip(rows, _NUMBER, strict=True):
             method = spectra["methods"][key]
             for n in range(1, 7):
-                axes.axvline(n * spectra["line_hz"], color="#8a8f98", linewidth=0.8,
-                             linestyle=(0, (1.0, 2.5)))
+                axes.axvline(
+                    n * spectra["line_hz"],
+                    color="#8a8f98",
+                    linewidth=0.8,
+                    linestyle=(0, (1.0, 2.5)),
+                )
             axes.vlines(f[1:], 0.0, method["amplitude_deg"][1:], color=_METHOD[key], linewidth=1.4)
             axes.set_ylim(bottom=0.0)
             axes.margins(y=0.12)
@@ -66,7 +94,10 @@ def spectra_plot(spectra: Mapping[str, Any]) -> str:
             axes.set_title(
                 f"{_NUMBER[key]} (below {spectra['slow_hz']:g} Hz: "
                 f"{100 * method['energy_below_slow']['shown']:.0f} % of its energy; "
-                f"line at 1/6 Hz: {method['line_deg']['shown']:.3f} deg)", loc="left", fontsize=9)
+                f"line at 1/6 Hz: {method['line_deg']['shown']:.3f} deg)",
+                loc="left",
+                fontsize=9,
+            )
         rows[-1].set_xlabel("frequency, Hz (dotted: multiples of 1/6 Hz)")
         rows[-1].set_xlim(0.0, 1.0)
         rows[-1].set_xticks(np.arange(0.0, 1.01, 0.1))
@@ -80,16 +111,23 @@ def error_plot(figures: Mapping[str, Any]) -> str:
         figure, rows = figure_and_axes(5.8, 3, sharex=True)
         for k, axes in enumerate(rows):
             for key, name, colour in (
-                    ("complementary_as_printed", "eq. (3) as printed", "#b9bec6"),
-                    ("complementary", "complementary, consistent kinematics", COLOUR[AXES[k]])):
-                axes.plot(t, np.asarray(figures["error_deg"][key])[:, k], color=colour,
-                          label=name if k == 0 else None, linewidth=0.9)
+                ("complementary_as_printed", "eq. (3) as printed", "#b9bec6"),
+                ("complementary", "complementary, consistent kinematics", COLOUR[AXES[k]]),
+            ):
+                axes.plot(
+                    t,
+                    np.asarray(figures["error_deg"][key])[:, k],
+                    color=colour,
+                    label=name if k == 0 else None,
+                    linewidth=0.9,
+                )
             _limit(axes, paper.FIG_6_DEG[k])
             axes.set_ylabel(f"{AXES[k]} error, deg")
             axes.margins(y=0.15)
         legend(rows[0], 2)
-        for line, colour in zip(rows[0].get_legend().get_lines(), ("#9aa0a8", COLOUR["pitch"]),
-                                strict=True):
+        for line, colour in zip(
+            rows[0].get_legend().get_lines(), ("#9aa0a8", COLOUR["pitch"]), strict=True
+        ):
             line.set_color(colour)
         rows[-1].set_xlabel(_TIME)
         rows[-1].set_xlim(0.0, t[-1])
@@ -117,9 +155,14 @@ def difference_plot(figures: Mapping[str, Any], key: str = "ekf_quaternion") -> 
 def table_3_plot(table: Mapping[str, Any]) -> str:
     """Table 3: the paper's values among ours."""
     rows = table["cases"]["C"]
-    names = {"gyro": "gyro alone", "mag_acc": "mag/acc alone",
-             "ekf_quaternion": "Kalman, quaternion", "ekf_quaternion_vector": "Kalman, vectors",
-             "complementary": "complementary", "letter": "to the letter"}
+    names = {
+        "gyro": "gyro alone",
+        "mag_acc": "mag/acc alone",
+        "ekf_quaternion": "Kalman, quaternion",
+        "ekf_quaternion_vector": "Kalman, vectors",
+        "complementary": "complementary",
+        "letter": "to the letter",
+    }
     keys = [k for k in names if k in rows]
     with settings():
         figure, columns = figure_and_axes(0.42 * len(keys) + 1.1, 1, 3, sharey=True)
@@ -127,14 +170,38 @@ def table_3_plot(table: Mapping[str, Any]) -> str:
             for y, key in enumerate(keys):
                 row = rows[key]
                 sd = (row["fixed"] or row["float"])["sd"]
-                axes.plot((sd["p05"][axis], sd["p95"][axis]), (y, y), color=_METHOD[key],
-                          linewidth=1.4, solid_capstyle="butt")
-                axes.plot((sd["p25"][axis], sd["p75"][axis]), (y, y), color=_METHOD[key],
-                          linewidth=6.0, alpha=0.55, solid_capstyle="butt")
-                axes.plot(sd["median"][axis], y, "o", color=_METHOD[key], markersize=5,
-                          markeredgecolor="white", markeredgewidth=0.8)
-                axes.plot(paper.TABLE_3[row["paper_row"]][axis], y, "D", color="#111111",
-                          markersize=4.5, markerfacecolor="none")
+                axes.plot(
+                    (sd["p05"][axis], sd["p95"][axis]),
+                    (y, y),
+                    color=_METHOD[key],
+                    linewidth=1.4,
+                    solid_capstyle="butt",
+                )
+                axes.plot(
+                    (sd["p25"][axis], sd["p75"][axis]),
+                    (y, y),
+                    color=_METHOD[key],
+                    linewidth=6.0,
+                    alpha=0.55,
+                    solid_capstyle="butt",
+                )
+                axes.plot(
+                    sd["median"][axis],
+                    y,
+                    "o",
+                    color=_METHOD[key],
+                    markersize=5,
+                    markeredgecolor="white",
+                    markeredgewidth=0.8,
+                )
+                axes.plot(
+                    paper.TABLE_3[row["paper_row"]][axis],
+                    y,
+                    "D",
+                    color="#111111",
+                    markersize=4.5,
+                    markerfacecolor="none",
+                )
             axes.set_xscale("log")
             axes.set_xlim(0.05, 1.6)
             axes.set_xticks((0.05, 0.1, 0.2, 0.5, 1.0), ("0.05", "0.1", "0.2", "0.5", "1"))
@@ -148,21 +215,34 @@ def table_3_plot(table: Mapping[str, Any]) -> str:
 
 def timing_plot(rows: Sequence[Mapping[str, Any]]) -> str:
     """Figure 8: time of one update."""
-    titles = {"complementary": "complementary", "ekf_quaternion": "Kalman, quaternion",
-              "ekf_quaternion_vector": "Kalman, vectors"}
-    bars = [("complementary, paper (MicroBlaze)", paper.TIME_US["complementary"], "#9aa0a8"),
-            ("Kalman, paper (MicroBlaze)", paper.TIME_US["kalman"], "#9aa0a8")]
-    bars += [(f"{titles[r['estimator']]}, core {r['config']}", r["us"], _METHOD[r["estimator"]])
-             for r in rows]
+    titles = {
+        "complementary": "complementary",
+        "ekf_quaternion": "Kalman, quaternion",
+        "ekf_quaternion_vector": "Kalman, vectors",
+    }
+    bars = [
+        ("complementary, paper (MicroBlaze)", paper.TIME_US["complementary"], "#9aa0a8"),
+        ("Kalman, paper (MicroBlaze)", paper.TIME_US["kalman"], "#9aa0a8"),
+    ]
+    bars += [
+        (f"{titles[r['estimator']]}, core {r['config']}", r["us"], _METHOD[r["estimator"]])
+        for r in rows
+    ]
     with settings():
         figure, axes = figure_and_axes(0.3 * len(bars) + 0.7)
         axes.grid(False, axis="y")
-        axes.barh(range(len(bars)), [us for _, us, _ in bars], color=[c for _, _, c in bars],
-                  height=0.62)
+        axes.barh(
+            range(len(bars)), [us for _, us, _ in bars], color=[c for _, _, c in bars], height=0.62
+        )
         for y, (_, us, _) in enumerate(bars):
             text = f"{us:,.0f}" if us > 100.0 else f"{us:.2f}"
-            axes.annotate(f"{text} \N{MICRO SIGN}s", (us, y), xytext=(4, 0),
-                          textcoords="offset points", va="center")
+            axes.annotate(
+                f"{text} \N{MICRO SIGN}s",
+                (us, y),
+                xytext=(4, 0),
+                textcoords="offset points",
+                va="center",
+            )
         axes.set_xscale("log")
         axes.set_xlim(1.0, 3000.0)
         axes.set_xticks((1, 10, 100, 1000), ("1", "10", "100", "1,000"))
@@ -176,7 +256,12 @@ def timing_plot(rows: Sequence[Mapping[str, Any]]) -> str:
 def plots(data: Mapping[str, Any]) -> dict[str, str | None]:
     """All of them by name."""
     figures = data["figures"]
-    return {"motion": motion_plot(figures), "spectra": spectra_plot(data["spectra"]),
-            "error": error_plot(figures), "difference": difference_plot(figures),
-            "difference_vector": difference_plot(figures, "ekf_quaternion_vector"),
-            "table_3": table_3_plot(data["table_3"]), "timing": timing_plot(data["timing"])}
+    return {
+        "motion": motion_plot(figures),
+        "spectra": spectra_plot(data["spectra"]),
+        "error": error_plot(figures),
+        "difference": difference_plot(figures),
+        "difference_vector": difference_plot(figures, "ekf_quaternion_vector"),
+        "table_3": table_3_plot(data["table_3"]),
+        "timing": timing_plot(data["timing"]),
+    }

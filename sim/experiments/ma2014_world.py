@@ -8,15 +8,25 @@ from typing import Any
 
 import numpy as np
 
-from sim.experiments.ma2014_paper import TABLE_1
-from sim.log import Log
-from sim.world.devices import TABLE_2, accelerometer, gyro, magnetometer
-from sim.world.motion import StackedMotion, Swing
-from sim.world.recording import Sensors, record
-from sim.world.triad import misalignment, soft_iron
+from boresight.sim.experiments.ma2014_paper import TABLE_1
+from boresight.sim.log import Log
+from boresight.sim.world.devices import TABLE_2, accelerometer, gyro, magnetometer
+from boresight.sim.world.motion import StackedMotion, Swing
+from boresight.sim.world.recording import Sensors, record
+from boresight.sim.world.triad import misalignment, soft_iron
 
-__all__ = ["AVERAGED", "CASES", "Case", "E1", "E2", "FIELD_UT", "LEAD", "LOOP_HZ", "make_log",
-           "noise_free_log"]
+__all__ = [
+    "AVERAGED",
+    "CASES",
+    "Case",
+    "E1",
+    "E2",
+    "FIELD_UT",
+    "LEAD",
+    "LOOP_HZ",
+    "make_log",
+    "noise_free_log",
+]
 
 LOOP_HZ = 8.0
 #: Accelerometer samples averaged into one of the loop, 100 Hz over 8 Hz.
@@ -33,8 +43,15 @@ def _table_1() -> StackedMotion:
         axis = "xyz".index(row["stage"])
         end = float(row["end_deg"][axis])
         out = angle[axis] == 0.0  # from the middle to the end of the swing, or back
-        swings.append(Swing(axis, math.radians(end if out else angle[axis]), row["period_s"],
-                            row["periods"], phase=0.0 if out else math.pi / 2.0))
+        swings.append(
+            Swing(
+                axis,
+                math.radians(end if out else angle[axis]),
+                row["period_s"],
+                row["periods"],
+                phase=0.0 if out else math.pi / 2.0,
+            )
+        )
         angle[axis] = end
     return StackedMotion(tuple(swings))
 
@@ -79,14 +96,22 @@ _C = Case("case C: noise, gyro misaligned, soft iron", misalignment_deg=1.0, ell
 
 CASES = {
     "noise": Case("noise of Table 2 alone"),
-    "misalignment": Case("noise, and the gyro misaligned by 1 deg (sd, each axis)",
-                         misalignment_deg=1.0),
+    "misalignment": Case(
+        "noise, and the gyro misaligned by 1 deg (sd, each axis)", misalignment_deg=1.0
+    ),
     "soft_iron": Case("noise, and soft iron: x 1 % too large, y 1 % too small", ellipse=0.01),
     "C": _C,
-    "random_iron": replace(_C, title="case C with random soft iron instead, 1 % (sd, each element)",
-                           ellipse=0.0, soft_iron_sd=0.01),
-    "latency": replace(_C, title="case C, the delay of the accelerometer's average left in",
-                       acc_latency_s=0.5 / LOOP_HZ),
+    "random_iron": replace(
+        _C,
+        title="case C with random soft iron instead, 1 % (sd, each element)",
+        ellipse=0.0,
+        soft_iron_sd=0.01,
+    ),
+    "latency": replace(
+        _C,
+        title="case C, the delay of the accelerometer's average left in",
+        acc_latency_s=0.5 / LOOP_HZ,
+    ),
     "bias": replace(_C, title="case C, the gyro bias of Table 2 left in", bias_removed=False),
 }
 
@@ -101,15 +126,24 @@ def make_log(motion: StackedMotion, case: Case, seed: int) -> Log:
         gyro().with_errors(matrix=turn),
         accelerometer().with_errors(averaged=AVERAGED, latency_s=case.acc_latency_s),
         magnetometer().with_errors(matrix=iron),
-        gyro_bias=TABLE_2.gyro_bias if case.bias_removed else (0.0, 0.0, 0.0))
-    return record(motion, sensors, rate_hz=LOOP_HZ, seed=seed, field_ut=FIELD_UT, lead=LEAD,
-                  name="ma2014")
+        gyro_bias=TABLE_2.gyro_bias if case.bias_removed else (0.0, 0.0, 0.0),
+    )
+    return record(
+        motion, sensors, rate_hz=LOOP_HZ, seed=seed, field_ut=FIELD_UT, lead=LEAD, name="ma2014"
+    )
 
 
 def noise_free_log(motion: StackedMotion, rate_hz: float) -> Log:
     """The same with ideal sensors at another rate."""
-    from sim.world.triad import Triad
+    from boresight.sim.world.triad import Triad
 
     ideal = Triad(rate_hz, 0.0, 1e9)
-    return record(motion, Sensors(ideal, ideal, ideal), rate_hz=rate_hz, seed=0,
-                  field_ut=FIELD_UT, lead=LEAD, name="ma2014 noise-free")
+    return record(
+        motion,
+        Sensors(ideal, ideal, ideal),
+        rate_hz=rate_hz,
+        seed=0,
+        field_ut=FIELD_UT,
+        lead=LEAD,
+        name="ma2014 noise-free",
+    )

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from model.errors import InputError
+from boresight.model.errors import InputError
 
 __all__ = ["Spectrum", "line_amplitude", "share", "spectrum"]
 
@@ -36,7 +36,7 @@ def spectrum(signal: npt.ArrayLike, rate_hz: float) -> Spectrum:
     n = len(x)
     if n < 4 or not np.isfinite(x).all():
         raise InputError(f"signal must have 4 finite samples or more, not {n}")
-    lines = np.fft.rfft(x - x.mean(axis=0), axis=0)[:(n + 1) // 2]
+    lines = np.fft.rfft(x - x.mean(axis=0), axis=0)[: (n + 1) // 2]
     return Spectrum(np.arange(len(lines)) * rate_hz / n, 2.0 * np.abs(lines) / n)
 
 

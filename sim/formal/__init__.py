@@ -3,7 +3,7 @@
 A proof is an Amaranth `Elaboratable` (the harness) that holds the real component, drives its inputs
 with `unknown` words, and says with ``Assert``, ``Assume`` and ``Cover`` what has to hold. Every
 module of this package that has a tuple ``PROOFS`` of `prove.Proof` adds to the registry. What is
-proven, and what is not, stands in `docs/proofs.md`; ``python -m sim.formal`` runs it.
+proven, and what is not, stands in `docs/proofs.md`; ``python -m boresight.sim.formal`` runs it.
 
 A harness and its proof::
 

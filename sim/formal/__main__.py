@@ -1,26 +1,35 @@
-"""``python -m sim.formal [NAME...] [--short]``: run the proofs and print a table."""
+"""``python -m boresight.sim.formal [NAME...] [--short]``: run the proofs and print a table."""
 
 from __future__ import annotations
 
 import argparse
 import sys
 
-from model.errors import InputError, ToolMissing
-from sim.formal.prove import TIMEOUT_S, ProofError, prove
-from sim.formal.registry import find_proofs
-from sim.formal.tools import SOLVERS, find_tools
+from boresight.model.errors import InputError, ToolMissing
+from boresight.sim.formal.prove import TIMEOUT_S, ProofError, prove
+from boresight.sim.formal.registry import find_proofs
+from boresight.sim.formal.tools import SOLVERS, find_tools
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the proofs; 0: all proven, 1: one is not, 2: wrong arguments or a tool is missing."""
-    parser = argparse.ArgumentParser(prog="python -m sim.formal", description=__doc__)
-    parser.add_argument("names", nargs="*", metavar="NAME", help="a proof, or a part for all of "
-                        "its proofs; none: all")
+    parser = argparse.ArgumentParser(prog="python -m boresight.sim.formal", description=__doc__)
+    parser.add_argument(
+        "names",
+        nargs="*",
+        metavar="NAME",
+        help="a proof, or a part for all of its proofs; none: all",
+    )
     parser.add_argument("--short", action="store_true", help="only those that take seconds")
     parser.add_argument("--list", action="store_true", help="print names and claims, run nothing")
     parser.add_argument("--solver", choices=SOLVERS, help="which solver; else the first found")
-    parser.add_argument("--timeout", type=float, default=TIMEOUT_S, metavar="SECONDS",
-                        help="longest run of one step (default %(default)g)")
+    parser.add_argument(
+        "--timeout",
+        type=float,
+        default=TIMEOUT_S,
+        metavar="SECONDS",
+        help="longest run of one step (default %(default)g)",
+    )
     options = parser.parse_args(arguments)
     try:
         proofs = find_proofs(options.names, short=options.short)

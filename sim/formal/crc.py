@@ -7,9 +7,9 @@ from typing import Any
 from amaranth.hdl import Assert, Elaboratable, Module, Mux, Signal, Value
 from amaranth.lib.crc import Parameters
 
-from gateware.boards.frames import CRC
-from sim.formal.harness import reached, unknown
-from sim.formal.prove import Proof
+from boresight.gateware.boards.frames import CRC
+from boresight.sim.formal.harness import reached, unknown
+from boresight.sim.formal.prove import Proof
 
 __all__ = ["PROOFS", "AgainstShifts", "shifts"]
 
@@ -58,8 +58,13 @@ class AgainstShifts(Elaboratable):
 
 
 PROOFS = (
-    Proof(name="crc.frames", depth=6, induction=2, cover=range(5, 7),
-          claim="CRC-16 of the frames, any bytes and restarts: a byte is eight shifts of the "
-          "register of RFC 1662, and a good body is told by the remainder 0xF0B8",
-          harness=lambda: AgainstShifts(CRC)),
+    Proof(
+        name="crc.frames",
+        depth=6,
+        induction=2,
+        cover=range(5, 7),
+        claim="CRC-16 of the frames, any bytes and restarts: a byte is eight shifts of the "
+        "register of RFC 1662, and a good body is told by the remainder 0xF0B8",
+        harness=lambda: AgainstShifts(CRC),
+    ),
 )

@@ -6,13 +6,13 @@ from typing import Any
 
 from amaranth.hdl import Array, Assert, Assume, Cat, Elaboratable, Module, Mux, Signal
 
-from gateware.boards.framer import Framer
-from gateware.boards.frames import END, Kind, word_bytes
-from gateware.boards.unpack import Unpacker
-from sim.formal.crc import GOOD, shifts
-from sim.formal.harness import reached, unknown
-from sim.formal.inside import Inside
-from sim.formal.prove import Proof
+from boresight.gateware.boards.framer import Framer
+from boresight.gateware.boards.frames import END, Kind, word_bytes
+from boresight.gateware.boards.unpack import Unpacker
+from boresight.sim.formal.crc import GOOD, shifts
+from boresight.sim.formal.harness import reached, unknown
+from boresight.sim.formal.inside import Inside
+from boresight.sim.formal.prove import Proof
 
 __all__ = ["LENGTHS", "PROOFS", "Delivered"]
 
@@ -58,11 +58,16 @@ class Delivered(Elaboratable):
         last = (number == length * size) & (number != 0)
         m.d.comb += [
             length.eq(Mux(kind == Kind.WRITE, 2, 1)),
-            framer.i.valid.eq(valid), framer.i.payload.data.eq(byte),
-            framer.i.payload.last.eq(last), framer.i.payload.raw.eq(0), framer.o.ready.eq(ready),
+            framer.i.valid.eq(valid),
+            framer.i.payload.data.eq(byte),
+            framer.i.payload.last.eq(last),
+            framer.i.payload.raw.eq(0),
+            framer.o.ready.eq(ready),
             Assume((number != 0) | (byte == Kind.WRITE) | (byte == Kind.READ)),
-            unpacker.data.eq(framer.o.payload), unpacker.valid.eq(framer.o.valid & ready),
-            unpacker.done.eq(done), unpacker.read.eq(unknown(m, 1, "read")),
+            unpacker.data.eq(framer.o.payload),
+            unpacker.valid.eq(framer.o.valid & ready),
+            unpacker.done.eq(done),
+            unpacker.read.eq(unknown(m, 1, "read")),
             unpacker.index.eq(unknown(m, len(unpacker.index), "index")),
         ]
         waited, stood = Signal(name="waited"), Signal(9, name="stood")
@@ -87,8 +92,9 @@ class Delivered(Elaboratable):
         self._insides(m, sending, taking, size=size)
         return m
 
-    def _buffers(self, m: Module, taking: Inside, *, out: Any, finished: Any, done: Any,
-                 size: int) -> None:
+    def _buffers(
+        self, m: Module, taking: Inside, *, out: Any, finished: Any, done: Any, size: int
+    ) -> None:
         """The frame that is sent and the frame that waits."""
         unpacker, count = self.unpacker, max(LENGTHS.values())
         words = [Signal(WORD, name=f"word{k}") for k in range(count)]
@@ -112,8 +118,11 @@ class Delivered(Elaboratable):
             m.d.sync += pending.eq(0)
         with m.If(finished):
             with m.If(~pending | done):
-                m.d.sync += [pending.eq(1), held_kind.eq(kind),
-                             *(h.eq(w) for h, w in zip(held, words, strict=True))]
+                m.d.sync += [
+                    pending.eq(1),
+                    held_kind.eq(kind),
+                    *(h.eq(w) for h, w in zip(held, words, strict=True)),
+                ]
             with m.Else():
                 m.d.sync += dropped.eq(1)
         place = taking["place"]
@@ -122,8 +131,14 @@ class Delivered(Elaboratable):
             Assert(unpacker.pending == pending),
             Assert(~pending | (unpacker.kind == held_kind)),
             Assert(unpacker.dropped == dropped),
-            reached(m, pending & (held_kind == Kind.WRITE) & (held[0][:8] == 0xC0)
-                    & (held[1][8:16] == 0xDB), "escaped_frame"),
+            reached(
+                m,
+                pending
+                & (held_kind == Kind.WRITE)
+                & (held[0][:8] == 0xC0)
+                & (held[1][8:16] == 0xDB),
+                "escaped_frame",
+            ),
             reached(m, dropped, "one_too_many"),
         ]
         depth = unpacker.depth
@@ -131,20 +146,31 @@ class Delivered(Elaboratable):
             for name, where, frame in (("sent", half, words), ("held", ~half, held)):
                 spy = buffer.read_port(domain="comb")
                 m.d.comb += spy.addr.eq(k + Mux(where, depth, 0))
-                there = (seen > size * (k + 1)) if name == "sent" else (
-                    pending & ((held_kind == Kind.WRITE) | (k == 0)))
+                there = (
+                    (seen > size * (k + 1))
+                    if name == "sent"
+                    else (pending & ((held_kind == Kind.WRITE) | (k == 0)))
+                )
                 m.d.comb += Assert(~there | (spy.data == frame[k]))
         # Words are read as they stand in the buffer.
         looked, wanted = Signal(name="looked"), Signal(WORD, name="wanted")
-        m.d.sync += [looked.eq(unpacker.read & pending & ((unpacker.index == 0)
-                                                          | (held_kind == Kind.WRITE))),
-                     wanted.eq(Array(held)[unpacker.index])]
+        m.d.sync += [
+            looked.eq(
+                unpacker.read & pending & ((unpacker.index == 0) | (held_kind == Kind.WRITE))
+            ),
+            wanted.eq(Array(held)[unpacker.index]),
+        ]
         m.d.comb += [
             Assert(~looked | (unpacker.word_data == wanted)),
             Assert(~pending | (held_kind == Kind.WRITE) | (held_kind == Kind.READ)),
-            *(Assert((place < n) | (seen == self.length * size + 1) | (
-                taking["gathered"][8 * (size - n):] == gathered[8 * (size - n):]))
-              for n in range(1, size)),
+            *(
+                Assert(
+                    (place < n)
+                    | (seen == self.length * size + 1)
+                    | (taking["gathered"][8 * (size - n) :] == gathered[8 * (size - n) :])
+                )
+                for n in range(1, size)
+            ),
         ]
 
     def _insides(self, m: Module, sending: Inside, taking: Inside, *, size: int) -> None:
@@ -178,16 +204,19 @@ class Delivered(Elaboratable):
             Assert(taking["headed"] == within),
             Assert(~within | (taking["kind"] == kind)),
             Assert(within | ((taking["place"] == 0) & (taking["count"] == 0))),
-            Assert(~within | (checks != 0) | (seen == 1 + size * taking["count"]
-                                              + taking["place"])),
+            Assert(
+                ~within | (checks != 0) | (seen == 1 + size * taking["count"] + taking["place"])
+            ),
             Assert(taking["place"] < size),
             Assert((checks == 0) | ((taking["count"] == length) & (taking["place"] == checks))),
             # The two checks.
             Assert(~body | (number != 0) | (sent == 0xFFFF)),
             Assert(~(body & ~full & (number == 0)) | (got == 0xFFFF)),
             Assert(~(self.of_body & (seen == 0)) | (got == 0xFFFF)),
-            Assert(~((body & (number != 0)) | low) | (
-                sent == Mux(full, shifts(got, self.taken_byte), got))),
+            Assert(
+                ~((body & (number != 0)) | low)
+                | (sent == Mux(full, shifts(got, self.taken_byte), got))
+            ),
             Assert(~(high & full) | (got == sent)),
             Assert(~((high & ~full) | (finish & full)) | (got == shifts(sent, ours.crc[:8]))),
             Assert(~(finish & ~full | ending) | (theirs.match_detected & (got == GOOD))),
@@ -195,9 +224,14 @@ class Delivered(Elaboratable):
 
 
 PROOFS = (
-    Proof(name="frames.delivered", depth=8, induction=3, cover=range(40, 42),
-          claim=f"Framer to Unpacker, words of {WORD} bits, frames of 1 and 2 words: every frame "
-          "arrives whole, once, unchanged, whatever bytes it holds, or is told to be dropped if "
-          "the one before still waits; the one that waits stays as it is",
-          harness=lambda: Delivered(Framer(), Unpacker(word=WORD, lengths=LENGTHS))),
+    Proof(
+        name="frames.delivered",
+        depth=8,
+        induction=3,
+        cover=range(40, 42),
+        claim=f"Framer to Unpacker, words of {WORD} bits, frames of 1 and 2 words: every frame "
+        "arrives whole, once, unchanged, whatever bytes it holds, or is told to be dropped if "
+        "the one before still waits; the one that waits stays as it is",
+        harness=lambda: Delivered(Framer(), Unpacker(word=WORD, lengths=LENGTHS)),
+    ),
 )

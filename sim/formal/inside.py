@@ -67,8 +67,10 @@ class Inside:
         part, dot, rest = name.partition(".")
         if dot:
             if part not in self.parts:
-                raise KeyError(f"{self.name} must have a part {part}, not only "
-                               f"{', '.join(self.parts) or 'no part'}")
+                raise KeyError(
+                    f"{self.name} must have a part {part}, not only "
+                    f"{', '.join(self.parts) or 'no part'}"
+                )
             return self.parts[part][rest]
         if not isinstance(self._variables.get(name), Signal):
             raise KeyError(f"{self.name}.elaborate must have a signal {name}")

@@ -29,9 +29,9 @@ from typing import Any
 from amaranth.back import rtlil
 from amaranth.hdl import ClockDomain, Elaboratable, Module
 
-from gateware.verilog import Device
-from sim.formal.tools import Tools, find_tools, solver_environment
-from sim.formal.trace import Trace, read_trace
+from boresight.gateware.verilog import Device
+from boresight.sim.formal.tools import Tools, find_tools, solver_environment
+from boresight.sim.formal.trace import Trace, read_trace
 
 __all__ = ["Proof", "ProofError", "ProofTimeout", "Result", "prove"]
 
@@ -147,8 +147,11 @@ class Result:
 
     def report(self, *, last: int = 40) -> str:
         """Result as text: one line, and for a failure the last cycles of the run."""
-        line = (f"{self.proof.name}: {self.method}, {self.covers} covers, {self.seconds:.1f} s"
-                if self.proven else f"{self.proof.name}: {self.failed}")
+        line = (
+            f"{self.proof.name}: {self.method}, {self.covers} covers, {self.seconds:.1f} s"
+            if self.proven
+            else f"{self.proof.name}: {self.failed}"
+        )
         return line if self.trace is None else f"{line}\n{self.trace.text(last=last)}"
 
 
@@ -177,8 +180,13 @@ def _rtlil(proof: Proof) -> str:
     return text
 
 
-def prove(proof: Proof, *, solver: str | None = None, timeout_s: float = TIMEOUT_S,
-          tools: Tools | None = None) -> Result:
+def prove(
+    proof: Proof,
+    *,
+    solver: str | None = None,
+    timeout_s: float = TIMEOUT_S,
+    tools: Tools | None = None,
+) -> Result:
     """Prove or refute.
 
     Parameters
@@ -206,8 +214,9 @@ def prove(proof: Proof, *, solver: str | None = None, timeout_s: float = TIMEOUT
         run.prepare(_rtlil(proof))
 
         def result(proven: bool, method: str, **more: Any) -> Result:
-            return Result(proof=proof, proven=proven, method=method,
-                          seconds=time.monotonic() - began, **more)
+            return Result(
+                proof=proof, proven=proven, method=method, seconds=time.monotonic() - began, **more
+            )
 
         bounded = f"bounded, {proof.depth} cycles"
         log, good = run.smtbmc(proof.depth + 1)
@@ -215,17 +224,27 @@ def prove(proof: Proof, *, solver: str | None = None, timeout_s: float = TIMEOUT
             return result(False, bounded, failed="refuted: " + _place(log), trace=run.trace())
         reached, missed = run.covers(proof.cover_cycles)
         if missed or not reached:
-            return result(False, "cover", covers=reached, failed="not reached: " + (
-                ", ".join(missed) or "the harness has no Cover"))
+            return result(
+                False,
+                "cover",
+                covers=reached,
+                failed="not reached: " + (", ".join(missed) or "the harness has no Cover"),
+            )
         if not proof.induction:
             return result(True, bounded, covers=reached)
         if proof.induction > proof.depth:
-            raise ValueError(f"depth must be at least induction, {proof.induction}, not "
-                             f"{proof.depth}")
+            raise ValueError(
+                f"depth must be at least induction, {proof.induction}, not {proof.depth}"
+            )
         log, good = run.smtbmc(proof.induction, "-i")
         if not good:
-            return result(False, f"induction, k = {proof.induction}", covers=reached,
-                          failed="not inductive: " + _place(log), trace=run.trace())
+            return result(
+                False,
+                f"induction, k = {proof.induction}",
+                covers=reached,
+                failed="not inductive: " + _place(log),
+                trace=run.trace(),
+            )
         last = re.findall(r"Trying induction in step (\d+)", log)[-1]
         return result(True, f"induction, k = {proof.induction - int(last)}", covers=reached)
 
@@ -250,9 +269,22 @@ class _Run:
     def smtbmc(self, steps: int | str, *options: str) -> tuple[str, bool]:
         """Run smtbmc; its output, and whether the answer is yes."""
         (self.folder / "trace.vcd").unlink(missing_ok=True)
-        log, code = self._start([*self.tools.smtbmc, "-s", self.tools.solver, "--noprogress",
-                                 "-m", "top", "-t", str(steps), *options, "--dump-vcd",
-                                 "trace.vcd", "design.smt2"])
+        log, code = self._start(
+            [
+                *self.tools.smtbmc,
+                "-s",
+                self.tools.solver,
+                "--noprogress",
+                "-m",
+                "top",
+                "-t",
+                str(steps),
+                *options,
+                "--dump-vcd",
+                "trace.vcd",
+                "design.smt2",
+            ]
+        )
         if "Status: PASSED" in log and not code:
             return log, True
         if "Status: FAILED" in log or "Status: failed" in log:
@@ -264,8 +296,10 @@ class _Run:
         quiet = self.folder / "quiet.smtc"
         quiet.write_text("always\nassume (= [rst] false)\n" if self.reset else "")
         log, _ = self.smtbmc(f"{cycles.start}:{cycles.stop}", "-c", "--smtc", quiet.name)
-        return (len(re.findall(r"Reached cover statement", log)),
-                _places(re.findall(r"Unreached cover statement at (.*)", log)))
+        return (
+            len(re.findall(r"Reached cover statement", log)),
+            _places(re.findall(r"Unreached cover statement at (.*)", log)),
+        )
 
     def trace(self) -> Trace | None:
         """The counterexample of the last run."""
@@ -274,9 +308,15 @@ class _Run:
 
     def _start(self, command: list[str]) -> tuple[str, int]:
         # A group of its own, so that the solver ends with smtbmc.
-        with subprocess.Popen(command, cwd=self.folder, env=solver_environment(), text=True,
-                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                              start_new_session=True) as process:
+        with subprocess.Popen(
+            command,
+            cwd=self.folder,
+            env=solver_environment(),
+            text=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+        ) as process:
             try:
                 log, _ = process.communicate(timeout=self.timeout_s)
             except BaseException as error:

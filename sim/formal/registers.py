@@ -6,11 +6,11 @@ from typing import Any
 
 from amaranth.hdl import Array, Assert, Assume, Const, Elaboratable, Module, Mux, Signal
 
-from gateware.machine import CONFIGS
-from gateware.registers import PROGRAM, Registers
-from sim.formal.harness import after_start, before, reached, unknown
-from sim.formal.inside import Inside
-from sim.formal.prove import Proof
+from boresight.gateware.machine import CONFIGS
+from boresight.gateware.registers import PROGRAM, Registers
+from boresight.sim.formal.harness import after_start, before, reached, unknown
+from boresight.sim.formal.inside import Inside
+from boresight.sim.formal.prove import Proof
 
 __all__ = ["PROOFS", "Bus"]
 
@@ -39,33 +39,53 @@ class Bus(Elaboratable):
         w_stb, grant = unknown(m, 1, "w_stb"), unknown(m, 1, "grant")
         events = {name: unknown(m, 1, name) for name in _EVENTS}
         m.d.comb += [
-            bus.addr.eq(addr), bus.w_data.eq(w_data), bus.w_stb.eq(w_stb), dut.grant.eq(grant),
+            bus.addr.eq(addr),
+            bus.w_data.eq(w_data),
+            bus.w_stb.eq(w_stb),
+            dut.grant.eq(grant),
             *(getattr(dut, name).eq(signal) for name, signal in events.items()),
         ]
         # A write is held until it is acknowledged; the machine grants only what is requested.
         waited = before(m, w_stb & ~bus.w_ack, "waited")
         same = (addr == before(m, addr, "addr_before")) & (
-            w_data == before(m, w_data, "w_data_before"))
-        m.d.comb += [
-            Assume(~waited | (w_stb & same)),
-            Assume(~grant | dut.request),
-        ]
+            w_data == before(m, w_data, "w_data_before")
+        )
+        m.d.comb += [Assume(~waited | (w_stb & same)), Assume(~grant | dut.request)]
         fixed, half = addr[9], (dut.machine.bank_depth - 1).bit_length() - 1
         parameter = ~fixed & ~addr[half]
         if dut.selector:
             self._chosen(m, w_stb=w_stb, parameter=parameter, grant=grant, waited=waited)
         else:
-            self._by_bus(m, addr=addr, w_data=w_data, w_stb=w_stb, parameter=parameter,
-                         grant=grant, waited=waited)
+            self._by_bus(
+                m,
+                addr=addr,
+                w_data=w_data,
+                w_stb=w_stb,
+                parameter=parameter,
+                grant=grant,
+                waited=waited,
+            )
         self._reads(m, inside, addr=addr, w_data=w_data, w_stb=w_stb, **events)
         return m
 
-    def _by_bus(self, m: Module, *, addr: Any, w_data: Any, w_stb: Any, parameter: Any,
-                grant: Any, waited: Any) -> None:
+    def _by_bus(
+        self,
+        m: Module,
+        *,
+        addr: Any,
+        w_data: Any,
+        w_stb: Any,
+        parameter: Any,
+        grant: Any,
+        waited: Any,
+    ) -> None:
         """Writes, where the bus also chooses the program."""
         dut, bus = self.dut, self.dut.bus
-        change = (addr[9] & ~addr[8] & (addr[:3] == PROGRAM % 8) & (w_data < dut.programs)
-                  if dut.programs > 1 else Const(0))
+        change = (
+            addr[9] & ~addr[8] & (addr[:3] == PROGRAM % 8) & (w_data < dut.programs)
+            if dut.programs > 1
+            else Const(0)
+        )
         waits = parameter | change
         program = Signal(range(dut.programs), name="program_now")
         with m.If(grant & dut.switch):
@@ -111,8 +131,20 @@ class Bus(Elaboratable):
             reached(m, waited & bus.w_ack & w_stb, "waited_long"),
         ]
 
-    def _reads(self, m: Module, inside: Inside, *, addr: Any, w_data: Any, w_stb: Any,
-               saturated: Any, framing: Any, commit: Any, idle: Any, parity: Any) -> None:
+    def _reads(
+        self,
+        m: Module,
+        inside: Inside,
+        *,
+        addr: Any,
+        w_data: Any,
+        w_stb: Any,
+        saturated: Any,
+        framing: Any,
+        commit: Any,
+        idle: Any,
+        parity: Any,
+    ) -> None:
         """What 512 to 516 hold, written down a second time."""
         dut, word = self.dut, self.dut.machine.arithmetic.word
         mask = (1 << word) - 1
@@ -124,8 +156,15 @@ class Bus(Elaboratable):
             m.d.sync += [updates.eq(updates + 1), last.eq(pending | saturated)]
         m.d.sync += pending.eq(Mux(commit | framing, 0, pending | saturated))
         status = flags | idle << 2 | parity << 3
-        now = Array([status, updates, Const(dut.digest & mask, word),
-                     Const(dut.digest >> word & mask, word), dut.program])
+        now = Array(
+            [
+                status,
+                updates,
+                Const(dut.digest & mask, word),
+                Const(dut.digest >> word & mask, word),
+                dut.program,
+            ]
+        )
         value = Signal(word, name="expected")
         m.d.comb += value.eq(now[addr[:3]])
         documented = before(m, (addr >= 512) & (addr <= PROGRAM), "documented")
@@ -144,16 +183,29 @@ def _proof(config: str, programs: int, *, selector: bool = False) -> Proof:
     how = ", the program chosen by the port" if selector else ""
     return Proof(
         name=f"registers.{config}_{programs}" + ("_selector" if selector else ""),
-        depth=12, induction=4, cover=range(11, 13),
+        depth=12,
+        induction=4,
+        cover=range(11, 13),
         claim=f"Registers, {machine.lanes} lane(s), {programs} program(s){how}: every acknowledged "
         "write was granted once, at its own address and data; nothing is granted or acknowledged "
         "without a write; a program that exists runs; a word read is that of the address of the "
         "cycle before",
-        harness=lambda: Bus(Registers(machine=machine, digest=(1 << 2 * machine.arithmetic.word)
-                                      // 7, programs=programs, selector=selector)))
+        harness=lambda: Bus(
+            Registers(
+                machine=machine,
+                digest=(1 << 2 * machine.arithmetic.word) // 7,
+                programs=programs,
+                selector=selector,
+            )
+        ),
+    )
 
 
 PROOFS = (
-    _proof("small", 1), _proof("small", 4), _proof("fast", 1), _proof("fast", 3),
-    _proof("small", 4, selector=True), _proof("small", 7, selector=True),
+    _proof("small", 1),
+    _proof("small", 4),
+    _proof("fast", 1),
+    _proof("fast", 3),
+    _proof("small", 4, selector=True),
+    _proof("small", 7, selector=True),
 )

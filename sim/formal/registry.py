@@ -6,8 +6,8 @@ import importlib
 import pkgutil
 from pathlib import Path
 
-from model.errors import InputError
-from sim.formal.prove import Proof
+from boresight.model.errors import InputError
+from boresight.sim.formal.prove import Proof
 
 __all__ = ["all_proofs", "find_proofs"]
 
@@ -17,7 +17,9 @@ def all_proofs() -> tuple[Proof, ...]:
     found: list[Proof] = []
     for module in pkgutil.iter_modules([str(Path(__file__).parent)]):
         if not module.name.startswith("__"):
-            found += getattr(importlib.import_module(f"sim.formal.{module.name}"), "PROOFS", ())
+            found += getattr(
+                importlib.import_module(f"boresight.sim.formal.{module.name}"), "PROOFS", ()
+            )
     names = [proof.name for proof in found]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
@@ -47,7 +49,11 @@ def find_proofs(names: list[str], *, short: bool = False) -> tuple[Proof, ...]:
 
     for name in names:
         if not named(name):
-            raise InputError.at("NAME", wanted="a proof or the part before its dot", found=name,
-                                fix="see python -m sim.formal --list")
+            raise InputError.at(
+                "NAME",
+                wanted="a proof or the part before its dot",
+                found=name,
+                fix="see python -m boresight.sim.formal --list",
+            )
     chosen = [p for p in proofs if not names or any(p in named(name) for name in names)]
     return tuple(p for p in chosen if p.short or not short)

@@ -6,10 +6,10 @@ from typing import Any
 
 from amaranth.hdl import Assert, Assume, Cat, Elaboratable, Module, Signal
 
-from gateware.system.results import INDEX_BITS, Results
-from sim.formal.harness import before, fixed, reached, unknown
-from sim.formal.inside import Inside
-from sim.formal.prove import Proof
+from boresight.gateware.system.results import INDEX_BITS, Results
+from boresight.sim.formal.harness import before, fixed, reached, unknown
+from boresight.sim.formal.inside import Inside
+from boresight.sim.formal.prove import Proof
 
 __all__ = ["PROOFS", "Whole"]
 
@@ -36,8 +36,13 @@ class Whole(Elaboratable):
         m.submodules.dut = (inside := Inside(dut, platform)).module
         begin, complete, w_en = (unknown(m, 1, n) for n in ("begin", "complete", "w_en"))
         w_index, w_data = unknown(m, INDEX_BITS, "w_index"), unknown(m, word, "w_data")
-        m.d.comb += [dut.begin.eq(begin), dut.complete.eq(complete), dut.w_en.eq(w_en),
-                     dut.w_index.eq(w_index), dut.w_data.eq(w_data)]
+        m.d.comb += [
+            dut.begin.eq(begin),
+            dut.complete.eq(complete),
+            dut.w_en.eq(w_en),
+            dut.w_index.eq(w_index),
+            dut.w_data.eq(w_data),
+        ]
         # Words are written in an update that has begun, which ends with `complete`.
         writing = Signal()
         with m.If(begin):
@@ -78,23 +83,32 @@ class Whole(Elaboratable):
                 reached(m, looked & wanted[-1] & writing, f"read{k}"),
                 Assert(~writing | (write != bank)),
             ]
-            for name, which, content in (("write", write, now), ("newest", bank_newest, newest),
-                                         ("held", bank, held)):
+            for name, which, content in (
+                ("write", write, now),
+                ("newest", bank_newest, newest),
+                ("held", bank, held),
+            ):
                 spy = memory.read_port(domain="comb")
                 m.d.comb += spy.addr.eq(Cat(index, which))
-                m.d.comb += Assert(~content[-1] | (spy.data == content[:-1]) | (
-                    ~writing if name == "write" else 0))
+                m.d.comb += Assert(
+                    ~content[-1] | (spy.data == content[:-1]) | (~writing if name == "write" else 0)
+                )
         return m
 
 
 def _proof(readers: int, *, short: bool = True) -> Proof:
     return Proof(
-        name=f"results.whole_{readers}", depth=8, induction=3, cover=range(13, 15), reset=False,
+        name=f"results.whole_{readers}",
+        depth=8,
+        induction=3,
+        cover=range(13, 15),
+        reset=False,
         short=short,
         claim=f"Results, {readers} reader(s), no reset: all words that a reader sees between two "
         "takes, and that the update has written, are those of the one update that was the newest "
         "at the first; the writer is never made to wait",
-        harness=lambda: Whole(Results(word=2, readers=readers)))
+        harness=lambda: Whole(Results(word=2, readers=readers)),
+    )
 
 
 PROOFS = (_proof(1), _proof(2), _proof(3, short=False))

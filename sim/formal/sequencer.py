@@ -6,13 +6,13 @@ from typing import Any
 
 from amaranth.hdl import Array, Assert, Const, Elaboratable, Module, Mux, Signal
 
-from gateware.image import Image
-from gateware.machine import CONFIGS, Machine
-from gateware.microcode import encode
-from gateware.sequencer import Sequencer
-from sim.formal.harness import reached, unknown
-from sim.formal.inside import Inside
-from sim.formal.prove import Proof
+from boresight.gateware.image import Image
+from boresight.gateware.machine import CONFIGS, Machine
+from boresight.gateware.microcode import encode
+from boresight.gateware.sequencer import Sequencer
+from boresight.sim.formal.harness import reached, unknown
+from boresight.sim.formal.inside import Inside
+from boresight.sim.formal.prove import Proof
 
 __all__ = ["PROGRAMS", "PROOFS", "Stepped", "tiny_image"]
 
@@ -38,8 +38,12 @@ def tiny_image(machine: Machine) -> Image:
             fields.pop("we", None)
             fields["home"] = int(number == len(words) - 1)
             rom.append(encode(machine, {"shift0": len(rom), **fields}))
-    return Image(rom=rom, registers=[0] * 512, tables=[0] * 1536,
-                 lengths=tuple(len(words) for words in PROGRAMS))
+    return Image(
+        rom=rom,
+        registers=[0] * 512,
+        tables=[0] * 1536,
+        lengths=tuple(len(words) for words in PROGRAMS),
+    )
 
 
 class Stepped(Elaboratable):
@@ -61,8 +65,10 @@ class Stepped(Elaboratable):
         m = Module()
         dut = self.dut
         m.submodules.dut = (inside := Inside(dut, platform)).module
-        inputs = {name: unknown(m, 1, name)
-                  for name in ("i_valid", "i_last", "o_ready", "request", "switch")}
+        inputs = {
+            name: unknown(m, 1, name)
+            for name in ("i_valid", "i_last", "o_ready", "request", "switch")
+        }
         for name, signal in inputs.items():
             m.d.comb += getattr(dut, name).eq(signal)
         self.program, other = Signal(range(len(PROGRAMS))), unknown(m, 1, "other")
@@ -78,13 +84,23 @@ class Stepped(Elaboratable):
         """A field of the word at work."""
         longest = max(map(len, PROGRAMS))
         names = {"get": ("get", "get_last")}.get(field, (field,))
-        bits = [[int(any(n in words[k].split() for n in names)) if k < len(words) else 0
-                 for k in range(longest)] for words in PROGRAMS]
-        return self.active & Array(Array(Const(b, 1) for b in row) for row in bits)[self.program][
-            Mux(self.active, self.at[:3], 0)]
+        bits = [
+            [
+                int(any(n in words[k].split() for n in names)) if k < len(words) else 0
+                for k in range(longest)
+            ]
+            for words in PROGRAMS
+        ]
+        return (
+            self.active
+            & Array(Array(Const(b, 1) for b in row) for row in bits)[self.program][
+                Mux(self.active, self.at[:3], 0)
+            ]
+        )
 
-    def _rules(self, m: Module, *, i_valid: Any, i_last: Any, o_ready: Any, request: Any,
-               switch: Any) -> None:
+    def _rules(
+        self, m: Module, *, i_valid: Any, i_last: Any, o_ready: Any, request: Any, switch: Any
+    ) -> None:
         """What comes out in a cycle, and the word at work in the next."""
         dut = self.dut
         self.at = at = Signal(range(-FILL, 8), init=-FILL)
@@ -92,7 +108,8 @@ class Stepped(Elaboratable):
         self.swallowing = swallowing = Signal(name="swallowing")
         self.active, self.length = Signal(name="at_work"), Signal(range(8), name="length")
         first, takes, moves, fault, grant, home = (
-            Signal(name=n) for n in ("first", "takes", "moves", "fault", "granted", "at_home"))
+            Signal(name=n) for n in ("first", "takes", "moves", "fault", "granted", "at_home")
+        )
         self.first, self.takes, self.fault, self.moves = first, takes, fault, moves
         get, emit = self._of("get"), self._of("emit")
         m.d.comb += [
@@ -114,21 +131,28 @@ class Stepped(Elaboratable):
             Assert(dut.commit == (home & moves & ~fault)),
             Assert(dut.framing == fault),
             Assert(dut.write[0] == (takes | (grant & ~switch) | (moves & self._of("we")))),
-            *(Assert(dut.write[lane] == (moves & self._of("we")))
-              for lane in range(1, dut.machine.lanes)),
+            *(
+                Assert(dut.write[lane] == (moves & self._of("we")))
+                for lane in range(1, dut.machine.lanes)
+            ),
         ]
         with m.If(swallowing & i_valid & i_last):
             m.d.sync += swallowing.eq(0)
         with m.If(takes):
-            m.d.sync += [begun.eq(~(i_last | self._of("get_last"))),
-                         swallowing.eq(self._of("get_last") & ~i_last)]
+            m.d.sync += [
+                begun.eq(~(i_last | self._of("get_last"))),
+                swallowing.eq(self._of("get_last") & ~i_last),
+            ]
         with m.If(fault | (grant & switch)):
             m.d.sync += at.eq(-FILL)
         with m.Elif(moves):
             m.d.sync += at.eq(Mux(home, 0, at + 1))
-        m.d.comb += [reached(m, fault & ~i_last, "late_last"), reached(m, dut.commit, "update"),
-                     reached(m, dut.commit & (self.program == 1), "other_update"),
-                     reached(m, grant & ~switch, "written")]
+        m.d.comb += [
+            reached(m, fault & ~i_last, "late_last"),
+            reached(m, dut.commit, "update"),
+            reached(m, dut.commit & (self.program == 1), "other_update"),
+            reached(m, grant & ~switch, "written"),
+        ]
 
     def _registers(self, m: Module, inside: Inside) -> None:
         """Where the counter and the words in the ROM's registers are: for induction."""
@@ -138,8 +162,9 @@ class Stepped(Elaboratable):
         contents = [0] * (1 << len(pc))
         for number, word in enumerate(dut.image.hardware_rom(dut.machine)[0]):
             contents[number] = word
-        used = Array(Const(word, dut.machine.word_bits)
-                     for word in contents[:sum(dut.image.lengths)])
+        used = Array(
+            Const(word, dut.machine.word_bits) for word in contents[: sum(dut.image.lengths)]
+        )
 
         def ahead(words: int) -> Any:
             place = Signal(range(-FILL, 11), name=f"ahead{words}")
@@ -164,17 +189,20 @@ class Stepped(Elaboratable):
     @property
     def first_get(self) -> Any:
         """Number of the first word that gets."""
-        return Array(next(k for k, text in enumerate(words) if "get" in text)
-                     for words in PROGRAMS)[self.program]
+        return Array(
+            next(k for k, text in enumerate(words) if "get" in text) for words in PROGRAMS
+        )[self.program]
 
     @property
     def last_get(self) -> Any:
         """Number of the word that gets the last word of a record."""
-        return Array(next(k for k, text in enumerate(words) if "get_last" in text)
-                     for words in PROGRAMS)[self.program]
+        return Array(
+            next(k for k, text in enumerate(words) if "get_last" in text) for words in PROGRAMS
+        )[self.program]
 
-    def _back_to_idle(self, m: Module, *, i_valid: Any, i_last: Any, o_ready: Any,
-                      **_: Any) -> None:
+    def _back_to_idle(
+        self, m: Module, *, i_valid: Any, i_last: Any, o_ready: Any, **_: Any
+    ) -> None:
         """Cycles in which the streams give and take, since the machine last waited at its start."""
         limit = max(map(len, PROGRAMS)) + FILL + 1
         count = Signal(range(limit + 2))
@@ -187,19 +215,24 @@ class Stepped(Elaboratable):
         m.d.comb += [
             Assert(count <= limit),
             # For induction.
-            Assert(Mux(past, count + self.first_get + 1 <= self.at,
-                       count <= longest + FILL + self.at)),
+            Assert(
+                Mux(past, count + self.first_get + 1 <= self.at, count <= longest + FILL + self.at)
+            ),
         ]
 
 
 def _proof(config: str) -> Proof:
     machine = CONFIGS[config]
     return Proof(
-        name=f"sequencer.{config}", depth=30, induction=6, cover=range(29, 31),
+        name=f"sequencer.{config}",
+        depth=30,
+        induction=6,
+        cover=range(29, 31),
         claim=f"Sequencer, {machine.lanes} lane(s), two tiny programs, any streams and requests: "
         "outputs as the rules say; the counter stays in its program; grants only at the first word "
         "of a record; back there within the longest program + 4 cycles in which the streams flow",
-        harness=lambda: Stepped(Sequencer(machine=machine, image=tiny_image(machine))))
+        harness=lambda: Stepped(Sequencer(machine=machine, image=tiny_image(machine))),
+    )
 
 
 PROOFS = tuple(_proof(config) for config in sorted(CONFIGS))

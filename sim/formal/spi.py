@@ -6,10 +6,10 @@ from typing import Any
 
 from amaranth.hdl import Assert, Cover, Elaboratable, Module, Mux, Signal
 
-from gateware.serial.spi import BITS, SpiController
-from sim.formal.harness import reached, unknown
-from sim.formal.inside import Inside
-from sim.formal.prove import Proof
+from boresight.gateware.serial.spi import BITS, SpiController
+from boresight.sim.formal.harness import reached, unknown
+from boresight.sim.formal.inside import Inside
+from boresight.sim.formal.prove import Proof
 
 __all__ = ["PROOFS", "Framed", "proof"]
 
@@ -44,8 +44,11 @@ class Framed(Elaboratable):
         dut, period = self.dut, self.dut.half_cycles
         m.submodules.dut = (inside := Inside(dut, platform)).module
         valid, payload = unknown(m, 1, "valid"), unknown(m, BITS, "payload")
-        m.d.comb += [dut.i.valid.eq(valid), dut.i.payload.eq(payload),
-                     dut.miso.eq(unknown(m, 1, "miso_pin"))]
+        m.d.comb += [
+            dut.i.valid.eq(valid),
+            dut.i.payload.eq(payload),
+            dut.miso.eq(unknown(m, 1, "miso_pin")),
+        ]
         take = valid & dut.i.ready
 
         # Watchers. After a reset a frame may have been cut short, so the stall begins anew.
@@ -57,15 +60,16 @@ class Framed(Elaboratable):
         changes = dut.sclk ^ sclk_before
         limit = max(self.setup, period)
         m.d.sync += [
-            cs_before.eq(dut.cs_n), sclk_before.eq(dut.sclk),
+            cs_before.eq(dut.cs_n),
+            sclk_before.eq(dut.sclk),
             high_for.eq(Mux(dut.cs_n, Mux(high_for == self.stall, high_for, high_for + 1), 0)),
             since.eq(Mux(falls | changes, 1, Mux(since == limit, since, since + 1))),
             edges.eq(Mux(falls, 0, edges + changes)),
         ]
         m.d.comb += [
-            Assert(~falls | (high_for == self.stall)),      # never a short stall
-            Assert(~falls | (dut.sclk & sclk_before)),      # idle level at the start
-            Assert(~changes | ~(dut.cs_n | cs_before)),     # edges within frames only
+            Assert(~falls | (high_for == self.stall)),  # never a short stall
+            Assert(~falls | (dut.sclk & sclk_before)),  # idle level at the start
+            Assert(~changes | ~(dut.cs_n | cs_before)),  # edges within frames only
             Assert(~changes | (since >= Mux(edges == 0, self.setup, period))),
             Assert(~rises | ((edges == 2 * BITS) & (since >= period) & dut.sclk)),
             Assert(~dut.cs_n | dut.sclk),
@@ -91,10 +95,12 @@ class Framed(Elaboratable):
         with m.If(take):
             m.d.sync += [busy.eq(1), half.eq(0), sent.eq(payload), heard.eq(0), framed.eq(1)]
         shifted = Signal(range(BITS + 1))
-        m.d.comb += shifted.eq(Mux(clocked, (half - before) >> 1,
-                                   Mux(busy & (half < before), 0, BITS)))
+        m.d.comb += shifted.eq(
+            Mux(clocked, (half - before) >> 1, Mux(busy & (half < before), 0, BITS))
+        )
         m.d.comb += [
-            Assert(dut.i.ready == ~busy), Assert(dut.busy == busy),
+            Assert(dut.i.ready == ~busy),
+            Assert(dut.busy == busy),
             Assert(dut.cs_n == ~(busy & (half < frame))),
             Assert(dut.sclk == ~(clocked & ~(half - before)[0])),
             # Each bit of the command is there before and during the whole of its clock.
@@ -113,12 +119,17 @@ class Framed(Elaboratable):
         m.d.comb += [
             Assert((high_for <= self.stall) & (since <= limit)),
             Assert((half < total) & (cycle < period) & (busy | (half + cycle == 0))),
-            Assert(framed | ~busy | stalls), Assert((heard >> shifted) == 0),
-            Assert(left == Mux(busy, base + 2 * BITS - 1 + before - half,
-                               base - 1 - dut.stall_halves)),
+            Assert(framed | ~busy | stalls),
+            Assert((heard >> shifted) == 0),
+            Assert(
+                left == Mux(busy, base + 2 * BITS - 1 + before - half, base - 1 - dut.stall_halves)
+            ),
             Assert(timer == Mux(busy, period - 1 - cycle, period - 1)),
-            Assert((high_for == self.stall) | (stalls & (high_for == elapsed))
-                   | (busy & ~stalls & ((half + cycle != 0) | ~cs_before))),
+            Assert(
+                (high_for == self.stall)
+                | (stalls & (high_for == elapsed))
+                | (busy & ~stalls & ((half + cycle != 0) | ~cs_before))
+            ),
             Assert(~(busy & ~stalls & (half + cycle != 0)) | ~cs_before),
             Assert(~(busy & ~stalls & (half + cycle == 0)) | (cs_before & sclk_before)),
             Assert(busy | (cs_before & sclk_before)),
@@ -133,8 +144,10 @@ class Framed(Elaboratable):
             Assert(~(clocked & (cycle != 0)) | (since == cycle)),
             Assert(~(clocked & (cycle == 0) & (half > before)) | (since >= period)),
             Assert(~(clocked & (cycle == 0) & (half == before)) | (since >= self.setup)),
-            Assert(~(busy & (half < before) & (half + cycle != 0))
-                   | (since == Mux(half * period + cycle > limit, limit, half * period + cycle))),
+            Assert(
+                ~(busy & (half < before) & (half + cycle != 0))
+                | (since == Mux(half * period + cycle > limit, limit, half * period + cycle))
+            ),
             Assert(~(framed & ended) | ((edges == 2 * BITS) & (since >= period))),
         ]
         second = Signal()
@@ -146,6 +159,7 @@ class Framed(Elaboratable):
 
 def proof(half: int, stall: int, setup: int, *, whole: bool = True) -> Proof:
     """The proof for one choice of half period, stall, and setup."""
+
     def harness() -> Framed:
         dut = SpiController(half_cycles=half, stall_cycles=stall, setup_cycles=setup)
         return Framed(dut, stall=stall, setup=setup, whole=whole)
@@ -153,13 +167,21 @@ def proof(half: int, stall: int, setup: int, *, whole: bool = True) -> Proof:
     pause = -(-stall // half) * half
     second = 2 * pause + (-(-setup // half) + 2 * BITS) * half + 5
     return Proof(
-        name=f"spi.framed_{half}_{stall}_{setup}", depth=6, induction=2,
+        name=f"spi.framed_{half}_{stall}_{setup}",
+        depth=6,
+        induction=2,
         cover=range(second, second + 1) if whole else stall + setup + 3 * half,
         claim=f"SPI, half period {half}, stall {stall}, setup {setup} cycles: no shorter half "
         "period, setup or stall than these, whatever the inputs and resets; 16 clocks in each "
         "frame and none outside; both words are whole and in order",
-        harness=harness)
+        harness=harness,
+    )
 
 
-PROOFS = (proof(3, 1, 3), proof(3, 10, 7, whole=False), proof(5, 17, 1, whole=False),
-          proof(50, 1600, 50, whole=False), proof(25, 900, 25, whole=False))
+PROOFS = (
+    proof(3, 1, 3),
+    proof(3, 10, 7, whole=False),
+    proof(5, 17, 1, whole=False),
+    proof(50, 1600, 50, whole=False),
+    proof(25, 900, 25, whole=False),
+)

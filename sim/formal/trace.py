@@ -38,13 +38,17 @@ class Trace:
         parts : bool
             Also signals inside of the parts, not only the harness's own.
         """
-        names = sorted((n for n in self.values if parts or "." not in n),
-                       key=lambda n: (n.count("."), n))
+        names = sorted(
+            (n for n in self.values if parts or "." not in n), key=lambda n: (n.count("."), n)
+        )
         first = max(self.cycles - last, 0)
         lines = []
         for cycle in range(first, self.cycles):
-            shown = [f"{name}={self.values[name][cycle]:#x}" for name in names
-                     if cycle == first or self.values[name][cycle] != self.values[name][cycle - 1]]
+            shown = [
+                f"{name}={self.values[name][cycle]:#x}"
+                for name in names
+                if cycle == first or self.values[name][cycle] != self.values[name][cycle - 1]
+            ]
             lines.append(f"{cycle:5d}: " + (" ".join(shown) or "-"))
         return "\n".join(lines)
 
@@ -77,6 +81,10 @@ def read_trace(vcd: str) -> Trace:
         elif kind[:1] in tuple("01xz"):
             now[kind[1:]] = int(kind[0] == "1")
     found = {name: tuple(history[code]) for code, each in names.items() for name in each}
-    return Trace({name: each for name, each in found.items()
-                  if not any(other.endswith(f".{name}") and found[other] == each
-                             for other in found)})
+    return Trace(
+        {
+            name: each
+            for name, each in found.items()
+            if not any(other.endswith(f".{name}") and found[other] == each for other in found)
+        }
+    )

@@ -6,10 +6,10 @@ from typing import Any
 
 from amaranth.hdl import Assert, Cat, Const, Cover, Elaboratable, Module, Mux, Signal
 
-from gateware.serial.uart import Transmitter
-from sim.formal.harness import unknown
-from sim.formal.inside import Inside
-from sim.formal.prove import Proof
+from boresight.gateware.serial.uart import Transmitter
+from boresight.sim.formal.harness import unknown
+from boresight.sim.formal.inside import Inside
+from boresight.sim.formal.prove import Proof
 
 __all__ = ["PROOFS", "LineFrame", "Sent"]
 
@@ -29,8 +29,9 @@ class LineFrame:
         self.time = Signal(range(10 * divisor), name="time")
         self.byte = Signal(8, name="byte")
         self.end = (self.phase == divisor - 1) & (self.number == 9)
-        self.level = Mux(self.busy, Cat(Const(0, 1), self.byte, Const(1, 1)).bit_select(
-            self.number, 1), 1)
+        self.level = Mux(
+            self.busy, Cat(Const(0, 1), self.byte, Const(1, 1)).bit_select(self.number, 1), 1
+        )
         with m.If(self.busy):
             m.d.sync += [self.phase.eq(self.phase + 1), self.time.eq(self.time + 1)]
             with m.If(self.phase == divisor - 1):
@@ -38,8 +39,13 @@ class LineFrame:
             with m.If(self.end):
                 m.d.sync += [self.busy.eq(0), self.number.eq(0), self.time.eq(0)]
         with m.If(take):
-            m.d.sync += [self.busy.eq(1), self.number.eq(0), self.phase.eq(0), self.time.eq(0),
-                         self.byte.eq(payload)]
+            m.d.sync += [
+                self.busy.eq(1),
+                self.number.eq(0),
+                self.phase.eq(0),
+                self.time.eq(0),
+                self.byte.eq(payload),
+            ]
 
     def invariant(self, dut: Transmitter, inside: Inside) -> list[Any]:
         """The transmitter's line, its readiness, and what induction needs to know of it."""
@@ -50,7 +56,7 @@ class LineFrame:
             Assert((self.phase < self.divisor) & (self.number < 10)),
             Assert(self.time == self.number * self.divisor + self.phase),
             Assert(busy | (self.time == 0)),
-            Assert(timer == Mux(busy, self.phase - (self.divisor - 1), 0)[:len(timer)]),
+            Assert(timer == Mux(busy, self.phase - (self.divisor - 1), 0)[: len(timer)]),
             Assert(rest == Mux(busy, Cat(self.byte, Const(1, 1)) >> self.number, 0)),
         ]
 
@@ -90,10 +96,14 @@ class Sent(Elaboratable):
 def _proof(divisor: int) -> Proof:
     whole = divisor == 8
     return Proof(
-        name=f"uart.sent_{divisor}", depth=8, induction=2, cover=10 * divisor + 3 if whole else 4,
+        name=f"uart.sent_{divisor}",
+        depth=8,
+        induction=2,
+        cover=10 * divisor + 3 if whole else 4,
         claim=f"Transmitter, {divisor} cycles per bit: the line is start bit, the byte, stop bit, "
         "each exactly so long, and high otherwise; the next byte is taken after 10 bits",
-        harness=lambda: Sent(Transmitter(divisor=divisor), whole=whole))
+        harness=lambda: Sent(Transmitter(divisor=divisor), whole=whole),
+    )
 
 
 PROOFS = tuple(_proof(divisor) for divisor in (8, 9, 13, 109, 868, 5208))

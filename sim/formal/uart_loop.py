@@ -6,11 +6,11 @@ from typing import Any
 
 from amaranth.hdl import Assert, Cat, Const, Elaboratable, Module, Mux, Signal
 
-from gateware.serial.uart import Receiver, Transmitter
-from sim.formal.harness import reached, unknown
-from sim.formal.inside import Inside
-from sim.formal.prove import Proof
-from sim.formal.uart import LineFrame
+from boresight.gateware.serial.uart import Receiver, Transmitter
+from boresight.sim.formal.harness import reached, unknown
+from boresight.sim.formal.inside import Inside
+from boresight.sim.formal.prove import Proof
+from boresight.sim.formal.uart import LineFrame
 
 __all__ = ["PROOFS", "Loop"]
 
@@ -44,8 +44,11 @@ class Loop(Elaboratable):
         m.submodules.sender = (sending := Inside(sender, platform)).module
         m.submodules.receiver = (receiving := Inside(receiver, platform)).module
         valid, payload = unknown(m, 1, "valid"), unknown(m, 8, "payload")
-        m.d.comb += [sender.i.valid.eq(valid), sender.i.payload.eq(payload),
-                     receiver.rx.eq(sender.tx)]
+        m.d.comb += [
+            sender.i.valid.eq(valid),
+            sender.i.payload.eq(payload),
+            receiver.rx.eq(sender.tx),
+        ]
         self.take = valid & sender.i.ready
         self.payload = payload
         self.frame = LineFrame(m, divisor=sender.divisor, take=self.take, payload=payload)
@@ -70,8 +73,11 @@ class Loop(Elaboratable):
             Assert(~self.take | (self.waiting < 2)),
         ]
         left = (self.waiting - receiver.valid)[:2]
-        m.d.sync += [self.age.eq(self.age + 1), self.took.eq(self.took + 1),
-                     self.waiting.eq(left + self.take)]
+        m.d.sync += [
+            self.age.eq(self.age + 1),
+            self.took.eq(self.took + 1),
+            self.waiting.eq(left + self.take),
+        ]
         with m.If(receiver.valid):
             m.d.sync += [self.older.eq(self.newer), self.age.eq(self.took + 1)]
         with m.If(self.take):
@@ -112,8 +118,15 @@ class Loop(Elaboratable):
                         m.d.sync += got.eq(1)
         begins = inside.state("IDLE") & inside["sample"] & ~inside["line"]
         with m.If(begins):
-            m.d.sync += [busy.eq(1), starting.eq(1), number.eq(0), phase.eq(0), ran.eq(1),
-                         since.eq(frame.time + 1), byte.eq(frame.byte)]
+            m.d.sync += [
+                busy.eq(1),
+                starting.eq(1),
+                number.eq(0),
+                phase.eq(0),
+                ran.eq(1),
+                since.eq(frame.time + 1),
+                byte.eq(frame.byte),
+            ]
 
         timer, bits, unseen = inside["timer"], inside["bits"], Signal(name="unseen")
         same = busy & (since < length)
@@ -127,8 +140,9 @@ class Loop(Elaboratable):
             Assert(busy | (timer == 0) | (timer > (1 << size) - spacing)),
             Assert(~(busy & starting) | (timer == (phase - (middle - 1))[:size])),
             Assert(~(busy & ~starting) | (timer == (phase - (divisor - 1))[:size])),
-            Assert(~(busy & ~starting) | (
-                bits == (Cat(Const(1, 1), byte) << (8 - number)[:4])[:9])),
+            Assert(
+                ~(busy & ~starting) | (bits == (Cat(Const(1, 1), byte) << (8 - number)[:4])[:9])
+            ),
             Assert(~busy | (phase < divisor) & (number < 9)),
             Assert(~(busy & starting) | ((phase < middle) & (number == 0))),
             Assert(~busy | (ran == 1 + phase + Mux(starting, 0, middle) + number * divisor)),
@@ -143,10 +157,16 @@ class Loop(Elaboratable):
             Assert(self.waiting == receiver.valid + busy + unseen),
             Assert(~(receiver.valid & busy)),
             Assert(~busy | ((self.older == byte) & (self.age == since))),
-            Assert(busy | receiver.valid | ~unseen
-                   | ((self.older == frame.byte) & (self.age == frame.time))),
-            Assert(~((busy | receiver.valid) & unseen)
-                   | ((self.newer == frame.byte) & (self.took == frame.time))),
+            Assert(
+                busy
+                | receiver.valid
+                | ~unseen
+                | ((self.older == frame.byte) & (self.age == frame.time))
+            ),
+            Assert(
+                ~((busy | receiver.valid) & unseen)
+                | ((self.newer == frame.byte) & (self.took == frame.time))
+            ),
         ]
 
 
@@ -156,16 +176,23 @@ def _proof(sender: int, receiver: int, *, spacing: int, short: bool = False) -> 
     last = (10 * count + 1) * sender + 2 * spacing
     return Proof(
         name=f"uart.loop_{receiver}" + ("" if sender == receiver else f"_from_{sender}"),
-        depth=4 * spacing, induction=4 * spacing, cover=range(last, last + 1),
-        short=short, reset=False,
+        depth=4 * spacing,
+        induction=4 * spacing,
+        cover=range(last, last + 1),
+        short=short,
+        reset=False,
         claim=f"Transmitter with {sender} to Receiver with {receiver} cycles per bit, no reset: "
         "every byte arrives once, unchanged, in order, within `latency`; nothing else arrives and "
         "no error is shown",
-        harness=lambda: Loop(Transmitter(divisor=sender), Receiver(divisor=receiver),
-                             count=count))
+        harness=lambda: Loop(Transmitter(divisor=sender), Receiver(divisor=receiver), count=count),
+    )
 
 
 PROOFS = (
-    _proof(8, 8, spacing=1, short=True), _proof(9, 9, spacing=1), _proof(17, 17, spacing=2),
-    _proof(24, 25, spacing=2), _proof(26, 25, spacing=2), _proof(109, 109, spacing=8),
+    _proof(8, 8, spacing=1, short=True),
+    _proof(9, 9, spacing=1),
+    _proof(17, 17, spacing=2),
+    _proof(24, 25, spacing=2),
+    _proof(26, 25, spacing=2),
+    _proof(109, 109, spacing=8),
 )

@@ -1,4 +1,4 @@
-"""``python -m sim.soc``: measure every estimator in C on the simulated soft core."""
+"""``python -m boresight.sim.soc``: measure every estimator in C on the simulated soft core."""
 
 from __future__ import annotations
 
@@ -9,20 +9,22 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from firmware.soc.image import ImageError
-from model.errors import InputError, ToolMissing
-from sim.bundled import bundled
-from sim.cosim import SimulationFailed
-from sim.log import read_log
-from sim.soc.board import soc_board
-from sim.soc.comparison import ESTIMATORS, compare
-from sim.soc.offload import offload
-from sim.soc.page import render_page
+from boresight.firmware.soc.image import ImageError
+from boresight.model.errors import InputError, ToolMissing
+from boresight.sim.bundled import bundled
+from boresight.sim.cosim import SimulationFailed
+from boresight.sim.log import read_log
+from boresight.sim.soc.board import soc_board
+from boresight.sim.soc.comparison import ESTIMATORS, compare
+from boresight.sim.soc.offload import offload
+from boresight.sim.soc.page import render_page
 
 __all__ = ["main", "table"]
 
-_HEAD = (f"{'estimator':16}{'float C':>10}{'paper':>10}{'integer C':>11}{'hardware':>10}"
-         f"{'int/hw':>8}{'float/hw':>10}{'code, float':>13}{'integer':>9}{'equal':>7}")
+_HEAD = (
+    f"{'estimator':16}{'float C':>10}{'paper':>10}{'integer C':>11}{'hardware':>10}"
+    f"{'int/hw':>8}{'float/hw':>10}{'code, float':>13}{'integer':>9}{'equal':>7}"
+)
 
 
 def table(rows: Sequence[dict[str, Any]]) -> str:
@@ -30,47 +32,61 @@ def table(rows: Sequence[dict[str, Any]]) -> str:
     lines = [_HEAD]
     for row in rows:
         single, integer = row["float"], row["integer"]
-        equal = (not integer["mismatches"] and not single["status_mismatches"]
-                 and single["apart_deg"] <= single["bound_deg"])
+        equal = (
+            not integer["mismatches"]
+            and not single["status_mismatches"]
+            and single["apart_deg"] <= single["bound_deg"]
+        )
         lines.append(
             f"{row['estimator']:16}{single['cycles']['median']:>10}{row['paper_cycles'] or '-':>10}"
             f"{integer['cycles']['median']:>11}{row['hardware']['cycles']:>10}"
             f"{row['ratios']['integer_to_hardware']:>8.0f}{row['ratios']['float_to_hardware']:>10.0f}"
-            f"{single['code_bytes']:>13}{integer['code_bytes']:>9}{'yes' if equal else 'NO':>7}")
+            f"{single['code_bytes']:>13}{integer['code_bytes']:>9}{'yes' if equal else 'NO':>7}"
+        )
     return "\n".join(lines)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit code 1: not equal, 2: wrong use or no compiler."""
-    parser = argparse.ArgumentParser(prog="python -m sim.soc", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m boresight.sim.soc", description=__doc__)
     parser.add_argument("--updates", type=int, default=1000, help="recorded updates (%(default)s)")
     parser.add_argument("--log", default=None, help="log file (the bundled ximu_walk)")
-    parser.add_argument("--estimator", action="append", choices=ESTIMATORS,
-                        help="only this one; may be repeated")
-    parser.add_argument("--board", action="store_true",
-                        help="also the hardware's attitude on the complete board")
-    parser.add_argument("-o", "--output", type=Path, default=None,
-                        help="folder for report.json, firmware.html")
+    parser.add_argument(
+        "--estimator", action="append", choices=ESTIMATORS, help="only this one; may be repeated"
+    )
+    parser.add_argument(
+        "--board", action="store_true", help="also the hardware's attitude on the complete board"
+    )
+    parser.add_argument(
+        "-o", "--output", type=Path, default=None, help="folder for report.json, firmware.html"
+    )
     args = parser.parse_args(argv)
     try:
         if args.updates < 2:
-            raise InputError.at("--updates", wanted="2 or more", found=str(args.updates),
-                                fix="ask for more")
+            raise InputError.at(
+                "--updates", wanted="2 or more", found=str(args.updates), fix="ask for more"
+            )
         log = read_log(bundled("ximu_walk") if args.log is None else args.log)
-        rows = compare(log, names=args.estimator or ESTIMATORS,
-                       updates=min(args.updates, len(log)),
-                       progress=lambda text: print(text, file=sys.stderr))
+        rows = compare(
+            log,
+            names=args.estimator or ESTIMATORS,
+            updates=min(args.updates, len(log)),
+            progress=lambda text: print(text, file=sys.stderr),
+        )
         print(table(rows))
         report: dict[str, Any] = {"software": rows}
         if args.board:
             print("the complete board with a soft core, mekf in hardware", file=sys.stderr)
-            report["offload"] = row = offload(soc_board(filters=("mekf",)), log,
-                                              updates=min(args.updates, len(log)))
-            print(f"offload: {row['in_memory']} of {row['updates']} updates in memory, "
-                  f"{row['mismatches']} differ; sample to update "
-                  f"{row['sample_to_update_cycles']['max']} cycles, to memory "
-                  f"{row['update_to_memory_cycles']['median']} more "
-                  f"(at most {row['update_to_memory_cycles']['max']})")
+            report["offload"] = row = offload(
+                soc_board(filters=("mekf",)), log, updates=min(args.updates, len(log))
+            )
+            print(
+                f"offload: {row['in_memory']} of {row['updates']} updates in memory, "
+                f"{row['mismatches']} differ; sample to update "
+                f"{row['sample_to_update_cycles']['max']} cycles, to memory "
+                f"{row['update_to_memory_cycles']['median']} more "
+                f"(at most {row['update_to_memory_cycles']['max']})"
+            )
         if args.output is not None:
             args.output.mkdir(parents=True, exist_ok=True)
             (args.output / "report.json").write_text(json.dumps(report, indent=1) + "\n")

@@ -9,23 +9,23 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from firmware.emit import emit_c
-from firmware.float_emit import emit_float_c, float_prefix
-from firmware.soc.filter import filter_header
-from firmware.soc.image import Image, build_image, source
-from gateware.core import Core
-from gateware.register_header import to_header
-from gateware.soc.attitude_soc import AttitudeSoc
-from gateware.soc.cpu import cpu_verilog
-from gateware.soc.layout import soc_header
-from gateware.soc.memory import ram_verilog
-from gateware.system.attitude_system import AttitudeSystem
-from gateware.verilog import to_verilog
-from model.estimator import Estimator
-from sim.board.build import Board, board_parameters, make_board
-from sim.board.run import Stimulus, cycles_limit
-from sim.board.setup import SCALED, Setup
-from sim.compiled import Compiled, build
+from boresight.firmware.emit import emit_c
+from boresight.firmware.float_emit import emit_float_c, float_prefix
+from boresight.firmware.soc.filter import filter_header
+from boresight.firmware.soc.image import Image, build_image, source
+from boresight.gateware.core import Core
+from boresight.gateware.register_header import to_header
+from boresight.gateware.soc.attitude_soc import AttitudeSoc
+from boresight.gateware.soc.cpu import cpu_verilog
+from boresight.gateware.soc.layout import soc_header
+from boresight.gateware.soc.memory import ram_verilog
+from boresight.gateware.system.attitude_system import AttitudeSystem
+from boresight.gateware.verilog import to_verilog
+from boresight.model.estimator import Estimator
+from boresight.sim.board.build import Board, board_parameters, make_board
+from boresight.sim.board.run import Stimulus, cycles_limit
+from boresight.sim.board.setup import SCALED, Setup
+from boresight.sim.compiled import Compiled, build
 
 __all__ = ["BoardBench", "Watched", "attitude_files", "attitude_image", "soc_board"]
 
@@ -37,8 +37,14 @@ _WORDS, _OUTPUTS, _INPUTS = 21, 3, 11
 _CONSOLE_DIVISOR = 8
 
 
-def attitude_image(system: AttitudeSystem, *, software: Estimator | None = None,
-                   single: bool = False, ram: int, optimise: str = "-Os") -> Image:
+def attitude_image(
+    system: AttitudeSystem,
+    *,
+    software: Estimator | None = None,
+    single: bool = False,
+    ram: int,
+    optimise: str = "-Os",
+) -> Image:
     """Firmware that shows the attitude.
 
     Parameters
@@ -56,8 +62,9 @@ def attitude_image(system: AttitudeSystem, *, software: Estimator | None = None,
     return build_image(files, sources=sources, ram=ram, optimise=optimise)
 
 
-def attitude_files(system: AttitudeSystem, *, software: Estimator | None = None,
-                   single: bool = False) -> tuple[dict[str, str], list[str]]:
+def attitude_files(
+    system: AttitudeSystem, *, software: Estimator | None = None, single: bool = False
+) -> tuple[dict[str, str], list[str]]:
     """Texts of that firmware by file name, and which of them are compiled."""
     files = {name: source(name) for name in _FILES}
     sources = [name for name in _FILES if name.endswith(".c")]
@@ -68,8 +75,11 @@ def attitude_files(system: AttitudeSystem, *, software: Estimator | None = None,
         prefix = float_prefix(software) if single else next(iter(made)).removesuffix(".h")
         files |= made
         sources.append(f"{prefix}.c")
-    files |= {"filter.h": filter_header(prefix, single=single),
-              "registers.h": to_header(system.map()), "soc_registers.h": soc_header()}
+    files |= {
+        "filter.h": filter_header(prefix, single=single),
+        "registers.h": to_header(system.map()),
+        "soc_registers.h": soc_header(),
+    }
     return files, sources
 
 
@@ -135,8 +145,17 @@ class BoardBench:
     compiled: Compiled
     ram: int
 
-    def run(self, image: Image, what: Stimulus, *, updates: int, after: int = 5000,
-            keys: bytes = b"", keys_at: int = 0, faults: str = "") -> BoardSocRun:
+    def run(
+        self,
+        image: Image,
+        what: Stimulus,
+        *,
+        updates: int,
+        after: int = 5000,
+        keys: bytes = b"",
+        keys_at: int = 0,
+        faults: str = "",
+    ) -> BoardSocRun:
         """Run until so many updates are done, and some cycles more.
 
         ``faults`` is the text of the ADIS16385's fault file; such updates as it costs come late.
@@ -147,12 +166,20 @@ class BoardBench:
             It hangs.
         """
         done = self.compiled.run(
-            {"updates": updates, "after": after, "adis_log": "adis.txt",
-             "hmr3300_data": "hmr.txt", "watch_a": image.symbols["updates"],
-             "watch_b": image.symbols["shown"], "keys": keys[::-1].hex() or "0",
-             "keys_at": keys_at, **({"adis_faults": "faults.txt"} if faults else {})},
+            {
+                "updates": updates,
+                "after": after,
+                "adis_log": "adis.txt",
+                "hmr3300_data": "hmr.txt",
+                "watch_a": image.symbols["updates"],
+                "watch_b": image.symbols["shown"],
+                "keys": keys[::-1].hex() or "0",
+                "keys_at": keys_at,
+                **({"adis_faults": "faults.txt"} if faults else {}),
+            },
             max_cycles=2 * cycles_limit(self.board, updates) + after,
-            files={**what.files(), "firmware.hex": image.hex, "faults.txt": faults})
+            files={**what.files(), "firmware.hex": image.hex, "faults.txt": faults},
+        )
         said: dict[str, list[list[str]]] = {kind: [] for kind in "SUABTW"}
         for line in done.stdout.splitlines():
             kind, *rest = line.split()
@@ -161,9 +188,18 @@ class BoardBench:
 
         def cycles(kind: str) -> npt.NDArray[np.int64]:
             return np.array([int(row[0]) for row in said[kind]], dtype=np.int64)
+
         console = bytes(int(row[0]) for row in said["T"]).decode("ascii", errors="replace")
-        return BoardSocRun(cycles("S"), cycles("U"), _watched(said["A"]), _watched(said["B"]),
-                           console, len(said["W"]), done.cycles, done.seconds)
+        return BoardSocRun(
+            cycles("S"),
+            cycles("U"),
+            _watched(said["A"]),
+            _watched(said["B"]),
+            console,
+            len(said["W"]),
+            done.cycles,
+            done.seconds,
+        )
 
 
 def _watched(rows: Sequence[Sequence[str]]) -> Watched:
@@ -188,16 +224,28 @@ def _watched(rows: Sequence[Sequence[str]]) -> Watched:
     whole = [n for n, words in enumerate(begun) if len(words) == _WORDS and words[0]]
 
     def table(words: Sequence[dict[int, int]]) -> npt.NDArray[np.uint32]:
-        return np.array([[words[n][k] for k in range(_WORDS)] for n in whole],
-                        dtype=np.uint32).reshape(-1, _WORDS)
+        return np.array(
+            [[words[n][k] for k in range(_WORDS)] for n in whole], dtype=np.uint32
+        ).reshape(-1, _WORDS)
+
     first, final = table(begun), table(later)
-    return Watched(np.array([at[n] for n in whole], dtype=np.int64), first[:, 0].astype(np.int64),
-                   first[:, _OUTPUTS:_INPUTS].view(np.int32), first[:, _INPUTS:].view(np.int32),
-                   final[:, _OUTPUTS:_INPUTS].view(np.int32), final[:, 2].astype(np.int64))
+    return Watched(
+        np.array([at[n] for n in whole], dtype=np.int64),
+        first[:, 0].astype(np.int64),
+        first[:, _OUTPUTS:_INPUTS].view(np.int32),
+        first[:, _INPUTS:].view(np.int32),
+        final[:, _OUTPUTS:_INPUTS].view(np.int32),
+        final[:, 2].astype(np.int64),
+    )
 
 
-def soc_board(setup: Setup = SCALED, *, core: Core | None = None, ram: int = 64 * 1024,
-              filters: Sequence[str] = ("mekf",)) -> BoardBench:
+def soc_board(
+    setup: Setup = SCALED,
+    *,
+    core: Core | None = None,
+    ram: int = 64 * 1024,
+    filters: Sequence[str] = ("mekf",),
+) -> BoardBench:
     """Build the bench.
 
     Parameters
@@ -210,15 +258,30 @@ def soc_board(setup: Setup = SCALED, *, core: Core | None = None, ram: int = 64 
         Bytes of the soft core's memory.
     """
     board = make_board(setup, core=core, filters=filters, wishbone=True)
-    soc = AttitudeSoc(system=board.system, words=ram // 4,
-                      console_baud=setup.clock_hz / _CONSOLE_DIVISOR, watchdog_cycles=1 << 20)
+    soc = AttitudeSoc(
+        system=board.system,
+        words=ram // 4,
+        console_baud=setup.clock_hz / _CONSOLE_DIVISOR,
+        watchdog_cycles=1 << 20,
+    )
 
     def own(package: str, name: str) -> str:
         return (importlib.resources.files(package) / name).read_text()
+
     sources = {
         "attitude_soc.sv": to_verilog(soc, "attitude_soc", instances=False),
-        "VexRiscv.v": cpu_verilog(), "ram.v": ram_verilog(),
-        "adis16385.sv": own("sim.devices", "adis16385.sv"),
-        "hmr3300.sv": own("sim.devices", "hmr3300.sv"), "bench.sv": own("sim.soc", "board.sv")}
-    return BoardBench(board, build("bench", sources, parameters={
-        **board_parameters(setup), "CONSOLE_DIVISOR": _CONSOLE_DIVISOR}), ram)
+        "VexRiscv.v": cpu_verilog(),
+        "ram.v": ram_verilog(),
+        "adis16385.sv": own("boresight.sim.devices", "adis16385.sv"),
+        "hmr3300.sv": own("boresight.sim.devices", "hmr3300.sv"),
+        "bench.sv": own("boresight.sim.soc", "board.sv"),
+    }
+    return BoardBench(
+        board,
+        build(
+            "bench",
+            sources,
+            parameters={**board_parameters(setup), "CONSOLE_DIVISOR": _CONSOLE_DIVISOR},
+        ),
+        ram,
+    )

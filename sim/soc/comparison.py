@@ -12,15 +12,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from firmware.build import CModel
-from firmware.float_program import trace_float
-from gateware.core import build_core
-from model.estimator import Estimator, input_words
-from model.estimators import estimator
-from sim.accuracy import largest_turn_deg
-from sim.feed import attitude_of, inputs_of
-from sim.log import Log
-from sim.soc.measure import Measured, measure_float, measure_integer
+from boresight.firmware.build import CModel
+from boresight.firmware.float_program import trace_float
+from boresight.gateware.core import build_core
+from boresight.model.estimator import Estimator, input_words
+from boresight.model.estimators import estimator
+from boresight.sim.accuracy import largest_turn_deg
+from boresight.sim.feed import attitude_of, inputs_of
+from boresight.sim.log import Log
+from boresight.sim.soc.measure import Measured, measure_float, measure_integer
 
 __all__ = ["ESTIMATORS", "FLOAT_BOUND_DEG", "PAPER_CYCLES", "compare", "compare_one"]
 
@@ -36,13 +36,21 @@ FLOAT_BOUND_DEG = 0.02
 def _figures(run: Measured) -> dict[str, Any]:
     return {
         "updates": len(run.cycles),
-        "cycles": {"min": int(run.cycles.min()), "median": int(np.median(run.cycles)),
-                   "max": int(run.cycles.max())},
-        "interrupt_to_result_cycles": {"median": int(np.median(run.response[1:])),
-                                       "max": int(run.response[1:].max())},
+        "cycles": {
+            "min": int(run.cycles.min()),
+            "median": int(np.median(run.cycles)),
+            "max": int(run.cycles.max()),
+        },
+        "interrupt_to_result_cycles": {
+            "median": int(np.median(run.response[1:])),
+            "max": int(run.response[1:].max()),
+        },
         "overhead_cycles": int((run.response - run.cycles)[1:].max()),
-        "code_bytes": run.code, "data_bytes": run.data, "stack_bytes": run.stack,
-        "simulation_seconds": round(run.seconds, 2)}
+        "code_bytes": run.code,
+        "data_bytes": run.data,
+        "stack_bytes": run.stack,
+        "simulation_seconds": round(run.seconds, 2),
+    }
 
 
 def _integer(e: Estimator, inputs: npt.NDArray[np.float64], optimise: str) -> dict[str, Any]:
@@ -59,15 +67,21 @@ def _single(e: Estimator, inputs: npt.NDArray[np.float64], optimise: str) -> dic
     reference = e.run_float(inputs[..., None]).outputs
     values = run.outputs.view(np.float32).astype(np.float64)
     named = {o.name: values[:, k] for k, o in enumerate(e.outputs)}
-    apart = largest_turn_deg(attitude_of(named),
-                             attitude_of({k: v[:, 0] for k, v in reference.items()}))
+    apart = largest_turn_deg(
+        attitude_of(named), attitude_of({k: v[:, 0] for k, v in reference.items()})
+    )
     wrong = named["status"] != reference["status"][:, 0]
-    return {**_figures(run), "apart_deg": float(apart), "bound_deg": FLOAT_BOUND_DEG,
-            "status_mismatches": int(wrong.sum())}
+    return {
+        **_figures(run),
+        "apart_deg": float(apart),
+        "bound_deg": FLOAT_BOUND_DEG,
+        "status_mismatches": int(wrong.sum()),
+    }
 
 
-def compare_one(name: str, log: Log, *, updates: int = 1000, optimise: str = "-Os",
-                restarts: int | None = None) -> dict[str, Any]:
+def compare_one(
+    name: str, log: Log, *, updates: int = 1000, optimise: str = "-Os", restarts: int | None = None
+) -> dict[str, Any]:
     """One estimator: float C, integer C on the simulated soft core, and the core's schedule.
 
     Parameters
@@ -95,18 +109,30 @@ def compare_one(name: str, log: Log, *, updates: int = 1000, optimise: str = "-O
     hardware = {"cycles": core.schedule.latency, "interval_cycles": core.schedule.interval}
     paper = PAPER_CYCLES.get(name)
     return {
-        "estimator": name, "log": log.name, "float": single, "integer": integer,
-        "hardware": hardware, "operations": trace_float(e).counts(), "paper_cycles": paper,
+        "estimator": name,
+        "log": log.name,
+        "float": single,
+        "integer": integer,
+        "hardware": hardware,
+        "operations": trace_float(e).counts(),
+        "paper_cycles": paper,
         "ratios": {
             "float_to_paper": None if paper is None else single["cycles"]["median"] / paper,
             "float_to_integer": single["cycles"]["median"] / integer["cycles"]["median"],
             "integer_to_hardware": integer["cycles"]["median"] / hardware["cycles"],
-            "float_to_hardware": single["cycles"]["median"] / hardware["cycles"]}}
+            "float_to_hardware": single["cycles"]["median"] / hardware["cycles"],
+        },
+    }
 
 
-def compare(log: Log, *, names: Sequence[str] = ESTIMATORS, updates: int = 1000,
-            optimise: str = "-Os",
-            progress: Callable[[str], None] | None = None) -> list[dict[str, Any]]:
+def compare(
+    log: Log,
+    *,
+    names: Sequence[str] = ESTIMATORS,
+    updates: int = 1000,
+    optimise: str = "-Os",
+    progress: Callable[[str], None] | None = None,
+) -> list[dict[str, Any]]:
     """`compare_one` for each of ``names``."""
     rows = []
     for name in names:

@@ -8,18 +8,25 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from firmware.emit import emit_c
-from firmware.float_emit import emit_float_c, float_prefix
-from firmware.soc.filter import filter_header
-from firmware.soc.image import Image, build_image, source
-from gateware.soc.layout import soc_header
-from gateware.soc.system import Soc, soc_verilog
-from model.estimator import Estimator, input_words
-from model.program import Program
-from sim.compiled import Compiled, build
+from boresight.firmware.emit import emit_c
+from boresight.firmware.float_emit import emit_float_c, float_prefix
+from boresight.firmware.soc.filter import filter_header
+from boresight.firmware.soc.image import Image, build_image, source
+from boresight.gateware.soc.layout import soc_header
+from boresight.gateware.soc.system import Soc, soc_verilog
+from boresight.model.estimator import Estimator, input_words
+from boresight.model.program import Program
+from boresight.sim.compiled import Compiled, build
 
-__all__ = ["DIVISOR", "RAM", "Measured", "measure_float", "measure_image", "measure_integer",
-           "soc_bench"]
+__all__ = [
+    "DIVISOR",
+    "RAM",
+    "Measured",
+    "measure_float",
+    "measure_image",
+    "measure_integer",
+    "soc_bench",
+]
 
 #: Bytes of memory of the bench's soft core: more than the part has, for every estimator fits.
 RAM = 256 * 1024
@@ -62,18 +69,23 @@ def soc_bench(*, ram: int = RAM, watchdog_cycles: int = 1 << 20) -> Compiled:
     """The compiled bench; its firmware is the file ``firmware.hex`` where it runs."""
     soc = Soc(words=ram // 4, divisor=DIVISOR, watchdog_cycles=watchdog_cycles)
     text = Path(__file__).with_name("bench.sv").read_text(encoding="utf-8")
-    return build("bench", {**soc_verilog(soc), "bench.sv": text},
-                 parameters={"DIVISOR": DIVISOR})
+    return build("bench", {**soc_verilog(soc), "bench.sv": text}, parameters={"DIVISOR": DIVISOR})
 
 
-def measure_image(image: Image, records: npt.NDArray[np.uint32], n_outputs: int, *,
-                  bench: Compiled | None = None) -> Measured:
+def measure_image(
+    image: Image, records: npt.NDArray[np.uint32], n_outputs: int, *, bench: Compiled | None = None
+) -> Measured:
     """Run an image of ``measure.c`` on records (n, n_inputs)."""
     n, width = records.shape
     bench = bench or soc_bench(ram=image.ram)
-    run = bench.run({"records": n, "words": width}, max_cycles=(n + 1) * _PATIENCE, files={
-        "firmware.hex": image.hex,
-        "records.hex": "".join(f"{word:08x}\n" for word in records.ravel())})
+    run = bench.run(
+        {"records": n, "words": width},
+        max_cycles=(n + 1) * _PATIENCE,
+        files={
+            "firmware.hex": image.hex,
+            "records.hex": "".join(f"{word:08x}\n" for word in records.ravel()),
+        },
+    )
     said: dict[str, list[list[str]]] = {kind: [] for kind in "IODCVTW"}
     for line in run.stdout.splitlines():
         kind, *rest = line.split()
@@ -83,17 +95,31 @@ def measure_image(image: Image, records: npt.NDArray[np.uint32], n_outputs: int,
 
     def column(kind: str) -> npt.NDArray[np.int64]:
         return np.array([int(row[0]) for row in said[kind]], dtype=np.int64)
+
     outputs = np.array([int(row[0], 16) for row in said["O"]], dtype=np.uint32)
     return Measured(
-        outputs.reshape(n, n_outputs), column("C") - figures[6], column("D") - column("I"),
-        figures[3], image.code_size, image.data_size, run.seconds)
+        outputs.reshape(n, n_outputs),
+        column("C") - figures[6],
+        column("D") - column("I"),
+        figures[3],
+        image.code_size,
+        image.data_size,
+        run.seconds,
+    )
 
 
 def _image(files: dict[str, str], name: str, *, ram: int, optimise: str) -> Image:
     return build_image(
-        {**files, "filter.h": filter_header(name), "soc_registers.h": soc_header(),
-         "measure.c": source("measure.c")},
-        sources=(f"{name}.c", "measure.c"), ram=ram, optimise=optimise)
+        {
+            **files,
+            "filter.h": filter_header(name),
+            "soc_registers.h": soc_header(),
+            "measure.c": source("measure.c"),
+        },
+        sources=(f"{name}.c", "measure.c"),
+        ram=ram,
+        optimise=optimise,
+    )
 
 
 def integer_image(program: Program, *, ram: int = RAM, optimise: str = "-Os") -> Image:
@@ -107,16 +133,17 @@ def float_image(estimator: Estimator, *, ram: int = RAM, optimise: str = "-Os") 
     return _image(emit_float_c(estimator), float_prefix(estimator), ram=ram, optimise=optimise)
 
 
-def measure_integer(program: Program, inputs: npt.NDArray[np.float64], *,
-                    optimise: str = "-Os") -> Measured:
+def measure_integer(
+    program: Program, inputs: npt.NDArray[np.float64], *, optimise: str = "-Os"
+) -> Measured:
     """Run a program as integer C on inputs (n, n_inputs) in their units."""
     words = input_words(program, inputs[..., None])[..., 0].astype(np.int32).view(np.uint32)
     return measure_image(integer_image(program, optimise=optimise), words, len(program.outputs))
 
 
-def measure_float(estimator: Estimator, inputs: npt.NDArray[np.float64], *,
-                  optimise: str = "-Os") -> Measured:
+def measure_float(
+    estimator: Estimator, inputs: npt.NDArray[np.float64], *, optimise: str = "-Os"
+) -> Measured:
     """Run an estimator as float C on inputs (n, n_inputs) in their units."""
     words = inputs.astype(np.float32).view(np.uint32)
-    return measure_image(float_image(estimator, optimise=optimise), words,
-                         len(estimator.outputs))
+    return measure_image(float_image(estimator, optimise=optimise), words, len(estimator.outputs))

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from firmware.build import CModel
-from sim.board.run import stimulus
-from sim.log import Log
-from sim.soc.board import BoardBench, attitude_image
+from boresight.firmware.build import CModel
+from boresight.sim.board.run import stimulus
+from boresight.sim.log import Log
+from boresight.sim.soc.board import BoardBench, attitude_image
 
 __all__ = ["offload"]
 
@@ -41,13 +41,20 @@ def offload(bench: BoardBench, log: Log, *, updates: int = 1000) -> dict[str, An
     wanted, _ = CModel(program).update(seen.inputs)
     at = (seen.header & 0xFFFF) - 1
     to_memory = (seen.complete - run.updates[at])[_FIRST:]
-    to_update = run.updates - run.samples[:len(run.updates)]
+    to_update = run.updates - run.samples[: len(run.updates)]
     return {
-        "estimator": program.name, "updates": len(run.updates), "in_memory": len(at),
+        "estimator": program.name,
+        "updates": len(run.updates),
+        "in_memory": len(at),
         "mismatches": int((seen.outputs != wanted).any(axis=1).sum()),
         "sample_to_update_cycles": {"min": int(to_update.min()), "max": int(to_update.max())},
-        "update_to_memory_cycles": {"median": int(np.median(to_memory)),
-                                    "max": int(to_memory.max())},
-        "code_bytes": image.code_size, "data_bytes": image.data_size,
-        "setup": dataclasses.asdict(bench.board.setup), "simulated_cycles": run.cycles,
-        "simulation_seconds": round(run.seconds, 2)}
+        "update_to_memory_cycles": {
+            "median": int(np.median(to_memory)),
+            "max": int(to_memory.max()),
+        },
+        "code_bytes": image.code_size,
+        "data_bytes": image.data_size,
+        "setup": dataclasses.asdict(bench.board.setup),
+        "simulated_cycles": run.cycles,
+        "simulation_seconds": round(run.seconds, 2),
+    }

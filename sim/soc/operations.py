@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from firmware.soc.image import build_image, source
-from gateware.soc.layout import soc_header
-from sim.soc.measure import RAM, soc_bench
+from boresight.firmware.soc.image import build_image, source
+from boresight.gateware.soc.layout import soc_header
+from boresight.sim.soc.measure import RAM, soc_bench
 
 __all__ = ["counted_cycles", "operation_cycles"]
 
@@ -23,7 +23,10 @@ def operation_cycles(*, optimise: str = "-Os") -> dict[str, float]:
     """Mean cycles of each operation, loads and stores of its operands not counted."""
     image = build_image(
         {"operations.c": source("operations.c"), "soc_registers.h": soc_header()},
-        sources=("operations.c",), ram=RAM, optimise=optimise)
+        sources=("operations.c",),
+        ram=RAM,
+        optimise=optimise,
+    )
     run = soc_bench(ram=RAM).run({}, max_cycles=5_000_000, files={"firmware.hex": image.hex})
     words = [int(line.split()[1], 16) for line in run.stdout.splitlines() if line[:2] == "O "]
     empty, *rest = words
@@ -40,5 +43,7 @@ def counted_cycles(operations: Mapping[str, int], costs: Mapping[str, float]) ->
     of sign, selections and logic are a few instructions each and count as nothing.
     """
     comparisons = {"clip": 2, "wrap_ht": 2, "max": 1}
-    return sum(n * (costs[kind] if kind in costs else costs["less"] * comparisons.get(kind, 0))
-               for kind, n in operations.items())
+    return sum(
+        n * (costs[kind] if kind in costs else costs["less"] * comparisons.get(kind, 0))
+        for kind, n in operations.items()
+    )

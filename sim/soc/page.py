@@ -7,14 +7,17 @@ from html import escape
 from importlib.resources import files
 from typing import Any
 
-from sim.plotting import COLOUR, INK, figure_and_axes, legend, settings, svg
+from boresight.sim.plotting import COLOUR, INK, figure_and_axes, legend, settings, svg
 
 __all__ = ["bars", "render_page", "timeline"]
 
 #: Clock for which cycles become microseconds: the paper's.
 _CLOCK_MHZ = 100.0
-_WAYS = (("float C", "float", COLOUR["pitch"]), ("integer C", "integer", COLOUR["amber"]),
-         ("core", "hardware", COLOUR["heading"]))
+_WAYS = (
+    ("float C", "float", COLOUR["pitch"]),
+    ("integer C", "integer", COLOUR["amber"]),
+    ("core", "hardware", COLOUR["heading"]),
+)
 
 Row = Mapping[str, Any]
 
@@ -36,9 +39,16 @@ def bars(rows: Sequence[Row], *, salt: str = "soc-bars") -> str:
             for y, value in zip(at, values, strict=True):
                 axes.text(1.05 * value, y, f"{value:,.0f}", va="center", fontsize=8)
         marked = [(y, row["paper_cycles"]) for y, row in enumerate(rows) if row["paper_cycles"]]
-        axes.plot([c for _, c in marked], [y - 0.26 for y, _ in marked], linestyle="none",
-                  marker="|", markersize=15, markeredgewidth=2.2, color=INK,
-                  label="float C in the paper")
+        axes.plot(
+            [c for _, c in marked],
+            [y - 0.26 for y, _ in marked],
+            linestyle="none",
+            marker="|",
+            markersize=15,
+            markeredgewidth=2.2,
+            color=INK,
+            label="float C in the paper",
+        )
         axes.set_yticks(range(len(rows)), [row["estimator"] for row in rows])
         axes.set_ylim(len(rows) - 0.5, -0.5)
         axes.set_xlim(100.0, 1e6)
@@ -58,14 +68,22 @@ def timeline(rows: Sequence[Row], *, salt: str = "soc-time") -> str:
         figure, axes = figure_and_axes(0.9 + 0.72 * len(rows))
         for k, (label, way, colour) in enumerate(_WAYS):
             at = [y + 0.26 * (k - 1) for y in range(len(rows))]
-            axes.barh(at, [_cycles(row, way) / _CLOCK_MHZ for row in rows], height=0.23,
-                      color=colour, label=label)
+            axes.barh(
+                at,
+                [_cycles(row, way) / _CLOCK_MHZ for row in rows],
+                height=0.23,
+                color=colour,
+                label=label,
+            )
         most = max(_cycles(row, "float") for row in rows) / _CLOCK_MHZ
         for row_at, row in enumerate(rows):
             ours = _cycles(row, "hardware") / _CLOCK_MHZ
             axes.text(ours + 0.006 * most, row_at + 0.26, f"{ours:.2f} µs", va="center", fontsize=8)
-        for name, cycles in {(f"{row['paper_cycles'] / _CLOCK_MHZ:,.0f} µs in the paper",
-                              row["paper_cycles"]) for row in rows if row["paper_cycles"]}:
+        for name, cycles in {
+            (f"{row['paper_cycles'] / _CLOCK_MHZ:,.0f} µs in the paper", row["paper_cycles"])
+            for row in rows
+            if row["paper_cycles"]
+        }:
             axes.axvline(cycles / _CLOCK_MHZ, color=INK, linewidth=0.9, linestyle=(0, (4, 3)))
             axes.text(cycles / _CLOCK_MHZ, len(rows) - 0.52, f" {name}", fontsize=8, va="bottom")
         axes.set_yticks(range(len(rows)), [row["estimator"] for row in rows])
@@ -85,10 +103,13 @@ def _table_row(row: Row) -> str:
         escape(row["estimator"]),
         *(f"{_cycles(row, way):,.0f}" for way in ("float", "integer", "hardware")),
         f"{paper:,}" if paper else "",
-        f"{ratios['integer_to_hardware']:.0f}", f"{ratios['float_to_hardware']:.0f}",
-        f"{row['float']['code_bytes']:,}", f"{row['integer']['code_bytes']:,}",
+        f"{ratios['integer_to_hardware']:.0f}",
+        f"{ratios['float_to_hardware']:.0f}",
+        f"{row['float']['code_bytes']:,}",
+        f"{row['integer']['code_bytes']:,}",
         f"{row['integer']['mismatches']} of {row['integer']['updates']:,}",
-        f"{row['float']['apart_deg']:.1e}")
+        f"{row['float']['apart_deg']:.1e}",
+    )
     return "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
 
 
@@ -96,20 +117,27 @@ def _offload(report: Mapping[str, Any]) -> str:
     if "offload" not in report:
         return ""
     row = report["offload"]
-    return (f"<p>Offload, the complete board with {escape(row['estimator'])} on the core: "
-            f"{row['in_memory']:,} of {row['updates']:,} updates in the processor's memory, "
-            f"{row['mismatches']} differ; sample to results "
-            f"{row['sample_to_update_cycles']['max']} cycles, from there through the "
-            f"interrupt into memory "
-            f"{row['update_to_memory_cycles']['median']} (at most "
-            f"{row['update_to_memory_cycles']['max']}).</p>")
+    return (
+        f"<p>Offload, the complete board with {escape(row['estimator'])} on the core: "
+        f"{row['in_memory']:,} of {row['updates']:,} updates in the processor's memory, "
+        f"{row['mismatches']} differ; sample to results "
+        f"{row['sample_to_update_cycles']['max']} cycles, from there through the "
+        f"interrupt into memory "
+        f"{row['update_to_memory_cycles']['median']} (at most "
+        f"{row['update_to_memory_cycles']['max']}).</p>"
+    )
 
 
 def render_page(report: Mapping[str, Any]) -> str:
-    """HTML text of the report that ``python -m sim.soc -o DIR`` writes."""
+    """HTML text of the report that ``python -m boresight.sim.soc -o DIR`` writes."""
     rows = report["software"]
-    page = files("sim.soc").joinpath("firmware.html").read_text(encoding="utf-8")
+    page = files("boresight.sim.soc").joinpath("firmware.html").read_text(encoding="utf-8")
     return page.format(
-        updates=f"{rows[0]['integer']['updates']:,}", log=escape(rows[0]["log"]), bars=bars(rows),
-        timeline=timeline(rows), rows="\n".join(map(_table_row, rows)),
-        offload=_offload(report), clock=_CLOCK_MHZ)
+        updates=f"{rows[0]['integer']['updates']:,}",
+        log=escape(rows[0]["log"]),
+        bars=bars(rows),
+        timeline=timeline(rows),
+        rows="\n".join(map(_table_row, rows)),
+        offload=_offload(report),
+        clock=_CLOCK_MHZ,
+    )

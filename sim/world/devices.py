@@ -11,10 +11,19 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from sim.world.triad import Triad, Vector
+from boresight.sim.world.triad import Triad, Vector
 
-__all__ = ["FACTS", "GRAVITY", "TABLE_2", "Fact", "Table2", "accelerometer", "facts_json",
-           "gyro", "magnetometer"]
+__all__ = [
+    "FACTS",
+    "GRAVITY",
+    "TABLE_2",
+    "Fact",
+    "Table2",
+    "accelerometer",
+    "facts_json",
+    "gyro",
+    "magnetometer",
+]
 
 GRAVITY = 9.80665  #: m/s^2, standard gravity.
 GAUSS_UT = 100.0  #: uT per gauss.
@@ -41,16 +50,34 @@ _REGISTERS = "register table of the maker's evaluation tool (iSensor-FX3-Eval)"
 
 FACTS = (
     Fact("ADIS16385", "gyro_lsb", 0.0125, "deg/s", "maker", _REGISTERS),
-    Fact("ADIS16385", "gyro_range", 300.0, "deg/s", "paper",
-         "section 2.1; 24,000 counts, as in every range of the part"),
+    Fact(
+        "ADIS16385",
+        "gyro_range",
+        300.0,
+        "deg/s",
+        "paper",
+        "section 2.1; 24,000 counts, as in every range of the part",
+    ),
     Fact("ADIS16385", "acc_lsb", 0.25, "mg", "maker", _REGISTERS),
     Fact("ADIS16385", "acc_range", 5.0, "g", "paper", "section 2.1; 20,000 counts"),
     Fact("ADIS16385", "rate", 1024.0, "Hz", "maker", "evaluation page of the part"),
-    Fact("ADIS16385", "read_rate", 100.0, "Hz", "guess",
-         "not printed; with 8 Hz it gives the 12.5 samples that Table 3's levelling asks for"),
+    Fact(
+        "ADIS16385",
+        "read_rate",
+        100.0,
+        "Hz",
+        "guess",
+        "not printed; with 8 Hz it gives the 12.5 samples that Table 3's levelling asks for",
+    ),
     Fact("HMR3300", "rate", 8.0, "Hz", "maker", "data sheet: lines per second"),
-    Fact("HMR3300", "counts_per_gauss", 4500.0, "1/G", "guess",
-         "the data sheet's example line has 2,285 counts, in a field of about 0.5 G"),
+    Fact(
+        "HMR3300",
+        "counts_per_gauss",
+        4500.0,
+        "1/G",
+        "guess",
+        "the data sheet's example line has 2,285 counts, in a field of about 0.5 G",
+    ),
     Fact("HMR3300", "range", 2.0, "G", "guess", "usual for bridges of this kind"),
 )
 
@@ -80,21 +107,33 @@ TABLE_2 = Table2()
 
 def gyro(table: Table2 = TABLE_2) -> Triad:
     """ADIS16385, range 300 deg/s, [rad/s]: noise and bias of Table 2."""
-    return Triad(_value("ADIS16385", "rate"), math.radians(_value("ADIS16385", "gyro_lsb")),
-                 math.radians(_value("ADIS16385", "gyro_range")), variance=table.gyro,
-                 bias=table.gyro_bias)
+    return Triad(
+        _value("ADIS16385", "rate"),
+        math.radians(_value("ADIS16385", "gyro_lsb")),
+        math.radians(_value("ADIS16385", "gyro_range")),
+        variance=table.gyro,
+        bias=table.gyro_bias,
+    )
 
 
 def accelerometer(table: Table2 = TABLE_2) -> Triad:
     """ADIS16385, [m/s^2]: noise of Table 2."""
-    return Triad(_value("ADIS16385", "rate"), 1e-3 * GRAVITY * _value("ADIS16385", "acc_lsb"),
-                 GRAVITY * _value("ADIS16385", "acc_range"), variance=table.accelerometer)
+    return Triad(
+        _value("ADIS16385", "rate"),
+        1e-3 * GRAVITY * _value("ADIS16385", "acc_lsb"),
+        GRAVITY * _value("ADIS16385", "acc_range"),
+        variance=table.accelerometer,
+    )
 
 
 def magnetometer(table: Table2 = TABLE_2) -> Triad:
     """HMR3300, [uT]: noise of Table 2."""
-    return Triad(_value("HMR3300", "rate"), GAUSS_UT / _value("HMR3300", "counts_per_gauss"),
-                 GAUSS_UT * _value("HMR3300", "range"), variance=table.magnetometer)
+    return Triad(
+        _value("HMR3300", "rate"),
+        GAUSS_UT / _value("HMR3300", "counts_per_gauss"),
+        GAUSS_UT * _value("HMR3300", "range"),
+        variance=table.magnetometer,
+    )
 
 
 def facts_json() -> list[dict[str, Any]]:

@@ -18,8 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from model.attitude import matrix_to_quaternion
-from model.errors import InputError
+from boresight.model.attitude import matrix_to_quaternion
+from boresight.model.errors import InputError
 
 __all__ = ["Swing", "StackedMotion"]
 
@@ -73,8 +73,7 @@ class Swing:
         """Angle [rad], rate [rad/s] and acceleration [rad/s^2] at times t since its start [s]."""
         w = 2.0 * math.pi / self.period
         sine, cosine = np.sin(self.phase + w * t), np.cos(self.phase + w * t)
-        return (self.amplitude * sine, self.amplitude * w * cosine,
-                -self.amplitude * w * w * sine)
+        return (self.amplitude * sine, self.amplitude * w * cosine, -self.amplitude * w * w * sine)
 
 
 @dataclass(frozen=True)
@@ -104,8 +103,10 @@ class StackedMotion:
         for k, swing in enumerate(self.swings):
             start = float(swing.at(np.zeros(1))[0][0])
             if abs(start - left.get(swing.axis, start)) > 1e-9:
-                raise InputError(f"swing {k} must start at {math.degrees(left[swing.axis]):g} deg, "
-                                 f"where its stage stands, not {math.degrees(start):g} deg")
+                raise InputError(
+                    f"swing {k} must start at {math.degrees(left[swing.axis]):g} deg, "
+                    f"where its stage stands, not {math.degrees(start):g} deg"
+                )
             left[swing.axis] = float(swing.at(np.array([swing.seconds]))[0][0])
 
     @property
@@ -171,8 +172,9 @@ class StackedMotion:
         w_dot = _apply(rz_t, u_dot) - c1 * np.cross(z, turned) + z * c2
         return w, w_dot
 
-    def specific_force(self, t: npt.ArrayLike, *, gravity: float,
-                       lever: Sequence[float] = (0.0, 0.0, 0.0)) -> FloatArray:
+    def specific_force(
+        self, t: npt.ArrayLike, *, gravity: float, lever: Sequence[float] = (0.0, 0.0, 0.0)
+    ) -> FloatArray:
         """What an ideal accelerometer feels [m/s^2] at times t [s]: (n, 3).
 
         Parameters

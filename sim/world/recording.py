@@ -12,16 +12,16 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from model.attitude import (
+from boresight.model.attitude import (
     quaternion_conjugate,
     quaternion_multiply,
     quaternion_to_rotation_vector,
 )
-from model.errors import InputError
-from sim.log import Log
-from sim.world.devices import GRAVITY
-from sim.world.motion import StackedMotion
-from sim.world.triad import Triad
+from boresight.model.errors import InputError
+from boresight.sim.log import Log
+from boresight.sim.world.devices import GRAVITY
+from boresight.sim.world.motion import StackedMotion
+from boresight.sim.world.triad import Triad
 
 __all__ = ["Sensors", "record"]
 
@@ -41,9 +41,18 @@ class Sensors:
     gyro_bias: Sequence[float] = (0.0, 0.0, 0.0)
 
 
-def record(motion: StackedMotion, sensors: Sensors, *, rate_hz: float, seed: int,
-           field_ut: Sequence[float], lead: int = 0, gravity: float = GRAVITY,
-           lever: Sequence[float] = (0.0, 0.0, 0.0), name: str = "world") -> Log:
+def record(
+    motion: StackedMotion,
+    sensors: Sensors,
+    *,
+    rate_hz: float,
+    seed: int,
+    field_ut: Sequence[float],
+    lead: int = 0,
+    gravity: float = GRAVITY,
+    lever: Sequence[float] = (0.0, 0.0, 0.0),
+    name: str = "world",
+) -> Log:
     """Record a motion; the same arguments give the same log.
 
     Each sensor has a random stream of its own.
@@ -73,8 +82,9 @@ def record(motion: StackedMotion, sensors: Sensors, *, rate_hz: float, seed: int
     t = np.arange(-lead, int(np.floor(motion.seconds * rate_hz)) + 1) / rate_hz
 
     def mean_rate(at: FloatArray) -> FloatArray:
-        turn = quaternion_multiply(quaternion_conjugate(motion.attitude(at - step)),
-                                   motion.attitude(at))
+        turn = quaternion_multiply(
+            quaternion_conjugate(motion.attitude(at - step)), motion.attitude(at)
+        )
         return quaternion_to_rotation_vector(turn) / step
 
     def field(at: FloatArray) -> FloatArray:
@@ -84,7 +94,15 @@ def record(motion: StackedMotion, sensors: Sensors, *, rate_hz: float, seed: int
         return motion.specific_force(at, gravity=gravity, lever=lever)
 
     gyro_rng, acc_rng, mag_rng = (
-        np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(3))
-    return Log(name, t, sensors.gyro.read(mean_rate, t, gyro_rng) - np.asarray(sensors.gyro_bias),
-               sensors.acc.read(force, t, acc_rng), sensors.mag.read(field, t, mag_rng),
-               np.ones(len(t), dtype=bool), motion.attitude(t), fs=rate_hz)
+        np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(3)
+    )
+    return Log(
+        name,
+        t,
+        sensors.gyro.read(mean_rate, t, gyro_rng) - np.asarray(sensors.gyro_bias),
+        sensors.acc.read(force, t, acc_rng),
+        sensors.mag.read(field, t, mag_rng),
+        np.ones(len(t), dtype=bool),
+        motion.attitude(t),
+        fs=rate_hz,
+    )

@@ -17,8 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from model.attitude import quaternion_to_matrix, rotation_vector_to_quaternion
-from model.errors import InputError
+from boresight.model.attitude import quaternion_to_matrix, rotation_vector_to_quaternion
+from boresight.model.errors import InputError
 
 __all__ = ["Triad", "misalignment", "soft_iron"]
 
@@ -73,13 +73,19 @@ class Triad:
     averaged: float = 1.0
 
     def __post_init__(self) -> None:
-        for name, low, strict in (("rate_hz", 0.0, True), ("lsb", 0.0, False),
-                                  ("full_scale", 0.0, True), ("latency_s", 0.0, False),
-                                  ("averaged", 1.0, False)):
+        for name, low, strict in (
+            ("rate_hz", 0.0, True),
+            ("lsb", 0.0, False),
+            ("full_scale", 0.0, True),
+            ("latency_s", 0.0, False),
+            ("averaged", 1.0, False),
+        ):
             value = getattr(self, name)
             if not np.isfinite(value) or value < low or (strict and value == low):
-                raise InputError(f"{name} must be {'above ' if strict else ''}{low:g}"
-                                 f"{'' if strict else ' or more'}, not {value!r}")
+                raise InputError(
+                    f"{name} must be {'above ' if strict else ''}{low:g}"
+                    f"{'' if strict else ' or more'}, not {value!r}"
+                )
         for name, shape in (("variance", (3,)), ("bias", (3,)), ("matrix", (3, 3))):
             value = getattr(self, name)
             if np.shape(value) != shape or not np.all(np.isfinite(value)):
@@ -87,26 +93,34 @@ class Triad:
         if min(self.variance) < 0.0:
             raise InputError(f"variance must be 0 or more, not {self.variance!r}")
 
-    def with_errors(self, *, matrix: FloatArray | None = None,
-                    bias: Sequence[float] | None = None, latency_s: float | None = None,
-                    averaged: float | None = None) -> Triad:
+    def with_errors(
+        self,
+        *,
+        matrix: FloatArray | None = None,
+        bias: Sequence[float] | None = None,
+        latency_s: float | None = None,
+        averaged: float | None = None,
+    ) -> Triad:
         """The same sensor with other errors; what is None stays."""
         return dataclasses.replace(
             self,
             matrix=self.matrix if matrix is None else _rows(np.asarray(matrix, dtype=np.float64)),
             bias=self.bias if bias is None else (float(bias[0]), float(bias[1]), float(bias[2])),
             latency_s=self.latency_s if latency_s is None else latency_s,
-            averaged=self.averaged if averaged is None else averaged)
+            averaged=self.averaged if averaged is None else averaged,
+        )
 
-    def read(self, truth: Callable[[FloatArray], FloatArray], t: FloatArray,
-             rng: np.random.Generator) -> FloatArray:
+    def read(
+        self, truth: Callable[[FloatArray], FloatArray], t: FloatArray, rng: np.random.Generator
+    ) -> FloatArray:
         """Readings (n, 3) at times t (n,) [s] of the vector that ``truth`` gives for times.
 
         The noise is drawn whatever its variance, so that switching one error on leaves the
         others as they were.
         """
         noise = rng.standard_normal((len(t), 3)) * np.sqrt(
-            np.asarray(self.variance) / self.averaged)
+            np.asarray(self.variance) / self.averaged
+        )
         raw = truth(t - self.latency_s) @ np.asarray(self.matrix).T + np.asarray(self.bias) + noise
         lsb = self.lsb / self.averaged
         value = np.rint(raw / lsb) * lsb if lsb > 0.0 else raw

@@ -10,8 +10,8 @@ import pytest
 
 import boresight
 from boresight.cli import main
-from boresight.demo import summary_table
-from sim.bundled import bundled
+from boresight.sim.bundled import bundled
+from boresight.verbs.demo import summary_table
 
 HEADER = "t,gx,gy,gz,ax,ay,az,mx,my,mz\n"
 ROW = "{t},0.01,0.02,0.03,0.1,0.2,9.8,1,20,-40\n"
@@ -38,15 +38,18 @@ def refused(capsys, *argv):
     return out.err
 
 
-@pytest.mark.parametrize(("text", "message"), [
-    (GOOD.replace("gz", "gq"), "gq"),
-    (GOOD.replace(",mz\n", "\n").replace(",-40\n", "\n"), "mz"),
-    (HEADER + ROW.format(t="zero"), "zero"),
-    (HEADER + ROW.format(t=0).replace("9.8", "nan"), "nan"),
-    (HEADER + ROW.format(t=1) + ROW.format(t=0), "increas"),
-    (HEADER, "row"),
-    ("", "empty"),
-])
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (GOOD.replace("gz", "gq"), "gq"),
+        (GOOD.replace(",mz\n", "\n").replace(",-40\n", "\n"), "mz"),
+        (HEADER + ROW.format(t="zero"), "zero"),
+        (HEADER + ROW.format(t=0).replace("9.8", "nan"), "nan"),
+        (HEADER + ROW.format(t=1) + ROW.format(t=0), "increas"),
+        (HEADER, "row"),
+        ("", "empty"),
+    ],
+)
 def test_bad_logs(tmp_path, capsys, text, message):
     path = tmp_path / "bad.csv"
     path.write_text(text)
@@ -57,14 +60,16 @@ def test_bad_logs(tmp_path, capsys, text, message):
 
 def test_bad_names_and_widths(log, capsys, tmp_path):
     assert "complementary" in refused(capsys, "run", "kalman", log)
-    assert "mimas" in refused(capsys, "compile", "complementary", "--board", "arty",
-                              "-o", tmp_path / "x")
-    assert "18 to 32" in refused(capsys, "compile", "complementary", "--word", "17",
-                                 "-o", tmp_path / "x")
-    assert "small" in refused(capsys, "compile", "complementary", "--config", "huge",
-                              "-o", tmp_path / "x")
-    assert "0 to 32" in refused(capsys, "run", "complementary", log, "--param",
-                                "kp_pitch_per_s=33")
+    assert "mimas" in refused(
+        capsys, "compile", "complementary", "--board", "arty", "-o", tmp_path / "x"
+    )
+    assert "18 to 32" in refused(
+        capsys, "compile", "complementary", "--word", "17", "-o", tmp_path / "x"
+    )
+    assert "small" in refused(
+        capsys, "compile", "complementary", "--config", "huge", "-o", tmp_path / "x"
+    )
+    assert "0 to 32" in refused(capsys, "run", "complementary", log, "--param", "kp_pitch_per_s=33")
     assert "NAME=NUMBER" in refused(capsys, "run", "complementary", log, "--param", "kp=x")
     assert "float, fixed" in refused(capsys, "run", "complementary", log, "--on", "gpu")
     assert "absent.csv" in refused(capsys, "check", "complementary", tmp_path / "absent.csv")
@@ -114,8 +119,16 @@ def test_compile_writes_everything(capsys, tmp_path):
     out = tmp_path / "build"
     assert main(["compile", "complementary", "--board", "mimas", "-q", "-o", str(out)]) == 0
     names = {p.name for p in out.iterdir()}
-    assert {"core.v", "core_sim.v", "microcode.lst", "program.json", "schedule.json",
-            "report.json", "firmware", "ise-mimas"} <= names
+    assert {
+        "core.v",
+        "core_sim.v",
+        "microcode.lst",
+        "program.json",
+        "schedule.json",
+        "report.json",
+        "firmware",
+        "ise-mimas",
+    } <= names
     assert not [n for n in names if n.startswith(".")]
     assert "DSP48A1" in (out / "core.v").read_text()
     assert "DSP48A1 " not in (out / "core_sim.v").read_text()
@@ -127,14 +140,21 @@ def test_compile_writes_everything(capsys, tmp_path):
 def test_list_and_doctor(capsys):
     assert main(["list", "--json"]) == 0
     names = [e["name"] for e in json.loads(capsys.readouterr().out)["estimators"]]
-    assert names == ["complementary", "complementary_as_printed", "ekf_bias", "ekf_quaternion",
-                     "ekf_quaternion_vector", "mekf"]
+    assert names == [
+        "complementary",
+        "complementary_as_printed",
+        "ekf_bias",
+        "ekf_quaternion",
+        "ekf_quaternion_vector",
+        "mekf",
+    ]
     assert main(["doctor", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["good"] is True
 
 
 def test_bench_compares(capsys):
-    from boresight.bench import bench
+    from boresight.verbs.bench import bench
+
     data = bench(updates=4000, runs=400)
     assert data["updates_compared"] == 4000 and data["mismatches"] == 0
     capsys.readouterr()
@@ -144,7 +164,8 @@ def test_demo_proves_every_filter_on_one_core(tmp_path):
     data = boresight.demo(("complementary", "mekf"), steps=20, output=tmp_path)
     assert data["good"] is True
     assert [(r["config"], r["estimator"]) for r in data["filters"]] == [
-        (c, e) for c in ("small", "fast") for e in ("complementary", "mekf")]
+        (c, e) for c in ("small", "fast") for e in ("complementary", "mekf")
+    ]
     for row in data["filters"]:
         assert row["mismatches"] == 0 and row["updates_proven"]["verilator"] == 20
         assert Path(row["report"]).is_file()
@@ -156,7 +177,9 @@ def test_demo_proves_every_filter_on_one_core(tmp_path):
     assert json.loads((tmp_path / "summary.json").read_text()) == data
     assert summary_table(data).count("mekf") == 3  # two cores and the board
     assert [(r["filter"], r["good"]) for r in data["board"]] == [
-        ("complementary", True), ("mekf", True)]
+        ("complementary", True),
+        ("mekf", True),
+    ]
     assert (tmp_path / "board" / "board.html").is_file()
     assert main(["demo", "--steps", "0", "-o", str(tmp_path)]) == 2
 

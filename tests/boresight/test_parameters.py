@@ -6,8 +6,8 @@ import json
 
 import pytest
 
+from boresight.model.errors import InputError
 from boresight.parameters import parse_settings, read_params, values_for
-from model.errors import InputError
 
 
 def write(tmp_path, data, name="p.json"):
@@ -18,29 +18,41 @@ def write(tmp_path, data, name="p.json"):
 
 def test_files_and_settings_in_order(tmp_path):
     flat = write(tmp_path, {"kp_pitch_per_s": 1, "kp_roll_per_s": 2.0})
-    full = write(tmp_path, {"estimator": "complementary", "parameters": {"kp_roll_per_s": 3.0},
-                            "rmse_deg": {}}, "full.json")
+    full = write(
+        tmp_path,
+        {"estimator": "complementary", "parameters": {"kp_roll_per_s": 3.0}, "rmse_deg": {}},
+        "full.json",
+    )
     assert read_params(flat) == (None, {"kp_pitch_per_s": 1.0, "kp_roll_per_s": 2.0})
     assert read_params(full) == ("complementary", {"kp_roll_per_s": 3.0})
     assert values_for("complementary", [flat, full], ["kp_heading_per_s=4", "mag_gate=1"]) == {
-        "kp_pitch_per_s": 1.0, "kp_roll_per_s": 3.0, "kp_heading_per_s": 4.0, "mag_gate": 1.0}
+        "kp_pitch_per_s": 1.0,
+        "kp_roll_per_s": 3.0,
+        "kp_heading_per_s": 4.0,
+        "mag_gate": 1.0,
+    }
     assert values_for("complementary", [full], ["kp_roll_per_s=5"]) == {"kp_roll_per_s": 5.0}
     assert parse_settings(["a=1", "a=2e-3"]) == {"a": 2e-3}
 
 
-@pytest.mark.parametrize(("data", "message"), [
-    ("{", "wanted a JSON object with parameter values, found no JSON"),
-    ([1.0], "found list"),
-    ({"parameters": [1.0]}, "found list"),
-    ({"estimator": 3, "parameters": {}}, "wanted a JSON object"),
-    ({"kp_pitch_per_s": "1"}, "kp_pitch_per_s: wanted a number, found '1'"),
-    ({"kp_pitch_per_s": True}, "found True"),
-    ({"kp_pitch_per_s": 40}, "wanted 0 to 32 1/s, found 40.0"),
-    ('{"kp_pitch_per_s": NaN}', "wanted 0 to 32 1/s, found nan"),
-    ({"kp": 1}, "parameter kp: wanted one of kp_pitch_per_s"),
-    ({"estimator": "complementary_as_printed", "parameters": {}},
-     "wanted parameters of complementary, found those of complementary_as_printed"),
-])
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        ("{", "wanted a JSON object with parameter values, found no JSON"),
+        ([1.0], "found list"),
+        ({"parameters": [1.0]}, "found list"),
+        ({"estimator": 3, "parameters": {}}, "wanted a JSON object"),
+        ({"kp_pitch_per_s": "1"}, "kp_pitch_per_s: wanted a number, found '1'"),
+        ({"kp_pitch_per_s": True}, "found True"),
+        ({"kp_pitch_per_s": 40}, "wanted 0 to 32 1/s, found 40.0"),
+        ('{"kp_pitch_per_s": NaN}', "wanted 0 to 32 1/s, found nan"),
+        ({"kp": 1}, "parameter kp: wanted one of kp_pitch_per_s"),
+        (
+            {"estimator": "complementary_as_printed", "parameters": {}},
+            "wanted parameters of complementary, found those of complementary_as_printed",
+        ),
+    ],
+)
 def test_bad_files(tmp_path, data, message):
     with pytest.raises(InputError, match=message):
         values_for("complementary", [write(tmp_path, data)])

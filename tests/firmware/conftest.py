@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from model.fixed import Arithmetic
-from model.program import Kind, Negate, Op, Overflow, Program, Scale, Term, Value, When
+from boresight.model.fixed import Arithmetic
+from boresight.model.program import Kind, Negate, Op, Overflow, Program, Scale, Term, Value, When
 
 Rows = list[list[int]]
 
@@ -58,8 +58,11 @@ class Plain:
             a = int(self.bits(w[t.a])[8:], 2) if t.fraction_a else w[t.a]
             less = {Scale.NONE: 0, Scale.FULL: n, Scale.EVEN: n - n % 2, Scale.HALF: n // 2}
             part = a * b // 2 ** max(t.shift - less[t.scale], 0)
-            if t.negate is Negate.YES or (t.negate is Negate.IF and flag) or (
-                    t.negate is Negate.UNLESS and not flag):
+            if (
+                t.negate is Negate.YES
+                or (t.negate is Negate.IF and flag)
+                or (t.negate is Negate.UNLESS and not flag)
+            ):
                 part = -part
             if t.when is When.ALWAYS or (t.when is When.IF) == flag:
                 acc += part
@@ -94,27 +97,47 @@ def _corner(word: int) -> Program:
         return dest
 
     usual = word - 1 - arith.guard
-    for k, (negate, when, scale, quarter) in enumerate(
-            product(Negate, When, Scale, (False, True))):
-        op(Term(x, y, (usual, 0, 31, usual + 4)[k % 4], negate=negate, when=when, scale=scale),
-           flag=(y, x, left)[k % 3], flag_quarter=quarter, norm=(x, last)[k % 2])
-    for overflow, (a, b), shift in product(Overflow, ((x, y), (x, least), (gain, right), (x, x)),
-                                           (0, usual - 1, 31)):
+    for k, (negate, when, scale, quarter) in enumerate(product(Negate, When, Scale, (False, True))):
+        op(
+            Term(x, y, (usual, 0, 31, usual + 4)[k % 4], negate=negate, when=when, scale=scale),
+            flag=(y, x, left)[k % 3],
+            flag_quarter=quarter,
+            norm=(x, last)[k % 2],
+        )
+    for overflow, (a, b), shift in product(
+        Overflow, ((x, y), (x, least), (gain, right), (x, x)), (0, usual - 1, 31)
+    ):
         op(Term(a, b, shift), overflow=overflow)
-    for coefficient, quarter, fraction, block in product(range(4), (False, True), (False, True),
-                                                         range(2)):
-        op(Term(one, None, usual, coefficient),
-           Term(x, y, usual, fraction_a=fraction, fraction_b=quarter),
-           Term(y, None, usual, (coefficient + 1) % 4, fraction_a=fraction, negate=Negate.YES),
-           index=x, index_quarter=quarter, table=block)
-    many = op(*(Term(a, b, usual, negate=negate) for a, b, negate in
-                product((x, gain, left), (y, bias), (Negate.NO, Negate.YES))))
+    for coefficient, quarter, fraction, block in product(
+        range(4), (False, True), (False, True), range(2)
+    ):
+        op(
+            Term(one, None, usual, coefficient),
+            Term(x, y, usual, fraction_a=fraction, fraction_b=quarter),
+            Term(y, None, usual, (coefficient + 1) % 4, fraction_a=fraction, negate=Negate.YES),
+            index=x,
+            index_quarter=quarter,
+            table=block,
+        )
+    many = op(
+        *(
+            Term(a, b, usual, negate=negate)
+            for a, b, negate in product((x, gain, left), (y, bias), (Negate.NO, Negate.YES))
+        )
+    )
     outputs = (*(o.dest for o in ops), left, kept, one, x, many)
     table = tuple(rng.choice((low, high, 0, -1, rng.randint(low, high))) for _ in range(1024))
     return Program(
-        f"corner_{word}", arith, tuple(values), tuple(ops), inputs=(x, y), outputs=outputs,
+        f"corner_{word}",
+        arith,
+        tuple(values),
+        tuple(ops),
+        inputs=(x, y),
+        outputs=outputs,
         output_names=tuple(f"out{k}" for k in range(len(outputs))),
-        states=((left, right), (right, left), (last, many), (kept, kept)), table_memory=table)
+        states=((left, right), (right, left), (last, many), (kept, kept)),
+        table_memory=table,
+    )
 
 
 def _corner_rows(word: int) -> Rows:
@@ -129,19 +152,50 @@ def _corner_rows(word: int) -> Rows:
 
 def _odd_names() -> Program:
     """Names that are no identifiers, collide, or would end a comment."""
-    names = ["int", "2nd", "q.w", "q_w", "*/ int x; /*", "back\\", "??/", "Δψ", "", "_Bool",
-             "INT32_MAX", "saturated", "line\nbreak", "int32_t", "SELF", "acc"]
+    names = [
+        "int",
+        "2nd",
+        "q.w",
+        "q_w",
+        "*/ int x; /*",
+        "back\\",
+        "??/",
+        "Δψ",
+        "",
+        "_Bool",
+        "INT32_MAX",
+        "saturated",
+        "line\nbreak",
+        "int32_t",
+        "SELF",
+        "acc",
+    ]
     kinds = [Kind.INPUT, Kind.PARAM, Kind.STATE, Kind.CONST]
-    values = [Value(name, kind, frac, -1e9, 1.0, "test", unit="µT \\", initial=k)
-              for k, (name, kind, frac) in enumerate(product(names, kinds, (-3,)))]
+    values = [
+        Value(name, kind, frac, -1e9, 1.0, "test", unit="µT \\", initial=k)
+        for k, (name, kind, frac) in enumerate(product(names, kinds, (-3,)))
+    ]
     values += [Value(name, Kind.OP, 40, -1e-9, 1.0, "test") for name in names]
     numbers = {kind: tuple(n for n, v in enumerate(values) if v.kind is kind) for kind in Kind}
-    ops = tuple(Op(dest, (Term(a, b, 22), Term(c, s, 22, negate=Negate.YES)))
-                for dest, a, b, c, s in zip(*(numbers[k] for k in (
-                    Kind.OP, Kind.INPUT, Kind.PARAM, Kind.CONST, Kind.STATE)), strict=True))
+    ops = tuple(
+        Op(dest, (Term(a, b, 22), Term(c, s, 22, negate=Negate.YES)))
+        for dest, a, b, c, s in zip(
+            *(numbers[k] for k in (Kind.OP, Kind.INPUT, Kind.PARAM, Kind.CONST, Kind.STATE)),
+            strict=True,
+        )
+    )
     results = numbers[Kind.OP]
-    return Program("0 odd/*name*/", Arithmetic(), tuple(values), ops, numbers[Kind.INPUT], results,
-                   tuple(names), tuple(zip(numbers[Kind.STATE], results, strict=True)), ())
+    return Program(
+        "0 odd/*name*/",
+        Arithmetic(),
+        tuple(values),
+        ops,
+        numbers[Kind.INPUT],
+        results,
+        tuple(names),
+        tuple(zip(numbers[Kind.STATE], results, strict=True)),
+        (),
+    )
 
 
 def _empty() -> Program:

@@ -2,9 +2,9 @@
 
 import pytest
 
-from firmware.body import Body
-from model.fixed import Arithmetic
-from model.program import Kind, Negate, Op, Overflow, Program, Scale, Term, Value, When
+from boresight.firmware.body import Body
+from boresight.model.fixed import Arithmetic
+from boresight.model.program import Kind, Negate, Op, Overflow, Program, Scale, Term, Value, When
 
 
 def value(name: str, kind: Kind, initial: int = 0) -> Value:
@@ -12,10 +12,23 @@ def value(name: str, kind: Kind, initial: int = 0) -> Value:
 
 
 def program(op: Op, *, name: str = "small", outputs: tuple[int, ...] = (3,)) -> Program:
-    values = (value("x", Kind.INPUT), value("k", Kind.CONST, -(2**31)), value("s", Kind.STATE),
-              value("y", Kind.OP))
-    return Program(name, Arithmetic(), values, (op,), (0,), outputs,
-                   tuple(f"o{k}" for k in range(len(outputs))), ((2, 2),), (0,) * 1024)
+    values = (
+        value("x", Kind.INPUT),
+        value("k", Kind.CONST, -(2**31)),
+        value("s", Kind.STATE),
+        value("y", Kind.OP),
+    )
+    return Program(
+        name,
+        Arithmetic(),
+        values,
+        (op,),
+        (0,),
+        outputs,
+        tuple(f"o{k}" for k in range(len(outputs))),
+        ((2, 2),),
+        (0,) * 1024,
+    )
 
 
 def statements(op: Op, *, outputs: tuple[int, ...] = (3,)) -> list[str]:
@@ -38,10 +51,22 @@ def test_plain_operation() -> None:
 
 
 def test_flag_norm_and_table() -> None:
-    lines = statements(Op(3, (
-        Term(0, None, 9, 2, negate=Negate.UNLESS, when=When.IF, fraction_a=True),
-        Term(0, 2, 5, fraction_b=True, scale=Scale.EVEN, when=When.UNLESS)),
-        Overflow.WRAP, flag=2, flag_quarter=True, norm=0, index=0, index_quarter=True, table=1))
+    lines = statements(
+        Op(
+            3,
+            (
+                Term(0, None, 9, 2, negate=Negate.UNLESS, when=When.IF, fraction_a=True),
+                Term(0, 2, 5, fraction_b=True, scale=Scale.EVEN, when=When.UNLESS),
+            ),
+            Overflow.WRAP,
+            flag=2,
+            flag_quarter=True,
+            norm=0,
+            index=0,
+            index_quarter=True,
+            table=1,
+        )
+    )
     assert lines[-9:-1] == [
         "// y: fixed<32,1>, half turns, [-1, 1], WRAP",
         "flag = sign_mask_quarter(v2_s);",
@@ -60,10 +85,15 @@ def test_what_no_term_asks_for_is_left_out() -> None:
     assert lines[-2] == "(void) v3_y;"
 
 
-@pytest.mark.parametrize(("name", "prefix", "wanted"), [
-    ("ekf 9", None, "ekf_9"), ("ekf", "flight", "flight"), ("int32", None, "int32_program"),
-    ("size", None, "size_program"),
-])
+@pytest.mark.parametrize(
+    ("name", "prefix", "wanted"),
+    [
+        ("ekf 9", None, "ekf_9"),
+        ("ekf", "flight", "flight"),
+        ("int32", None, "int32_program"),
+        ("size", None, "size_program"),
+    ],
+)
 def test_name(name: str, prefix: str | None, wanted: str) -> None:
     assert Body(program(Op(3, ()), name=name), prefix=prefix).name == wanted
 

@@ -12,18 +12,22 @@ from typing import Any
 import numpy as np
 import pytest
 
-from firmware.build import CModel, build_library, default_cache, find_compiler
-from model.errors import ToolMissing
-from model.fixed import Arithmetic
-from model.interpreter import Interpreter
-from model.program import Kind, Op, Overflow, Program, Term, Value
-from sim.random_program import random_inputs, random_program
+from boresight.firmware.build import CModel, build_library, default_cache, find_compiler
+from boresight.model.errors import ToolMissing
+from boresight.model.fixed import Arithmetic
+from boresight.model.interpreter import Interpreter
+from boresight.model.program import Kind, Op, Overflow, Program, Term, Value
+from boresight.sim.random_program import random_inputs, random_program
 
 
 @pytest.mark.parametrize("word", [18, 24, 32])
 def test_every_option_against_plain_python(
-        word: int, cache: Path, plain: Any, corner: Callable[[int], Program],
-        corner_rows: Callable[[int], list[list[int]]]) -> None:
+    word: int,
+    cache: Path,
+    plain: Any,
+    corner: Callable[[int], Program],
+    corner_rows: Callable[[int], list[list[int]]],
+) -> None:
     program, rows = corner(word), corner_rows(word)
     reference = plain(program)
     want = [reference.update(row) for row in rows]
@@ -37,16 +41,30 @@ def test_every_option_against_plain_python(
         assert model.values_of_update(row) == words
 
 
-@pytest.mark.parametrize(("overflow", "words"), [
-    (Overflow.SAT, [131071, 131071, -131072, -131072]),
-    (Overflow.CLIP, [131071, 131071, -131072, -131072]),
-    (Overflow.WRAP, [131071, -131072, -131072, 131071]),
-])
+@pytest.mark.parametrize(
+    ("overflow", "words"),
+    [
+        (Overflow.SAT, [131071, 131071, -131072, -131072]),
+        (Overflow.CLIP, [131071, 131071, -131072, -131072]),
+        (Overflow.WRAP, [131071, -131072, -131072, 131071]),
+    ],
+)
 def test_only_sat_raises_the_flag(overflow: Overflow, words: list[int], cache: Path) -> None:
-    values = tuple(Value(name, kind, 17, -1.0, 1.0, "test") for name, kind in (
-        ("x", Kind.INPUT), ("y", Kind.INPUT), ("z", Kind.OP)))
-    program = Program("edge", Arithmetic(18, guard=8), values, (Op(2, (Term(0, 1, 0),), overflow),),
-                      (0, 1), (2,), ("z",), (), ())
+    values = tuple(
+        Value(name, kind, 17, -1.0, 1.0, "test")
+        for name, kind in (("x", Kind.INPUT), ("y", Kind.INPUT), ("z", Kind.OP))
+    )
+    program = Program(
+        "edge",
+        Arithmetic(18, guard=8),
+        values,
+        (Op(2, (Term(0, 1, 0),), overflow),),
+        (0, 1),
+        (2,),
+        ("z",),
+        (),
+        (),
+    )
     # z = floor((x y + 128) / 256): the last word that fits and the first that does not, both ends
     rows = [[131071, 256], [65536, 512], [-131072, 256], [-43691, 768]]
     outputs, saturated = CModel(program, cache=cache).update(rows)
@@ -90,8 +108,9 @@ def test_observed_ranges_against_interpreter(word: int, cache: Path) -> None:
     np.testing.assert_array_equal(seen.saturations, interpreter.saturations)
     assert seen.saturations.any()
     # It leaves the states as `update` does.
-    np.testing.assert_array_equal(model.update(rows)[0],
-                                  interpreter.run(rows[:, :, None])[0][:, :, 0])
+    np.testing.assert_array_equal(
+        model.update(rows)[0], interpreter.run(rows[:, :, None])[0][:, :, 0]
+    )
 
 
 def test_updates_in_pieces_and_objects_apart(cache: Path) -> None:
@@ -153,8 +172,10 @@ def test_refusals(cache: Path, corner: Callable[[int], Program]) -> None:
 def test_cache_is_used_and_keyed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     program = random_program(2, n_ops=5)
     library = build_library(program, cache=tmp_path)
-    others = {build_library(program, cache=tmp_path, cflags=("-O1",)),
-              build_library(replace(program, outputs=(0,), output_names=("o",)), cache=tmp_path)}
+    others = {
+        build_library(program, cache=tmp_path, cflags=("-O1",)),
+        build_library(replace(program, outputs=(0,), output_names=("o",)), cache=tmp_path),
+    }
     assert len({library, *others}) == 3
     assert sorted(p.suffix for p in library.parent.iterdir()) == [".c", ".c", ".h", ".so"]
     with monkeypatch.context() as patch:
@@ -199,11 +220,17 @@ def everything_used(program: Program) -> Program:
     outputs = list(program.outputs)
     for k in range(0, len(unread), 8):
         outputs.append(len(values))
-        ops.append(Op(len(values), tuple(Term(v, one, 25) for v in unread[k:k + 8]),
-                      Overflow.WRAP))
+        ops.append(
+            Op(len(values), tuple(Term(v, one, 25) for v in unread[k : k + 8]), Overflow.WRAP)
+        )
         values.append(Value(f"sum{k}", Kind.OP, 31, -1.0, 1.0, "test"))
-    return replace(program, values=tuple(values), ops=tuple(ops), outputs=tuple(outputs),
-                   output_names=tuple(f"o{k}" for k in range(len(outputs))))
+    return replace(
+        program,
+        values=tuple(values),
+        ops=tuple(ops),
+        outputs=tuple(outputs),
+        output_names=tuple(f"o{k}" for k in range(len(outputs))),
+    )
 
 
 def test_a_million_updates_per_second(cache: Path) -> None:

@@ -14,16 +14,24 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from firmware.build import find_compiler
-from firmware.emit import emit_c
-from model.fixed import Arithmetic
-from model.interpreter import Interpreter
-from model.program import Kind, Negate, Op, Overflow, Program, Scale, Term, Value, When
-from sim.random_program import random_inputs, random_program
+from boresight.firmware.build import find_compiler
+from boresight.firmware.emit import emit_c
+from boresight.model.fixed import Arithmetic
+from boresight.model.interpreter import Interpreter
+from boresight.model.program import Kind, Negate, Op, Overflow, Program, Scale, Term, Value, When
+from boresight.sim.random_program import random_inputs, random_program
 
 GOLDEN = Path(__file__).parent / "golden"
-STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wstrict-prototypes",
-          "-Werror", "-pedantic")
+STRICT = (
+    "-std=c99",
+    "-Wall",
+    "-Wextra",
+    "-Wconversion",
+    "-Wshadow",
+    "-Wstrict-prototypes",
+    "-Werror",
+    "-pedantic",
+)
 
 MAIN = """
 #include "p_host.c"
@@ -51,8 +59,7 @@ def write(files: dict[str, str], folder: Path) -> None:
 
 
 def compile_(folder: Path, *arguments: str) -> None:
-    done = subprocess.run([find_compiler(), *arguments], cwd=folder, capture_output=True,
-                          text=True)
+    done = subprocess.run([find_compiler(), *arguments], cwd=folder, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
 
 
@@ -70,14 +77,27 @@ def golden_program() -> Program:
     )
     ops = (
         Op(4, (Term(3, 1, 29), Term(0, 1, 26)), Overflow.WRAP),
-        Op(5, (Term(4, None, 24, 1, fraction_a=True), Term(1, None, 30, 0, negate=Negate.IF)),
-           flag=4, flag_quarter=True, index=4, index_quarter=True, table=0),
-        Op(6, (Term(0, 2, 23), Term(0, 5, 25, scale=Scale.FULL, when=When.UNLESS)),
-           Overflow.CLIP, flag=0, norm=0),
+        Op(
+            5,
+            (Term(4, None, 24, 1, fraction_a=True), Term(1, None, 30, 0, negate=Negate.IF)),
+            flag=4,
+            flag_quarter=True,
+            index=4,
+            index_quarter=True,
+            table=0,
+        ),
+        Op(
+            6,
+            (Term(0, 2, 23), Term(0, 5, 25, scale=Scale.FULL, when=When.UNLESS)),
+            Overflow.CLIP,
+            flag=0,
+            norm=0,
+        ),
     )
     table = tuple(k * 4099 - 2**20 for k in range(512))
-    return Program("golden", Arithmetic(), values, ops, (0,), (4, 6), ("angle_ht", "smooth"),
-                   ((3, 4),), table)
+    return Program(
+        "golden", Arithmetic(), values, ops, (0,), (4, 6), ("angle_ht", "smooth"), ((3, 4),), table
+    )
 
 
 @pytest.mark.parametrize("name", ["golden.h", "golden.c", "golden_host.c"])
@@ -87,7 +107,8 @@ def test_golden(name: str) -> None:
     if os.environ.get("BORESIGHT_UPDATE"):
         path.write_text(text, encoding="utf-8")
     assert text == path.read_text(encoding="utf-8"), (
-        "the emitted text changed; if that is meant: BORESIGHT_UPDATE=1 pytest " + __file__)
+        "the emitted text changed; if that is meant: BORESIGHT_UPDATE=1 pytest " + __file__
+    )
 
 
 def test_same_program_same_text() -> None:
@@ -95,27 +116,37 @@ def test_same_program_same_text() -> None:
     files = emit_c(program)
     assert list(files) == [f"{program.name}.h", f"{program.name}.c", f"{program.name}_host.c"]
     assert emit_c(Program.from_json(program.to_json())) == files
-    code = ("from firmware.emit import emit_c; from sim.random_program import random_program;"
-            "import sys; sys.stdout.write(''.join(emit_c(random_program(7)).values()))")
+    code = (
+        "from boresight.firmware.emit import emit_c;"
+        "from boresight.sim.random_program import random_program;"
+        "import sys; sys.stdout.write(''.join(emit_c(random_program(7)).values()))"
+    )
     for seed in ("1", "2"):
         root = Path(__file__).parents[2]
-        done = subprocess.run([sys.executable, "-c", code], cwd=root, check=True, text=True,
-                              capture_output=True, env={**os.environ, "PYTHONHASHSEED": seed,
-                                                        "PYTHONPATH": str(root)})
+        done = subprocess.run(
+            [sys.executable, "-c", code],
+            cwd=root,
+            check=True,
+            text=True,
+            capture_output=True,
+            env={**os.environ, "PYTHONHASHSEED": seed, "PYTHONPATH": str(root)},
+        )
         assert done.stdout == "".join(files.values())
 
 
 def test_header_says_formats_and_digest() -> None:
     program = golden_program()
     header = emit_c(program, prefix="yaw")["yaw.h"]
-    for line in (f'#define YAW_DIGEST "{program.digest}"',
-                 "#define YAW_RATE_FRAC 27 // fixed<32,5>, rad/s, [-16, 16]",
-                 "#define YAW_GAIN_FRAC 31 // fixed<32,1>, [0, 1]",
-                 "#define YAW_ANGLE_HT_FRAC 31 // fixed<32,1>, half turns, [-1, 1]",
-                 "    int32_t rate; // fixed<32,5>, rad/s, [-16, 16]",
-                 "    bool saturated; // a result of this update was clamped",
-                 "void yaw_init(yaw_t *self);",
-                 "void yaw_update(yaw_t *self, const yaw_in_t *in, yaw_out_t *out);"):
+    for line in (
+        f'#define YAW_DIGEST "{program.digest}"',
+        "#define YAW_RATE_FRAC 27 // fixed<32,5>, rad/s, [-16, 16]",
+        "#define YAW_GAIN_FRAC 31 // fixed<32,1>, [0, 1]",
+        "#define YAW_ANGLE_HT_FRAC 31 // fixed<32,1>, half turns, [-1, 1]",
+        "    int32_t rate; // fixed<32,5>, rad/s, [-16, 16]",
+        "    bool saturated; // a result of this update was clamped",
+        "void yaw_init(yaw_t *self);",
+        "void yaw_update(yaw_t *self, const yaw_in_t *in, yaw_out_t *out);",
+    ):
         assert line in header.split("\n")
 
 
@@ -127,14 +158,23 @@ def test_output_that_bears_the_name_of_an_input(odd_names: Program) -> None:
     assert "#define ODD_INT__OUT_FRAC 40 // fixed<32,-8>, [-1e-09, 1]" in header
 
 
-@pytest.mark.parametrize("which", ["random_18", "random_24", "random_32", "corner", "odd", "empty",
-                                   "golden"])
-def test_no_warning(which: str, tmp_path: Path, corner: Callable[[int], Program],
-                    odd_names: Program, empty: Program) -> None:
-    programs = {"corner": lambda: corner(24), "odd": lambda: odd_names, "empty": lambda: empty,
-                "golden": golden_program}
-    program = programs[which]() if which in programs else random_program(
-        3, word=int(which[-2:]), n_ops=60)
+@pytest.mark.parametrize(
+    "which", ["random_18", "random_24", "random_32", "corner", "odd", "empty", "golden"]
+)
+def test_no_warning(
+    which: str, tmp_path: Path, corner: Callable[[int], Program], odd_names: Program, empty: Program
+) -> None:
+    programs = {
+        "corner": lambda: corner(24),
+        "odd": lambda: odd_names,
+        "empty": lambda: empty,
+        "golden": golden_program,
+    }
+    program = (
+        programs[which]()
+        if which in programs
+        else random_program(3, word=int(which[-2:]), n_ops=60)
+    )
     write(emit_c(program, prefix="p"), tmp_path)
     compile_(tmp_path, *STRICT, "-O2", "-c", "p.c")
     compile_(tmp_path, *STRICT, "-O0", "-c", "p_host.c")
@@ -147,9 +187,13 @@ def test_integers_only_and_nothing_allocated() -> None:
 
 @pytest.mark.parametrize("word", [18, 24, 32])
 @pytest.mark.parametrize("kind", ["random", "corner"])
-def test_no_undefined_behaviour(word: int, kind: str, tmp_path: Path,
-                                corner: Callable[[int], Program],
-                                corner_rows: Callable[[int], list[list[int]]]) -> None:
+def test_no_undefined_behaviour(
+    word: int,
+    kind: str,
+    tmp_path: Path,
+    corner: Callable[[int], Program],
+    corner_rows: Callable[[int], list[list[int]]],
+) -> None:
     if kind == "random":
         program = random_program(word, word=word, n_ops=80)
         rows = random_inputs(program, word, 300)
@@ -157,15 +201,31 @@ def test_no_undefined_behaviour(word: int, kind: str, tmp_path: Path,
         program, rows = corner(word), corner_rows(word)
     write(emit_c(program, prefix="p"), tmp_path)
     text = MAIN
-    for name, count in (("@n_in@", len(program.inputs)), ("@n_out@", len(program.outputs)),
-                        ("@n_values@", len(program.values))):
+    for name, count in (
+        ("@n_in@", len(program.inputs)),
+        ("@n_out@", len(program.outputs)),
+        ("@n_values@", len(program.values)),
+    ):
         text = text.replace(name, str(count))
     (tmp_path / "main.c").write_text(text)
-    compile_(tmp_path, *STRICT, "-O0", "-g", "-fsanitize=address,undefined",
-             "-fno-sanitize-recover=all", "main.c", "-o", "main")
+    compile_(
+        tmp_path,
+        *STRICT,
+        "-O0",
+        "-g",
+        "-fsanitize=address,undefined",
+        "-fno-sanitize-recover=all",
+        "main.c",
+        "-o",
+        "main",
+    )
     words = np.array(rows, dtype=np.int32)
-    done = subprocess.run([tmp_path / "main"], input=words.tobytes(), capture_output=True,
-                          env={**os.environ, "ASAN_OPTIONS": "detect_leaks=0"})
+    done = subprocess.run(
+        [tmp_path / "main"],
+        input=words.tobytes(),
+        capture_output=True,
+        env={**os.environ, "ASAN_OPTIONS": "detect_leaks=0"},
+    )
     assert done.returncode == 0, done.stderr.decode()
     record = np.dtype([("outputs", np.int32, len(program.outputs)), ("saturated", np.uint8)])
     got = np.frombuffer(done.stdout, dtype=record)

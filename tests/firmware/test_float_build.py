@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from firmware.float_build import FloatCModel
-from model.estimator import Estimator
-from model.estimators import estimator
-from sim.bundled import bundled
-from sim.feed import attitude_of, inputs_of
-from sim.log import read_log
+from boresight.firmware.float_build import FloatCModel
+from boresight.model.estimator import Estimator
+from boresight.model.estimators import estimator
+from boresight.sim.bundled import bundled
+from boresight.sim.feed import attitude_of, inputs_of
+from boresight.sim.log import read_log
 
 #: Largest difference of the attitude on a bundled log, deg. A rounding of an angle near half a
 #: turn is 2^-25 half turns, 5e-6 deg; a filter that forgets in 10 s keeps some 2,560 of them at
@@ -51,19 +51,30 @@ class Odd(Estimator):
     name, summary, urgent = "odd", "", 1
 
     def __init__(self) -> None:
-        from model.estimator import Input, Output, Param, State
+        from boresight.model.estimator import Input, Output, Param, State
+
         self.inputs = (Input("x", -4.0, 4.0, ""), Input("int", -4.0, 4.0, ""))
         self.params = (Param("gain", 2.0, 0.0, 4.0, "", ""),)
         self.states = (State("sum", -100.0, 100.0, "", 1.0),)
-        self.outputs = (Output("sum", ""), Output("angle", "ht"), Output("limited", ""),
-                        Output("wrapped", "ht"), Output("larger", ""))
+        self.outputs = (
+            Output("sum", ""),
+            Output("angle", "ht"),
+            Output("limited", ""),
+            Output("wrapped", "ht"),
+            Output("larger", ""),
+        )
 
     def step(self, x, u, p):
-        from model import ops
+        from boresight.model import ops
+
         total = x.sum + p.gain * u.x
         return {"sum": total}, {
-            "sum": total, "angle": ops.atan2_ht(u.x, u.int), "limited": ops.clip(u.x, -2.0, 3.0),
-            "wrapped": ops.wrap_ht(u.x), "larger": ops.rsqrt(u.x)}
+            "sum": total,
+            "angle": ops.atan2_ht(u.x, u.int),
+            "limited": ops.clip(u.x, -2.0, 3.0),
+            "wrapped": ops.wrap_ht(u.x),
+            "larger": ops.rsqrt(u.x),
+        }
 
 
 def test_parameters_states_reset() -> None:
@@ -74,16 +85,36 @@ def test_parameters_states_reset() -> None:
     assert model.update([[4.0, 0.0]])[:, 0].tolist() == [3.0]
 
 
-@pytest.mark.parametrize(("y", "x", "angle"), [
-    (0.0, 0.0, 0.0), (0.0, -0.0, 0.0), (-0.0, -0.0, 0.0), (0.0, -1.0, -1.0), (-0.0, -1.0, -1.0),
-    (1.0, 0.0, 0.5), (-1.0, 0.0, -0.5), (1.0, 1.0, 0.25)])
+@pytest.mark.parametrize(
+    ("y", "x", "angle"),
+    [
+        (0.0, 0.0, 0.0),
+        (0.0, -0.0, 0.0),
+        (-0.0, -0.0, 0.0),
+        (0.0, -1.0, -1.0),
+        (-0.0, -1.0, -1.0),
+        (1.0, 0.0, 0.5),
+        (-1.0, 0.0, -0.5),
+        (1.0, 1.0, 0.25),
+    ],
+)
 def test_arc_tangent_at_its_edges(y: float, x: float, angle: float) -> None:
     assert FloatCModel(Odd()).update([[y, x]])[0, 1] == angle
 
 
-@pytest.mark.parametrize(("x", "limited", "wrapped"), [
-    (-4.0, -2.0, 0.0), (-2.0, -2.0, 0.0), (-1.5, -1.5, 0.5), (-1.0, -1.0, -1.0), (0.25, 0.25, 0.25),
-    (1.0, 1.0, -1.0), (3.0, 3.0, -1.0), (3.25, 3.0, -0.75)])
+@pytest.mark.parametrize(
+    ("x", "limited", "wrapped"),
+    [
+        (-4.0, -2.0, 0.0),
+        (-2.0, -2.0, 0.0),
+        (-1.5, -1.5, 0.5),
+        (-1.0, -1.0, -1.0),
+        (0.25, 0.25, 0.25),
+        (1.0, 1.0, -1.0),
+        (3.0, 3.0, -1.0),
+        (3.25, 3.0, -0.75),
+    ],
+)
 def test_limits_and_wraps(x: float, limited: float, wrapped: float) -> None:
     assert FloatCModel(Odd()).update([[x, 0.0]])[0, 2:4].tolist() == [limited, wrapped]
 

@@ -8,19 +8,28 @@ from pathlib import Path
 
 import pytest
 
-from firmware.float_emit import emit_float_c
-from model.estimators import ESTIMATORS, estimator
+from boresight.firmware.float_emit import emit_float_c
+from boresight.model.estimators import ESTIMATORS, estimator
 
-STRICT = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion",
-          "-Wshadow", "-Werror")
+STRICT = (
+    "-std=c99",
+    "-pedantic",
+    "-Wall",
+    "-Wextra",
+    "-Wconversion",
+    "-Wdouble-promotion",
+    "-Wshadow",
+    "-Werror",
+)
 
 
 @pytest.mark.parametrize("name", sorted(ESTIMATORS))
 def test_no_warning(name: str, tmp_path: Path) -> None:
     for file, text in emit_float_c(estimator(name)).items():
         (tmp_path / file).write_text(text)
-    subprocess.run(["gcc", *STRICT, "-O2", "-c", f"{name}_float.c", "-o", "x.o"], cwd=tmp_path,
-                   check=True)
+    subprocess.run(
+        ["gcc", *STRICT, "-O2", "-c", f"{name}_float.c", "-o", "x.o"], cwd=tmp_path, check=True
+    )
 
 
 @pytest.mark.parametrize("name", sorted(ESTIMATORS))
@@ -34,7 +43,8 @@ def test_single_precision_only(name: str) -> None:
 
 
 def test_interface_is_that_of_the_integer_c() -> None:
-    from firmware.emit import emit_c
+    from boresight.firmware.emit import emit_c
+
     e = estimator("mekf")
     integer = emit_c(e.compile())["mekf.h"]
     single = emit_float_c(e)["mekf_float.h"]
@@ -43,6 +53,7 @@ def test_interface_is_that_of_the_integer_c() -> None:
         body = re.search(rf"(?s)typedef struct {{([^}}]*)}} mekf(?:_float)?{kind}_t;", text)
         assert body
         return re.findall(r"(?:int32_t|float) (\w+);", body[1])
+
     for kind in ("_params", "_state", "_in", "_out"):
         assert members(single, kind) == members(integer, kind)
     for function in ("init", "reset", "update"):

@@ -7,20 +7,33 @@ from collections.abc import Callable
 
 import pytest
 
-from firmware.float_program import FloatProgram, trace_float
-from model.estimators import ESTIMATORS
-from sim.bundled import bundled
-from sim.feed import inputs_of
-from sim.log import read_log
+from boresight.firmware.float_program import FloatProgram, trace_float
+from boresight.model.estimators import ESTIMATORS
+from boresight.sim.bundled import bundled
+from boresight.sim.feed import inputs_of
+from boresight.sim.log import read_log
 
 APPLY: dict[str, Callable] = {
-    "add": lambda a, b: a + b, "sub": lambda a, b: a - b, "mul": lambda a, b: a * b,
-    "div": lambda a, b: a / b, "neg": lambda a: -a, "abs": abs, "sqrt": math.sqrt,
-    "sin": math.sin, "cos": math.cos, "asin": math.asin, "atan2": lambda y, x: math.atan2(y, x),
-    "clip": lambda x, low, high: min(max(x, low), high), "max": max,
-    "wrap_ht": lambda x: (x + 1.0) % 2.0 - 1.0, "select": lambda c, a, b: a if c else b,
-    "less": lambda a, b: a < b, "not": lambda a: not a, "and": lambda a, b: a and b,
-    "or": lambda a, b: a or b}
+    "add": lambda a, b: a + b,
+    "sub": lambda a, b: a - b,
+    "mul": lambda a, b: a * b,
+    "div": lambda a, b: a / b,
+    "neg": lambda a: -a,
+    "abs": abs,
+    "sqrt": math.sqrt,
+    "sin": math.sin,
+    "cos": math.cos,
+    "asin": math.asin,
+    "atan2": lambda y, x: math.atan2(y, x),
+    "clip": lambda x, low, high: min(max(x, low), high),
+    "max": max,
+    "wrap_ht": lambda x: (x + 1.0) % 2.0 - 1.0,
+    "select": lambda c, a, b: a if c else b,
+    "less": lambda a, b: a < b,
+    "not": lambda a: not a,
+    "and": lambda a, b: a and b,
+    "or": lambda a, b: a or b,
+}
 
 
 def run(program: FloatProgram, leaves: dict[tuple[str, str], float]) -> dict[int, float]:

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware.float_program import FloatProgram
-from firmware.float_text import Expressions, float_helpers, float_literal
-from firmware.float_trace import Tape, Value
-from model import ops
-from model.estimator import Estimator
+from boresight.firmware.float_program import FloatProgram
+from boresight.firmware.float_text import Expressions, float_helpers, float_literal
+from boresight.firmware.float_trace import Tape, Value
+from boresight.model import ops
+from boresight.model.estimator import Estimator
 
 
 class Nothing(Estimator):
@@ -48,32 +48,41 @@ def test_literals() -> None:
         float_literal(1e39)
 
 
-@pytest.mark.parametrize(("make", "wanted"), [
-    (lambda x, y, z: x + y - z, "x + y - z"),
-    (lambda x, y, z: x - (y + z), "x - (y + z)"),
-    (lambda x, y, z: x - (y - z), "x - (y - z)"),
-    (lambda x, y, z: x + (y + z), "x + (y + z)"),
-    (lambda x, y, z: x * y + z, "x * y + z"),
-    (lambda x, y, z: x * (y + z), "x * (y + z)"),
-    (lambda x, y, z: x / (y * z), "x / (y * z)"),
-    (lambda x, y, z: x / y * z, "x / y * z"),
-    (lambda x, y, z: -(x + y), "-(x + y)"),
-    (lambda x, y, z: ops.where(x < y, y, z), "x < y ? y : z"),
-    (lambda x, y, z: ops.where(x < y, y, z) * x, "(x < y ? y : z) * x"),
-    (lambda x, y, z: ops.where(~(x < y), y, ops.where(y < z, x, z)),
-     "!(x < y) ? y : (y < z ? x : z)"),
-    (lambda x, y, z: ops.where((x < y) | (y < z) & (z < x), x, z),
-     "x < y || (y < z && z < x) ? x : z"),
-    (lambda x, y, z: ops.where(((x < y) | (y < z)) & (z < x), x, z),
-     "(x < y || y < z) && z < x ? x : z"),
-    (lambda x, y, z: ops.clip(x, -1.0, 2.0), "clamp(x, -1.0f, 2.0f)"),
-    (lambda x, y, z: ops.absolute(x - y), "fabsf(x - y)"),
-    (lambda x, y, z: ops.sqrt(x), "sqrtf(x)"),
-    (lambda x, y, z: ops.rsqrt(x), "1.0f / sqrtf(larger(x, 1.1754944e-38f))"),
-    (lambda x, y, z: ops.wrap_ht(x), "wrap_half_turns(x)"),
-    (lambda x, y, z: ops.atan2_ht(y, x), "wrap_half_turns(0.31830987f * arc_tangent(y, x))"),
-    (lambda x, y, z: ops.asin_ht(x), "0.31830987f * asinf(clamp(x, 0.0f, 1.0f))"),
-])
+@pytest.mark.parametrize(
+    ("make", "wanted"),
+    [
+        (lambda x, y, z: x + y - z, "x + y - z"),
+        (lambda x, y, z: x - (y + z), "x - (y + z)"),
+        (lambda x, y, z: x - (y - z), "x - (y - z)"),
+        (lambda x, y, z: x + (y + z), "x + (y + z)"),
+        (lambda x, y, z: x * y + z, "x * y + z"),
+        (lambda x, y, z: x * (y + z), "x * (y + z)"),
+        (lambda x, y, z: x / (y * z), "x / (y * z)"),
+        (lambda x, y, z: x / y * z, "x / y * z"),
+        (lambda x, y, z: -(x + y), "-(x + y)"),
+        (lambda x, y, z: ops.where(x < y, y, z), "x < y ? y : z"),
+        (lambda x, y, z: ops.where(x < y, y, z) * x, "(x < y ? y : z) * x"),
+        (
+            lambda x, y, z: ops.where(~(x < y), y, ops.where(y < z, x, z)),
+            "!(x < y) ? y : (y < z ? x : z)",
+        ),
+        (
+            lambda x, y, z: ops.where((x < y) | (y < z) & (z < x), x, z),
+            "x < y || (y < z && z < x) ? x : z",
+        ),
+        (
+            lambda x, y, z: ops.where(((x < y) | (y < z)) & (z < x), x, z),
+            "(x < y || y < z) && z < x ? x : z",
+        ),
+        (lambda x, y, z: ops.clip(x, -1.0, 2.0), "clamp(x, -1.0f, 2.0f)"),
+        (lambda x, y, z: ops.absolute(x - y), "fabsf(x - y)"),
+        (lambda x, y, z: ops.sqrt(x), "sqrtf(x)"),
+        (lambda x, y, z: ops.rsqrt(x), "1.0f / sqrtf(larger(x, 1.1754944e-38f))"),
+        (lambda x, y, z: ops.wrap_ht(x), "wrap_half_turns(x)"),
+        (lambda x, y, z: ops.atan2_ht(y, x), "wrap_half_turns(0.31830987f * arc_tangent(y, x))"),
+        (lambda x, y, z: ops.asin_ht(x), "0.31830987f * asinf(clamp(x, 0.0f, 1.0f))"),
+    ],
+)
 def test_brackets(make, wanted: str) -> None:
     assert text_of(make) == wanted
 
@@ -92,8 +101,9 @@ def test_truth_values_are_bool() -> None:
     tape = Tape()
     x, y = tape.leaf("input", "x"), tape.leaf("input", "y")
     known = x < y
-    program = FloatProgram(Nothing(), tape, {},
-                           {"a": ops.where(known, x, 1.0), "b": ops.where(known, y, 2.0)})
+    program = FloatProgram(
+        Nothing(), tape, {}, {"a": ops.where(known, x, 1.0), "b": ops.where(known, y, 2.0)}
+    )
     lines = Expressions(program).statements()
     assert f"const bool c{known.index} = x_i < y_i;" in lines
 

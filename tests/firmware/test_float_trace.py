@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from firmware.float_trace import Tape
-from model import ops
+from boresight.firmware.float_trace import Tape
+from boresight.model import ops
 
 
 @pytest.fixture

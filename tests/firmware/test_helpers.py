@@ -8,12 +8,24 @@ from pathlib import Path
 
 import pytest
 
-from firmware.build import find_compiler
-from firmware.helpers import definitions, helpers
-from model.fixed import Arithmetic
+from boresight.firmware.build import find_compiler
+from boresight.firmware.helpers import definitions, helpers
+from boresight.model.fixed import Arithmetic
 
-ALL = ("mul_shift", "shift_less", "negate_where", "sign_mask", "sign_mask_quarter", "sign_count",
-       "segment_index", "segment_index_quarter", "fraction", "clip", "saturate", "wrap")
+ALL = (
+    "mul_shift",
+    "shift_less",
+    "negate_where",
+    "sign_mask",
+    "sign_mask_quarter",
+    "sign_count",
+    "segment_index",
+    "segment_index_quarter",
+    "fraction",
+    "clip",
+    "saturate",
+    "wrap",
+)
 
 
 def defined(text: str) -> list[str]:
@@ -33,7 +45,7 @@ def test_definition_precedes_use() -> None:
     for name in names:
         first = re.search(rf"\b{name}\(", text)
         assert first is not None
-        line = text[:first.end()].splitlines()[-1]
+        line = text[: first.end()].splitlines()[-1]
         assert line.startswith("static inline"), name
 
 
@@ -51,16 +63,19 @@ def test_against_python(word: int, flags: tuple[str, ...], tmp_path: Path) -> No
     ]
     text = "\n".join(["#include <stdint.h>", definitions(arith), helpers(calls), *exports, ""])
     (tmp_path / "x.c").write_text(text)
-    subprocess.run([find_compiler(), "-std=c99", "-O1", *flags, "-shared", "-fPIC", "x.c",
-                    "-o", "x.so"], cwd=tmp_path, check=True, capture_output=True)
+    subprocess.run(
+        [find_compiler(), "-std=c99", "-O1", *flags, "-shared", "-fPIC", "x.c", "-o", "x.so"],
+        cwd=tmp_path,
+        check=True,
+        capture_output=True,
+    )
     c = ctypes.CDLL(str(tmp_path / "x.so"))
     c.x_mul.argtypes = [ctypes.c_int32, ctypes.c_int32, ctypes.c_uint32]
     c.x_mul.restype, c.x_count.restype = ctypes.c_uint64, ctypes.c_uint32
     c.x_wrap.argtypes, c.x_index.restype = [ctypes.c_uint64], ctypes.c_uint32
     rng = random.Random(word)
     words = [0, 1, -1, 2, -2, arith.min_int, arith.max_int, 2 ** (word - 2), -(2 ** (word - 2))]
-    words += [rng.randint(arith.min_int, arith.max_int) >> rng.randrange(word)
-              for _ in range(200)]
+    words += [rng.randint(arith.min_int, arith.max_int) >> rng.randrange(word) for _ in range(200)]
     for a in words:
         count = sum((a if a >= 0 else ~a) < 2 ** (word - 1 - n) for n in range(1, word))
         assert c.x_count(a) == min(count, arith.norm_max)
@@ -71,4 +86,5 @@ def test_against_python(word: int, flags: tuple[str, ...], tmp_path: Path) -> No
             assert c.x_mul(a, b, s) == (a * b // 2**s) % 2**64
             q = a * b * 2 ** rng.randrange(2) // 2**arith.guard
             assert c.x_wrap((q * 2**arith.guard) % 2**64) == (
-                (q + 2 ** (word - 1)) % 2**word - 2 ** (word - 1))
+                (q + 2 ** (word - 1)) % 2**word - 2 ** (word - 1)
+            )

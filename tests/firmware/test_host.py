@@ -1,8 +1,8 @@
 """`firmware.host`: what the host's file declares (`test_build` runs it)."""
 
-from firmware.body import Body
-from firmware.host import host_source
-from model.program import Program
+from boresight.firmware.body import Body
+from boresight.firmware.host import host_source
+from boresight.model.program import Program
 
 
 def test_entry_points(odd_names: Program) -> None:

@@ -1,8 +1,8 @@
 """`firmware.layout`: the frame of a file."""
 
-from firmware.body import Body
-from firmware.layout import banner, block, head, join
-from model.program import Program
+from boresight.firmware.body import Body
+from boresight.firmware.layout import banner, block, head, join
+from boresight.model.program import Program
 
 
 def test_block_indents_but_leaves_blank_lines_empty() -> None:

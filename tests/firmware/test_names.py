@@ -6,14 +6,26 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware.names import comment, identifier, literal, unique
+from boresight.firmware.names import comment, identifier, literal, unique
 
 
-@pytest.mark.parametrize(("name", "wanted"), [
-    ("gx", "gx"), ("q.w", "q_w"), ("2nd", "n2nd"), ("int", "int_"), ("bool", "bool_"),
-    ("_Bool", "Bool"), ("INT32_MAX", "INT32_MAX_"), ("uint8_t", "uint8_t_"), ("", "unnamed"),
-    ("Δψ", "unnamed"), ("µ_t", "t"), ("gyr[0]", "gyr_0_"),
-])
+@pytest.mark.parametrize(
+    ("name", "wanted"),
+    [
+        ("gx", "gx"),
+        ("q.w", "q_w"),
+        ("2nd", "n2nd"),
+        ("int", "int_"),
+        ("bool", "bool_"),
+        ("_Bool", "Bool"),
+        ("INT32_MAX", "INT32_MAX_"),
+        ("uint8_t", "uint8_t_"),
+        ("", "unnamed"),
+        ("Δψ", "unnamed"),
+        ("µ_t", "t"),
+        ("gyr[0]", "gyr_0_"),
+    ],
+)
 def test_identifier(name: str, wanted: str) -> None:
     assert identifier(name) == wanted
     assert identifier(wanted) == wanted
@@ -44,4 +56,8 @@ def test_comment_is_harmless(text: str) -> None:
 
 def test_literal() -> None:
     assert [literal(w) for w in (0, -1, 2**31 - 1, -(2**31))] == [
-        "0", "-1", "2147483647", "INT32_MIN"]
+        "0",
+        "-1",
+        "2147483647",
+        "INT32_MIN",
+    ]

@@ -8,19 +8,27 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from firmware.build import CModel
-from firmware.emit import emit_c
-from firmware.float_build import FloatCModel
-from firmware.float_emit import emit_float_c, float_prefix
-from firmware.soc.filter import filter_header
-from model.estimator import input_words
-from model.estimators import estimator
-from sim.bundled import bundled
-from sim.feed import inputs_of
-from sim.log import read_log
+from boresight.firmware.build import CModel
+from boresight.firmware.emit import emit_c
+from boresight.firmware.float_build import FloatCModel
+from boresight.firmware.float_emit import emit_float_c, float_prefix
+from boresight.firmware.soc.filter import filter_header
+from boresight.model.estimator import input_words
+from boresight.model.estimators import estimator
+from boresight.sim.bundled import bundled
+from boresight.sim.feed import inputs_of
+from boresight.sim.log import read_log
 
-FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-O0",
-         "-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all")
+FLAGS = (
+    "-std=c99",
+    "-Wall",
+    "-Wextra",
+    "-Wconversion",
+    "-Werror",
+    "-O0",
+    "-fsanitize=address,undefined,float-cast-overflow",
+    "-fno-sanitize-recover=all",
+)
 
 MAIN = """
 #include "filter.h"
@@ -45,8 +53,9 @@ def run(files: dict[str, str], name: str, words: bytes, folder: Path) -> bytes:
     """Outputs of an estimator that is compiled with all checks."""
     for file, text in {**files, "filter.h": filter_header(name), "main.c": MAIN}.items():
         (folder / file).write_text(text)
-    subprocess.run(["gcc", *FLAGS, f"{name}.c", "main.c", "-lm", "-o", "main"], cwd=folder,
-                   check=True)
+    subprocess.run(
+        ["gcc", *FLAGS, f"{name}.c", "main.c", "-lm", "-o", "main"], cwd=folder, check=True
+    )
     done = subprocess.run(["./main"], cwd=folder, input=words, capture_output=True)
     assert done.returncode == 0, done.stderr.decode()
     return done.stdout
@@ -66,5 +75,8 @@ def test_recorded_data(name: str, tmp_path: Path) -> None:
 
     single = records.astype(np.float32)
     said = run(emit_float_c(e), float_prefix(e), single.tobytes(), tmp_path)
-    assert np.array_equal(np.frombuffer(said, np.float32).reshape(-1, len(e.outputs)),
-                          FloatCModel(e).update(single), equal_nan=True)
+    assert np.array_equal(
+        np.frombuffer(said, np.float32).reshape(-1, len(e.outputs)),
+        FloatCModel(e).update(single),
+        equal_nan=True,
+    )

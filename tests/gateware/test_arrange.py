@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from gateware.arrange import arrangements, needs, reads
-from model.program import Negate, Op, Scale, Term, When
+from boresight.gateware.arrange import arrangements, needs, reads
+from boresight.model.program import Negate, Op, Scale, Term, When
 
 FULL = (True, True, True)
 NOTHING = (False, False, False)
@@ -13,9 +13,14 @@ def test_needs_are_those_of_the_terms() -> None:
     op = Op(9, (Term(0, 1, 22),), flag=2, norm=3, index=4)
     assert needs(op) == NOTHING
     assert reads(op) == {0, 1}
-    op = Op(9, (Term(0, 1, 22, when=When.IF), Term(0, None, 22, 1), Term(0, 1, 22,
-                                                                      scale=Scale.EVEN)),
-            flag=2, norm=3, index=4, table=0)
+    op = Op(
+        9,
+        (Term(0, 1, 22, when=When.IF), Term(0, None, 22, 1), Term(0, 1, 22, scale=Scale.EVEN)),
+        flag=2,
+        norm=3,
+        index=4,
+        table=0,
+    )
     assert needs(op) == FULL
     assert reads(op) == {0, 1, 2, 3, 4}
 
@@ -34,8 +39,9 @@ def test_one_dummy_for_two_captures_of_a_value() -> None:
 
 
 def test_quarters_part_captures() -> None:
-    op = Op(9, (Term(0, None, 22, 1, negate=Negate.IF),), flag=2, index=2, index_quarter=True,
-            table=0)
+    op = Op(
+        9, (Term(0, None, 22, 1, negate=Negate.IF),), flag=2, index=2, index_quarter=True, table=0
+    )
     assert min(len(x.slots) for x in arrangements(op, 0, needs(op))) == 3
 
 

@@ -2,21 +2,33 @@
 
 import pytest
 
-import gateware.lane as lane
-import gateware.sequencer as sequencer
-from gateware.bitwise import Bitwise, choose, multiplex
+import boresight.gateware.lane as lane
+import boresight.gateware.sequencer as sequencer
+from boresight.gateware.bitwise import Bitwise, choose, multiplex
 
 FUNCTIONS = [
-    (choose, 3), (multiplex, 6),
-    (lane._differs, 6), (lane._differs, 3), (lane._line0, 3), (lane._line1, 3),
-    (lane._result_low, 5), (lane._result_low, 6), (lane._result_sign, 5), (lane._result_sign, 6),
-    (sequencer._blocked, 4), (sequencer._enabled, 5), (sequencer._misframed, 5),
-    (sequencer._written, 6), (sequencer._written_only, 6), (sequencer._completed, 6),
+    (choose, 3),
+    (multiplex, 6),
+    (lane._differs, 6),
+    (lane._differs, 3),
+    (lane._line0, 3),
+    (lane._line1, 3),
+    (lane._result_low, 5),
+    (lane._result_low, 6),
+    (lane._result_sign, 5),
+    (lane._result_sign, 6),
+    (sequencer._blocked, 4),
+    (sequencer._enabled, 5),
+    (sequencer._misframed, 5),
+    (sequencer._written, 6),
+    (sequencer._written_only, 6),
+    (sequencer._completed, 6),
 ]
 
 
-@pytest.mark.parametrize("function, inputs", FUNCTIONS,
-                         ids=[f"{f.__name__.strip('_')}{n}" for f, n in FUNCTIONS])
+@pytest.mark.parametrize(
+    "function, inputs", FUNCTIONS, ids=[f"{f.__name__.strip('_')}{n}" for f, n in FUNCTIONS]
+)
 def test_behaviour_equals_table(function, inputs, simulate) -> None:
     dut = Bitwise(function=function, inputs=inputs, width=1 << inputs)
 
@@ -43,10 +55,13 @@ def test_multiplex() -> None:
         assert multiplex(*words, -(select & 1), -(select >> 1)) == word
 
 
-@pytest.mark.parametrize("arguments, message", [
-    ({"inputs": 7}, r"^inputs must be an integer from 2 to 6, not 7$"),
-    ({"inputs": 3, "width": 0}, r"^width must be a positive integer, not 0$"),
-])
+@pytest.mark.parametrize(
+    "arguments, message",
+    [
+        ({"inputs": 7}, r"^inputs must be an integer from 2 to 6, not 7$"),
+        ({"inputs": 3, "width": 0}, r"^width must be a positive integer, not 0$"),
+    ],
+)
 def test_parameters_are_checked(arguments, message) -> None:
     with pytest.raises(ValueError, match=message):
         Bitwise(function=choose, **arguments)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from gateware.captures import Key, gifts, give, keys
-from gateware.slots import Slot
-from model.fixed import Arithmetic
-from model.program import Kind, Op, Program, Term, Value, When
+from boresight.gateware.captures import Key, gifts, give, keys
+from boresight.gateware.slots import Slot
+from boresight.model.fixed import Arithmetic
+from boresight.model.program import Kind, Op, Program, Term, Value, When
 
 SQUARE = Op(3, (Term(0, 0, 23),))
 TABLE = Op(4, (Term(1, None, 23, 0), Term(0, None, 23, 1)), index=0, table=0)
@@ -14,8 +14,10 @@ CHOICE = Op(6, (Term(1, 2, 23, when=When.IF),), flag=0)
 
 
 def program(*ops: Op) -> Program:
-    values = tuple(Value(f"x{k}", Kind.PARAM if k < 3 else Kind.OP, 31, -1, 1, "test")
-                   for k in range(3 + len(ops)))
+    values = tuple(
+        Value(f"x{k}", Kind.PARAM if k < 3 else Kind.OP, 31, -1, 1, "test")
+        for k in range(3 + len(ops))
+    )
     return Program("p", Arithmetic(), values, ops, (), (), (), (), ())
 
 
@@ -59,6 +61,7 @@ def test_table_op_gives_the_next_index_with_its_last_slot() -> None:
 def test_only_what_is_wished() -> None:
     offers = gifts(program(SQUARE, TABLE, CHOICE))
     held: list[Key | None] = [None, None, None]
-    (slot,) = give([Slot(0, 0, 0, 0, op=0, term=0)], SQUARE, offers[0], held,
-                   lambda kind, key: kind == 1)
+    (slot,) = give(
+        [Slot(0, 0, 0, 0, op=0, term=0)], SQUARE, offers[0], held, lambda kind, key: kind == 1
+    )
     assert (slot.cap_index, slot.cap_flag) == (False, True)

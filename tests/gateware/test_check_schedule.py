@@ -9,15 +9,15 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from gateware.allocate import Allocation, Tenant, allocate
-from gateware.check_schedule import check_schedule
-from gateware.emulator import Emulator
-from gateware.machine import CONFIGS, Machine
-from gateware.microcode import assemble
-from gateware.schedule import Schedule, ScheduleError, Slot, schedule
-from model.interpreter import Interpreter
-from model.program import Kind, Program, Term
-from sim.random_program import random_inputs, random_program
+from boresight.gateware.allocate import Allocation, Tenant, allocate
+from boresight.gateware.check_schedule import check_schedule
+from boresight.gateware.emulator import Emulator
+from boresight.gateware.machine import CONFIGS, Machine
+from boresight.gateware.microcode import assemble
+from boresight.gateware.schedule import Schedule, ScheduleError, Slot, schedule
+from boresight.model.interpreter import Interpreter
+from boresight.model.program import Kind, Program, Term
+from boresight.sim.random_program import random_inputs, random_program
 
 MACHINES = pytest.mark.parametrize("machine", CONFIGS.values(), ids=CONFIGS)
 Made = tuple[Schedule, Allocation]
@@ -44,16 +44,37 @@ def moved(s: Schedule, op: int, by: int) -> Schedule:
 
 def readdressed(a: Allocation, value: int, address: int) -> Allocation:
     """``a`` with one value in another register."""
-    return dataclasses.replace(a, tenants=tuple(
-        dataclasses.replace(t, address=address) if t.value == value else t for t in a.tenants))
+    return dataclasses.replace(
+        a,
+        tenants=tuple(
+            dataclasses.replace(t, address=address) if t.value == value else t for t in a.tenants
+        ),
+    )
 
 
 def mutate(rng: random.Random, s: Schedule, a: Allocation) -> tuple[str, Schedule, Allocation]:
     """One random small change."""
     slot = rng.choice(s.slots)
     tenant: Tenant = rng.choice(a.tenants)
-    kind = rng.choice(("slot", "group", "lane", "capture", "quarter", "swap", "operand", "mark",
-                       "register", "exchange", "get", "length", "drop", "term", "order"))
+    kind = rng.choice(
+        (
+            "slot",
+            "group",
+            "lane",
+            "capture",
+            "quarter",
+            "swap",
+            "operand",
+            "mark",
+            "register",
+            "exchange",
+            "get",
+            "length",
+            "drop",
+            "term",
+            "order",
+        )
+    )
     if kind == "slot":
         s = changed(s, slot, cycle=slot.cycle + rng.choice((-1, 1)))
     elif kind == "group" and slot.op is not None:
@@ -170,8 +191,11 @@ def test_dropped_capture(machine: Machine) -> None:
                 check_schedule(p, changed(s, slot, **{f"cap_{kind}": False}), a)
             except ScheduleError as error:
                 dropped += f"wants the {kind} of" in str(error)
-        assert dropped or not any(getattr(x, f"cap_{kind}") and x.term is not None
-                                  for x in s.slots) or kind == "index"
+        assert (
+            dropped
+            or not any(getattr(x, f"cap_{kind}") and x.term is not None for x in s.slots)
+            or kind == "index"
+        )
 
 
 @MACHINES
@@ -180,8 +204,12 @@ def test_directed(machine: Machine) -> None:
     ops = s.program.ops
     slot = pick(s, lambda x: x.term is not None)
     name = s.program.values[ops[slot.op or 0].dest].name
-    rejected(p, dataclasses.replace(s, slots=tuple(x for x in s.slots if x.op != slot.op)), a,
-             rf": op {name}: is missing$")
+    rejected(
+        p,
+        dataclasses.replace(s, slots=tuple(x for x in s.slots if x.op != slot.op)),
+        a,
+        rf": op {name}: is missing$",
+    )
     rejected(p, dataclasses.replace(s, slots=(*s.slots, slot)), a, r": two slots in lane \d$")
     rejected(p, dataclasses.replace(s, length=s.length - 1), a, r": is not finished in \d+ cycles")
     rejected(p, dataclasses.replace(s, source="0"), a, r"not that of this program$")
@@ -202,8 +230,12 @@ def test_directed(machine: Machine) -> None:
     words = list(a.initial)
     words[const.address] ^= 1
     rejected(p, s, dataclasses.replace(a, initial=tuple(words)), r"must start with the word of")
-    rejected(p, s, dataclasses.replace(a, tenants=tuple(t for t in a.tenants if t != tenant)),
-             r"has no register|which is not in its bank")
+    rejected(
+        p,
+        s,
+        dataclasses.replace(a, tenants=tuple(t for t in a.tenants if t != tenant)),
+        r"has no register|which is not in its bank",
+    )
 
 
 @MACHINES
@@ -212,21 +244,29 @@ def test_wrong_shift(machine: Machine) -> None:
     p, s, a = made(4, machine)
     ops = list(p.ops)
     t = ops[0].terms[0]
-    ops[0] = dataclasses.replace(ops[0], terms=(dataclasses.replace(t, shift=32),
-                                                *ops[0].terms[1:]))
+    ops[0] = dataclasses.replace(
+        ops[0], terms=(dataclasses.replace(t, shift=32), *ops[0].terms[1:])
+    )
     bad = dataclasses.replace(p, ops=tuple(ops))
-    low = dataclasses.replace(s.program, ops=(*ops, *s.program.ops[len(ops):]))
-    rejected(bad, dataclasses.replace(s, program=low, source=bad.digest), a,
-             r"shift must be 0 to 31, not 32$")
+    low = dataclasses.replace(s.program, ops=(*ops, *s.program.ops[len(ops) :]))
+    rejected(
+        bad,
+        dataclasses.replace(s, program=low, source=bad.digest),
+        a,
+        r"shift must be 0 to 31, not 32$",
+    )
 
 
 @MACHINES
 def test_false_copy(machine: Machine) -> None:
-    p, s, a = next(x for x in (made(seed, machine) for seed in range(50))
-                   if len(x[1].program.ops) > len(x[0].ops))
+    p, s, a = next(
+        x
+        for x in (made(seed, machine) for seed in range(50))
+        if len(x[1].program.ops) > len(x[0].ops)
+    )
     added = len(p.ops)
     copy = s.program.ops[added]
     (t,) = copy.terms
     wrong = dataclasses.replace(copy, terms=(Term(t.a, t.b, t.shift - 1),))
-    low = dataclasses.replace(s.program, ops=(*p.ops, wrong, *s.program.ops[added + 1:]))
+    low = dataclasses.replace(s.program, ops=(*p.ops, wrong, *s.program.ops[added + 1 :]))
     rejected(p, dataclasses.replace(s, program=low), a, r"has no next value of its own$")

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gateware.copies import copy_shift, with_copies
-from model.fixed import Arithmetic
-from model.interpreter import Interpreter
-from model.program import Kind
-from sim.random_program import random_inputs, random_program
+from boresight.gateware.copies import copy_shift, with_copies
+from boresight.model.fixed import Arithmetic
+from boresight.model.interpreter import Interpreter
+from boresight.model.program import Kind
+from boresight.sim.random_program import random_inputs, random_program
 
 
 @pytest.mark.parametrize("seed", range(20))

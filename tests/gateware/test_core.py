@@ -8,13 +8,13 @@ import random
 import numpy as np
 import pytest
 
-from gateware.core import Core, build_core, build_shared_core
-from gateware.emulator import Emulator
-from gateware.machine import CONFIGS
-from gateware.slots import ScheduleError
-from model.interpreter import Interpreter
-from model.program import Kind
-from sim.random_program import random_inputs, random_program, random_programs
+from boresight.gateware.core import Core, build_core, build_shared_core
+from boresight.gateware.emulator import Emulator
+from boresight.gateware.machine import CONFIGS
+from boresight.gateware.slots import ScheduleError
+from boresight.model.interpreter import Interpreter
+from boresight.model.program import Kind
+from boresight.sim.random_program import random_inputs, random_program, random_programs
 
 CONFIG = pytest.mark.parametrize("config", sorted(CONFIGS))
 
@@ -45,7 +45,7 @@ def test_taking_turns_changes_nothing(config: str, seed: int) -> None:
                 emulator.poke(address, word)
                 models[other].params[core.parts[other].program.find(name)] = word
         if rng.random() < 0.3 and len(words) > 1:
-            emulator.update(words[:rng.randrange(1, len(words))])
+            emulator.update(words[: rng.randrange(1, len(words))])
             continue
         wanted, saturated = model.update(np.array(words)[:, None])
         emulator.saturated = False
@@ -63,7 +63,10 @@ def test_the_program_at_hand(config: str) -> None:
     for number, part in enumerate(core.parts):
         one = core.select(number)
         assert (one.program, one.schedule, one.allocation) == (
-            part.program, part.schedule, part.allocation)
+            part.program,
+            part.schedule,
+            part.allocation,
+        )
         assert one.name == "core" and one.digest == core.digest
         assert len(one.listing.splitlines()) == part.schedule.length + 1
         assert " r" not in one.listing
@@ -90,13 +93,14 @@ def test_parameters_go_on_in_the_next_bank() -> None:
 @CONFIG
 def test_many_parameters(config: str) -> None:
     """So many that in ``fast`` they fill more than one bank's share."""
-    from model.fixed import Arithmetic
-    from model.program import Op, Program, Term, Value
+    from boresight.model.fixed import Arithmetic
+    from boresight.model.program import Op, Program, Term, Value
 
     def wide(name: str, n: int) -> Program:
         values = [Value("x", Kind.INPUT, 31, -1, 1, "test")]
-        values += [Value(f"p{k}", Kind.PARAM, 31, -1, 1, "test", initial=1 << k % 30)
-                   for k in range(n)]
+        values += [
+            Value(f"p{k}", Kind.PARAM, 31, -1, 1, "test", initial=1 << k % 30) for k in range(n)
+        ]
         values.append(Value("y", Kind.OP, 31, -1, 1, "test"))
         op = Op(n + 1, tuple(Term(0, k + 1, 23) for k in range(n)))
         return Program(name, Arithmetic(), tuple(values), (op,), (0,), (n + 1,), ("y",), (), ())
@@ -139,16 +143,25 @@ def test_digest_is_of_all_programs_in_order() -> None:
 
 def test_refused() -> None:
     a, b = random_programs(4, 2)
-    with pytest.raises(ValueError, match=r"^programs must have different names, not \['random0', "
-                                         r"'random0'\]$"):
+    with pytest.raises(
+        ValueError,
+        match=r"^programs must have different names, not \['random0', "
+        r"'random0'\]$",
+    ):
         build_shared_core([a, a], "small")
     tables = dataclasses.replace(b, table_memory=(1, *b.table_memory[1:]))
-    with pytest.raises(ScheduleError, match=r"^random0, random1: function tables of the programs "
-                                            r"must be the same$"):
+    with pytest.raises(
+        ScheduleError,
+        match=r"^random0, random1: function tables of the programs "
+        r"must be the same$",
+    ):
         build_shared_core([a, tables], "small", restarts=0)
     crowd = random_programs(5, 3, n_states=43)
-    with pytest.raises(ScheduleError, match=r"^random0, random1, random2: 129 states, the fast "
-                                            r"machine has room for 128$"):
+    with pytest.raises(
+        ScheduleError,
+        match=r"^random0, random1, random2: 129 states, the fast "
+        r"machine has room for 128$",
+    ):
         build_shared_core(crowd, "fast", restarts=0)
 
 
@@ -157,17 +170,24 @@ def test_too_long_together(monkeypatch) -> None:
     lengths = [build_core(p, "small", restarts=0).schedule.length for p in programs]
     machine = dataclasses.replace(CONFIGS["small"], rom_words=sum(lengths) - 1)
     monkeypatch.setitem(CONFIGS, "small", machine)
-    with pytest.raises(ScheduleError, match=rf"^the programs take {sum(lengths)} microwords, the "
-                                            rf"small machine has {sum(lengths) - 1}$"):
+    with pytest.raises(
+        ScheduleError,
+        match=rf"^the programs take {sum(lengths)} microwords, the "
+        rf"small machine has {sum(lengths) - 1}$",
+    ):
         build_shared_core(programs, "small", restarts=0)
 
 
 @CONFIG
 def test_as_many_states_as_there_is_room_for(config: str) -> None:
-    programs = [random_program(7 + k, n_ops=60, n_inputs=2, n_outputs=1, n_states=n)
-                for k, n in enumerate((16, 20, 45, 47))]
-    programs = [dataclasses.replace(p, name=f"p{k}", table_memory=programs[0].table_memory)
-                for k, p in enumerate(programs)]
+    programs = [
+        random_program(7 + k, n_ops=60, n_inputs=2, n_outputs=1, n_states=n)
+        for k, n in enumerate((16, 20, 45, 47))
+    ]
+    programs = [
+        dataclasses.replace(p, name=f"p{k}", table_memory=programs[0].table_memory)
+        for k, p in enumerate(programs)
+    ]
     core = build_shared_core(programs, config, restarts=0)
     used = [part.allocation.used(core.machine) for part in core.parts]
     for bank in range(core.machine.lanes):

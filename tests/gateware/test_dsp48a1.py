@@ -4,12 +4,19 @@ import random
 
 import pytest
 
-from gateware.dsp48a1 import DSP48A1, X, Z, is_spartan6
-from gateware.multiplier import Multiplier
-from gateware.verilog import Device
+from boresight.gateware.dsp48a1 import DSP48A1, X, Z, is_spartan6
+from boresight.gateware.multiplier import Multiplier
+from boresight.gateware.verilog import Device
 
-ALL = {"a0reg": True, "a1reg": True, "b0reg": True, "b1reg": True, "creg": True, "mreg": True,
-       "preg": True}
+ALL = {
+    "a0reg": True,
+    "a1reg": True,
+    "b0reg": True,
+    "b1reg": True,
+    "creg": True,
+    "mreg": True,
+    "preg": True,
+}
 USES = [
     {"mreg": True, "x": X.ZERO},
     {**ALL, "z": Z.C, "subtract": True},
@@ -51,12 +58,15 @@ def test_sum_of_product(z: Z, subtract: bool, simulate) -> None:
     simulate(dut, bench)
 
 
-@pytest.mark.parametrize("arguments, message", [
-    ({"mreg": 1}, r"^mreg must be a bool, not 1$"),
-    ({"x": 1}, r"^x must be an X, not 1$"),
-    ({"z": X.M}, r"^z must be a Z, not <X.M: 1>$"),
-    ({"z": Z.P}, r"^preg must be True when the post-adder reads P, not False$"),
-])
+@pytest.mark.parametrize(
+    "arguments, message",
+    [
+        ({"mreg": 1}, r"^mreg must be a bool, not 1$"),
+        ({"x": 1}, r"^x must be an X, not 1$"),
+        ({"z": X.M}, r"^z must be a Z, not <X.M: 1>$"),
+        ({"z": Z.P}, r"^preg must be True when the post-adder reads P, not False$"),
+    ],
+)
 def test_parameters_are_checked(arguments, message) -> None:
     with pytest.raises((TypeError, ValueError), match=message):
         DSP48A1(**arguments)

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gateware.allocate import allocate
-from gateware.emulator import Emulator
-from gateware.machine import CONFIGS, Machine
-from gateware.microcode import assemble
-from gateware.schedule import Schedule, schedule
-from model.fixed import Arithmetic
-from model.interpreter import Interpreter
-from model.program import Kind, Program
-from sim.random_program import random_inputs, random_program
+from boresight.gateware.allocate import allocate
+from boresight.gateware.emulator import Emulator
+from boresight.gateware.machine import CONFIGS, Machine
+from boresight.gateware.microcode import assemble
+from boresight.gateware.schedule import Schedule, schedule
+from boresight.model.fixed import Arithmetic
+from boresight.model.interpreter import Interpreter
+from boresight.model.program import Kind, Program
+from boresight.sim.random_program import random_inputs, random_program
 
 MACHINES = pytest.mark.parametrize("machine", CONFIGS.values(), ids=CONFIGS)
 
@@ -62,8 +62,9 @@ def test_every_value(machine: Machine) -> None:
     (words,) = random_inputs(p, 3, 1)
     model.update(np.array(words)[:, None])
     values = model.values_before_commit()
-    written = {(w.cycle, w.address // machine.bank_depth): w.word
-               for w in core.update(words).writes}
+    written = {
+        (w.cycle, w.address // machine.bank_depth): w.word for w in core.update(words).writes
+    }
     for k, op in enumerate(p.ops):
         assert written[s.write_cycle(k), s.ends[k].lane] == values[op.dest][0]
 

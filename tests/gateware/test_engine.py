@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 import pytest
 from amaranth.sim import Simulator
 
-from gateware.engine import Engine
-from gateware.image import Image
-from gateware.machine import CONFIGS, Machine
-from model.fixed import saturate, table_index, wrap
+from boresight.gateware.engine import Engine
+from boresight.gateware.image import Image
+from boresight.gateware.machine import CONFIGS, Machine
+from boresight.model.fixed import saturate, table_index, wrap
 
 WORD = 32
 MASK = (1 << WORD) - 1
@@ -74,8 +74,17 @@ def image(machine: Machine) -> Image:
     asm.word(2, get=1, get_last=1, dest0=Y)
     asm.slot(3, a_addr=X, b_addr=Y, shift=8, first=1)
     asm.slot(4, a_addr=now, b_addr=ONE, shift=8, we=1, sticky=1, dest=after)
-    asm.slot(5, other, a_addr=register(machine, PARAM, other), b_addr=X, shift=8, first=1, we=1,
-             wrap=1, dest=PRODUCT)
+    asm.slot(
+        5,
+        other,
+        a_addr=register(machine, PARAM, other),
+        b_addr=X,
+        shift=8,
+        first=1,
+        we=1,
+        wrap=1,
+        dest=PRODUCT,
+    )
     asm.slot(4 + machine.latency, a_addr=after)
     asm.word(5 + machine.latency, emit=1)
     asm.slot(5 + machine.latency, a_addr=register(machine, PRODUCT, other))
@@ -85,8 +94,9 @@ def image(machine: Machine) -> Image:
     registers[ONE] = 1 << 16
     registers[register(machine, PARAM, other)] = 3 << 16
     rom = asm.rom()
-    return Image(rom=rom, registers=registers, tables=[0] * 1536, lengths=(len(rom),),
-                 digest=DIGEST)
+    return Image(
+        rom=rom, registers=registers, tables=[0] * 1536, lengths=(len(rom),), digest=DIGEST
+    )
 
 
 @dataclass
@@ -108,8 +118,9 @@ class Model:
 class Bench:
     """Drives an engine."""
 
-    def __init__(self, config: str, seed: int = 0, gaps: float = 0.0, blocked: float = 0.0,
-                 program=image) -> None:
+    def __init__(
+        self, config: str, seed: int = 0, gaps: float = 0.0, blocked: float = 0.0, program=image
+    ) -> None:
         self.machine = CONFIGS[config]
         self.dut = Engine(machine=self.machine, image=program(self.machine))
         self.rng = random.Random(seed)
@@ -135,8 +146,9 @@ class Bench:
         while True:
             ready = self.rng.random() >= self.blocked
             ctx.set(o.ready, ready)
-            _, _, valid, word, last = await ctx.tick().sample(o.valid, o.payload.data,
-                                                              o.payload.last)
+            _, _, valid, word, last = await ctx.tick().sample(
+                o.valid, o.payload.data, o.payload.last
+            )
             if held is not None:
                 assert (valid, word, last) == held, "the output changed while it waited"
             held = (valid, word, last) if valid and not ready else None
@@ -196,8 +208,13 @@ class Bench:
 def random_records(seed: int, count: int) -> list[tuple[int, int]]:
     """Input pairs, some so large that the state saturates."""
     rng = random.Random(seed)
-    return [(wrap(rng.getrandbits(WORD) >> rng.randrange(20), WORD),
-             wrap(rng.getrandbits(WORD) >> rng.randrange(20), WORD)) for _ in range(count)]
+    return [
+        (
+            wrap(rng.getrandbits(WORD) >> rng.randrange(20), WORD),
+            wrap(rng.getrandbits(WORD) >> rng.randrange(20), WORD),
+        )
+        for _ in range(count)
+    ]
 
 
 @CONFIG
@@ -238,11 +255,15 @@ def test_cycles(config: str) -> None:
     bench.run(test)
     start = bench.input_cycles[0]
     for number in range(3):
-        assert [c - start for c in bench.input_cycles[2 * number:2 * number + 2]] == [
-            number * length, number * length + 2]
+        assert [c - start for c in bench.input_cycles[2 * number : 2 * number + 2]] == [
+            number * length,
+            number * length + 2,
+        ]
         first = number * length + 5 + bench.machine.latency
-        assert [c - start for c in bench.output_cycles[2 * number:2 * number + 2]] == [
-            first, first + 1]
+        assert [c - start for c in bench.output_cycles[2 * number : 2 * number + 2]] == [
+            first,
+            first + 1,
+        ]
 
 
 @CONFIG
@@ -494,8 +515,16 @@ def table_image(machine: Machine) -> Image:
             for quarter in (0, 1):
                 coefficient = (block + quarter) % 4
                 asm.slot(cycle, lane, a_addr=X, cap_index=1, quarter=quarter, when=0, first=1)
-                asm.slot(cycle + 1, lane, a_addr=register(machine, ONE, 0), table=1,
-                         b_addr=block << 2 | coefficient, shift=8, we=1, dest=20 + len(emits))
+                asm.slot(
+                    cycle + 1,
+                    lane,
+                    a_addr=register(machine, ONE, 0),
+                    table=1,
+                    b_addr=block << 2 | coefficient,
+                    shift=8,
+                    we=1,
+                    dest=20 + len(emits),
+                )
                 emits.append(register(machine, 20 + len(emits), lane))
                 cycle += 2
     cycle += machine.latency
@@ -508,8 +537,12 @@ def table_image(machine: Machine) -> Image:
     registers[ONE] = 1 << 16
     rng = random.Random(9)
     rom = asm.rom()
-    return Image(rom=rom, registers=registers, lengths=(len(rom),),
-                 tables=[rng.getrandbits(WORD) for _ in range(1536)])
+    return Image(
+        rom=rom,
+        registers=registers,
+        lengths=(len(rom),),
+        tables=[rng.getrandbits(WORD) for _ in range(1536)],
+    )
 
 
 @CONFIG
@@ -527,10 +560,13 @@ def test_tables(config: str) -> None:
 
     bench.run(test)
     arith = machine.arithmetic
-    expected = [tables[512 * block + 4 * int(table_index(x, arith, bool(quarter)))
-                       + (block + quarter) % 4]
-                for x in inputs for _ in range(machine.lanes)
-                for block in range(machine.TABLE_BLOCKS) for quarter in (0, 1)]
+    expected = [
+        tables[512 * block + 4 * int(table_index(x, arith, bool(quarter))) + (block + quarter) % 4]
+        for x in inputs
+        for _ in range(machine.lanes)
+        for block in range(machine.TABLE_BLOCKS)
+        for quarter in (0, 1)
+    ]
     assert [word for word, _ in bench.outputs] == expected
     assert [last for _, last in bench.outputs] == ([0] * (count - 1) + [1]) * len(inputs)
 
@@ -542,11 +578,12 @@ def test_bad_images_are_refused(config: str) -> None:
     machine = CONFIGS[config]
     good = image(machine)
     for change, message in (
-            ({"rom": good.rom * 300}, r"^rom must have at most 4096 words, not \d+$"),
-            ({"lengths": (2,)}, r"^lengths must be 3 or more each, not \(2,\)$"),
-            ({"lengths": (9,)}, r"^rom\[8\] must have home = 1, not 0: only the last word"),
-            ({"registers": [0]}, r"^registers must have 512 words, not 1$"),
-            ({"registers": [-1] * 512}, r"^registers\[0\] must be below 0x100000000, not -1$"),
-            ({"digest": -1}, r"^digest must not be negative, not -1$")):
+        ({"rom": good.rom * 300}, r"^rom must have at most 4096 words, not \d+$"),
+        ({"lengths": (2,)}, r"^lengths must be 3 or more each, not \(2,\)$"),
+        ({"lengths": (9,)}, r"^rom\[8\] must have home = 1, not 0: only the last word"),
+        ({"registers": [0]}, r"^registers must have 512 words, not 1$"),
+        ({"registers": [-1] * 512}, r"^registers\[0\] must be below 0x100000000, not -1$"),
+        ({"digest": -1}, r"^digest must not be negative, not -1$"),
+    ):
         with pytest.raises(ValueError, match=message):
             Engine(machine=machine, image=replace(good, **change))

@@ -9,12 +9,12 @@ import pytest
 from amaranth.hdl import ResetInserter, Signal
 from amaranth.sim import Simulator
 
-from gateware.core import Core, build_shared_core
-from gateware.engine import Engine
-from gateware.machine import CONFIGS
-from gateware.registers import PROGRAM
-from model.interpreter import Interpreter
-from sim.random_program import random_inputs, random_programs
+from boresight.gateware.core import Core, build_shared_core
+from boresight.gateware.engine import Engine
+from boresight.gateware.machine import CONFIGS
+from boresight.gateware.registers import PROGRAM
+from boresight.model.interpreter import Interpreter
+from boresight.sim.random_program import random_inputs, random_programs
 
 CONFIG = pytest.mark.parametrize("config", sorted(CONFIGS))
 MASK = (1 << 32) - 1
@@ -27,7 +27,8 @@ class Bench:
     def __init__(self, config: str, seed: int, count: int, pauses: float) -> None:
         self.rng = random.Random(seed)
         self.core: Core = build_shared_core(
-            random_programs(seed, count, n_ops=6, n_states=3), config, restarts=0)
+            random_programs(seed, count, n_ops=6, n_states=3), config, restarts=0
+        )
         self.dut = Engine(machine=self.core.machine, image=self.core.image)
         self.models = [Interpreter(part.program) for part in self.core.parts]
         self.pauses = pauses
@@ -49,7 +50,8 @@ class Bench:
         while True:
             ctx.set(o.ready, self.rng.random() >= self.pauses)
             _, _, ready, valid, word, last = await ctx.tick().sample(
-                o.ready, o.valid, o.payload.data, o.payload.last)
+                o.ready, o.valid, o.payload.data, o.payload.last
+            )
             if valid and ready:
                 self.got.append((word, last))
 
@@ -105,8 +107,9 @@ class Bench:
 
 
 @CONFIG
-@pytest.mark.parametrize("seed, count, pauses", [(1, 2, 0.0), (2, 3, 0.4), (3, 4, 0.2),
-                                                 (4, 5, 0.6), (6, 4, 0.0)])
+@pytest.mark.parametrize(
+    "seed, count, pauses", [(1, 2, 0.0), (2, 3, 0.4), (3, 4, 0.2), (4, 5, 0.6), (6, 4, 0.0)]
+)
 def test_turns(config: str, seed: int, count: int, pauses: float) -> None:
     bench = Bench(config, seed, count, pauses)
     rng = random.Random(seed)
@@ -166,8 +169,9 @@ def test_switch_in_mid_record_waits_for_its_end(config: str) -> None:
         assert not ctx.get(bus.w_ack)
         await bench.put(ctx, words[-1:], last=0)
         out, _ = bench.models[0].update(np.array(words)[:, None])
-        bench.wanted.extend((int(w) & MASK, int(k == len(out) - 1))
-                            for k, w in enumerate(out[:, 0]))
+        bench.wanted.extend(
+            (int(w) & MASK, int(k == len(out) - 1)) for k, w in enumerate(out[:, 0])
+        )
         await bench.write(ctx, PROGRAM, 1)
         for _ in range(8):
             await bench.record(ctx, 1)

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import pytest
 
-from gateware.image import Image, rom_pieces
-from gateware.machine import CONFIGS
-from gateware.microword import lane_fields, microword_layout
+from boresight.gateware.image import Image, rom_pieces
+from boresight.gateware.machine import CONFIGS
+from boresight.gateware.microword import lane_fields, microword_layout
 
 MACHINE = CONFIGS["small"]
 LAYOUT = microword_layout(MACHINE)
@@ -24,22 +24,33 @@ def test_a_good_image() -> None:
     assert GOOD.hardware_rom(MACHINE) == ([bit("get") | bit("home")] + [0] * 511,)
 
 
-@pytest.mark.parametrize("change, message", [
-    ({"rom": [bit("get")] * 4097}, r"^rom must have at most 4096 words, not 4097$"),
-    ({"rom": [1 << 54, 0, bit("home")]}, r"^rom\[0\] must be below 0x40000000000000, not \d+$"),
-    ({"rom": [0, 0, bit("home")]}, r"^rom must get at least one input word in program 0$"),
-    ({"rom": [bit("get") | bit("emit"), 0, bit("home")]},
-     r"^rom\[0\] must not get and emit in the same cycle$"),
-    ({"rom": [bit("get"), 0, 0]}, r"^rom\[2\] must have home = 1, not 0: only the last word of"),
-    ({"rom": [bit("get") | bit("home"), 0, bit("home")]}, r"^rom\[0\] must have home = 0, not 1"),
-    ({"lengths": (2,)}, r"^lengths must be 3 or more each, not \(2,\)$"),
-    ({"lengths": ()}, r"^lengths must be 3 or more each, not \(\)$"),
-    ({"lengths": (4,)}, r"^lengths must be 3 or less together, not 4$"),
-    ({"registers": [0] * 511}, r"^registers must have 512 words, not 511$"),
-    ({"tables": [1 << 32] * 1536}, r"^tables\[0\] must be below 0x100000000, not 4294967296$"),
-    ({"registers": [-1] * 512}, r"^registers\[0\] must be below 0x100000000, not -1$"),
-    ({"digest": -1}, r"^digest must not be negative, not -1$"),
-])
+@pytest.mark.parametrize(
+    "change, message",
+    [
+        ({"rom": [bit("get")] * 4097}, r"^rom must have at most 4096 words, not 4097$"),
+        ({"rom": [1 << 54, 0, bit("home")]}, r"^rom\[0\] must be below 0x40000000000000, not \d+$"),
+        ({"rom": [0, 0, bit("home")]}, r"^rom must get at least one input word in program 0$"),
+        (
+            {"rom": [bit("get") | bit("emit"), 0, bit("home")]},
+            r"^rom\[0\] must not get and emit in the same cycle$",
+        ),
+        (
+            {"rom": [bit("get"), 0, 0]},
+            r"^rom\[2\] must have home = 1, not 0: only the last word of",
+        ),
+        (
+            {"rom": [bit("get") | bit("home"), 0, bit("home")]},
+            r"^rom\[0\] must have home = 0, not 1",
+        ),
+        ({"lengths": (2,)}, r"^lengths must be 3 or more each, not \(2,\)$"),
+        ({"lengths": ()}, r"^lengths must be 3 or more each, not \(\)$"),
+        ({"lengths": (4,)}, r"^lengths must be 3 or less together, not 4$"),
+        ({"registers": [0] * 511}, r"^registers must have 512 words, not 511$"),
+        ({"tables": [1 << 32] * 1536}, r"^tables\[0\] must be below 0x100000000, not 4294967296$"),
+        ({"registers": [-1] * 512}, r"^registers\[0\] must be below 0x100000000, not -1$"),
+        ({"digest": -1}, r"^digest must not be negative, not -1$"),
+    ],
+)
 def test_bad_images(change, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         replace(GOOD, **change).check(MACHINE)
@@ -62,10 +73,21 @@ def test_fields_of_a_lane() -> None:
     assert "get" not in fields
 
 
-@pytest.mark.parametrize("words, pieces", [
-    (1, (512,)), (512, (512,)), (513, (512, 256)), (769, (1024,)), (1024, (1024,)),
-    (1025, (1024, 256)), (1546, (1024, 512, 256)), (2560, (2048, 512)), (2861, (2048, 1024)),
-    (4096, (4096,))])
+@pytest.mark.parametrize(
+    "words, pieces",
+    [
+        (1, (512,)),
+        (512, (512,)),
+        (513, (512, 256)),
+        (769, (1024,)),
+        (1024, (1024,)),
+        (1025, (1024, 256)),
+        (1546, (1024, 512, 256)),
+        (2560, (2048, 512)),
+        (2861, (2048, 1024)),
+        (4096, (4096,)),
+    ],
+)
 def test_rom_pieces(words: int, pieces: tuple[int, ...]) -> None:
     assert rom_pieces(words) == pieces
 
@@ -90,11 +112,15 @@ def test_several_programs() -> None:
     assert [w & ~bit("home") for w in whole[:607]] == [w & ~bit("home") for w in image.rom]
 
 
-@pytest.mark.parametrize("at, word, message", [
-    (602, 0, r"^rom\[602\] must have home = 1, not 0"),
-    (3, 1, r"^rom must get at least one input word in program 1$"),
-    (604, bit("home"), r"^rom\[604\] must have home = 0, not 1"),
-    (605, bit("get") | bit("emit"), r"^rom\[605\] must not get and emit")])
+@pytest.mark.parametrize(
+    "at, word, message",
+    [
+        (602, 0, r"^rom\[602\] must have home = 1, not 0"),
+        (3, 1, r"^rom must get at least one input word in program 1$"),
+        (604, bit("home"), r"^rom\[604\] must have home = 0, not 1"),
+        (605, bit("get") | bit("emit"), r"^rom\[605\] must not get and emit"),
+    ],
+)
 def test_every_program_is_checked(at: int, word: int, message: str) -> None:
     image = several()
     image.rom[at] = word

@@ -6,10 +6,17 @@ from dataclasses import dataclass, field
 import pytest
 from amaranth.sim import Simulator
 
-from gateware.lane import FIELDS, Lane
-from gateware.machine import Machine
-from gateware.microword import lane_fields
-from model.fixed import Arithmetic, fraction, leading_sign_count, saturate, table_index, wrap
+from boresight.gateware.lane import FIELDS, Lane
+from boresight.gateware.machine import Machine
+from boresight.gateware.microword import lane_fields
+from boresight.model.fixed import (
+    Arithmetic,
+    fraction,
+    leading_sign_count,
+    saturate,
+    table_index,
+    wrap,
+)
 
 
 def signed(value: int, bits: int) -> int:
@@ -60,9 +67,13 @@ class Reference:
 def operand(rng: random.Random, word: int) -> int:
     """A word: often at an edge, often small."""
     half = 1 << (word - 1)
-    return rng.choice((
-        rng.randrange(-half, half), rng.randrange(-half, half) >> rng.randrange(word),
-        rng.choice((0, 1, -1, half - 1, -half, half >> 1, -(half >> 1)))))
+    return rng.choice(
+        (
+            rng.randrange(-half, half),
+            rng.randrange(-half, half) >> rng.randrange(word),
+            rng.choice((0, 1, -1, half - 1, -half, half >> 1, -(half >> 1))),
+        )
+    )
 
 
 @pytest.mark.parametrize("word", [18, 24, 32])

@@ -4,20 +4,36 @@ import random
 
 import pytest
 
-from gateware.leading import LeadingSignCount
-from model.fixed import Arithmetic, leading_sign_count
+from boresight.gateware.leading import LeadingSignCount
+from boresight.model.fixed import Arithmetic, leading_sign_count
 
 
-@pytest.mark.parametrize("arithmetic", [
-    Arithmetic(word=18), Arithmetic(word=21, guard=5), Arithmetic(word=24), Arithmetic(word=27),
-    Arithmetic(word=32), Arithmetic(word=32, guard=9)], ids=str)
+@pytest.mark.parametrize(
+    "arithmetic",
+    [
+        Arithmetic(word=18),
+        Arithmetic(word=21, guard=5),
+        Arithmetic(word=24),
+        Arithmetic(word=27),
+        Arithmetic(word=32),
+        Arithmetic(word=32, guard=9),
+    ],
+    ids=str,
+)
 def test_count(arithmetic: Arithmetic, simulate) -> None:
     word = arithmetic.word
     rng = random.Random(word)
-    values = [v for n in range(word) for x in (1 << n, (1 << n) - 1) for v in (x, ~x)
-              if arithmetic.min_int <= v <= arithmetic.max_int]
-    values += [rng.randrange(arithmetic.min_int, arithmetic.max_int) >> rng.randrange(word)
-               for _ in range(100)]
+    values = [
+        v
+        for n in range(word)
+        for x in (1 << n, (1 << n) - 1)
+        for v in (x, ~x)
+        if arithmetic.min_int <= v <= arithmetic.max_int
+    ]
+    values += [
+        rng.randrange(arithmetic.min_int, arithmetic.max_int) >> rng.randrange(word)
+        for _ in range(100)
+    ]
     dut = LeadingSignCount(arithmetic=arithmetic)
 
     async def bench(ctx):

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from gateware.copies import with_copies
-from gateware.list_pass import list_pass
-from gateware.list_problem import ListProblem, Style
-from gateware.machine import CONFIGS, Machine
-from gateware.priorities import paths
-from sim.random_program import random_program
+from boresight.gateware.copies import with_copies
+from boresight.gateware.list_pass import list_pass
+from boresight.gateware.list_problem import ListProblem, Style
+from boresight.gateware.machine import CONFIGS, Machine
+from boresight.gateware.priorities import paths
+from boresight.sim.random_program import random_program
 
 
 def problem(seed: int, machine: Machine, urgent: int = 2) -> ListProblem:
@@ -32,9 +32,16 @@ def test_limit_gives_up_only_when_it_is_missed(machine: Machine) -> None:
         assert list_pass(work, flat, Style(), (latency, length - 1)) is None
 
 
-@pytest.mark.parametrize("style", [
-    Style(patience=0.0), Style(hold=False), Style(reuse=0.0, keep=0.0, stay=0), Style(detour=3),
-    Style(reuse=32.0, keep=8.0, stay=4)])
+@pytest.mark.parametrize(
+    "style",
+    [
+        Style(patience=0.0),
+        Style(hold=False),
+        Style(reuse=0.0, keep=0.0, stay=0),
+        Style(detour=3),
+        Style(reuse=32.0, keep=8.0, stay=4),
+    ],
+)
 def test_every_slot_once_whatever_the_style(style: Style) -> None:
     work = problem(3, CONFIGS["fast"])
     attempt = list_pass(work, [float(-k) for k in range(work.nodes)], style)
@@ -42,5 +49,6 @@ def test_every_slot_once_whatever_the_style(style: Style) -> None:
     slots = work.slots(attempt)
     assert len({(s.cycle, s.lane) for s in slots}) == len(slots)
     assert sorted((s.op, s.term) for s in slots if s.term is not None) == [
-        (k, t) for k, op in enumerate(work.program.ops) for t in range(len(op.terms))]
+        (k, t) for k, op in enumerate(work.program.ops) for t in range(len(op.terms))
+    ]
     assert [s.emit for s in slots if s.emit is not None] == [0, 1, 2, 3]

@@ -4,22 +4,33 @@ from __future__ import annotations
 
 import pytest
 
-from gateware.allocate import allocate
-from gateware.listing import listing
-from gateware.machine import CONFIGS, Machine
-from gateware.microcode import assemble
-from gateware.schedule import schedule
-from model.fixed import Arithmetic
-from model.program import Kind, Negate, Op, Program, Term, Value
-from sim.random_program import random_program
+from boresight.gateware.allocate import allocate
+from boresight.gateware.listing import listing
+from boresight.gateware.machine import CONFIGS, Machine
+from boresight.gateware.microcode import assemble
+from boresight.gateware.schedule import schedule
+from boresight.model.fixed import Arithmetic
+from boresight.model.program import Kind, Negate, Op, Program, Term, Value
+from boresight.sim.random_program import random_program
 
 
 def test_text() -> None:
-    values = (Value("x", Kind.INPUT, 31, -1, 1, "test"),
-              Value("gain", Kind.PARAM, 31, -1, 1, "test"),
-              Value("y", Kind.OP, 31, -1, 1, "test"))
-    p = Program("text", Arithmetic(), values,
-                (Op(2, (Term(0, 1, 23, negate=Negate.IF),), flag=0),), (0,), (2,), ("y",), (), ())
+    values = (
+        Value("x", Kind.INPUT, 31, -1, 1, "test"),
+        Value("gain", Kind.PARAM, 31, -1, 1, "test"),
+        Value("y", Kind.OP, 31, -1, 1, "test"),
+    )
+    p = Program(
+        "text",
+        Arithmetic(),
+        values,
+        (Op(2, (Term(0, 1, 23, negate=Negate.IF),), flag=0),),
+        (0,),
+        (2,),
+        ("y",),
+        (),
+        (),
+    )
     s = schedule(p, CONFIGS["small"])
     a = allocate(s)
     lines = listing(assemble(s, a).rom, s, a).splitlines()

@@ -6,19 +6,21 @@ import dataclasses
 
 import pytest
 
-from gateware.allocate import allocate
-from gateware.machine import CONFIGS, Machine
-from gateware.microcode import assemble, decode, encode
-from gateware.schedule import ScheduleError, schedule
-from sim.random_program import random_program
+from boresight.gateware.allocate import allocate
+from boresight.gateware.machine import CONFIGS, Machine
+from boresight.gateware.microcode import assemble, decode, encode
+from boresight.gateware.schedule import ScheduleError, schedule
+from boresight.sim.random_program import random_program
 
 MACHINES = pytest.mark.parametrize("machine", CONFIGS.values(), ids=CONFIGS)
 
 
 @MACHINES
 def test_decode_inverts_encode(machine: Machine) -> None:
-    fields = {f.name: (1 << f.width) - 1 if k % 3 else k % (1 << f.width)
-              for k, f in enumerate(machine.fields())}
+    fields = {
+        f.name: (1 << f.width) - 1 if k % 3 else k % (1 << f.width)
+        for k, f in enumerate(machine.fields())
+    }
     assert decode(machine, encode(machine, fields)) == fields
 
 

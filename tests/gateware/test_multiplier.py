@@ -5,7 +5,7 @@ import random
 import pytest
 from amaranth.sim import Simulator
 
-from gateware.multiplier import Multiplier
+from boresight.gateware.multiplier import Multiplier
 
 
 def corners(word: int) -> list[int]:

@@ -4,9 +4,9 @@ import random
 
 import pytest
 
-from gateware.image import Image
-from gateware.machine import CONFIGS, Machine
-from gateware.operands import Operands
+from boresight.gateware.image import Image
+from boresight.gateware.machine import CONFIGS, Machine
+from boresight.gateware.operands import Operands
 
 
 def physical(machine: Machine, address: int, parity: int) -> int:
@@ -22,8 +22,9 @@ def test_random_traffic(config: str, simulate) -> None:
     lanes, depth = machine.lanes, machine.bank_depth
     registers = [rng.getrandbits(32) for _ in range(512)]
     tables = [rng.getrandbits(32) for _ in range(1536)]
-    dut = Operands(machine=machine, image=Image(rom=[], registers=registers, tables=tables,
-                                                lengths=(3,)))
+    dut = Operands(
+        machine=machine, image=Image(rom=[], registers=registers, tables=tables, lengths=(3,))
+    )
     memory = list(registers)
 
     async def bench(ctx):
@@ -45,11 +46,16 @@ def test_random_traffic(config: str, simulate) -> None:
                 if running:
                     expected[k] = (
                         memory[physical(machine, a, parity)],
-                        tables[512 * (b >> 2) + 4 * index + (b & 3)] if table
-                        else memory[physical(machine, b, parity)])
+                        tables[512 * (b >> 2) + 4 * index + (b & 3)]
+                        if table
+                        else memory[physical(machine, b, parity)],
+                    )
             # Written at the end of the cycle, but never what is being read: nothing relies on it.
-            reads = {physical(machine, ctx.get(port[k]), parity)
-                     for port in (dut.a_addr, dut.b_addr) for k in range(lanes)}
+            reads = {
+                physical(machine, ctx.get(port[k]), parity)
+                for port in (dut.a_addr, dut.b_addr)
+                for k in range(lanes)
+            }
             for k in range(lanes):
                 offset, word = rng.randrange(depth), rng.getrandbits(32)
                 target = physical(machine, k * depth + offset, parity)

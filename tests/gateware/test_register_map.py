@@ -5,14 +5,14 @@ import subprocess
 import sys
 import xml.etree.ElementTree as ET
 
-from gateware.core import build_core
-from gateware.register_map import register_map, register_map_files
-from model.estimators.complementary import Complementary
+from boresight.gateware.core import build_core
+from boresight.gateware.register_map import register_map, register_map_files
+from boresight.model.estimators.complementary import Complementary
 
 TEXT = """
-from gateware.core import build_core
-from gateware.register_map import register_map_files
-from model.estimators.complementary import Complementary
+from boresight.gateware.core import build_core
+from boresight.gateware.register_map import register_map_files
+from boresight.model.estimators.complementary import Complementary
 core = build_core(Complementary().compile(word=26), "small", restarts=2)
 print("".join(register_map_files(core).values()), end="")
 """
@@ -23,8 +23,13 @@ def files() -> dict[str, str]:
 
 
 def test_the_same_in_another_process() -> None:
-    done = subprocess.run([sys.executable, "-c", TEXT], env={"PYTHONHASHSEED": "7"},
-                          capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", TEXT],
+        env={"PYTHONHASHSEED": "7"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     assert done.stdout == "".join(files().values())
 
 
@@ -35,7 +40,8 @@ def test_all_forms_have_the_same_registers() -> None:
     svd = ET.fromstring(texts["registers.svd"])
     header, page = texts["registers.h"], texts["registers.md"]
     assert [r.findtext("name") for r in svd.iter("register")] == [
-        r["name"].upper() for r in data["registers"]]
+        r["name"].upper() for r in data["registers"]
+    ]
     for register in data["registers"]:
         name, address = register["name"], register["address"]
         assert f"#define COMPLEMENTARY_{name.upper()}_ADDR {address}\n" in header

@@ -5,13 +5,13 @@ import json
 import pytest
 from amaranth.sim import Simulator
 
-from firmware.build import CModel
-from gateware.core import Core, build_core
-from gateware.engine import Engine
-from gateware.register_model import FIXED, Access, register_map
-from model import ops
-from model.estimator import Estimator, Input, Output, Param, State
-from model.estimators.complementary import Complementary
+from boresight.firmware.build import CModel
+from boresight.gateware.core import Core, build_core
+from boresight.gateware.engine import Engine
+from boresight.gateware.register_model import FIXED, Access, register_map
+from boresight.model import ops
+from boresight.model.estimator import Estimator, Input, Output, Param, State
+from boresight.model.estimators.complementary import Complementary
 
 
 class Awkward(Estimator):
@@ -23,7 +23,7 @@ class Awkward(Estimator):
     params = (
         Param("status", -0.5, -1.0, 1.0, "a*/b", "named as a register of every core | and more"),
         Param("STATUS", 0.25, -3.0, -0.25, "", "the same, but for the case"),
-        Param("in_u", 1e-3, 0.0, 4e-3, "1/s", "named as an input's constant; <small> & \"fine\""),
+        Param("in_u", 1e-3, 0.0, 4e-3, "1/s", 'named as an input\'s constant; <small> & "fine"'),
         Param("int", 3e5, 0.0, 1e6, "?\\", "a word of C; large"),
     )
     states = (State("y", -4.0, 4.0, ""),)
@@ -54,8 +54,11 @@ def test_every_parameter_is_there_with_its_range(complementary: Core) -> None:
         assert (register.unit, register.meaning) == (param.unit, param.meaning)
         assert register.access is Access.WRITE_ONLY
         lsb = 2.0**-register.frac
-        for word, value in ((register.minimum, param.low), (register.maximum, param.high),
-                            (register.reset, param.default)):
+        for word, value in (
+            (register.minimum, param.low),
+            (register.maximum, param.high),
+            (register.reset, param.default),
+        ):
             assert abs(word * lsb - value) <= lsb / 2
         assert register.minimum <= register.reset <= register.maximum
 
@@ -63,7 +66,8 @@ def test_every_parameter_is_there_with_its_range(complementary: Core) -> None:
 def test_ports(complementary: Core) -> None:
     found = register_map(complementary)
     assert [(p.name, p.unit) for p in found.streams[0].inputs] == [
-        (i.name, i.unit) for i in Complementary.inputs]
+        (i.name, i.unit) for i in Complementary.inputs
+    ]
     assert [p.name for p in found.streams[0].outputs] == [o.name for o in Complementary.outputs]
 
 
@@ -114,7 +118,7 @@ def test_the_core_answers_at_these_addresses(word: int) -> None:
         for register, given in zip(found.parameters, words, strict=True):
             await write(ctx, register.address, given)
         await put(ctx, one, last=1)
-        output, = await ctx.tick().sample(dut.o.payload.data).until(dut.o.valid)
+        (output,) = await ctx.tick().sample(dut.o.payload.data).until(dut.o.valid)
         assert output == model.update([[one]])[0][0, 0] & found.mask
         await ctx.tick().repeat(20)
         assert await read(ctx, "updates") == 1
@@ -146,7 +150,8 @@ def test_json(complementary: Core) -> None:
     assert gain["low"] == 0.0 and gain["high"] == 1.0 and gain["access"] == "write-only"
     assert gain["byte_offset"] == 4 * gain["address"]
     assert [r["address"] for r in data["registers"]] == sorted(
-        r["address"] for r in data["registers"])
+        r["address"] for r in data["registers"]
+    )
 
 
 def test_identifiers_are_unique() -> None:

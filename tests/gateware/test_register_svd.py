@@ -4,23 +4,50 @@ import xml.etree.ElementTree as ET
 
 import pytest
 
-from gateware.core import build_core, build_shared_core
-from gateware.register_model import FIXED, register_map
-from gateware.register_svd import to_svd
-from model.estimators.complementary import Complementary
-from sim.random_program import random_programs
+from boresight.gateware.core import build_core, build_shared_core
+from boresight.gateware.register_model import FIXED, register_map
+from boresight.gateware.register_svd import to_svd
+from boresight.model.estimators.complementary import Complementary
+from boresight.sim.random_program import random_programs
 
 #: Order of the elements in CMSIS-SVD 1.3.
 ORDER = {
-    "device": ["vendor", "name", "version", "description", "addressUnitBits", "width", "size",
-               "access", "resetValue", "resetMask", "peripherals"],
+    "device": [
+        "vendor",
+        "name",
+        "version",
+        "description",
+        "addressUnitBits",
+        "width",
+        "size",
+        "access",
+        "resetValue",
+        "resetMask",
+        "peripherals",
+    ],
     "peripheral": ["name", "description", "baseAddress", "addressBlock", "registers"],
     "addressBlock": ["offset", "size", "usage"],
-    "register": ["name", "description", "addressOffset", "size", "access", "resetValue",
-                 "resetMask", "writeConstraint", "fields"],
+    "register": [
+        "name",
+        "description",
+        "addressOffset",
+        "size",
+        "access",
+        "resetValue",
+        "resetMask",
+        "writeConstraint",
+        "fields",
+    ],
     "range": ["minimum", "maximum"],
-    "field": ["name", "description", "bitOffset", "bitWidth", "access", "modifiedWriteValues",
-              "enumeratedValues"],
+    "field": [
+        "name",
+        "description",
+        "bitOffset",
+        "bitWidth",
+        "access",
+        "modifiedWriteValues",
+        "enumeratedValues",
+    ],
     "enumeratedValue": ["name", "value"],
 }
 
@@ -53,7 +80,8 @@ def test_every_register(registers) -> None:
             assert int(limits.findtext("maximum")) == register.maximum
     status = {f.findtext("name"): f for f in found["STATUS"].iter("field")}
     assert [(name, int(f.findtext("bitOffset"))) for name, f in status.items()] == [
-        (f.name.upper(), f.bit) for f in FIXED[0].fields]
+        (f.name.upper(), f.bit) for f in FIXED[0].fields
+    ]
     assert status["FRAMING"].findtext("modifiedWriteValues") == "oneToClear"
     assert status["IDLE"].findtext("access") == "read-only"
     assert int(found["BUILD_HIGH"].findtext("resetValue"), 16) == registers.build[1]
@@ -68,8 +96,11 @@ def test_order_of_the_schema(registers) -> None:
 
 @pytest.mark.parametrize("address", [-4, 2, 2**32, None])
 def test_base_address_is_checked(address, registers) -> None:
-    with pytest.raises(ValueError, match=r"^base_address must be a multiple of 4 from 0 to "
-                       r"2\^32 - 4, not "):
+    with pytest.raises(
+        ValueError,
+        match=r"^base_address must be a multiple of 4 from 0 to "
+        r"2\^32 - 4, not ",
+    ):
         to_svd(registers, base_address=address)
 
 
@@ -83,8 +114,9 @@ def test_programs_are_enumerated() -> None:
     register = next(r for r in device.iter("register") if r.findtext("name") == "PROGRAM")
     assert register.findtext("addressOffset") == hex(4 * 516)
     assert register.findtext("access") == "read-write"
-    assert [(e.findtext("name"), e.findtext("value")) for e in register.iter("enumeratedValue")] \
-        == [("RANDOM0", "0"), ("RANDOM1", "1"), ("RANDOM2", "2")]
+    assert [
+        (e.findtext("name"), e.findtext("value")) for e in register.iter("enumeratedValue")
+    ] == [("RANDOM0", "0"), ("RANDOM1", "1"), ("RANDOM2", "2")]
     names = [r.findtext("name") for r in device.iter("register")]
     assert len(set(names)) == len(names)
     assert any(name.startswith("RANDOM2_PARAM") for name in names)

@@ -2,8 +2,8 @@
 
 import pytest
 
-from gateware.machine import CONFIGS
-from gateware.registers import Registers
+from boresight.gateware.machine import CONFIGS
+from boresight.gateware.registers import Registers
 
 PROGRAM = 516
 
@@ -88,9 +88,21 @@ def test_only_parameters_wait(address: int, waits: bool, programs: int, simulate
     simulate(dut, bench)
 
 
-@pytest.mark.parametrize("programs, number, legal", [
-    (1, 0, False), (1, 1, False), (2, 1, True), (2, 2, False), (3, 2, True), (3, 3, False),
-    (4, 3, True), (4, 4, False), (4, 1 << 31 | 1, False), (2, 0xFFFFFFFF, False)])
+@pytest.mark.parametrize(
+    "programs, number, legal",
+    [
+        (1, 0, False),
+        (1, 1, False),
+        (2, 1, True),
+        (2, 2, False),
+        (3, 2, True),
+        (3, 3, False),
+        (4, 3, True),
+        (4, 4, False),
+        (4, 1 << 31 | 1, False),
+        (2, 0xFFFFFFFF, False),
+    ],
+)
 def test_program(programs: int, number: int, legal: bool, simulate) -> None:
     dut = make(programs=programs)
 

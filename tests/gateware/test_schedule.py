@@ -6,29 +6,43 @@ import dataclasses
 
 import pytest
 
-from gateware.allocate import allocate
-from gateware.check_schedule import check_schedule
-from gateware.copies import with_copies
-from gateware.machine import CONFIGS, Machine
-from gateware.priorities import paths
-from gateware.schedule import Schedule, ScheduleError, schedule
-from model.fixed import Arithmetic
-from model.program import Kind, Negate, Op, Overflow, Program, Term, Value, When
-from sim.random_program import random_program
+from boresight.gateware.allocate import allocate
+from boresight.gateware.check_schedule import check_schedule
+from boresight.gateware.copies import with_copies
+from boresight.gateware.machine import CONFIGS, Machine
+from boresight.gateware.priorities import paths
+from boresight.gateware.schedule import Schedule, ScheduleError, schedule
+from boresight.model.fixed import Arithmetic
+from boresight.model.program import Kind, Negate, Op, Overflow, Program, Term, Value, When
+from boresight.sim.random_program import random_program
 
 SMALL, FAST = CONFIGS["small"], CONFIGS["fast"]
 ONE = 1 << 30
 
 
-def program(ops: list[Op], outputs: list[int], *, inputs: int = 1,
-            states: tuple[tuple[int, int], ...] = (), more: tuple[Value, ...] = ()) -> Program:
+def program(
+    ops: list[Op],
+    outputs: list[int],
+    *,
+    inputs: int = 1,
+    states: tuple[tuple[int, int], ...] = (),
+    more: tuple[Value, ...] = (),
+) -> Program:
     """Values: inputs, then the constant one, then ``more``, then one for each op."""
     values = [Value(f"in{k}", Kind.INPUT, 31, -1, 1, "test") for k in range(inputs)]
     values += [Value("one", Kind.CONST, 30, 1, 1, "test", initial=ONE), *more]
     values += [Value(f"v{k}", Kind.OP, 31, -1, 1, "test") for k in range(len(ops))]
-    return Program("test", Arithmetic(), tuple(values), tuple(ops), tuple(range(inputs)),
-                   tuple(outputs), tuple(f"o{k}" for k in outputs), states,
-                   tuple(k % 1000 for k in range(1536)))
+    return Program(
+        "test",
+        Arithmetic(),
+        tuple(values),
+        tuple(ops),
+        tuple(range(inputs)),
+        tuple(outputs),
+        tuple(f"o{k}" for k in outputs),
+        states,
+        tuple(k % 1000 for k in range(1536)),
+    )
 
 
 @pytest.mark.parametrize("config", CONFIGS)
@@ -52,8 +66,9 @@ def test_one_op(machine: Machine) -> None:
 @pytest.mark.parametrize("machine", CONFIGS.values(), ids=CONFIGS)
 def test_late_operand_comes_last(machine: Machine) -> None:
     """The slots on early operands hide behind the wait for the late one."""
-    p = program([Op(2, (Term(0, 1, 22),)),
-                 Op(3, (Term(2, 1, 22), Term(0, 0, 22), Term(0, 1, 22)))], [3])
+    p = program(
+        [Op(2, (Term(0, 1, 22),)), Op(3, (Term(2, 1, 22), Term(0, 0, 22), Term(0, 1, 22)))], [3]
+    )
     s = schedule(p, machine)
     assert s.latencies == (17,)
 
@@ -61,12 +76,15 @@ def test_late_operand_comes_last(machine: Machine) -> None:
 def test_bundle_captures_once() -> None:
     """u, t, w and their sum: one capture, six slots and the emit."""
     f = {"fraction_a": True}
-    p = program([
-        Op(2, (Term(0, 0, 23, fraction_a=True, fraction_b=True),), index=0),
-        Op(3, (Term(1, None, 23, 2), Term(0, None, 23, 3, **f)), index=0, table=1),
-        Op(4, (Term(1, None, 23, 0), Term(0, None, 23, 1, **f)), index=0, table=1),
-        Op(5, (Term(4, 1, 22), Term(3, 2, 23))),
-    ], [5])
+    p = program(
+        [
+            Op(2, (Term(0, 0, 23, fraction_a=True, fraction_b=True),), index=0),
+            Op(3, (Term(1, None, 23, 2), Term(0, None, 23, 3, **f)), index=0, table=1),
+            Op(4, (Term(1, None, 23, 0), Term(0, None, 23, 1, **f)), index=0, table=1),
+            Op(5, (Term(4, 1, 22), Term(3, 2, 23))),
+        ],
+        [5],
+    )
     s = schedule(p, SMALL)
     assert len(s.slots) == 8
     assert sum(slot.cap_index for slot in s.slots) == 1
@@ -83,8 +101,11 @@ def test_flag_rides_on_a_term(quarter: bool) -> None:
 
 
 def test_flag_of_a_stranger_takes_a_slot() -> None:
-    p = program([Op(3, (Term(0, 2, 22, when=When.IF), Term(2, 2, 22, when=When.UNLESS)), flag=1)],
-                [3], inputs=2)
+    p = program(
+        [Op(3, (Term(0, 2, 22, when=When.IF), Term(2, 2, 22, when=When.UNLESS)), flag=1)],
+        [3],
+        inputs=2,
+    )
     s = schedule(p, SMALL)
     assert len(s.slots) == 4
     assert (s.slots[0].term, s.slots[0].a, s.slots[0].cap_flag) == (None, 1, True)
@@ -142,8 +163,9 @@ def test_emit_rides_on_a_term() -> None:
 
 def test_late_gets_make_room() -> None:
     """A result of lane 0 may take the cycle of a get whose word nobody waits for."""
-    p = program([Op(21, (Term(0, 20, 22),)), Op(22, (Term(21, 20, 22), Term(19, 20, 22)))], [22],
-                inputs=20)
+    p = program(
+        [Op(21, (Term(0, 20, 22),)), Op(22, (Term(21, 20, 22), Term(19, 20, 22)))], [22], inputs=20
+    )
     s = schedule(p, SMALL, urgent=0, restarts=50)
     check_schedule(p, s, allocate(s))
     assert s.length == 30
@@ -173,12 +195,18 @@ def test_json() -> None:
 
 def test_errors() -> None:
     p = random_program(1, n_ops=30)
-    with pytest.raises(ScheduleError, match=r"^random_1_32_30: program takes \d+ microwords, the "
-                                            r"fast machine has 16$"):
+    with pytest.raises(
+        ScheduleError,
+        match=r"^random_1_32_30: program takes \d+ microwords, the "
+        r"fast machine has 16$",
+    ):
         schedule(p, dataclasses.replace(FAST, rom_words=16), restarts=0)
     crowd = random_program(1, n_ops=10, n_states=9)
-    with pytest.raises(ScheduleError, match=r"^random_1_32_10: 9 states, the fast machine has room "
-                                            r"for 8$"):
+    with pytest.raises(
+        ScheduleError,
+        match=r"^random_1_32_10: 9 states, the fast machine has room "
+        r"for 8$",
+    ):
         schedule(crowd, FAST, state_room=(3, 5))
     with pytest.raises(ScheduleError, match=r"must have the same arithmetic"):
         schedule(p, dataclasses.replace(FAST, arithmetic=Arithmetic(24)))

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from amaranth.sim import Simulator
 
-from gateware.core import build_shared_core
-from gateware.engine import Engine
-from gateware.machine import CONFIGS
-from gateware.registers import PROGRAM
-from model.interpreter import Interpreter
-from model.program import Kind
-from sim.random_program import random_inputs, random_programs
+from boresight.gateware.core import build_shared_core
+from boresight.gateware.engine import Engine
+from boresight.gateware.machine import CONFIGS
+from boresight.gateware.registers import PROGRAM
+from boresight.model.interpreter import Interpreter
+from boresight.model.program import Kind
+from boresight.sim.random_program import random_inputs, random_programs
 
 MASK = (1 << 32) - 1
 

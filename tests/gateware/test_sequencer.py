@@ -5,14 +5,24 @@ from dataclasses import dataclass
 
 import pytest
 
-from gateware.image import Image
-from gateware.machine import CONFIGS
-from gateware.microcode import encode
-from gateware.sequencer import Sequencer
+from boresight.gateware.image import Image
+from boresight.gateware.machine import CONFIGS
+from boresight.gateware.microcode import encode
+from boresight.gateware.sequencer import Sequencer
 
 FIELDS = ("get", "get_last", "emit", "home", "we0", "we1")
-OUTPUTS = ("active", "en", "write", "i_ready", "o_valid", "grant", "start", "idle", "commit",
-           "framing")
+OUTPUTS = (
+    "active",
+    "en",
+    "write",
+    "i_ready",
+    "o_valid",
+    "grant",
+    "start",
+    "idle",
+    "commit",
+    "framing",
+)
 #: Cycles without a word at work after a reset, a fault or a change of program.
 FILL = 3
 
@@ -33,8 +43,9 @@ class Rules:
         """Word at work."""
         return self.programs[self.program][self.at] if self.at >= 0 else dict.fromkeys(FIELDS, 0)
 
-    def cycle(self, i_valid: int, i_last: int, o_ready: int, request: int, switch: int,
-              other: int) -> dict[str, int]:
+    def cycle(
+        self, i_valid: int, i_last: int, o_ready: int, request: int, switch: int, other: int
+    ) -> dict[str, int]:
         """Outputs of a cycle; moves on to the next, on a switch to the ``other`` program."""
         word = self.word
         first = word["get"] and not self.begun
@@ -48,11 +59,18 @@ class Rules:
                 write |= 1 << lane
         if takes or grant and not switch:
             write |= 1
-        out = {"active": self.at >= 0, "en": moves, "write": write, "grant": grant,
-               "start": self.at == -FILL,
-               "i_ready": self.swallowing or (word["get"] and not grant),
-               "o_valid": word["emit"], "idle": first and not i_valid,
-               "commit": word["home"] and moves and not fault, "framing": fault}
+        out = {
+            "active": self.at >= 0,
+            "en": moves,
+            "write": write,
+            "grant": grant,
+            "start": self.at == -FILL,
+            "i_ready": self.swallowing or (word["get"] and not grant),
+            "o_valid": word["emit"],
+            "idle": first and not i_valid,
+            "commit": word["home"] and moves and not fault,
+            "framing": fault,
+        }
         if self.swallowing and i_valid and i_last:
             self.swallowing = False
         if takes:
@@ -92,9 +110,13 @@ def test_random_programs(config: str, seed: int, count: int, simulate) -> None:
         lengths[0], lengths[1] = 1022 + seed, 600
     programs = [random_words(rng, length) for length in lengths]
     known = {f.name for f in machine.fields()}
-    rom = [encode(machine, {"shift0": rng.randrange(32), **{k: v for k, v in word.items()
-                                                            if k in known}})
-           for words in programs for word in words]
+    rom = [
+        encode(
+            machine, {"shift0": rng.randrange(32), **{k: v for k, v in word.items() if k in known}}
+        )
+        for words in programs
+        for word in words
+    ]
     # Words behind the programs are never at work: fill them with everything at once.
     rom += [(1 << machine.word_bits) - 1] * 5
     image = Image(rom=rom, registers=[0] * 512, tables=[0] * 1536, lengths=tuple(lengths))
@@ -108,11 +130,13 @@ def test_random_programs(config: str, seed: int, count: int, simulate) -> None:
             # Mostly the ``last`` that the program wants, so that updates also end.
             wanted = rules.word["get_last"]
             request = int(rng.random() < (0.5 if count == 3 else 0.2))
-            inputs = {"i_valid": int(rng.random() < 0.7),
-                      "i_last": wanted if rng.random() < (0.9 if count < 3 else 0.98)
-                      else 1 - wanted,
-                      "o_ready": int(rng.random() < 0.7), "request": request,
-                      "switch": int(count > 1 and rng.random() < 0.5)}
+            inputs = {
+                "i_valid": int(rng.random() < 0.7),
+                "i_last": wanted if rng.random() < (0.9 if count < 3 else 0.98) else 1 - wanted,
+                "o_ready": int(rng.random() < 0.7),
+                "request": request,
+                "switch": int(count > 1 and rng.random() < 0.5),
+            }
             for name, value in inputs.items():
                 ctx.set(getattr(dut, name), value)
             got = {name: ctx.get(getattr(dut, name)) for name in OUTPUTS}

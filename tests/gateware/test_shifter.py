@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from gateware.shifter import Shifter
+from boresight.gateware.shifter import Shifter
 
 
 @pytest.mark.parametrize("width_in, width_out", [(64, 60), (48, 50), (36, 42)])

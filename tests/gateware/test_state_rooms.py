@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import pytest
 
-from gateware.machine import CONFIGS
-from gateware.slots import ScheduleError
-from gateware.state_rooms import state_rooms
-from sim.random_program import random_program
+from boresight.gateware.machine import CONFIGS
+from boresight.gateware.slots import ScheduleError
+from boresight.gateware.state_rooms import state_rooms
+from boresight.sim.random_program import random_program
 
 PROGRAM = random_program(1, n_ops=1, n_states=1)
 
@@ -17,8 +17,21 @@ def programs(*counts: int):
 
 
 @pytest.mark.parametrize("config", sorted(CONFIGS))
-@pytest.mark.parametrize("counts", [(1,), (128,), (127,), (0, 0), (1, 1, 1), (16, 20, 45, 47),
-                                    (16, 15, 39, 44), (1, 126, 1), (64, 63), (3, 0, 5, 7, 9)])
+@pytest.mark.parametrize(
+    "counts",
+    [
+        (1,),
+        (128,),
+        (127,),
+        (0, 0),
+        (1, 1, 1),
+        (16, 20, 45, 47),
+        (16, 15, 39, 44),
+        (1, 126, 1),
+        (64, 63),
+        (3, 0, 5, 7, 9),
+    ],
+)
 def test_everybody_finds_room(config: str, counts: tuple[int, ...]) -> None:
     machine = CONFIGS[config]
     rooms = state_rooms(programs(*counts), machine)
@@ -37,6 +50,9 @@ def test_a_single_program_has_it_all() -> None:
 
 def test_too_many() -> None:
     name = PROGRAM.name
-    with pytest.raises(ScheduleError, match=rf"^{name}, {name}: 129 states, the small machine has "
-                                            r"room for 128$"):
+    with pytest.raises(
+        ScheduleError,
+        match=rf"^{name}, {name}: 129 states, the small machine has "
+        r"room for 128$",
+    ):
         state_rooms(programs(100, 29), CONFIGS["small"])

@@ -7,14 +7,14 @@ import sys
 
 import pytest
 
-from gateware.lane import Lane
-from gateware.machine import CONFIGS
-from gateware.verilog import to_verilog
+from boresight.gateware.lane import Lane
+from boresight.gateware.machine import CONFIGS
+from boresight.gateware.verilog import to_verilog
 
 TEXT = """
-from gateware.lane import Lane
-from gateware.machine import CONFIGS
-from gateware.verilog import to_verilog
+from boresight.gateware.lane import Lane
+from boresight.gateware.machine import CONFIGS
+from boresight.gateware.verilog import to_verilog
 print(to_verilog(Lane(machine=CONFIGS["small"]), "lane", instances=True), end="")
 """
 
@@ -24,8 +24,16 @@ def lane(instances: bool) -> str:
 
 
 def test_same_text_in_another_process() -> None:
-    runs = [subprocess.run([sys.executable, "-c", TEXT], env={**os.environ, "PYTHONHASHSEED": seed},
-                           capture_output=True, text=True, check=True).stdout for seed in "12"]
+    runs = [
+        subprocess.run(
+            [sys.executable, "-c", TEXT],
+            env={**os.environ, "PYTHONHASHSEED": seed},
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+        for seed in "12"
+    ]
     assert runs == [lane(True)] * 2
 
 

@@ -9,11 +9,11 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from model.fixed import Arithmetic
-from model.graph import Graph
-from model.interpreter import Interpreter
-from model.lower import lower
-from model.program import Kind, Program
+from boresight.model.fixed import Arithmetic
+from boresight.model.graph import Graph
+from boresight.model.interpreter import Interpreter
+from boresight.model.lower import lower
+from boresight.model.program import Kind, Program
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -21,16 +21,28 @@ FloatArray = npt.NDArray[np.float64]
 class Traced:
     """A function of inputs ``x0, x1, ...`` with the given ranges, traced and compiled."""
 
-    def __init__(self, function: Callable[..., Any], ranges: Sequence[tuple[float, float]],
-                 word: int = 32, unit: str = "") -> None:
+    def __init__(
+        self,
+        function: Callable[..., Any],
+        ranges: Sequence[tuple[float, float]],
+        word: int = 32,
+        unit: str = "",
+    ) -> None:
         self.function = function
         self.graph = Graph("test")
-        leaves = [self.graph.leaf("input", f"x{k}", low, high, unit)
-                  for k, (low, high) in enumerate(ranges)]
+        leaves = [
+            self.graph.leaf("input", f"x{k}", low, high, unit)
+            for k, (low, high) in enumerate(ranges)
+        ]
         self.nodes = [self.graph.lift(n) for n in _tuple(function(*leaves))]
         self.program: Program = lower(
-            "test", arithmetic=Arithmetic(word=word), inputs=leaves, params=[], states=[],
-            outputs={f"y{k}": n for k, n in enumerate(self.nodes)})
+            "test",
+            arithmetic=Arithmetic(word=word),
+            inputs=leaves,
+            params=[],
+            states=[],
+            outputs={f"y{k}": n for k, n in enumerate(self.nodes)},
+        )
 
     def formats(self) -> list[Any]:
         """Formats of the outputs."""
@@ -38,14 +50,21 @@ class Traced:
 
     def run(self, *arrays: Any) -> tuple[list[FloatArray], list[FloatArray], npt.NDArray[np.bool_]]:
         """Results in fixed point, in float (of the same quantised inputs), and saturation."""
-        words = np.stack([self.program.format(n).quantise(a)
-                          for n, a in zip(self.program.inputs, arrays, strict=True)])
-        exact = [self.program.format(n).real(w)
-                 for n, w in zip(self.program.inputs, words, strict=True)]
+        words = np.stack(
+            [
+                self.program.format(n).quantise(a)
+                for n, a in zip(self.program.inputs, arrays, strict=True)
+            ]
+        )
+        exact = [
+            self.program.format(n).real(w) for n, w in zip(self.program.inputs, words, strict=True)
+        ]
         out, saturated = Interpreter(self.program, words.shape[1]).update(words)
         fixed = [fmt.real(w) for fmt, w in zip(self.formats(), out, strict=True)]
-        floats = [np.broadcast_to(np.asarray(y, dtype=np.float64), words.shape[1:])
-                  for y in _tuple(self.function(*exact))]
+        floats = [
+            np.broadcast_to(np.asarray(y, dtype=np.float64), words.shape[1:])
+            for y in _tuple(self.function(*exact))
+        ]
         return fixed, floats, saturated
 
     def op_values(self) -> list[int]:

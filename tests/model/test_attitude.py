@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from model import attitude
-from model.errors import InputError
+from boresight.model import attitude
+from boresight.model.errors import InputError
 
 #: A few rounding errors of float64.
 TIGHT = 4e-15
@@ -56,8 +56,7 @@ def test_units_multiply_as_hamilton_wrote() -> None:
 def test_multiply_agrees_with_scipy() -> None:
     p, q = random_quaternions(200, 1), random_quaternions(200, 2)
     same_up_to_sign(
-        attitude.quaternion_multiply(p, q),
-        (scipy_of(p) * scipy_of(q)).as_quat(scalar_first=True),
+        attitude.quaternion_multiply(p, q), (scipy_of(p) * scipy_of(q)).as_quat(scalar_first=True)
     )
 
 

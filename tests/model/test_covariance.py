@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from model.covariance import (
+from boresight.model.covariance import (
     BELOW_ONE,
     congruence,
     covariance_of,
@@ -16,7 +16,7 @@ from model.covariance import (
     symmetric,
     updated_column,
 )
-from model.graph import Graph, Node
+from boresight.model.graph import Graph, Node
 
 RNG = np.random.default_rng(4)
 
@@ -37,6 +37,7 @@ def test_both_halves_are_the_same_scalar() -> None:
     def element(i: int, j: int) -> object:
         asked.append((i, j))
         return object()
+
     p = symmetric(3, element)
     assert asked == [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)]
     assert all(p[i][j] is p[j][i] for i in range(3) for j in range(3))
@@ -80,8 +81,8 @@ def test_optimal_gains_never_take_more_than_there_is() -> None:
 
 def test_a_skipped_downdate_costs_nothing_more() -> None:
     """Terms under a flag: one slot per product and one per element, in one group each."""
-    from model.fixed import Arithmetic
-    from model.lower import lower
+    from boresight.model.fixed import Arithmetic
+    from boresight.model.lower import lower
 
     slots = []
     for skip in (False, True):
@@ -90,8 +91,13 @@ def test_a_skipped_downdate_costs_nothing_more() -> None:
         p = symmetric(2, lambda i, j, v=leaves: v[i + j])
         gains = [leaves[4:6], leaves[6:8]]
         done = downdated(p, gains, leaves[9] < 0.0 if skip else leaves[9] < -1.0)
-        program = lower("test", arithmetic=Arithmetic(word=32), inputs=leaves, params=[],
-                        states=[], outputs={f"p{i}{j}": done[i][j] for _, i, j in
-                                            element_names(2)})
+        program = lower(
+            "test",
+            arithmetic=Arithmetic(word=32),
+            inputs=leaves,
+            params=[],
+            states=[],
+            outputs={f"p{i}{j}": done[i][j] for _, i, j in element_names(2)},
+        )
         slots.append(sum(len(op.terms) for op in program.ops))
     assert slots[0] == slots[1]

@@ -2,7 +2,7 @@
 
 import pytest
 
-from model.errors import InputError
+from boresight.model.errors import InputError
 
 
 def test_is_a_value_error() -> None:

@@ -7,13 +7,21 @@ from typing import Any
 import numpy as np
 import pytest
 
-from model import ops
-from model.errors import InputError
-from model.estimator import Estimator, Input, Output, Param, State, input_words, param_words
-from model.estimators import ESTIMATORS, estimator
-from model.estimators.complementary import Complementary
-from model.interpreter import Interpreter
-from model.program import Kind
+from boresight.model import ops
+from boresight.model.errors import InputError
+from boresight.model.estimator import (
+    Estimator,
+    Input,
+    Output,
+    Param,
+    State,
+    input_words,
+    param_words,
+)
+from boresight.model.estimators import ESTIMATORS, estimator
+from boresight.model.estimators.complementary import Complementary
+from boresight.model.interpreter import Interpreter
+from boresight.model.program import Kind
 
 
 class Leaky(Estimator):
@@ -22,8 +30,10 @@ class Leaky(Estimator):
     name = "leaky"
     summary = "first-order low pass"
     inputs = (Input("u", -2.0, 2.0, "m"), Input("v", -1.0, 1.0, "m"))
-    params = (Param("rate", 0.5, 0.0, 1.0, "1", "small follows slowly"),
-              Param("offset", 0.0, -1.0, 1.0, "m", "added to the output"))
+    params = (
+        Param("rate", 0.5, 0.0, 1.0, "1", "small follows slowly"),
+        Param("offset", 0.0, -1.0, 1.0, "m", "added to the output"),
+    )
     states = (State("y", -2.0, 2.0, "m", 1.0),)
     outputs = (Output("y", "m"), Output("sum", "m"))
     urgent = 1
@@ -41,22 +51,31 @@ def test_defaults_and_given_parameters() -> None:
 
 @pytest.mark.parametrize("value", [-0.1, 1.1, math.nan, math.inf])
 def test_parameters_outside_their_range_are_refused(value: Any) -> None:
-    with pytest.raises(InputError, match=rf"^parameter rate: wanted 0 to 1 1, found {value!r}; "
-                                         rf"choose a value inside the range$"):
+    with pytest.raises(
+        InputError,
+        match=rf"^parameter rate: wanted 0 to 1 1, found {value!r}; "
+        rf"choose a value inside the range$",
+    ):
         Leaky().param_values({"rate": value})
 
 
 def test_unknown_parameters_are_refused() -> None:
-    with pytest.raises(InputError, match=r"^parameter ratio: wanted one of rate, offset, found "
-                                         r"'ratio'; estimator leaky has no such one$"):
+    with pytest.raises(
+        InputError,
+        match=r"^parameter ratio: wanted one of rate, offset, found "
+        r"'ratio'; estimator leaky has no such one$",
+    ):
         Leaky().param_values({"ratio": 0.5})
 
 
 def test_float_run() -> None:
     inputs = np.array([[[1.0, 0.0], [0.0, 0.25]], [[1.0, 2.0], [0.5, 0.0]]])
     heard: list[int] = []
-    out = Leaky().run_float(inputs, params={"rate": 0.25, "offset": 0.125},
-                            progress=heard.append).outputs
+    out = (
+        Leaky()
+        .run_float(inputs, params={"rate": 0.25, "offset": 0.125}, progress=heard.append)
+        .outputs
+    )
     assert heard == [0, 1]
     assert np.array_equal(out["y"], [[1.0, 0.75], [1.0, 1.0625]])
     assert np.array_equal(out["sum"], [[1.125, 1.125], [1.625, 1.1875]])
@@ -67,7 +86,7 @@ def test_float_runs_are_independent() -> None:
     inputs = rng.uniform(-1, 1, (20, 2, 4))
     together = Leaky().run_float(inputs).outputs["sum"]
     for k in range(4):
-        alone = Leaky().run_float(inputs[:, :, k:k + 1]).outputs["sum"]
+        alone = Leaky().run_float(inputs[:, :, k : k + 1]).outputs["sum"]
         assert np.array_equal(alone[:, 0], together[:, k])
 
 
@@ -94,8 +113,10 @@ def test_fixed_equals_float() -> None:
 
 def test_initial_values_reach_the_program() -> None:
     program = Leaky().compile()
-    assert program.format(program.find("rate")).real(
-        program.values[program.find("rate")].initial) == 0.5
+    assert (
+        program.format(program.find("rate")).real(program.values[program.find("rate")].initial)
+        == 0.5
+    )
     (state,) = program.of_kind(Kind.STATE)
     assert program.format(state).real(program.values[state].initial) == 1.0
 
@@ -114,8 +135,11 @@ def test_param_words_name_every_parameter() -> None:
 
 @pytest.mark.parametrize("word", [17, 33])
 def test_width_is_checked(word: int) -> None:
-    with pytest.raises(InputError, match=rf"^word: wanted 18 to 32 bits, found {word}; choose a "
-                                         rf"width inside the range$"):
+    with pytest.raises(
+        InputError,
+        match=rf"^word: wanted 18 to 32 bits, found {word}; choose a "
+        rf"width inside the range$",
+    ):
         Leaky().compile(word=word)
 
 
@@ -127,11 +151,18 @@ def test_step_must_return_what_is_declared() -> None:
     class Stateless(Leaky):
         def step(self, x: Any, u: Any, p: Any) -> Any:
             return {}, {"y": x.y, "sum": x.y}
-    with pytest.raises(ValueError, match=r"^step of leaky must return the declared outputs, "
-                                         r"not \['z'\]$"):
+
+    with pytest.raises(
+        ValueError,
+        match=r"^step of leaky must return the declared outputs, "
+        r"not \['z'\]$",
+    ):
         Wrong().compile()
-    with pytest.raises(ValueError, match=r"^step of leaky must return the declared states, "
-                                         r"not \[\]$"):
+    with pytest.raises(
+        ValueError,
+        match=r"^step of leaky must return the declared states, "
+        r"not \[\]$",
+    ):
         Stateless().compile()
 
 
@@ -145,8 +176,12 @@ def test_an_if_on_a_traced_value_is_refused() -> None:
         def step(self, x: Any, u: Any, p: Any) -> Any:
             y = u.u if x.y < 0.0 else x.y
             return {"y": y}, {"y": y, "sum": y}
-    with pytest.raises(TypeError, match=r"^a traced condition has no truth value: use "
-                                        r"model\.ops\.where$"):
+
+    with pytest.raises(
+        TypeError,
+        match=r"^a traced condition has no truth value: use "
+        r"model\.ops\.where$",
+    ):
         Branching().compile()
 
 
@@ -155,8 +190,12 @@ def test_unbounded_values_are_refused_by_name() -> None:
         def step(self, x: Any, u: Any, p: Any) -> Any:
             y = ops.named("slope", ops.rsqrt(u.u * u.u))
             return {"y": y}, {"y": y, "sum": y}
-    with pytest.raises(InputError, match=r"^leaky: value slope: range \[0\.5, inf\] is not finite; "
-                                         r"declare it with model\.ops\.bounded$"):
+
+    with pytest.raises(
+        InputError,
+        match=r"^leaky: value slope: range \[0\.5, inf\] is not finite; "
+        r"declare it with model\.ops\.bounded$",
+    ):
         Unbounded().compile()
 
 
@@ -176,7 +215,10 @@ def test_every_estimator_declares_itself(name: str) -> None:
 
 
 def test_unknown_estimators_are_refused() -> None:
-    with pytest.raises(InputError, match=r"^estimator: wanted one of complementary, .*, found "
-                                         r"'kalman'; boresight list shows them all$"):
+    with pytest.raises(
+        InputError,
+        match=r"^estimator: wanted one of complementary, .*, found "
+        r"'kalman'; boresight list shows them all$",
+    ):
         estimator("kalman")
     assert isinstance(estimator("complementary"), Complementary)

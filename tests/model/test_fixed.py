@@ -11,7 +11,7 @@ from apytypes import APyFixed, OverflowMode, QuantizationMode
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from model.fixed import (
+from boresight.model.fixed import (
     Arithmetic,
     Format,
     fraction,
@@ -20,8 +20,8 @@ from model.fixed import (
     table_index,
     wrap,
 )
-from model.interpreter import Interpreter
-from model.program import Kind, Negate, Op, Overflow, Program, Term, Value
+from boresight.model.interpreter import Interpreter
+from boresight.model.program import Kind, Negate, Op, Overflow, Program, Term, Value
 
 WORDS = st.sampled_from([18, 21, 24, 27, 32])
 
@@ -35,8 +35,15 @@ def word_strategy(word: int) -> st.SearchStrategy[int]:
 def groups(draw: Any) -> Any:
     word = draw(WORDS)
     n = draw(st.integers(1, 5))
-    products = [(draw(word_strategy(word)), draw(word_strategy(word)), draw(st.integers(8, 31)),
-                 draw(st.booleans())) for _ in range(n)]
+    products = [
+        (
+            draw(word_strategy(word)),
+            draw(word_strategy(word)),
+            draw(st.integers(8, 31)),
+            draw(st.booleans()),
+        )
+        for _ in range(n)
+    ]
     return word, products, draw(st.sampled_from(list(Overflow)))
 
 
@@ -44,11 +51,22 @@ def run_group(word: int, products: Any, overflow: Any) -> Any:
     """The group through the interpreter: (result, saturated)."""
     values = [Value(f"v{k}", Kind.INPUT, 0, 0, 0, "test") for k in range(2 * len(products))]
     values.append(Value("q", Kind.OP, 0, 0, 0, "test"))
-    terms = tuple(Term(2 * k, 2 * k + 1, s, negate=Negate.YES if neg else Negate.NO)
-                  for k, (_, _, s, neg) in enumerate(products))
+    terms = tuple(
+        Term(2 * k, 2 * k + 1, s, negate=Negate.YES if neg else Negate.NO)
+        for k, (_, _, s, neg) in enumerate(products)
+    )
     dest = len(values) - 1
-    program = Program("g", Arithmetic(word=word), tuple(values), (Op(dest, terms, overflow),),
-                      tuple(range(dest)), (dest,), ("q",), (), ())
+    program = Program(
+        "g",
+        Arithmetic(word=word),
+        tuple(values),
+        (Op(dest, terms, overflow),),
+        tuple(range(dest)),
+        (dest,),
+        ("q",),
+        (),
+        (),
+    )
     words = np.array([[x] for a, b, _, _ in products for x in (a, b)], dtype=np.int64)
     out, saturated = Interpreter(program).update(words)
     return int(out[0, 0]), bool(saturated[0])
@@ -65,17 +83,18 @@ def test_group_is_what_apytypes_says(case: Any) -> None:
     total = APyFixed(0, int_bits=62 - guard, frac_bits=guard)
     for a, b, shift, negative in products:
         # a * b / 2^shift in units of the accumulator's last bit: a has `shift` fraction bits.
-        product = APyFixed.from_float(a, int_bits=word, frac_bits=0) \
-            * APyFixed.from_float(b, int_bits=word, frac_bits=0)
-        scaled = APyFixed(product.to_bits(), int_bits=2 * word - shift - guard,
-                          frac_bits=shift + guard)
-        term = scaled.cast(int_bits=62 - guard, frac_bits=guard,
-                           quantization=QuantizationMode.TRN)
-        total = (total - term if negative else total + term).cast(int_bits=62 - guard,
-                                                                 frac_bits=guard)
+        product = APyFixed.from_float(a, int_bits=word, frac_bits=0) * APyFixed.from_float(
+            b, int_bits=word, frac_bits=0
+        )
+        scaled = APyFixed(
+            product.to_bits(), int_bits=2 * word - shift - guard, frac_bits=shift + guard
+        )
+        term = scaled.cast(int_bits=62 - guard, frac_bits=guard, quantization=QuantizationMode.TRN)
+        total = (total - term if negative else total + term).cast(
+            int_bits=62 - guard, frac_bits=guard
+        )
     mode = OverflowMode.WRAP if overflow is Overflow.WRAP else OverflowMode.SAT
-    want = total.cast(int_bits=word, frac_bits=0, quantization=QuantizationMode.RND,
-                      overflow=mode)
+    want = total.cast(int_bits=word, frac_bits=0, quantization=QuantizationMode.RND, overflow=mode)
     exact = total.cast(int_bits=62, frac_bits=0, quantization=QuantizationMode.RND)
     got, saturated = run_group(word, products, overflow)
     assert got == int(float(want))
@@ -88,16 +107,20 @@ def test_group_is_what_apytypes_says(case: Any) -> None:
 def test_quantise_is_rnd_sat(word: int, value: Any, frac: int) -> None:
     fmt = Format(word, frac)
     want = APyFixed.from_float(value, int_bits=40, frac_bits=60).cast(
-        int_bits=word - frac, frac_bits=frac, quantization=QuantizationMode.RND,
-        overflow=OverflowMode.SAT)
+        int_bits=word - frac,
+        frac_bits=frac,
+        quantization=QuantizationMode.RND,
+        overflow=OverflowMode.SAT,
+    )
     exact = APyFixed.from_float(value, int_bits=40, frac_bits=60)
     if float(exact) == value:  # the oracle holds the value itself
         assert fmt.real(fmt.quantise(value)) == float(want)
 
 
 @given(st.integers(18, 32), st.floats(-1e6, 1e6), st.floats(0, 1e6))
-def test_for_range_holds_the_range_and_no_finer_format_does(word: int, low: float,
-                                                            width: float) -> None:
+def test_for_range_holds_the_range_and_no_finer_format_does(
+    word: int, low: float, width: float
+) -> None:
     fmt = Format.for_range(word, low, low + width)
     assert fmt.min <= low and low + width <= fmt.max
     finer = Format(word, fmt.frac + 1)

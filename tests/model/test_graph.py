@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from model import ops
-from model.errors import InputError
-from model.graph import Graph, Node
+from boresight.model import ops
+from boresight.model.errors import InputError
+from boresight.model.graph import Graph, Node
 
 
 @pytest.fixture
@@ -110,7 +110,10 @@ def test_zero_times_unbounded_is_zero(g: Any) -> None:
 # -- intervals ------------------------------------------------------------------------------------
 
 BINARY: dict[str, Callable[..., Any]] = {
-    "add": operator.add, "sub": operator.sub, "mul": operator.mul, "min": ops.minimum,
+    "add": operator.add,
+    "sub": operator.sub,
+    "mul": operator.mul,
+    "min": ops.minimum,
     "max": ops.maximum,
     "pick": lambda a, b: ops.where(a < b, a, 0.5 * b),
     "flip": lambda a, b: ops.flip(a > b, b),
@@ -118,18 +121,27 @@ BINARY: dict[str, Callable[..., Any]] = {
     "over": lambda a, b: a / ops.clip(b, 0.5, 9.0),
 }
 UNARY: dict[str, Callable[..., Any]] = {
-    "neg": operator.neg, "abs": ops.absolute, "wrap": ops.wrap_ht,
-    "clip": lambda a: ops.clip(a, -0.75, 1.5), "sat": lambda a: ops.saturated(a, 0.5),
-    "sin": lambda a: ops.sincos_ht(a)[0], "cos": lambda a: ops.sincos_ht(a)[1],
-    "sqrt": lambda a: ops.sqrt(a * a), "scale": lambda a: a * -0.3,
+    "neg": operator.neg,
+    "abs": ops.absolute,
+    "wrap": ops.wrap_ht,
+    "clip": lambda a: ops.clip(a, -0.75, 1.5),
+    "sat": lambda a: ops.saturated(a, 0.5),
+    "sin": lambda a: ops.sincos_ht(a)[0],
+    "cos": lambda a: ops.sincos_ht(a)[1],
+    "sqrt": lambda a: ops.sqrt(a * a),
+    "scale": lambda a: a * -0.3,
 }
 LEAF_RANGES = ((-2.0, 3.0), (0.0, 1.0), (-5.0, -0.25), (0.0, 0.0625))
 tree = st.recursive(
     st.sampled_from([0, 1, 2, 3, 0.0, -1.5, 2.0]).map(
-        lambda v: ("leaf", v) if isinstance(v, int) else ("const", v)),
-    lambda sub: st.one_of(st.tuples(st.sampled_from(sorted(UNARY)), sub),
-                          st.tuples(st.sampled_from(sorted(BINARY)), sub, sub)),
-    max_leaves=10)
+        lambda v: ("leaf", v) if isinstance(v, int) else ("const", v)
+    ),
+    lambda sub: st.one_of(
+        st.tuples(st.sampled_from(sorted(UNARY)), sub),
+        st.tuples(st.sampled_from(sorted(BINARY)), sub, sub),
+    ),
+    max_leaves=10,
+)
 
 
 def evaluate(t: Any, leaves: Any, const: Any) -> Any:
@@ -144,11 +156,14 @@ def evaluate(t: Any, leaves: Any, const: Any) -> Any:
 @given(tree, st.integers(0, 2**32 - 1))
 def test_intervals_hold_every_value(t: Any, seed: int) -> None:
     g = Graph("unit")
-    node = g.lift(evaluate(t, [g.leaf("input", f"x{k}", *r) for k, r in enumerate(LEAF_RANGES)],
-                           g.const))
+    node = g.lift(
+        evaluate(t, [g.leaf("input", f"x{k}", *r) for k, r in enumerate(LEAF_RANGES)], g.const)
+    )
     rng = np.random.default_rng(seed)
-    points = [np.concatenate([rng.uniform(low, high, 40), rng.choice([low, high], 24)])
-              for low, high in LEAF_RANGES]
+    points = [
+        np.concatenate([rng.uniform(low, high, 40), rng.choice([low, high], 24)])
+        for low, high in LEAF_RANGES
+    ]
     y = np.broadcast_to(evaluate(t, points, np.float64), (64,))
     slack = 1e-9 * (1.0 + max(abs(node.low), abs(node.high)))
     assert node.low - slack <= y.min() and y.max() <= node.high + slack
@@ -156,16 +171,26 @@ def test_intervals_hold_every_value(t: Any, seed: int) -> None:
 
 # -- refusals -------------------------------------------------------------------------------------
 
+
 def test_traced_values_have_no_truth(g: Any) -> None:
     x = leaf(g)
-    with pytest.raises(TypeError, match=r"^a traced value has no truth value: use "
-                                        r"model\.ops\.where instead of if$"):
+    with pytest.raises(
+        TypeError,
+        match=r"^a traced value has no truth value: use "
+        r"model\.ops\.where instead of if$",
+    ):
         bool(x)
-    with pytest.raises(TypeError, match=r"^a traced condition has no truth value: use "
-                                        r"model\.ops\.where$"):
+    with pytest.raises(
+        TypeError,
+        match=r"^a traced condition has no truth value: use "
+        r"model\.ops\.where$",
+    ):
         bool(x < 1.0)
-    with pytest.raises(TypeError, match=r"^traced values compare with < > <= >= only, not with == "
-                                        r"or !=$"):
+    with pytest.raises(
+        TypeError,
+        match=r"^traced values compare with < > <= >= only, not with == "
+        r"or !=$",
+    ):
         bool(x == 1.0)
     same = x
     assert x == same and len({x, same}) == 1
@@ -186,15 +211,21 @@ def test_constants_are_finite(g: Any, value: Any) -> None:
 
 @pytest.mark.parametrize(("low", "high"), [(-1.0, 1.0), (0.0, 1.0), (-1.0, 0.0)])
 def test_reciprocal_through_zero_is_refused_by_name(g: Any, low: float, high: float) -> None:
-    with pytest.raises(InputError, match=rf"^unit: reciprocal of speed: its range \[{low:g}, "
-                                         rf"{high:g}\] must exclude 0; clip it first$"):
+    with pytest.raises(
+        InputError,
+        match=rf"^unit: reciprocal of speed: its range \[{low:g}, "
+        rf"{high:g}\] must exclude 0; clip it first$",
+    ):
         1.0 / leaf(g, "speed", low, high)
 
 
 @pytest.mark.parametrize(("low", "high"), [(1.0, -1.0), (0.0, math.inf), (math.nan, 1.0)])
 def test_bounds_are_finite_and_ordered(g: Any, low: float, high: float) -> None:
-    with pytest.raises(InputError, match=r"^unit: the range of speed must be finite and ordered, "
-                                         r"not \[.*\]$"):
+    with pytest.raises(
+        InputError,
+        match=r"^unit: the range of speed must be finite and ordered, "
+        r"not \[.*\]$",
+    ):
         ops.bounded(leaf(g, "speed"), low, high, "because")
 
 
@@ -216,9 +247,11 @@ def test_nodes_describe_themselves(g: Any) -> None:
 
 # -- conditions, through fixed point --------------------------------------------------------------
 
+
 def compare(kind: Any, a: Any, b: Any) -> Any:
-    return {"<": lambda: a < b, ">": lambda: a > b, "<=": lambda: a <= b,
-            ">=": lambda: a >= b}[kind]()
+    return {"<": lambda: a < b, ">": lambda: a > b, "<=": lambda: a <= b, ">=": lambda: a >= b}[
+        kind
+    ]()
 
 
 def invert(c: Any, yes: Any) -> Any:
@@ -230,14 +263,20 @@ def invert(c: Any, yes: Any) -> Any:
 @pytest.mark.parametrize("kinds", [("<", ">"), (">=", "<"), ("<=", ">="), (">", "<=")])
 def test_conditions_are_boolean_logic(trace: Any, word: int, kinds: Any) -> None:
     """Every inversion of & and |, on integers, so that no comparison is near."""
-    cases = [(p, q, r, f) for p in (0, 1) for q in (0, 1) for r in (0, 1)
-             for f in (operator.and_, operator.or_)]
+    cases = [
+        (p, q, r, f)
+        for p in (0, 1)
+        for q in (0, 1)
+        for r in (0, 1)
+        for f in (operator.and_, operator.or_)
+    ]
 
     def function(x0: Any, x1: Any) -> Any:
         out = []
         for p, q, r, combine in cases:
-            c = combine(invert(compare(kinds[0], x0, 1.0), p),
-                        invert(compare(kinds[1], x1, -2.0), q))
+            c = combine(
+                invert(compare(kinds[0], x0, 1.0), p), invert(compare(kinds[1], x1, -2.0), q)
+            )
             c = combine(invert(c, r), x0 < x1)
             out.append(ops.where(c, 1.0, 0.0))
         return tuple(out)
@@ -253,16 +292,30 @@ def test_conditions_are_boolean_logic(trace: Any, word: int, kinds: Any) -> None
 @pytest.mark.parametrize("span", [1e-3, 4.0, 3e5])
 def test_conditions_of_unlike_size_combine(trace: Any, word: int, span: float) -> None:
     """A condition on a coarse value & one on a fine value, each decided well outside its LSB."""
+
     def function(x0: Any, x1: Any) -> Any:
         big, small = x0 < 0.25 * span, x1 < 0.25e-6 * span
-        return tuple(ops.where(c, 1.0, 0.0) for c in (
-            big & small, big & ~small, ~big & small, ~big & ~small,
-            big | small, big | ~small, ~big | small, ~big | ~small,
-            small & big, small | ~big, ~small & ~big))
+        return tuple(
+            ops.where(c, 1.0, 0.0)
+            for c in (
+                big & small,
+                big & ~small,
+                ~big & small,
+                ~big & ~small,
+                big | small,
+                big | ~small,
+                ~big | small,
+                ~big | ~small,
+                small & big,
+                small | ~big,
+                ~small & ~big,
+            )
+        )
 
     a, b = (v.ravel() for v in np.meshgrid(*2 * [np.linspace(-1.0, 1.0, 8)]))
-    fixed, floats, _ = trace(function, [(-span, span), (-1e-6 * span, 1e-6 * span)],
-                             word).run(a * span, b * 1e-6 * span)
+    fixed, floats, _ = trace(function, [(-span, span), (-1e-6 * span, 1e-6 * span)], word).run(
+        a * span, b * 1e-6 * span
+    )
     for y, want in zip(fixed, floats, strict=True):
         assert np.array_equal(y, want)
 
@@ -273,9 +326,18 @@ def test_a_condition_on_a_constant_combines(trace: Any) -> None:
         never, always = zero < 0.0, ~(zero < 0.0)
         if not isinstance(x0, Node):
             never, always = np.zeros(len(x0), bool), np.ones(len(x0), bool)
-        return tuple(ops.where(c, 1.0, 0.0) for c in (
-            (x0 < 0.0) & always, (x0 < 0.0) & never, (x0 < 0.0) | always, (x0 < 0.0) | never,
-            always & (x0 < 0.0), never | (x0 < 0.0)))
+        return tuple(
+            ops.where(c, 1.0, 0.0)
+            for c in (
+                (x0 < 0.0) & always,
+                (x0 < 0.0) & never,
+                (x0 < 0.0) | always,
+                (x0 < 0.0) | never,
+                always & (x0 < 0.0),
+                never | (x0 < 0.0),
+            )
+        )
+
     fixed, floats, _ = trace(function, [(-1.0, 1.0)]).run(np.array([-0.5, 0.5]))
     for y, want in zip(fixed, floats, strict=True):
         assert np.array_equal(y, want)

@@ -5,26 +5,40 @@ from typing import Any
 import numpy as np
 import pytest
 
-from model.estimators.complementary import Complementary
-from model.fixed import Arithmetic
-from model.graph import Graph
-from model.interpreter import Interpreter
-from model.lower import lower
-from model.program import Kind, Op, Overflow, Program, Term, Value
+from boresight.model.estimators.complementary import Complementary
+from boresight.model.fixed import Arithmetic
+from boresight.model.graph import Graph
+from boresight.model.interpreter import Interpreter
+from boresight.model.lower import lower
+from boresight.model.program import Kind, Op, Overflow, Program, Term, Value
 
 
 def machine(overflow: Any = Overflow.SAT, runs: int = 1) -> Any:
     """An interpreter of: sum' = sum + step * gain, in 18 bits."""
     word, arith = 18, Arithmetic(word=18)
-    values = (Value("step", Kind.INPUT, 0, -1e5, 1e5, "declared"),
-              Value("gain", Kind.PARAM, 0, 0.0, 9.0, "declared", "", 2),
-              Value("sum", Kind.STATE, 0, -1e5, 1e5, "declared", "", 7),
-              Value("one", Kind.CONST, word - 2, 1.0, 1.0, "constant", "", 1 << (word - 2)),
-              Value("next", Kind.OP, 0, -1e5, 1e5, "interval"))
+    values = (
+        Value("step", Kind.INPUT, 0, -1e5, 1e5, "declared"),
+        Value("gain", Kind.PARAM, 0, 0.0, 9.0, "declared", "", 2),
+        Value("sum", Kind.STATE, 0, -1e5, 1e5, "declared", "", 7),
+        Value("one", Kind.CONST, word - 2, 1.0, 1.0, "constant", "", 1 << (word - 2)),
+        Value("next", Kind.OP, 0, -1e5, 1e5, "interval"),
+    )
     # a product of integers counts 2^-guard: as many of them as make one
     terms = (Term(2, 3, word - 2 - arith.guard), *(Term(0, 1, 0),) * (1 << arith.guard))
-    return Interpreter(Program("sum", arith, values, (Op(4, terms, overflow),), (0,), (2, 4),
-                               ("before", "after"), ((2, 4),), ()), runs)
+    return Interpreter(
+        Program(
+            "sum",
+            arith,
+            values,
+            (Op(4, terms, overflow),),
+            (0,),
+            (2, 4),
+            ("before", "after"),
+            ((2, 4),),
+            (),
+        ),
+        runs,
+    )
 
 
 def test_states_parameters_and_outputs() -> None:
@@ -43,10 +57,14 @@ def test_before_the_first_update_states_are_initial() -> None:
     assert m.values_before_commit()[2].tolist() == [7]
 
 
-@pytest.mark.parametrize(("overflow", "after", "flagged"), [
-    (Overflow.SAT, [131071, -131072, 47], [True, True, False]),
-    (Overflow.CLIP, [131071, -131072, 47], [False] * 3),
-    (Overflow.WRAP, [7 + 200_000 - 262_144, 7 - 200_000 + 262_144, 47], [False] * 3)])
+@pytest.mark.parametrize(
+    ("overflow", "after", "flagged"),
+    [
+        (Overflow.SAT, [131071, -131072, 47], [True, True, False]),
+        (Overflow.CLIP, [131071, -131072, 47], [False] * 3),
+        (Overflow.WRAP, [7 + 200_000 - 262_144, 7 - 200_000 + 262_144, 47], [False] * 3),
+    ],
+)
 def test_overflow_flags_and_counters(overflow: Any, after: Any, flagged: Any) -> None:
     m = machine(overflow, runs=3)
     out, saturated = m.update([[100_000, -100_000, 20]])
@@ -71,7 +89,7 @@ def test_many_runs_equal_single_runs() -> None:
     counts = np.zeros(len(program.values), dtype=np.int64)
     for k in range(5):
         alone = Interpreter(program)
-        single, flag = alone.run(words[:, :, k:k + 1])
+        single, flag = alone.run(words[:, :, k : k + 1])
         assert np.array_equal(single[..., 0], out[..., k])
         assert np.array_equal(flag[:, 0], saturated[:, k])
         counts += alone.saturations
@@ -107,8 +125,14 @@ def test_the_last_output_of_a_state_is_the_old_word() -> None:
     g = Graph("old")
     s = g.leaf("state", "s", -1.0, 1.0)
     u = g.leaf("input", "u", -1.0, 1.0)
-    program = lower("old", arithmetic=Arithmetic(), inputs=[u], params=[], states=[(s, 0.0, u)],
-                    outputs={"s": s})
+    program = lower(
+        "old",
+        arithmetic=Arithmetic(),
+        inputs=[u],
+        params=[],
+        states=[(s, 0.0, u)],
+        outputs={"s": s},
+    )
     out, _ = Interpreter(program).run([[[5]], [[6]], [[7]]])
     assert out.ravel().tolist() == [0, 5, 6]
 

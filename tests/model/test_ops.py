@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from model import ops
-from model.fixed import Arithmetic
+from boresight.model import ops
+from boresight.model.fixed import Arithmetic
 
 WIDTHS = (18, 20, 23, 24, 27, 28, 31, 32)
 
@@ -39,8 +39,11 @@ def test_sincos(trace: Any, word: int) -> None:
 @pytest.mark.parametrize("word", [18, 25, 32])
 def test_sincos_of_any_number_of_half_turns(trace: Any, word: int) -> None:
     """The argument wraps: also a full turn that is no binary angle yet."""
-    t = trace(lambda x: (*ops.sincos_ht(4.0 * x), *ops.sincos_ht(ops.flip(x < 0.0, x))),
-              [(-1.0, 1.0)], word)
+    t = trace(
+        lambda x: (*ops.sincos_ht(4.0 * x), *ops.sincos_ht(ops.flip(x < 0.0, x))),
+        [(-1.0, 1.0)],
+        word,
+    )
     x = np.concatenate([np.random.default_rng(word).uniform(-1, 1, 500), [-1.0, 1.0, -0.5, 0.5]])
     fixed, floats, saturated = t.run(x)
     for y, want in zip(fixed, floats, strict=True):
@@ -119,8 +122,9 @@ def test_sqrt_of_a_value_whose_binary_point_must_move(trace: Any, word: int) -> 
 
 @pytest.mark.parametrize("word", WIDTHS)
 def test_rsqrt(trace: Any, word: int) -> None:
-    t = trace(lambda x: ops.bounded(ops.rsqrt(x), 0.0, 64.0, "x >= 2^-12"), [(2.0**-12, 0.999)],
-              word)
+    t = trace(
+        lambda x: ops.bounded(ops.rsqrt(x), 0.0, 64.0, "x >= 2^-12"), [(2.0**-12, 0.999)], word
+    )
     x = np.minimum(2.0 ** np.random.default_rng(4).uniform(-12, 0, 4000), 0.999)
     fixed, floats, saturated = t.run(x)
     assert not saturated.any()
@@ -156,9 +160,18 @@ def test_quotients_of_either_sign(trace: Any, word: int) -> None:
 @pytest.mark.parametrize("word", [18, 32])
 def test_wrap_is_exact_everywhere(trace: Any, word: int) -> None:
     """Sums of binary angles wrap as integers do: no error at +-1, none anywhere."""
-    t = trace(lambda a, b: (ops.wrap_ht(a + b), ops.wrap_ht(a - b), ops.wrap_ht(2.0 * a),
-                            ops.wrap_ht(a + 1.0), ops.wrap_ht(ops.wrap_ht(a + b) - 0.5)),
-              [(-1.0, 1.0)] * 2, word, "ht")
+    t = trace(
+        lambda a, b: (
+            ops.wrap_ht(a + b),
+            ops.wrap_ht(a - b),
+            ops.wrap_ht(2.0 * a),
+            ops.wrap_ht(a + 1.0),
+            ops.wrap_ht(ops.wrap_ht(a + b) - 0.5),
+        ),
+        [(-1.0, 1.0)] * 2,
+        word,
+        "ht",
+    )
     unit = 2.0 ** (1 - word)
     edge = np.array([-1.0, -1.0 + unit, -unit, 0.0, unit, 0.5, 1.0 - 2 * unit, 1.0 - unit])
     a, b = (v.ravel() for v in np.meshgrid(edge, edge))
@@ -195,10 +208,21 @@ def test_wrap_keeps_the_fine_part_of_a_large_sum(trace: Any) -> None:
 @pytest.mark.parametrize("word", [18, 25, 32])
 def test_selections_and_limits_are_exact(trace: Any, word: int) -> None:
     """Choosing words does not change them, so long as the format is the same."""
+
     def function(a: Any, b: Any) -> Any:
-        return (ops.minimum(a, b), ops.maximum(a, b), ops.absolute(a), ops.flip(a < 0.0, b),
-                ops.flip(a >= b, b), ops.where(a <= b, a, b), ops.where(a > b, a, 0.25),
-                ops.clip(a, -1.5, 2.5), ops.saturated(a, 2.0), ops.clip(a, -4.0, 4.0))
+        return (
+            ops.minimum(a, b),
+            ops.maximum(a, b),
+            ops.absolute(a),
+            ops.flip(a < 0.0, b),
+            ops.flip(a >= b, b),
+            ops.where(a <= b, a, b),
+            ops.where(a > b, a, 0.25),
+            ops.clip(a, -1.5, 2.5),
+            ops.saturated(a, 2.0),
+            ops.clip(a, -4.0, 4.0),
+        )
+
     t = trace(function, [(-3.0, 3.0)] * 2, word)
     rng = np.random.default_rng(7)
     a, b = rng.uniform(-3, 3, (2, 2000))
@@ -212,8 +236,9 @@ def test_selections_and_limits_are_exact(trace: Any, word: int) -> None:
 
 @pytest.mark.parametrize("word", [18, 32])
 def test_a_clamp_inside_a_wider_bound_still_clamps(trace: Any, word: int) -> None:
-    t = trace(lambda a: ops.bounded(ops.saturated(8.0 * a, 1.0), -4.0, 4.0, "wider"), [(-1.0, 1.0)],
-              word)
+    t = trace(
+        lambda a: ops.bounded(ops.saturated(8.0 * a, 1.0), -4.0, 4.0, "wider"), [(-1.0, 1.0)], word
+    )
     fixed, floats, saturated = t.run([-1.0, -0.06, 0.06, 1.0])
     assert np.abs(fixed[0] - floats[0]).max() <= 2 * t.formats()[0].lsb
     assert not saturated.any()

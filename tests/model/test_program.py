@@ -7,27 +7,58 @@ from typing import Any
 
 import pytest
 
-from model.estimators.complementary import Complementary
-from model.fixed import Arithmetic, Format
-from model.program import Kind, Negate, Op, Overflow, Program, Scale, Term, Value, When
+from boresight.model.estimators.complementary import Complementary
+from boresight.model.fixed import Arithmetic, Format
+from boresight.model.program import Kind, Negate, Op, Overflow, Program, Scale, Term, Value, When
 
 
 def small() -> Any:
     """A program that uses every field once."""
-    value = (Value("a", Kind.INPUT, 17, -1.0, 1.0, "declared", "m"),
-             Value("p", Kind.PARAM, 16, 0.0, 2.0, "declared", "", 5),
-             Value("s", Kind.STATE, 15, -4.0, 4.0, "declared", "ht", -3),
-             Value("c", Kind.CONST, 14, 1.0, 1.0, "constant", "", 1 << 14),
-             Value("y", Kind.OP, 15, -4.0, 4.0, "interval"),
-             Value("z", Kind.OP, 15, -4.0, 4.0, "table"))
-    ops = (Op(4, (Term(0, 1, 3), Term(2, 3, 14, negate=Negate.IF, when=When.UNLESS),
-                  Term(0, 3, 7, scale=Scale.HALF)),
-              Overflow.SAT, flag=2, flag_quarter=True, norm=0),
-           Op(5, (Term(3, None, 2, coefficient=1, negate=Negate.YES),
-                  Term(4, 4, 9, fraction_a=True, fraction_b=True)),
-              Overflow.WRAP, index=4, index_quarter=True, table=2))
-    return Program("small", Arithmetic(word=18), value, ops, (0,), (5, 4), ("zed", "why"),
-                   ((2, 4),), tuple(range(1536)), {"note": "not part of the identity"})
+    value = (
+        Value("a", Kind.INPUT, 17, -1.0, 1.0, "declared", "m"),
+        Value("p", Kind.PARAM, 16, 0.0, 2.0, "declared", "", 5),
+        Value("s", Kind.STATE, 15, -4.0, 4.0, "declared", "ht", -3),
+        Value("c", Kind.CONST, 14, 1.0, 1.0, "constant", "", 1 << 14),
+        Value("y", Kind.OP, 15, -4.0, 4.0, "interval"),
+        Value("z", Kind.OP, 15, -4.0, 4.0, "table"),
+    )
+    ops = (
+        Op(
+            4,
+            (
+                Term(0, 1, 3),
+                Term(2, 3, 14, negate=Negate.IF, when=When.UNLESS),
+                Term(0, 3, 7, scale=Scale.HALF),
+            ),
+            Overflow.SAT,
+            flag=2,
+            flag_quarter=True,
+            norm=0,
+        ),
+        Op(
+            5,
+            (
+                Term(3, None, 2, coefficient=1, negate=Negate.YES),
+                Term(4, 4, 9, fraction_a=True, fraction_b=True),
+            ),
+            Overflow.WRAP,
+            index=4,
+            index_quarter=True,
+            table=2,
+        ),
+    )
+    return Program(
+        "small",
+        Arithmetic(word=18),
+        value,
+        ops,
+        (0,),
+        (5, 4),
+        ("zed", "why"),
+        ((2, 4),),
+        tuple(range(1536)),
+        {"note": "not part of the identity"},
+    )
 
 
 def test_operands_list_everything_read() -> None:
@@ -45,8 +76,11 @@ def test_look_ups() -> None:
         p.find("velocity")
 
 
-@pytest.mark.parametrize("program", [small(), Complementary().compile(),
-                                     Complementary().compile(word=19)], ids=lambda p: p.name)
+@pytest.mark.parametrize(
+    "program",
+    [small(), Complementary().compile(), Complementary().compile(word=19)],
+    ids=lambda p: p.name,
+)
 def test_json_round_trip(program: Any) -> None:
     text = program.to_json()
     again = Program.from_json(text)
@@ -83,12 +117,13 @@ def variants(x: Any) -> Any:
     elif isinstance(x, tuple):
         yield x[:-1]
         for k, item in enumerate(x[:6]):
-            yield from ((*x[:k], y, *x[k + 1:]) for y in variants(item))
+            yield from ((*x[:k], y, *x[k + 1 :]) for y in variants(item))
     elif dataclasses.is_dataclass(x) and not isinstance(x, type):
         for f in dataclasses.fields(x):
             if f.name != "meta":
-                yield from (dataclasses.replace(x, **{f.name: y})
-                            for y in variants(getattr(x, f.name)))
+                yield from (
+                    dataclasses.replace(x, **{f.name: y}) for y in variants(getattr(x, f.name))
+                )
 
 
 def test_the_digest_sees_every_field() -> None:

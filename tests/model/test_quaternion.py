@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from model.attitude import (
+from boresight.model.attitude import (
     euler_to_quaternion,
     quaternion_multiply,
     quaternion_normalise,
@@ -13,7 +13,7 @@ from model.attitude import (
     quaternion_to_matrix,
     rotation_vector_to_quaternion,
 )
-from model.quaternion import (
+from boresight.model.quaternion import (
     conjugate_turn,
     cross,
     euler_ht,
@@ -70,8 +70,14 @@ def test_euler_angles_of_a_scaled_quaternion() -> None:
 
 
 #: Euler angles [rad]: axes, poles, and beside the poles.
-SPECIAL = np.array([[t, g, p] for t in (0.0, 0.5, 1.5, np.pi / 2, -np.pi / 2, 1e-9)
-                    for g in (0.0, np.pi / 2, -3.0) for p in (0.0, np.pi, -np.pi / 2, 2.0)])
+SPECIAL = np.array(
+    [
+        [t, g, p]
+        for t in (0.0, 0.5, 1.5, np.pi / 2, -np.pi / 2, 1e-9)
+        for g in (0.0, np.pi / 2, -3.0)
+        for p in (0.0, np.pi, -np.pi / 2, 2.0)
+    ]
+)
 
 
 def test_euler_angles_at_axes_and_poles_give_the_attitude_back() -> None:

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from model.fixed import Arithmetic, fraction, table_index
-from model.tables import (
+from boresight.model.fixed import Arithmetic, fraction, table_index
+from boresight.model.tables import (
     ASIN,
     BLOCK_WORDS,
     RECIPROCAL,
@@ -33,8 +33,9 @@ def quantisation(table: Table, arith: Any) -> Any:
     """Largest effect of rounding the coefficients, all of one sign at worst."""
     formats = coefficient_formats(table, arith)
     c0 = table.coefficients()[:, 0].max()
-    return (sum(0.5 * f.lsb for f in formats)
-            + 0.5 * formats[0].lsb * (c0 > formats[0].max))  # a range that ends at a power of two
+    return sum(0.5 * f.lsb for f in formats) + 0.5 * formats[0].lsb * (
+        c0 > formats[0].max
+    )  # a range that ends at a power of two
 
 
 def cubic(c: Any, table: Table, x: Any) -> Any:
@@ -58,7 +59,7 @@ def test_quantised_coefficients_cost_little(table: Table, word: int) -> None:
     arith = Arithmetic(word=word)
     formats = coefficient_formats(table, arith)
     memory = np.array(table_memory(arith)).reshape(-1, BLOCK_WORDS // 4, 4)
-    words = memory[table.block, table.first:table.last + 1]
+    words = memory[table.block, table.first : table.last + 1]
     c = np.stack([f.real(words[:, k]) for k, f in enumerate(formats)], axis=1)
     assert quantisation(table, arith) < 1.1 * table.result_format(arith).lsb
     x = domain(table, 20_000)
@@ -82,8 +83,9 @@ def test_segments_meet_at_their_borders(table: Table, word: int) -> None:
 def test_coefficients_fit_their_formats_unsaturated(word: int) -> None:
     arith = Arithmetic(word=word)
     for table in TABLES:
-        for fmt, column in zip(coefficient_formats(table, arith), table.coefficients().T,
-                               strict=True):
+        for fmt, column in zip(
+            coefficient_formats(table, arith), table.coefficients().T, strict=True
+        ):
             assert fmt.min <= column.min() and column.max() <= fmt.max + 2 * fmt.lsb
             assert fmt.frac <= table.result_format(arith).frac + arith.guard
 
@@ -94,15 +96,16 @@ def test_unused_segments_hold_the_nearest_edge(word: int) -> None:
     memory = np.array(table_memory(arith)).reshape(3, BLOCK_WORDS // 4, 4)
     assert len(table_memory(arith)) == 3 * BLOCK_WORDS
     for block, unused, table, edge in (
-            (1, slice(0, RSQRT.first), RSQRT, 2.0),
-            (2, slice(ASIN.last + 1, RECIPROCAL.first), ASIN, 0.25)):
+        (1, slice(0, RSQRT.first), RSQRT, 2.0),
+        (2, slice(ASIN.last + 1, RECIPROCAL.first), ASIN, 0.25),
+    ):
         c0 = coefficient_formats(table, arith)[0]
         assert np.all(memory[block, unused, 1:] == 0)
         assert np.abs(c0.real(memory[block, unused, 0]) - edge).max() <= c0.lsb
     used = np.zeros((3, 128), dtype=bool)
     for table in TABLES:
-        assert not used[table.block, table.first:table.last + 1].any()
-        used[table.block, table.first:table.last + 1] = True
+        assert not used[table.block, table.first : table.last + 1].any()
+        used[table.block, table.first : table.last + 1] = True
     assert np.all(memory[used].any(axis=-1))
 
 
@@ -116,7 +119,7 @@ def test_words_within_the_domain_reach_their_own_segment(word: int) -> None:
         words = np.floor(x * scale).astype(np.int64)
         index = table_index(words, arith, False)
         assert index.min() == table.first and index.max() == table.last
-        rebuilt = (index + fraction(words, arith) / (1 << arith.fraction_bits))
+        rebuilt = index + fraction(words, arith) / (1 << arith.fraction_bits)
         assert np.abs(rebuilt / table.segments_per_unit - x).max() < 1.0 / scale
 
 

@@ -3,13 +3,9 @@
 import numpy as np
 import pytest
 
-from model.attitude import (
-    quaternion_multiply,
-    rotate,
-    rotation_vector_to_quaternion,
-)
-from model.errors import InputError
-from sim.accuracy import attitude_error, attitude_rmse
+from boresight.model.attitude import quaternion_multiply, rotate, rotation_vector_to_quaternion
+from boresight.model.errors import InputError
+from boresight.sim.accuracy import attitude_error, attitude_rmse
 
 
 def turn(axis: list[float], degrees: float) -> np.ndarray:

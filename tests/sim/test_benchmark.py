@@ -7,23 +7,30 @@ import dataclasses
 import numpy as np
 import pytest
 
-from model import ops
-from model.errors import InputError
-from model.estimator import State
-from model.estimators import ESTIMATORS
-from model.estimators.complementary import Complementary
-from sim.accuracy import attitude_error, attitude_rmse
-from sim.benchmark import Trial, batches, benchmark, run_float_batch
-from sim.feed import attitude_of, inputs_of, named_outputs
-from sim.peers import PEERS, dip_rad
-from sim.scoring import Scorer
-from sim.synthetic import SensorError, synthetic_log
+from boresight.model import ops
+from boresight.model.errors import InputError
+from boresight.model.estimator import State
+from boresight.model.estimators import ESTIMATORS
+from boresight.model.estimators.complementary import Complementary
+from boresight.sim.accuracy import attitude_error, attitude_rmse
+from boresight.sim.benchmark import Trial, batches, benchmark, run_float_batch
+from boresight.sim.feed import attitude_of, inputs_of, named_outputs
+from boresight.sim.peers import PEERS, dip_rad
+from boresight.sim.scoring import Scorer
+from boresight.sim.synthetic import SensorError, synthetic_log
 
 
 def noisy(seconds, seed):
-    return synthetic_log(seconds=seconds, rate_hz=50, seed=seed, name=f"log{seed}",
-                         acceleration=0.5, gyr_error=SensorError(0.01),
-                         acc_error=SensorError(0.1), mag_error=SensorError(0.5))
+    return synthetic_log(
+        seconds=seconds,
+        rate_hz=50,
+        seed=seed,
+        name=f"log{seed}",
+        acceleration=0.5,
+        gyr_error=SensorError(0.01),
+        acc_error=SensorError(0.1),
+        mag_error=SensorError(0.5),
+    )
 
 
 @pytest.fixture(scope="module")
@@ -53,20 +60,34 @@ def test_a_padded_run_is_the_run_alone(trials):
 
 def test_figures_are_those_of_plain_runs(trials):
     lines = []
-    results = benchmark(["complementary"], ["vqf"], trials, jobs=1, progress=lines.append,
-                        params={"complementary": {"kp_heading_per_s": 0.7}})
+    results = benchmark(
+        ["complementary"],
+        ["vqf"],
+        trials,
+        jobs=1,
+        progress=lines.append,
+        params={"complementary": {"kp_heading_per_s": 0.7}},
+    )
     assert [(r.estimator, r.level, r.trial) for r in results] == [
-        (name, level, t.log.name) for name, level in (
-            ("complementary", "fixed"), ("complementary", "float"), ("vqf", "package"))
-        for t in trials]
+        (name, level, t.log.name)
+        for name, level in (
+            ("complementary", "fixed"),
+            ("complementary", "float"),
+            ("vqf", "package"),
+        )
+        for t in trials
+    ]
     assert lines[0].startswith("2 runs; the float reference makes 300 steps over 3 logs")
     assert [line.split(",")[0] for line in lines[1:]] == ["[1/2] complementary", "[2/2] vqf"]
     scorer = Scorer(Complementary(), [t.log for t in trials])
-    runs = {t.log.name: run for t, run in zip(
-        trials, scorer.runs({"kp_heading_per_s": 0.7}), strict=True)}
+    runs = {
+        t.log.name: run
+        for t, run in zip(trials, scorer.runs({"kp_heading_per_s": 0.7}), strict=True)
+    }
     for fixed, floating, t in zip(results[:3], results[3:6], trials, strict=True):
-        run = Complementary().run_float(inputs_of(Complementary(), t.log)[:, :, None],
-                                        params={"kp_heading_per_s": 0.7})
+        run = Complementary().run_float(
+            inputs_of(Complementary(), t.log)[:, :, None], params={"kp_heading_per_s": 0.7}
+        )
         q = attitude_of({k: v[:, 0] for k, v in run.outputs.items()})
         assert floating.rmse == pytest.approx(attitude_rmse(q, t.log.q))
         assert fixed.rmse == pytest.approx(floating.rmse, abs=1e-3)
@@ -82,8 +103,9 @@ def test_figures_are_those_of_plain_runs(trials):
 
 
 def test_narrow_words_show(trials):
-    wide, narrow = (benchmark(["complementary"], [], trials[:1], word=word, jobs=1)[0]
-                    for word in (32, 18))
+    wide, narrow = (
+        benchmark(["complementary"], [], trials[:1], word=word, jobs=1)[0] for word in (32, 18)
+    )
     assert narrow.vs_float.max_deg > 100 * wide.vs_float.max_deg
 
 
@@ -121,9 +143,12 @@ def test_reference_and_samples_that_count(trials):
 def test_the_dip_is_of_the_folder(trials):
     """A log whose own field dips elsewhere gets the dip of its folder's logs."""
     odd = dataclasses.replace(trials[0].log, name="odd", mag=trials[0].log.mag * [1, 1, 0.5])
-    alone, among = (benchmark([], ["ahrs_ekf"], [Trial(odd, "truth", trials[0].q, "f"), *others],
-                              jobs=1)[0].rmse
-                    for others in ((), [dataclasses.replace(t, folder="f") for t in trials]))
+    alone, among = (
+        benchmark([], ["ahrs_ekf"], [Trial(odd, "truth", trials[0].q, "f"), *others], jobs=1)[
+            0
+        ].rmse
+        for others in ((), [dataclasses.replace(t, folder="f") for t in trials])
+    )
     place = np.median([dip_rad(log) for log in (odd, *(t.log for t in trials))])
     assert alone != among
     for got, dip in ((alone, None), (among, place)):
@@ -137,10 +162,12 @@ def test_float_can_be_left_out(trials):
 
 
 def test_processes_give_the_same(trials):
-    one, two = (benchmark(["complementary"], ["madgwick", "vqf"], trials[:2], jobs=jobs)
-                for jobs in (1, 2))
+    one, two = (
+        benchmark(["complementary"], ["madgwick", "vqf"], trials[:2], jobs=jobs) for jobs in (1, 2)
+    )
     assert [dataclasses.replace(r, seconds=0.0) for r in one] == [
-        dataclasses.replace(r, seconds=0.0) for r in two]
+        dataclasses.replace(r, seconds=0.0) for r in two
+    ]
 
 
 def test_bad_names(trials):
@@ -149,5 +176,4 @@ def test_bad_names(trials):
     with pytest.raises(InputError, match="wanted one of vqf_offline"):
         benchmark([], ["kalman"], trials)
     with pytest.raises(InputError, match="wanted 0 to 32"):
-        benchmark(["complementary"], [], trials,
-                  params={"complementary": {"kp_pitch_per_s": 99.0}})
+        benchmark(["complementary"], [], trials, params={"complementary": {"kp_pitch_per_s": 99.0}})

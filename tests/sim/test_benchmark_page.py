@@ -7,27 +7,56 @@ import re
 
 import pytest
 
-from sim.benchmark_page import render_page
+from boresight.sim.benchmark_page import render_page
 
 
 def row(name, level, totals, **more):
-    trials = [{"trial": trial, "total": v, "heading": v / 2, "inclination": v / 4,
-               "vs_float_max_deg": more.get("vs_float_max_deg"), "status_changed": 0,
-               "saturated_updates": 0} for trial, v in totals.items()]
+    trials = [
+        {
+            "trial": trial,
+            "total": v,
+            "heading": v / 2,
+            "inclination": v / 4,
+            "vs_float_max_deg": more.get("vs_float_max_deg"),
+            "status_changed": 0,
+            "saturated_updates": 0,
+        }
+        for trial, v in totals.items()
+    ]
     mean = {"total": totals["a"], "heading": 0.5 * totals["a"], "inclination": 0.25 * totals["a"]}
-    return {"estimator": name, "level": level, "kind": "peer" if level == "package" else "ours",
-            "summary": f"<{name}>", "mean_deg": mean, "mean_by_folder_deg": {"logs": mean},
-            "vs_float_max_deg": None, "status_changed": None, "saturated_updates": None,
-            "trials": trials} | more
+    return {
+        "estimator": name,
+        "level": level,
+        "kind": "peer" if level == "package" else "ours",
+        "summary": f"<{name}>",
+        "mean_deg": mean,
+        "mean_by_folder_deg": {"logs": mean},
+        "vs_float_max_deg": None,
+        "status_changed": None,
+        "saturated_updates": None,
+        "trials": trials,
+    } | more
 
 
 DATA = {
-    "source": "by the method", "word": 32, "left_out": ["gone"], "parameters": {"ours": {"k": 2.0}},
-    "logs": [{"trial": "a", "reference": "truth"}, {"trial": "c", "reference": "comparison"},
-             {"trial": "n", "reference": "peer"}],
+    "source": "by the method",
+    "word": 32,
+    "left_out": ["gone"],
+    "parameters": {"ours": {"k": 2.0}},
+    "logs": [
+        {"trial": "a", "reference": "truth"},
+        {"trial": "c", "reference": "comparison"},
+        {"trial": "n", "reference": "peer"},
+    ],
     "estimators": [
-        row("ours", "fixed", {"a": 2.25, "c": 3.25, "n": 4.25}, vs_float_max_deg=0.000123,
-            status_changed=17, saturated_updates=0),
+        row(
+            "ours",
+            "fixed",
+            {"a": 2.25, "c": 3.25, "n": 4.25},
+            vs_float_max_deg=0.000123,
+            status_changed=17,
+            saturated_updates=0,
+        ),
         row("ours", "float", {"a": 2.35, "c": 3.25, "n": 4.25}),
         row("peer", "package", {"a": 1.15, "c": 7.75, "n": 0.0}),
     ],

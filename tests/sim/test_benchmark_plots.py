@@ -7,19 +7,29 @@ import xml.etree.ElementTree as ET
 
 import pytest
 
-from sim.benchmark_plots import difference_plot, mean_plot, style_of, trial_plot
+from boresight.sim.benchmark_plots import difference_plot, mean_plot, style_of, trial_plot
 
 
 def row(name, kind, totals, apart=None):
-    trials = [{"trial": f"t_{k}", "total": v, "vs_float_max_deg": apart}
-              for k, v in enumerate(totals)]
+    trials = [
+        {"trial": f"t_{k}", "total": v, "vs_float_max_deg": apart} for k, v in enumerate(totals)
+    ]
     mean = None if None in totals else sum(totals) / len(totals)
-    return {"estimator": name, "kind": kind, "vs_float_max_deg": apart, "trials": trials,
-            "mean_deg": {"total": mean, "heading": mean, "inclination": mean and mean / 2}}
+    return {
+        "estimator": name,
+        "kind": kind,
+        "vs_float_max_deg": apart,
+        "trials": trials,
+        "mean_deg": {"total": mean, "heading": mean, "inclination": mean and mean / 2},
+    }
 
 
-ROWS = [row("ours_a", "ours", [2.0, 4.0], 1e-4), row("ours_b", "ours", [1.0, 1.5], 0.0),
-        row("peer_a", "peer", [10.0, 20.0]), row("peer_b", "peer", [None, 3.0])]
+ROWS = [
+    row("ours_a", "ours", [2.0, 4.0], 1e-4),
+    row("ours_b", "ours", [1.0, 1.5], 0.0),
+    row("peer_a", "peer", [10.0, 20.0]),
+    row("peer_b", "peer", [None, 3.0]),
+]
 TRIALS = ["t_0", "t_1"]
 
 
@@ -39,14 +49,20 @@ def test_means_best_first_and_those_without_left_out():
 
 def test_trials_and_estimators_are_named():
     shown = texts(trial_plot(ROWS, TRIALS, salt="b"))
-    assert {"t 0", "t 1", "ours_a", "ours_b", "peer_a", "peer_b",
-            "total RMSE, deg (logarithmic)"} <= set(shown)
+    assert {
+        "t 0",
+        "t 1",
+        "ours_a",
+        "ours_b",
+        "peer_a",
+        "peer_b",
+        "total RMSE, deg (logarithmic)",
+    } <= set(shown)
 
 
 def marks(svg, colour):
     """(x, y) of the marks in a colour, legend left out."""
-    found = re.findall(r'<use href="#\w+" x="([\d.]+)" y="([\d.]+)"[^>]*style="[^"]*' + colour,
-                       svg)
+    found = re.findall(r'<use href="#\w+" x="([\d.]+)" y="([\d.]+)"[^>]*style="[^"]*' + colour, svg)
     return [(float(x), float(y)) for x, y in found]
 
 
@@ -67,7 +83,8 @@ def test_differences_of_ours_alone():
 
 def test_styles_are_apart():
     many = [row(f"o{k}", "ours", [1.0]) for k in range(7)] + [
-        row(f"p{k}", "peer", [1.0]) for k in range(9)]
+        row(f"p{k}", "peer", [1.0]) for k in range(9)
+    ]
     styles = style_of(many)
     assert len({(s["colour"], s["marker"], s["face"]) for s in styles.values()}) == 16
     assert len({s["colour"] for n, s in styles.items() if n[0] == "o"}) == 7

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from model.attitude import (
+from boresight.model.attitude import (
     quaternion_conjugate,
     quaternion_multiply,
     quaternion_to_euler,
@@ -13,9 +13,9 @@ from model.attitude import (
     rotate,
     rotation_vector_to_quaternion,
 )
-from model.errors import InputError
-from sim.bundled import bundled, bundled_names, is_comparison
-from sim.log import Log, read_log
+from boresight.model.errors import InputError
+from boresight.sim.bundled import bundled, bundled_names, is_comparison
+from boresight.sim.log import Log, read_log
 
 
 @pytest.fixture(scope="module")

@@ -7,8 +7,8 @@ import pytest
 from scipy.linalg import polar, sqrtm
 from scipy.spatial.transform import Rotation
 
-from model.errors import InputError
-from sim.calibration import nearest_rotation, orthogonality_error, triad_matrix
+from boresight.model.errors import InputError
+from boresight.sim.calibration import nearest_rotation, orthogonality_error, triad_matrix
 
 MOUNTING = Rotation.from_euler("xyz", (3.0, -5.0, 8.0), degrees=True).as_matrix()
 
@@ -19,8 +19,11 @@ def test_triad_matrix_undoes_the_platform_axes_and_averages():
     sights = np.stack([MOUNTING @ b] * 10)
     np.testing.assert_allclose(triad_matrix(sights, b), MOUNTING, atol=1e-14)
     noise = 0.01 * rng.standard_normal((10, 3, 3))
-    np.testing.assert_allclose(triad_matrix(sights + noise, b),
-                               MOUNTING + noise.mean(axis=0) @ np.linalg.inv(b), atol=1e-14)
+    np.testing.assert_allclose(
+        triad_matrix(sights + noise, b),
+        MOUNTING + noise.mean(axis=0) @ np.linalg.inv(b),
+        atol=1e-14,
+    )
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -49,16 +52,21 @@ def test_mean_of_ten_is_nearer_than_one():
     assert 2.5 < np.mean(errors[1]) / np.mean(errors[10]) < 4.0  # sqrt(10)
 
 
-@pytest.mark.parametrize(("call", "message"), [
-    (lambda: triad_matrix(np.eye(3), np.eye(3)), r"s and b must have the shapes .*"),
-    (lambda: triad_matrix(np.zeros((0, 3, 3)), np.eye(3)), r"s and b must have the shapes .*"),
-    (lambda: triad_matrix(np.full((1, 3, 3), np.nan), np.eye(3)), "s and b must be finite"),
-    (lambda: triad_matrix(np.zeros((1, 3, 3)), np.ones((3, 3))),
-     "the axes in b must not lie in one plane"),
-    (lambda: nearest_rotation(np.zeros((3, 3))), r"T must have a determinant above 0: .*"),
-    (lambda: nearest_rotation(np.diag([1.0, 1.0, -1.0])), r".*\(determinant -1\)"),
-    (lambda: nearest_rotation(np.eye(2)), r"T must be a finite matrix .*"),
-])
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: triad_matrix(np.eye(3), np.eye(3)), r"s and b must have the shapes .*"),
+        (lambda: triad_matrix(np.zeros((0, 3, 3)), np.eye(3)), r"s and b must have the shapes .*"),
+        (lambda: triad_matrix(np.full((1, 3, 3), np.nan), np.eye(3)), "s and b must be finite"),
+        (
+            lambda: triad_matrix(np.zeros((1, 3, 3)), np.ones((3, 3))),
+            "the axes in b must not lie in one plane",
+        ),
+        (lambda: nearest_rotation(np.zeros((3, 3))), r"T must have a determinant above 0: .*"),
+        (lambda: nearest_rotation(np.diag([1.0, 1.0, -1.0])), r".*\(determinant -1\)"),
+        (lambda: nearest_rotation(np.eye(2)), r"T must be a finite matrix .*"),
+    ],
+)
 def test_bad_input(call, message):
     with pytest.raises(InputError, match=f"^{message}$"):
         call()

@@ -7,14 +7,14 @@ import re
 import numpy as np
 import pytest
 
-import sim.check
-import sim.segments
-from model.errors import InputError
-from model.estimators import estimator
-from sim.bundled import bundled
-from sim.check import LevelResult, check
-from sim.divergence import load_reproducer, replay_reproducer
-from sim.log import read_log
+import boresight.sim.check
+import boresight.sim.segments
+from boresight.model.errors import InputError
+from boresight.model.estimators import estimator
+from boresight.sim.bundled import bundled
+from boresight.sim.check import LevelResult, check
+from boresight.sim.divergence import load_reproducer, replay_reproducer
+from boresight.sim.log import read_log
 
 
 @pytest.fixture(scope="module")
@@ -46,20 +46,32 @@ def fault(pattern, change):
         out, count = re.subn(pattern, change, verilog)
         assert count, "the fault must be there"
         return out
+
     return hook
 
 
 def test_a_wrong_table_word_is_found_by_name_step_and_cycle(log, tmp_path):
     file = tmp_path / "reproducer.json"
-    hook = fault(r"(tables0\[(?:5\d\d|[6-9]\d\d)\] = 32'd)(\d+);",
-                 lambda m: f"{m[1]}{int(m[2]) ^ 64};")
-    result = check(estimator("complementary"), log, config="fast", steps=30,
-                   simulator="verilator", verilog_hook=hook, reproducer=file)
+    hook = fault(
+        r"(tables0\[(?:5\d\d|[6-9]\d\d)\] = 32'd)(\d+);", lambda m: f"{m[1]}{int(m[2]) ^ 64};"
+    )
+    result = check(
+        estimator("complementary"),
+        log,
+        config="fast",
+        steps=30,
+        simulator="verilator",
+        verilog_hook=hook,
+        reproducer=file,
+    )
     assert not result.good
     rtl = result.levels[-1]
     assert rtl.n_mismatch > 0
-    assert re.fullmatch(r"rtl: first difference in value rsqrt_\w+, step \d+, cycle \d+: "
-                        r"wanted -?\d+, found -?\d+", rtl.divergence)
+    assert re.fullmatch(
+        r"rtl: first difference in value rsqrt_\w+, step \d+, cycle \d+: "
+        r"wanted -?\d+, found -?\d+",
+        rtl.divergence,
+    )
     data = load_reproducer(file)
     assert data["level"] == "rtl" and len(data["inputs"]) == 1
     assert data["step"] == rtl.first_wrong
@@ -68,8 +80,7 @@ def test_a_wrong_table_word_is_found_by_name_step_and_cycle(log, tmp_path):
 
 def test_a_late_output_fails_even_with_right_words(log):
     # One more word in the ROM: the program is a cycle longer than the schedule says.
-    result = check(estimator("complementary"), log, steps=5, simulator="verilator",
-                   levels=("rtl",))
+    result = check(estimator("complementary"), log, steps=5, simulator="verilator", levels=("rtl",))
     level = result.levels[0]
     assert level.good
     assert not LevelResult(**{**vars(level), "cycles_max": level.cycles_max + 1}).good
@@ -80,20 +91,26 @@ def test_a_late_output_fails_even_with_right_words(log):
 def test_a_hanging_core_fails(log):
     # A program that never asks for input.
     hook = fault(r"(    rom0\[\d+\] = 54'[dh])[0-9a-f]+;", r"\g<1>0;")
-    result = check(estimator("complementary"), log, steps=3, simulator="verilator",
-                   levels=("rtl",), verilog_hook=hook)
+    result = check(
+        estimator("complementary"),
+        log,
+        steps=3,
+        simulator="verilator",
+        levels=("rtl",),
+        verilog_hook=hook,
+    )
     assert not result.good
     assert result.levels[0].error
 
 
 def test_a_wrong_c_model_is_found_by_name(log, monkeypatch):
-    class Wrong(sim.check.CModel):
+    class Wrong(boresight.sim.check.CModel):
         def update(self, inputs):
             out, flags = super().update(inputs)
             out[7, 0] ^= 1
             return out, flags
 
-    monkeypatch.setattr(sim.check, "CModel", Wrong)
+    monkeypatch.setattr(boresight.sim.check, "CModel", Wrong)
     result = check(estimator("complementary"), log, steps=20, levels=("c",))
     assert not result.good
     assert result.levels[0].n_mismatch == 1
@@ -101,35 +118,40 @@ def test_a_wrong_c_model_is_found_by_name(log, monkeypatch):
 
 
 def test_segments_must_join(log, monkeypatch):
-    class Wrong(sim.segments.CModel):
+    class Wrong(boresight.sim.segments.CModel):
         def update(self, inputs):
             out, flags = super().update(inputs)
             out[7, -1] ^= 1  # the last step of the first of twelve segments
             return out, flags
 
-    monkeypatch.setattr(sim.segments, "CModel", Wrong)
+    monkeypatch.setattr(boresight.sim.segments, "CModel", Wrong)
     result = check(estimator("complementary"), log, steps=96, levels=("fixed",))
     assert not result.good
     assert "after step" in result.levels[0].divergence
 
 
 def test_missing_simulator_fails(log, monkeypatch):
-    monkeypatch.setattr("sim.simulators._missing", lambda name: f"{name} not found: install it")
+    monkeypatch.setattr(
+        "boresight.sim.simulators._missing", lambda name: f"{name} not found: install it"
+    )
     result = check(estimator("complementary"), log, steps=3, simulator="icarus", levels=("rtl",))
     assert not result.good
     assert result.levels[0].error == "icarus not found: install it"
     assert result.levels[0].line().endswith("FAILED    icarus not found: install it")
 
 
-@pytest.mark.parametrize(("options", "message"), [
-    ({"levels": ("rtl", "silicon")}, r"^levels: wanted some of .*, found 'silicon'; .*$"),
-    ({"simulator": "modelsim"}, r"^simulator: wanted one of .*, found 'modelsim'; .*$"),
-    ({"steps": 0}, r"^steps: wanted 1 or more, found 0; .*$"),
-    ({"word": 17}, r"^word: wanted 18 to 32 bits, found 17; .*$"),
-    ({"params": {"kp_roll_per_s": -1.0}}, r"^parameter kp_roll_per_s: wanted 0 to 32 1/s, .*$"),
-    ({"params": {"kp_roll_per_s": float("nan")}}, r"^parameter kp_roll_per_s: wanted .*nan.*$"),
-    ({"params": {"gain": 1.0}}, r"^parameter gain: wanted one of .*, found 'gain'; .*$"),
-])
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"levels": ("rtl", "silicon")}, r"^levels: wanted some of .*, found 'silicon'; .*$"),
+        ({"simulator": "modelsim"}, r"^simulator: wanted one of .*, found 'modelsim'; .*$"),
+        ({"steps": 0}, r"^steps: wanted 1 or more, found 0; .*$"),
+        ({"word": 17}, r"^word: wanted 18 to 32 bits, found 17; .*$"),
+        ({"params": {"kp_roll_per_s": -1.0}}, r"^parameter kp_roll_per_s: wanted 0 to 32 1/s, .*$"),
+        ({"params": {"kp_roll_per_s": float("nan")}}, r"^parameter kp_roll_per_s: wanted .*nan.*$"),
+        ({"params": {"gain": 1.0}}, r"^parameter gain: wanted one of .*, found 'gain'; .*$"),
+    ],
+)
 def test_bad_options_are_refused(log, options, message):
     with pytest.raises(InputError, match=message):
         check(estimator("complementary"), log, **{"steps": 3, **options})
@@ -137,8 +159,13 @@ def test_bad_options_are_refused(log, options, message):
 
 def test_parameters_reach_every_level(log):
     plain = check(estimator("complementary"), log, steps=60, simulator="verilator")
-    moved = check(estimator("complementary"), log, steps=60, simulator="verilator",
-                  params={"kp_roll_per_s": 4.0, "declination_ht": 0.1})
+    moved = check(
+        estimator("complementary"),
+        log,
+        steps=60,
+        simulator="verilator",
+        params={"kp_roll_per_s": 4.0, "declination_ht": 0.1},
+    )
     assert moved.good
     assert not np.array_equal(plain.outputs, moved.outputs)
 
@@ -150,18 +177,22 @@ def test_other_widths(log, word):
 
 
 def test_stalls_change_no_word(log):
-    from gateware.core import build_core
-    from model.estimator import input_words
-    from sim.cosim import RtlSimulation
-    from sim.feed import inputs_of
-    from sim.segments import interpret
+    from boresight.gateware.core import build_core
+    from boresight.model.estimator import input_words
+    from boresight.sim.cosim import RtlSimulation
+    from boresight.sim.feed import inputs_of
+    from boresight.sim.segments import interpret
 
     e = estimator("complementary")
     program = e.compile()
     words = input_words(program, inputs_of(e, log)[:60, :, None])[:, :, 0]
     core = build_core(program, "small", urgent=e.urgent)
-    run = RtlSimulation(core.verilog(instances=False), word=32, n_inputs=len(program.inputs),
-                        n_outputs=len(program.outputs), lanes=1).run(
-        words, max_interval=core.schedule.interval, stall=9)
+    run = RtlSimulation(
+        core.verilog(instances=False),
+        word=32,
+        n_inputs=len(program.inputs),
+        n_outputs=len(program.outputs),
+        lanes=1,
+    ).run(words, max_interval=core.schedule.interval, stall=9)
     assert np.array_equal(run.outputs, interpret(program, words).outputs)
     assert run.interval_cycles.min() > core.schedule.interval

@@ -6,12 +6,12 @@ import dataclasses
 
 import pytest
 
-from gateware.microcode import decode, encode
-from model.errors import InputError
-from model.estimators import estimator
-from sim.bundled import bundled
-from sim.check_shared import check_shared, shared_core
-from sim.log import read_log
+from boresight.gateware.microcode import decode, encode
+from boresight.model.errors import InputError
+from boresight.model.estimators import estimator
+from boresight.sim.bundled import bundled
+from boresight.sim.check_shared import check_shared, shared_core
+from boresight.sim.log import read_log
 
 NAMES = ("complementary", "complementary_as_printed")
 
@@ -27,8 +27,9 @@ def core():
 
 
 def test_all_agree_in_turns(log, core):
-    results = check_shared([estimator(n) for n in NAMES], log, steps=250, simulator="verilator",
-                           core=core)
+    results = check_shared(
+        [estimator(n) for n in NAMES], log, steps=250, simulator="verilator", core=core
+    )
     assert [r.estimator for r in results] == list(NAMES)
     for number, result in enumerate(results):
         assert result.good
@@ -43,8 +44,10 @@ def test_all_agree_in_turns(log, core):
 def test_programs_that_share_states_fail(log, core):
     """Microcode that the checker would have refused: one's states live where the other's do."""
     image, machine = core.image, core.machine
-    first, second = ([part.allocation.addresses()[n] for pair in part.schedule.program.states
-                      for n in pair] for part in core.parts)
+    first, second = (
+        [part.allocation.addresses()[n] for pair in part.schedule.program.states for n in pair]
+        for part in core.parts
+    )
     there = dict(zip(second, first, strict=True))
     base = image.bases[1]
     rom = list(image.rom)
@@ -55,27 +58,42 @@ def test_programs_that_share_states_fail(log, core):
                 word[field] = there.get(word[field], word[field])
         rom[k] = encode(machine, word)
     wrong = dataclasses.replace(core, image=dataclasses.replace(image, rom=rom))
-    results = check_shared([estimator(n) for n in NAMES], log, steps=60, simulator="verilator",
-                           levels=("rtl",), core=wrong)
+    results = check_shared(
+        [estimator(n) for n in NAMES],
+        log,
+        steps=60,
+        simulator="verilator",
+        levels=("rtl",),
+        core=wrong,
+    )
     bad = [r.levels[-1] for r in results if not r.good]
     assert bad
     for level in bad:
         assert level.n_mismatch > 0
-        assert level.divergence == (f"rtl: outputs differ, step {level.first_wrong}, with 2 "
-                                    "programs in turns")
+        assert level.divergence == (
+            f"rtl: outputs differ, step {level.first_wrong}, with 2 programs in turns"
+        )
 
 
 def test_a_missing_simulator_fails_them_all(log, core, monkeypatch):
-    monkeypatch.setattr("sim.simulators._missing", lambda name: f"{name} not found: install it")
-    results = check_shared([estimator(n) for n in NAMES], log, steps=3, simulator="icarus",
-                           levels=("rtl",), core=core)
+    monkeypatch.setattr(
+        "boresight.sim.simulators._missing", lambda name: f"{name} not found: install it"
+    )
+    results = check_shared(
+        [estimator(n) for n in NAMES], log, steps=3, simulator="icarus", levels=("rtl",), core=core
+    )
     assert [r.levels[-1].error for r in results] == ["icarus not found: install it"] * 2
     assert not any(r.good for r in results)
 
 
 def test_parameters_are_of_their_estimator(log):
-    results = check_shared([estimator(n) for n in NAMES], log, steps=30, levels=("fixed",),
-                           params=[None, {"kp_roll_per_s": 4.0}])
+    results = check_shared(
+        [estimator(n) for n in NAMES],
+        log,
+        steps=30,
+        levels=("fixed",),
+        params=[None, {"kp_roll_per_s": 4.0}],
+    )
     plain = check_shared([estimator(n) for n in NAMES], log, steps=30, levels=("fixed",))
     assert (results[0].outputs == plain[0].outputs).all()
     assert not (results[1].outputs == plain[1].outputs).all()

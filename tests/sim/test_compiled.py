@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from sim.compiled import RESET_CYCLES, build
-from sim.cosim import SimulationFailed
+from boresight.sim.compiled import RESET_CYCLES, build
+from boresight.sim.cosim import SimulationFailed
 
 BENCH = """
 module bench #(parameter STEP = 1) (input clk, input rst);
@@ -53,5 +53,8 @@ def test_files_stay_in_the_given_folder(tmp_path: Path) -> None:
 
 def test_a_build_that_fails_says_why(tmp_path: Path) -> None:
     with pytest.raises(SimulationFailed, match="(?s)build of bench failed.*nonsense"):
-        build("bench", {"bench.sv": "module bench(input clk, input rst); nonsense; endmodule"},
-              cache=tmp_path)
+        build(
+            "bench",
+            {"bench.sv": "module bench(input clk, input rst); nonsense; endmodule"},
+            cache=tmp_path,
+        )

@@ -3,18 +3,33 @@
 import numpy as np
 import pytest
 
-from sim.conductor_bench import _parse, sample_command, script_of
-from sim.front import COUNTS, NO_LINE, Samples
+from boresight.sim.conductor_bench import _parse, sample_command, script_of
+from boresight.sim.front import COUNTS, NO_LINE, Samples
 
 
 def test_script_sends_the_line_of_an_update_while_the_one_before_is_at_work() -> None:
     given = Samples(
-        stamp=np.array([1, 2**32 - 1]), counts=np.array([[1, -1, 0, 0, 0, 0]] * 2),
-        line=np.array([NO_LINE, COUNTS]), values=np.array([[0, 0, 0], [5, -5, 9]]),
-        restart=np.array([True, True]), filter=np.array([2, 3]))
+        stamp=np.array([1, 2**32 - 1]),
+        counts=np.array([[1, -1, 0, 0, 0, 0]] * 2),
+        line=np.array([NO_LINE, COUNTS]),
+        values=np.array([[0, 0, 0], [5, -5, 9]]),
+        restart=np.array([True, True]),
+        filter=np.array([2, 3]),
+    )
     assert script_of(given, start=["u 1"]) == [
-        "u 1", "f 2", "w 10", "s 1 1 ffff 0 0 0 0", "l 1 5 fffb 9", "n 1", "w 180",
-        "f 3", "r", "s ffffffff 1 ffff 0 0 0 0", "n 2", "w 80"]
+        "u 1",
+        "f 2",
+        "w 10",
+        "s 1 1 ffff 0 0 0 0",
+        "l 1 5 fffb 9",
+        "n 1",
+        "w 180",
+        "f 3",
+        "r",
+        "s ffffffff 1 ffff 0 0 0 0",
+        "n 2",
+        "w 80",
+    ]
     assert sample_command(-1, [0] * 6) == "s ffffffff 0 0 0 0 0 0"
 
 

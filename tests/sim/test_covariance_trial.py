@@ -5,16 +5,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from boresight.covariance import initial_covariances
-from model import ops
-from model.errors import InputError
-from model.estimators import estimator
-from model.estimators.complementary import Complementary
-from model.estimators.ekf_quaternion_vector import EkfQuaternionVector
-from sim.bundled import bundled
-from sim.covariance_trial import MANOEUVRES, CovarianceTrial, covariance_trial, manoeuvre
-from sim.feed import inputs_of
-from sim.log import read_log
+from boresight.model import ops
+from boresight.model.errors import InputError
+from boresight.model.estimators import estimator
+from boresight.model.estimators.complementary import Complementary
+from boresight.model.estimators.ekf_quaternion_vector import EkfQuaternionVector
+from boresight.sim.bundled import bundled
+from boresight.sim.covariance_trial import MANOEUVRES, CovarianceTrial, covariance_trial, manoeuvre
+from boresight.sim.feed import inputs_of
+from boresight.sim.log import read_log
+from boresight.verbs.covariance import initial_covariances
 
 STEPS = 1500
 
@@ -26,12 +26,19 @@ def stimuli(name: str) -> Any:
 
 
 # A P0 of 1e-8 rad^2 is 5 LSB in mekf, which has no scale.
-@pytest.mark.parametrize(("name", "least_lsb"), [
-    ("ekf_quaternion", 10.0), ("ekf_quaternion_vector", 10.0), ("ekf_bias", 10.0), ("mekf", 4.0)])
+@pytest.mark.parametrize(
+    ("name", "least_lsb"),
+    [("ekf_quaternion", 10.0), ("ekf_quaternion_vector", 10.0), ("ekf_bias", 10.0), ("mekf", 4.0)],
+)
 def test_filters_stay_positive_and_with_float(name: str, least_lsb: float) -> None:
     """P0 from 1e-8 to 1 rad^2; the long version is the same with 10,000,000 updates."""
-    t = covariance_trial(estimator(name), stimuli(name), updates=90_000, compared=200,
-                         params=initial_covariances(estimator(name))[::2])
+    t = covariance_trial(
+        estimator(name),
+        stimuli(name),
+        updates=90_000,
+        compared=200,
+        params=initial_covariances(estimator(name))[::2],
+    )
     assert t.updates >= 90_000 and t.eigenvalues_checked > 1500
     assert t.good, t.line()
     assert t.least_eigenvalue > least_lsb
@@ -72,11 +79,16 @@ def test_manoeuvres_are_what_they_say(name: str) -> None:
     assert x.shape == (3000, 10) and np.isfinite(x).all()
     force, field = (np.linalg.norm(x[:, k], axis=1) for k in (slice(7, 10), slice(4, 7)))
     holds = {
-        "still": np.abs(x[:, 1:4]).max() < 0.2, "tumble": np.ptp(x[:, 7]) > 10.0,
+        "still": np.abs(x[:, 1:4]).max() < 0.2,
+        "tumble": np.ptp(x[:, 7]) > 10.0,
         "spin": np.abs(x[:, 1:4]).min() > 15.0 or np.abs(x[:, 1:4]).max() > 30.0,
-        "blows": force.max() > 100.0, "free fall": (force < 2.0).mean() > 0.2,
-        "magnet": field.max() > 150.0, "gaps": (field == 0.0).mean() > 0.8,
-        "restarts": (x[:, 0] < 0.0).any(), "uneven": np.ptp(x[:, 0]) > 0.2}
+        "blows": force.max() > 100.0,
+        "free fall": (force < 2.0).mean() > 0.2,
+        "magnet": field.max() > 150.0,
+        "gaps": (field == 0.0).mean() > 0.8,
+        "restarts": (x[:, 0] < 0.0).any(),
+        "uneven": np.ptp(x[:, 0]) > 0.2,
+    }
     assert holds[name]
     assert np.array_equal(x, manoeuvre(name, 3000, np.random.default_rng(2)))
 

@@ -7,11 +7,11 @@ import time
 import numpy as np
 import pytest
 
-from model.errors import InputError
-from model.interpreter import Interpreter
-from model.program import Kind
-from sim.extremes import Extreme, Observed, observe
-from sim.random_program import random_inputs, random_program
+from boresight.model.errors import InputError
+from boresight.model.interpreter import Interpreter
+from boresight.model.program import Kind
+from boresight.sim.extremes import Extreme, Observed, observe
+from boresight.sim.random_program import random_inputs, random_program
 
 
 def every_word(program, rows, params=None):
@@ -46,8 +46,9 @@ def test_equal_to_brute_force(seed: int, word: int) -> None:
 
 
 def test_parameters_are_set() -> None:
-    program = next(p for p in (random_program(k, n_ops=30) for k in range(50))
-                   if p.of_kind(Kind.PARAM))
+    program = next(
+        p for p in (random_program(k, n_ops=30) for k in range(50)) if p.of_kind(Kind.PARAM)
+    )
     name = program.values[program.of_kind(Kind.PARAM)[0]].name
     rows = np.array(random_inputs(program, 1, 30))
     found = observe(program, {"a": rows}, params={name: 0.4375})
@@ -56,9 +57,10 @@ def test_parameters_are_set() -> None:
     assert found.values[program.find(name)].high.value == 0.4375
 
 
-@pytest.mark.parametrize(("low", "high", "bits"), [
-    (0, 0, 31), (-1, 0, 31), (0, 1, 30), (-(2**31), 0, 0), (0, 2**31 - 1, 0), (-(2**20), 7, 11),
-])
+@pytest.mark.parametrize(
+    ("low", "high", "bits"),
+    [(0, 0, 31), (-1, 0, 31), (0, 1, 30), (-(2**31), 0, 0), (0, 2**31 - 1, 0), (-(2**20), 7, 11)],
+)
 def test_headroom(low: int, high: int, bits: float) -> None:
     value = Observed(Extreme(low, 0.0, "a", 0), Extreme(high, 0.0, "a", 0), 0)
     assert value.headroom_bits(32) == bits

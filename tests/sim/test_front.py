@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from boresight.running import run
-from gateware.system.plan import RECORD
-from gateware.system.programs import FILTERS, system_estimators
-from model.errors import InputError
-from sim.bundled import bundled
-from sim.feed import named_outputs
-from sim.front import COUNTS, HEADING, NO_LINE, Samples, quantise, run_chain, words_as_log
-from sim.log import Log, read_log, write_log
+from boresight.gateware.system.plan import RECORD
+from boresight.gateware.system.programs import FILTERS, system_estimators
+from boresight.model.errors import InputError
+from boresight.sim.bundled import bundled
+from boresight.sim.feed import named_outputs
+from boresight.sim.front import COUNTS, HEADING, NO_LINE, Samples, quantise, run_chain, words_as_log
+from boresight.sim.log import Log, read_log, write_log
+from boresight.verbs.run import run
 
 STEPS = 600
 
@@ -71,8 +71,9 @@ def test_the_chain_follows_the_reference(programs, log, kind: int) -> None:
 
 
 @pytest.mark.parametrize("number, name", list(enumerate(FILTERS)))
-def test_boresight_run_gives_the_same_words(number: int, name: str, programs, log, tmp_path
-                                            ) -> None:
+def test_boresight_run_gives_the_same_words(
+    number: int, name: str, programs, log, tmp_path
+) -> None:
     """The calibrated words as an SI log, through the command line's own way: bit for bit."""
     given = quantise(log, kind=COUNTS if number % 2 else HEADING, number=number, line_hz=30.0)
     given.restart[[200, 201, 350]] = True
@@ -105,9 +106,14 @@ def test_a_line_is_fresh_for_its_update_only(programs) -> None:
     zeros = np.zeros((n, 3), dtype=np.int64)
     values = zeros.copy()
     values[2], values[4] = (900, 0, 0), (100, -200, 300)
-    given = Samples(np.arange(n) * 97656, np.zeros((n, 6), dtype=np.int64),
-                    np.array([0, 0, HEADING, 0, COUNTS, 0]), values, np.arange(n) == 0,
-                    np.zeros(n, dtype=np.int64))
+    given = Samples(
+        np.arange(n) * 97656,
+        np.zeros((n, 6), dtype=np.int64),
+        np.array([0, 0, HEADING, 0, COUNTS, 0]),
+        values,
+        np.arange(n) == 0,
+        np.zeros(n, dtype=np.int64),
+    )
     field = run_chain(programs, given).records[:, 4:7] / 2.0**23
     assert (field[[0, 1, 3, 5]] == 0).all()
     # A compass that points east: the field, which points north, is to the left, along -x.

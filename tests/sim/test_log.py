@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from model.errors import InputError
-from sim.log import RESTART_S, Log, read_log, write_log
-from sim.synthetic import SensorError, synthetic_log
+from boresight.model.errors import InputError
+from boresight.sim.log import RESTART_S, Log, read_log, write_log
+from boresight.sim.synthetic import SensorError, synthetic_log
 
 ARRAYS = ("t", "gyr", "acc", "mag", "mag_new", "q", "mov")
 

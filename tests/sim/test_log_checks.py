@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from model.errors import InputError
-from sim.log_checks import (
+from boresight.model.errors import InputError
+from boresight.sim.log_checks import (
     check_samples,
     clean_arrays,
     clean_rate,

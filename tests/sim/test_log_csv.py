@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from model.errors import InputError
-from sim.log_csv import format_csv, parse_csv
+from boresight.model.errors import InputError
+from boresight.sim.log_csv import format_csv, parse_csv
 
 HEADER = "t,gx,gy,gz,ax,ay,az,mx,my,mz"
 WITH_Q = HEADER + ",qw,qx,qy,qz"

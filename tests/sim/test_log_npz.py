@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from model.errors import InputError
-from sim.log_npz import format_npz, parse_npz
+from boresight.model.errors import InputError
+from boresight.sim.log_npz import format_npz, parse_npz
 
 PATH = Path("dir/a.npz")
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from gateware.core import build_core
-from sim.memories import split_memories
-from sim.random_program import random_program
+from boresight.gateware.core import build_core
+from boresight.sim.memories import split_memories
+from boresight.sim.random_program import random_program
 
 
 @pytest.mark.parametrize("config", ["small", "fast"])

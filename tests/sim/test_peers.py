@@ -9,20 +9,26 @@ import sys
 import numpy as np
 import pytest
 
-from model.attitude import quaternion_multiply
-from model.errors import InputError, ToolMissing
-from sim.accuracy import attitude_error, attitude_rmse
-from sim.bundled import bundled
-from sim.log import read_log
-from sim.peers import PEERS, dip_rad, first_attitude, peer, require_peers
-from sim.synthetic import synthetic_log
+from boresight.model.attitude import quaternion_multiply
+from boresight.model.errors import InputError, ToolMissing
+from boresight.sim.accuracy import attitude_error, attitude_rmse
+from boresight.sim.bundled import bundled
+from boresight.sim.log import read_log
+from boresight.sim.peers import PEERS, dip_rad, first_attitude, peer, require_peers
+from boresight.sim.synthetic import synthetic_log
 
 #: Total RMSE [deg] on synthetic_60s, magnetometer at 10 Hz: both bounds. A wrong frame gives 90 or
 #: 180 degrees, a wrong step of the magnetometer tens.
 BOUNDS = {
-    "vqf_offline": (0.45, 0.6), "vqf": (0.95, 1.15), "vqf_basic": (1.0, 1.3),
-    "madgwick": (2.1, 2.4), "madgwick_tuned": (2.0, 2.3), "mahony": (3.1, 3.4),
-    "mahony_tuned": (3.1, 3.5), "ahrs_ekf": (0.9, 1.1), "ahrs_ekf_tuned": (0.8, 1.0),
+    "vqf_offline": (0.45, 0.6),
+    "vqf": (0.95, 1.15),
+    "vqf_basic": (1.0, 1.3),
+    "madgwick": (2.1, 2.4),
+    "madgwick_tuned": (2.0, 2.3),
+    "mahony": (3.1, 3.4),
+    "mahony_tuned": (3.1, 3.5),
+    "ahrs_ekf": (0.9, 1.1),
+    "ahrs_ekf_tuned": (0.8, 1.0),
 }
 
 
@@ -90,6 +96,7 @@ def test_package_that_is_missing(monkeypatch):
         if name.split(".")[0] == "ahrs":
             raise ImportError(name)
         return plain(name, *args, **kwargs)
+
     monkeypatch.delitem(sys.modules, "ahrs", raising=False)
     monkeypatch.setitem(sys.modules, "ahrs", None)
     monkeypatch.setattr(builtins, "__import__", without)

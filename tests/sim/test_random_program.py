@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from model.program import Kind, Negate, Overflow, Program, Scale, When
-from sim.random_program import random_inputs, random_program
+from boresight.model.program import Kind, Negate, Overflow, Program, Scale, When
+from boresight.sim.random_program import random_inputs, random_program
 
 
 def magnitude(program: Program) -> int:

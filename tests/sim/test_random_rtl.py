@@ -5,19 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from firmware.build import CModel
-from gateware.core import build_core
-from model.fixed import IntArray
-from model.interpreter import Interpreter
-from model.program import Program
-from sim.cosim import RtlSimulation
-from sim.random_program import random_program
-from sim.simulators import available
+from boresight.firmware.build import CModel
+from boresight.gateware.core import build_core
+from boresight.model.fixed import IntArray
+from boresight.model.interpreter import Interpreter
+from boresight.model.program import Program
+from boresight.sim.cosim import RtlSimulation
+from boresight.sim.random_program import random_program
+from boresight.sim.simulators import available
 
-RUNS = [
-    ("small", 32, "verilator", range(0, 12)),
-    ("fast", 32, "verilator", range(12, 24)),
-]
+RUNS = [("small", 32, "verilator", range(0, 12)), ("fast", 32, "verilator", range(12, 24))]
 if available("icarus"):
     RUNS += [("small", 18, "icarus", range(24, 28)), ("fast", 24, "icarus", range(28, 32))]
 
@@ -37,8 +34,11 @@ def reference(program: Program, inputs: IntArray):
     return out[:, :, 0], saturated[:, 0]
 
 
-@pytest.mark.parametrize(("config", "word", "simulator", "seeds"), RUNS,
-                         ids=lambda x: str(x) if isinstance(x, (str, int)) else "")
+@pytest.mark.parametrize(
+    ("config", "word", "simulator", "seeds"),
+    RUNS,
+    ids=lambda x: str(x) if isinstance(x, (str, int)) else "",
+)
 def test_interpreter_c_and_rtl_agree(config, word, simulator, seeds):
     compared = 0
     for seed in seeds:
@@ -52,8 +52,13 @@ def test_interpreter_c_and_rtl_agree(config, word, simulator, seeds):
         assert np.array_equal(c_flags, flags), f"seed {seed}: C saturation"
         core = build_core(program, config, restarts=0)
         simulation = RtlSimulation(
-            core.verilog(instances=False), word=word, n_inputs=len(program.inputs),
-            n_outputs=len(program.outputs), lanes=core.machine.lanes, simulator=simulator)
+            core.verilog(instances=False),
+            word=word,
+            n_inputs=len(program.inputs),
+            n_outputs=len(program.outputs),
+            lanes=core.machine.lanes,
+            simulator=simulator,
+        )
         for stall in (0, seed + 1):
             run = simulation.run(inputs, max_interval=core.schedule.interval + 64, stall=stall)
             assert np.array_equal(run.outputs, wanted), f"seed {seed}: RTL, stall {stall}"

@@ -7,11 +7,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from gateware.core import Core
-from model.errors import InputError
-from sim.accuracy import attitude_rmse
-from sim.feed import attitude_of, euler_deg_of
-from sim.report_accuracy import ANGLES, BINS, Replay, accuracy_section
+from boresight.gateware.core import Core
+from boresight.model.errors import InputError
+from boresight.sim.accuracy import attitude_rmse
+from boresight.sim.feed import attitude_of, euler_deg_of
+from boresight.sim.report_accuracy import ANGLES, BINS, Replay, accuracy_section
 
 
 def section(core: Core, *replays: Replay) -> tuple[dict, list[str]]:
@@ -28,7 +28,7 @@ def test_figures(core: Core, replay: Replay) -> None:
     assert found["vs_float_max_deg"] == pytest.approx(apart.max(), rel=1e-5)
     assert found["vs_float_max_sample"] == int(apart.argmax())
     assert found["vs_float_until_80_deg"] == found["vs_float_max_deg"] > 0
-    rmse = attitude_rmse(attitude_of(replay.fixed), replay.log.q[:len(replay)])
+    rmse = attitude_rmse(attitude_of(replay.fixed), replay.log.q[: len(replay)])
     assert found["rmse_deg"] == pytest.approx(rmse._asdict(), rel=1e-5)
     assert found["float_rmse_deg"]["total"] == pytest.approx(rmse.total, rel=1e-4)
     assert (found["dataset"], found["samples"]) == ("synthetic_60s", len(replay))
@@ -41,8 +41,9 @@ def test_curves(core: Core, replay: Replay) -> None:
     series = section(core, replay)[0]["logs"][0]["series"]
     assert series["samples_per_point"] == 1
     for k, name in enumerate(ANGLES):
-        np.testing.assert_allclose(series["fixed_deg"][name],
-                                   euler_deg_of(replay.fixed)[:, k], rtol=1e-4, atol=1e-4)
+        np.testing.assert_allclose(
+            series["fixed_deg"][name], euler_deg_of(replay.fixed)[:, k], rtol=1e-4, atol=1e-4
+        )
     # The truth has the angles in the same order as the outputs.
     last = [series["log_deg"][name][-1] - series["fixed_deg"][name][-1] for name in ANGLES]
     assert np.abs(last).max() < 6.0
@@ -53,9 +54,15 @@ def test_long_logs_are_binned_without_losing_peaks(core: Core, replay: Replay) -
     fixed = {name: np.resize(x, n) for name, x in replay.fixed.items()}
     reference = {name: x.copy() for name, x in fixed.items()}
     reference["roll"][1234] += 0.25
-    log = dataclasses.replace(replay.log, **{
-        key: np.resize(getattr(replay.log, key), (n, *getattr(replay.log, key).shape[1:]))
-        for key in ("gyr", "acc", "mag", "mag_new")}, t=np.arange(n) * 0.01, q=None)
+    log = dataclasses.replace(
+        replay.log,
+        **{
+            key: np.resize(getattr(replay.log, key), (n, *getattr(replay.log, key).shape[1:]))
+            for key in ("gyr", "acc", "mag", "mag_new")
+        },
+        t=np.arange(n) * 0.01,
+        q=None,
+    )
     found, warnings = section(core, Replay(log, fixed, reference))
     assert warnings == ["accuracy: synthetic_60s has no attitude to compare with"]
     series = found["logs"][0]["series"]
@@ -87,8 +94,11 @@ def test_missing_parts_are_null_and_named(core: Core, replay: Replay) -> None:
 
 
 def test_outputs_must_fit_the_log(replay: Replay) -> None:
-    with pytest.raises(InputError, match=r"^outputs must all have one shape \(n,\), n 1 to 6000, "
-                                         r"not \[\(2,\), \(3,\)\]$"):
+    with pytest.raises(
+        InputError,
+        match=r"^outputs must all have one shape \(n,\), n 1 to 6000, "
+        r"not \[\(2,\), \(3,\)\]$",
+    ):
         Replay(replay.log, {"pitch": np.zeros(2), "roll": np.zeros(3)})
     with pytest.raises(InputError, match=r"^outputs must .* not \[\(6001,\)\]$"):
         Replay(replay.log, {"pitch": np.zeros(6001)})

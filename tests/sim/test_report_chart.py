@@ -6,9 +6,9 @@ import xml.etree.ElementTree as ET
 
 import pytest
 
-from gateware.core import Core
-from sim.report_chart import CHART_COLOURS, schedule_chart
-from sim.report_schedule import schedule_section
+from boresight.gateware.core import Core
+from boresight.sim.report_chart import CHART_COLOURS, schedule_chart
+from boresight.sim.report_schedule import schedule_section
 
 
 @pytest.mark.parametrize("which", ["core", "small_core"])
@@ -20,8 +20,12 @@ def test_chart(which: str, request: pytest.FixtureRequest) -> None:
     boxes = svg.findall("rect")
     assert len({(b.attrib["x"], b.attrib["y"]) for b in boxes}) >= section["slots_total"]
     for box in boxes:
-        assert 0 <= float(box.attrib["x"]) <= float(box.attrib["x"]) + float(
-            box.attrib["width"]) <= width
+        assert (
+            0
+            <= float(box.attrib["x"])
+            <= float(box.attrib["x"]) + float(box.attrib["width"])
+            <= width
+        )
         assert 0 <= float(box.attrib["y"]) <= height - float(box.attrib["height"])
     fills = [b.attrib["fill"] for b in boxes]
     for kind in ("multiply-add", "function table", "capture", "emit"):
@@ -34,8 +38,11 @@ def test_chart(which: str, request: pytest.FixtureRequest) -> None:
 
 def test_names_of_outputs_do_not_run_into_each_other(small_core: Core) -> None:
     svg = ET.fromstring(schedule_chart(schedule_section(small_core)))
-    names = [(float(t.attrib["x"]), float(t.attrib["y"]), t.text or "")
-             for t in svg.findall("text") if t.attrib.get("class") == "out"]
+    names = [
+        (float(t.attrib["x"]), float(t.attrib["y"]), t.text or "")
+        for t in svg.findall("text")
+        if t.attrib.get("class") == "out"
+    ]
     assert sorted(t.split(":")[0] for _, _, t in names) == sorted(small_core.program.output_names)
     for x, y, text in names:
         assert y > 8

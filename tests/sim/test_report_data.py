@@ -11,28 +11,60 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gateware.core import Core
-from gateware.synthesis.estimate import Estimate
-from model.estimators.complementary import Complementary
-from sim.bundled import bundled
-from sim.check import check
-from sim.extremes import Extremes
-from sim.log import read_log
-from sim.report_data import assemble, measure_c, report_data, source_of
+from boresight.gateware.core import Core
+from boresight.gateware.synthesis.estimate import Estimate
+from boresight.model.estimators.complementary import Complementary
+from boresight.sim.bundled import bundled
+from boresight.sim.check import check
+from boresight.sim.extremes import Extremes
+from boresight.sim.log import read_log
+from boresight.sim.report_data import assemble, measure_c, report_data, source_of
 
 #: The fields of the contract.
 FIELDS = {
-    "": ["design", "config", "word", "digest", "target", "timing", "resources", "schedule",
-         "numerics", "accuracy", "verification", "firmware", "warnings"],
+    "": [
+        "design",
+        "config",
+        "word",
+        "digest",
+        "target",
+        "timing",
+        "resources",
+        "schedule",
+        "numerics",
+        "accuracy",
+        "verification",
+        "firmware",
+        "warnings",
+    ],
     "target": ["device", "speed", "clock_mhz"],
-    "timing": ["latency_cycles", "latency_cycles_by_output", "interval_cycles", "update_us",
-               "paper_us", "paper_cycles", "speedup", "fmax_mhz", "source"],
+    "timing": [
+        "latency_cycles",
+        "latency_cycles_by_output",
+        "interval_cycles",
+        "update_us",
+        "paper_us",
+        "paper_cycles",
+        "speedup",
+        "fmax_mhz",
+        "source",
+    ],
     "timing.latency_cycles": ["predicted", "min", "max"],
     "resources": ["lut", "reg", "dsp", "blkmem", "percent", "source", "command"],
     "schedule": ["units", "ops_total", "slots_total", "chart"],
     "schedule.units.0": ["op", "count", "busy_cycles", "utilisation"],
-    "numerics.0": ["signal", "unit", "format", "min", "max", "range_source", "observed_min",
-                   "observed_max", "headroom_bits", "saturations"],
+    "numerics.0": [
+        "signal",
+        "unit",
+        "format",
+        "min",
+        "max",
+        "range_source",
+        "observed_min",
+        "observed_max",
+        "headroom_bits",
+        "saturations",
+    ],
     "accuracy": ["dataset", "vs_float_max_deg", "rmse_deg"],
     "verification.0": ["level", "simulator", "n_total", "n_mismatch", "seconds", "cycles"],
     "firmware": ["lines", "bytes", "updates_per_s"],
@@ -46,8 +78,13 @@ def at(data: Any, path: str) -> Any:
 
 
 def numbers(data: Any, path: str = "") -> Iterator[tuple[str, float]]:
-    items = data.items() if isinstance(data, dict) else enumerate(data) \
-        if isinstance(data, list) else ()
+    items = (
+        data.items()
+        if isinstance(data, dict)
+        else enumerate(data)
+        if isinstance(data, list)
+        else ()
+    )
     for key, value in items:
         yield from numbers(value, f"{path}.{key}" if path else str(key))
     if isinstance(data, int | float) and not isinstance(data, bool):
@@ -67,11 +104,13 @@ def test_every_number_has_a_source(report: dict[str, Any], core: Core) -> None:
         assert len(found) > 1000
         assert [path for path in found if not source_of(data, path)] == []
     assert "estimate, Yosys 0.70 (git sha1 0123abc): yosys -p synth" in (
-        source_of(report, "resources.lut") or "")
+        source_of(report, "resources.lut") or ""
+    )
     assert "sign-off needs trce" in (source_of(report, "timing.fmax_mhz.-2.p75") or "")
     assert source_of(report, "timing.latency_cycles.max") == "measured: boresight check"
     assert source_of(report, "timing.latency_cycles.predicted") != source_of(
-        report, "timing.latency_cycles.max")
+        report, "timing.latency_cycles.max"
+    )
     assert source_of(report, "no.such.number") is None
 
 
@@ -83,19 +122,27 @@ def test_timing(report: dict[str, Any], core: Core) -> None:
     assert (t["paper_us"], t["paper_cycles"]) == (316.0, 31600)
     assert t["update_us"] == pytest.approx(latency / 100.0)
     assert t["speedup"] == pytest.approx(31600 / latency, abs=0.05)
-    assert t["fmax_mhz"] == {"-2": {"median": 125.0, "p75": 80.0},
-                             "-3": {"median": 142.8, "p75": 90.9}}
+    assert t["fmax_mhz"] == {
+        "-2": {"median": 125.0, "p75": 80.0},
+        "-3": {"median": 142.8, "p75": 90.9},
+    }
     assert t["update_us_at_fmax"]["-2"]["p75"] == round(latency / 80.0, 3)
     assert t["critical_path"]["delay_ns"] == 12.5
     assert t["critical_path"]["points"][0]["guessed"] == ["ramb_clk_do"]
-    assert any(w.startswith("clock: the estimate at grade -2, upper-quartile nets, is 80 MHz")
-               for w in report["warnings"])
+    assert any(
+        w.startswith("clock: the estimate at grade -2, upper-quartile nets, is 80 MHz")
+        for w in report["warnings"]
+    )
 
 
 def test_resources(report: dict[str, Any]) -> None:
     r = report["resources"]
     assert {k: r[k] for k in ("lut", "reg", "dsp", "blkmem")} == {
-        "lut": 803, "reg": 507, "dsp": 8, "blkmem": 11.5}
+        "lut": 803,
+        "reg": 507,
+        "dsp": 8,
+        "blkmem": 11.5,
+    }
     assert r["percent"] == {"lut": 14.04, "reg": 4.43, "dsp": 50.0, "blkmem": 35.94}
     assert r["source"].startswith("estimate: ")
 
@@ -122,8 +169,9 @@ def test_what_is_missing_is_null_and_named(core: Core) -> None:
 
 
 def test_another_filter_has_no_published_time(core: Core) -> None:
-    part = dataclasses.replace(core.parts[0],
-                               program=dataclasses.replace(core.program, name="other"))
+    part = dataclasses.replace(
+        core.parts[0], program=dataclasses.replace(core.program, name="other")
+    )
     other = dataclasses.replace(core, parts=(part,))
     t = assemble(other)["timing"]
     assert t["paper_us"] is None and t["paper_cycles"] is None and t["speedup"] is None
@@ -133,25 +181,50 @@ def test_levels_that_failed_are_warned_about(core: Core) -> None:
     latency = core.schedule.latency
     levels = [
         {"level": "c", "simulator": "gcc", "n_total": 9, "n_mismatch": 2, "seconds": 1.0},
-        {"level": "rtl", "simulator": "icarus", "n_total": 9, "n_mismatch": 0, "seconds": 1.0,
-         "error": "not found"},
-        {"level": "rtl", "simulator": "verilator", "n_total": 9, "n_mismatch": 0, "seconds": 1.0,
-         "cycles": {"predicted": latency, "min": latency, "max": latency + 1}},
-        {"level": "fixed", "simulator": "interpreter", "n_total": 0, "n_mismatch": 0,
-         "seconds": 0.0},
+        {
+            "level": "rtl",
+            "simulator": "icarus",
+            "n_total": 9,
+            "n_mismatch": 0,
+            "seconds": 1.0,
+            "error": "not found",
+        },
+        {
+            "level": "rtl",
+            "simulator": "verilator",
+            "n_total": 9,
+            "n_mismatch": 0,
+            "seconds": 1.0,
+            "cycles": {"predicted": latency, "min": latency, "max": latency + 1},
+        },
+        {
+            "level": "fixed",
+            "simulator": "interpreter",
+            "n_total": 0,
+            "n_mismatch": 0,
+            "seconds": 0.0,
+        },
     ]
     data = assemble(core, verification=levels)
     assert [v["good"] for v in data["verification"]] == [False] * 4
-    for text in ("verification: c (gcc) failed, 2 of 9 updates differ",
-                 "verification: rtl (icarus) failed: not found",
-                 "verification: rtl (verilator) failed",
-                 f"cycles: predicted {latency}, counted {latency} to {latency + 1}"):
+    for text in (
+        "verification: c (gcc) failed, 2 of 9 updates differ",
+        "verification: rtl (icarus) failed: not found",
+        "verification: rtl (verilator) failed",
+        f"cycles: predicted {latency}, counted {latency} to {latency + 1}",
+    ):
         assert text in data["warnings"]
 
 
 def test_a_level_cannot_call_itself_good(core: Core) -> None:
-    level = {"level": "c", "simulator": "gcc", "n_total": 9, "n_mismatch": 1, "seconds": 1.0,
-             "good": True}
+    level = {
+        "level": "c",
+        "simulator": "gcc",
+        "n_total": 9,
+        "n_mismatch": 1,
+        "seconds": 1.0,
+        "good": True,
+    }
     assert assemble(core, verification=[level])["verification"][0]["good"] is False
 
 
@@ -164,8 +237,7 @@ def test_saturations_are_named(core: Core, extremes: Extremes) -> None:
 
 
 def test_extremes_of_another_program_are_refused(core: Core, extremes: Extremes) -> None:
-    other = dataclasses.replace(extremes,
-                                program=dataclasses.replace(core.program, name="other"))
+    other = dataclasses.replace(extremes, program=dataclasses.replace(core.program, name="other"))
     with pytest.raises(ValueError, match=r"^extremes must belong to program [0-9a-f]{12}, not "):
         assemble(core, extremes=other)
 
@@ -181,11 +253,14 @@ def test_from_a_check(core: Core, estimate: Estimate) -> None:
     result = check(estimator, log, config="fast", steps=60, levels=("fixed", "c"), core=core)
     data = report_data(core, estimator, area=estimate, check=result, log=log, comparison=True)
     assert [(v["level"], v["n_total"], v["good"]) for v in data["verification"]] == [
-        ("fixed", 60, True), ("c", 60, True)]
+        ("fixed", 60, True),
+        ("c", 60, True),
+    ]
     assert data["accuracy"]["reference"] == "comparison"
     assert data["accuracy"]["vs_float_max_deg"] == pytest.approx(result.vs_float_max_deg, rel=1e-5)
     assert data["accuracy"]["vs_float_until_80_deg"] == pytest.approx(
-        result.vs_float_until_80_deg, rel=1e-5)
+        result.vs_float_until_80_deg, rel=1e-5
+    )
     row = next(r for r in data["numerics"] if r["signal"] == "az")
     assert row["observed_max"]["log"] == "ximu_walk" and row["observed_max"]["sample"] < 60
     assert data["firmware"]["updates_per_s"] > 1000

@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
-from gateware.core import Core
-from sim.report_data import assemble
-from sim.report_html import net_name, number, render_html, unit
+from boresight.gateware.core import Core
+from boresight.sim.report_data import assemble
+from boresight.sim.report_html import net_name, number, render_html, unit
 
 VOID = {"meta", "br", "img", "link", "hr", "input"}
 
@@ -69,8 +69,15 @@ def test_well_formed_and_small(html: str) -> None:
     assert html.startswith("<!DOCTYPE html>") and len(html) < 3_000_000
     assert sum(tag == "svg" for tag, _ in page.tags) == 4  # schedule and three plots
     ids = [a["id"] for tag, a in page.tags if tag == "section"]
-    assert ids == ["verification", "schedule", "resources", "path", "accuracy", "numerics",
-                   "firmware"]
+    assert ids == [
+        "verification",
+        "schedule",
+        "resources",
+        "path",
+        "accuracy",
+        "numerics",
+        "firmware",
+    ]
 
 
 def test_nothing_from_outside(html: str) -> None:
@@ -82,10 +89,19 @@ def test_nothing_from_outside(html: str) -> None:
 
 def test_headline_numbers_are_those_of_the_json(html: str, report: dict[str, Any]) -> None:
     shown = Page(html).numbers
-    assert {"timing.latency_cycles.predicted", "timing.latency_cycles.max", "timing.update_us",
-            "timing.speedup", "timing.paper_cycles", "timing.fmax_mhz.-2.p75", "resources.lut",
-            "resources.dsp", "resources.blkmem", "resources.percent.lut",
-            "accuracy.vs_float_max_deg"} <= set(shown)
+    assert {
+        "timing.latency_cycles.predicted",
+        "timing.latency_cycles.max",
+        "timing.update_us",
+        "timing.speedup",
+        "timing.paper_cycles",
+        "timing.fmax_mhz.-2.p75",
+        "resources.lut",
+        "resources.dsp",
+        "resources.blkmem",
+        "resources.percent.lut",
+        "accuracy.vs_float_max_deg",
+    } <= set(shown)
     for path, value in shown.items():
         assert value is not None and float(value) == at(report, path), path
     assert "31\N{NARROW NO-BREAK SPACE}600" in Page(html).text
@@ -152,11 +168,23 @@ def test_not_finite_is_refused(report: dict[str, Any]) -> None:
         render_html(data)
 
 
-@pytest.mark.parametrize(("value", "text"), [
-    (None, "\N{EM DASH}"), (0, "0"), (0.0, "0"), (120, "120"), (31600, "31\u202f600"),
-    (263.3, "263.3"), (1.2, "1.2"), (8.18668e-6, "8.19\u00d710\u207b\u2076"), (-0.5, "\u22120.5"),
-    (487804.9, "487\u202f805"), (2e12, "2\u00d710\u00b9\u00b2"), (76.7, "76.7"),
-])
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (None, "\N{EM DASH}"),
+        (0, "0"),
+        (0.0, "0"),
+        (120, "120"),
+        (31600, "31\u202f600"),
+        (263.3, "263.3"),
+        (1.2, "1.2"),
+        (8.18668e-6, "8.19\u00d710\u207b\u2076"),
+        (-0.5, "\u22120.5"),
+        (487804.9, "487\u202f805"),
+        (2e12, "2\u00d710\u00b9\u00b2"),
+        (76.7, "76.7"),
+    ],
+)
 def test_number(value: float | None, text: str) -> None:
     assert number(value) == text
 

@@ -6,10 +6,10 @@ import dataclasses
 
 import pytest
 
-from gateware.core import Core
-from model.program import Kind
-from sim.extremes import Extreme, Extremes
-from sim.report_numerics import numerics_section
+from boresight.gateware.core import Core
+from boresight.model.program import Kind
+from boresight.sim.extremes import Extreme, Extremes
+from boresight.sim.report_numerics import numerics_section
 
 
 def test_a_row_for_every_value_but_constants(core: Core, extremes: Extremes) -> None:
@@ -29,7 +29,8 @@ def test_a_row_for_every_value_but_constants(core: Core, extremes: Extremes) -> 
     heading = next(r for r in rows if r["signal"] == "heading_ht")
     assert (heading["overflow"], heading["state"], heading["unit"]) == ("WRAP", "wraps", "ht")
     assert [r["output"] for r in rows if r["output"]] == [
-        name for _, name in sorted(zip(program.outputs, program.output_names, strict=True))]
+        name for _, name in sorted(zip(program.outputs, program.output_names, strict=True))
+    ]
 
 
 def test_without_a_log_nothing_is_observed(core: Core) -> None:
@@ -50,16 +51,22 @@ def test_attention(core: Core, extremes: Extremes) -> None:
         values[n] = dataclasses.replace(values[n], high=extreme, saturations=saturations)
         changed = dataclasses.replace(extremes, values=tuple(values))
         return next(r["state"] for r in numerics_section(program, changed) if r["signal"] == name)
+
     assert state("gx", 2**30 - 1) == "ok"
     assert state("gx", 2**31 - 1) == "tight"
-    proven = next(program.values[op.dest].name for op in program.ops
-                  if program.values[op.dest].range_source == "interval"
-                  and op.overflow.value == "SAT")
+    proven = next(
+        program.values[op.dest].name
+        for op in program.ops
+        if program.values[op.dest].range_source == "interval" and op.overflow.value == "SAT"
+    )
     assert state(proven, 2**31 - 1) == "ok"
     assert state(proven, 2**31 - 1, saturations=3) == "saturated"
     modes = {op.dest: op.overflow.value for op in program.ops}
-    claimed = next(n for n, v in enumerate(program.values) if modes.get(n) == "SAT"
-                   and v.range_source.startswith("declared:") and v.high > 0)
+    claimed = next(
+        n
+        for n, v in enumerate(program.values)
+        if modes.get(n) == "SAT" and v.range_source.startswith("declared:") and v.high > 0
+    )
     value = program.values[claimed]
     assert state(value.name, 2**31 - 3) == "tight"
     # The declared end itself, not clamped: that is what the range says.

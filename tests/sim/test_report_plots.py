@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 
-from sim.report_plots import euler_plot, float_difference_plot, log_difference_plot
+from boresight.sim.report_plots import euler_plot, float_difference_plot, log_difference_plot
 
 T = [0.0, 0.1, 0.2, 0.3]
-CURVES = {"heading": [170.0, 179.0, -179.0, -170.0], "pitch": [1.0, None, 3.0, 4.0],
-          "roll": [0.0, 0.0, 0.0, 0.0]}
+CURVES = {
+    "heading": [170.0, 179.0, -179.0, -170.0],
+    "pitch": [1.0, None, 3.0, 4.0],
+    "roll": [0.0, 0.0, 0.0, 0.0],
+}
 
 
 def test_plots() -> None:
@@ -16,8 +19,15 @@ def test_plots() -> None:
         (euler_plot(T, CURVES, CURVES, "truth", salt="a"), ["angle, deg", "roll, truth"]),
         (euler_plot(T, CURVES, None, "truth", salt="a"), ["angle, deg"]),
         (float_difference_plot(T, CURVES, 24, salt="b"), ["|fixed (W = 24) - float64|, deg"]),
-        (log_difference_plot(T, {"heading": [1.0, 2.0, None, 3.0], "inclination": [None] * 4},
-                             "comparison", salt="c"), ["difference to the comparison, deg"]),
+        (
+            log_difference_plot(
+                T,
+                {"heading": [1.0, 2.0, None, 3.0], "inclination": [None] * 4},
+                "comparison",
+                salt="c",
+            ),
+            ["difference to the comparison, deg"],
+        ),
     ]
     for svg, words in texts:
         assert ET.fromstring(svg).attrib["class"] == "plot"
@@ -36,8 +46,12 @@ def test_an_angle_that_wraps_leaves_a_gap() -> None:
     wrapped = euler_plot(T, {"heading": CURVES["heading"]}, None, "", salt="a")
 
     def strokes(svg: str) -> int:
-        line = next(p.attrib["d"] for p in ET.fromstring(svg).iter("path")
-                    if "#0072b2" in p.attrib.get("style", ""))
+        line = next(
+            p.attrib["d"]
+            for p in ET.fromstring(svg).iter("path")
+            if "#0072b2" in p.attrib.get("style", "")
+        )
         return line.count("L")
+
     assert strokes(straight) == 3
     assert strokes(wrapped) < 3

@@ -1,7 +1,7 @@
 """`sim.report_schedule`: the chart's data are the schedule's."""
 
-from gateware.core import Core
-from sim.report_schedule import KINDS, schedule_section
+from boresight.gateware.core import Core
+from boresight.sim.report_schedule import KINDS, schedule_section
 
 
 def test_units_add_up(core: Core) -> None:
@@ -13,8 +13,10 @@ def test_units_add_up(core: Core) -> None:
     assert sum(x["busy_cycles"] for x in s["lanes"]) == s["slots_total"]
     assert sum(x["results"] for x in s["lanes"]) == s["ops_total"] + s["copies"]
     terms = sum(len(op.terms) for op in core.schedule.program.ops)
-    kinds = {k: sum(u["count"] for u in s["units"] if u["op"] == k and u["unit"] != "output")
-             for k in KINDS}
+    kinds = {
+        k: sum(u["count"] for u in s["units"] if u["op"] == k and u["unit"] != "output")
+        for k in KINDS
+    }
     assert kinds["multiply-add"] + kinds["function table"] == terms
     # A slot may send its operand and multiply it too.
     assert kinds["emit"] <= len(core.program.outputs)
@@ -30,7 +32,8 @@ def test_chart_names_what_happens(small_core: Core) -> None:
     assert [name for _, name in chart["gets"]] == [program.values[n].name for n in program.inputs]
     assert sorted(name for _, name, _ in chart["outputs"]) == sorted(program.output_names)
     assert {name: c for _, name, c in chart["outputs"]} == dict(
-        zip(program.output_names, small_core.schedule.latencies, strict=True))
+        zip(program.output_names, small_core.schedule.latencies, strict=True)
+    )
     sent = [label.rsplit("emit ", 1)[1] for *_, label, _ in chart["slots"] if "emit " in label]
     assert sorted(sent) == sorted(program.output_names)
     by_kind = {kind: label for _, _, kind, label, _ in chart["slots"]}

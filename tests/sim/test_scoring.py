@@ -7,15 +7,15 @@ import dataclasses
 import numpy as np
 import pytest
 
-from model.errors import InputError
-from model.estimator import input_words
-from model.estimators.complementary import Complementary
-from sim.accuracy import attitude_rmse
-from sim.check import with_params
-from sim.feed import attitude_of, inputs_of, named_outputs
-from sim.scoring import Scorer, has_truth
-from sim.segments import interpret
-from sim.synthetic import SensorError, synthetic_log
+from boresight.model.errors import InputError
+from boresight.model.estimator import input_words
+from boresight.model.estimators.complementary import Complementary
+from boresight.sim.accuracy import attitude_rmse
+from boresight.sim.check import with_params
+from boresight.sim.feed import attitude_of, inputs_of, named_outputs
+from boresight.sim.scoring import Scorer, has_truth
+from boresight.sim.segments import interpret
+from boresight.sim.synthetic import SensorError, synthetic_log
 
 PARAMS = {"kp_heading_per_s": 1.0}
 
@@ -23,8 +23,10 @@ PARAMS = {"kp_heading_per_s": 1.0}
 @pytest.fixture(scope="module")
 def logs():
     """The second has a gap in its reference and samples that do not count."""
-    logs = [synthetic_log(seconds=s, rate_hz=50, seed=s, name=f"log{s}",
-                          mag_error=SensorError(2.0)) for s in (3, 5, 4)]
+    logs = [
+        synthetic_log(seconds=s, rate_hz=50, seed=s, name=f"log{s}", mag_error=SensorError(2.0))
+        for s in (3, 5, 4)
+    ]
     q = logs[1].q.copy()
     q[100:120] = np.nan
     logs[1] = dataclasses.replace(logs[1], q=q, mov=np.arange(len(q)) > 60)

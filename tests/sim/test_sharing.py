@@ -7,13 +7,13 @@ import dataclasses
 import numpy as np
 import pytest
 
-from gateware.core import build_shared_core
-from model.interpreter import Interpreter
-from sim.check import simulation_of
-from sim.cosim import BusWrite
-from sim.random_program import random_inputs, random_programs
-from sim.sharing import deal, run_in_turns, selection
-from sim.simulators import available
+from boresight.gateware.core import build_shared_core
+from boresight.model.interpreter import Interpreter
+from boresight.sim.check import simulation_of
+from boresight.sim.cosim import BusWrite
+from boresight.sim.random_program import random_inputs, random_programs
+from boresight.sim.sharing import deal, run_in_turns, selection
+from boresight.sim.simulators import available
 
 
 @pytest.mark.parametrize("counts", [(5,), (100, 3, 0), (40, 40, 40, 40)])
@@ -57,8 +57,11 @@ def test_random_programs_in_turns(config, word, count):
     first, _ = model.run(stream[:9, :, None])
     model.params[programs[number].find(name)] = 12345
     second, _ = model.run(stream[9:, :, None])
-    run = simulation.run(stream, max_interval=one.schedule.interval, bus_writes=[
-        *selection(one), BusWrite(9, address, 12345)])
+    run = simulation.run(
+        stream,
+        max_interval=one.schedule.interval,
+        bus_writes=[*selection(one), BusWrite(9, address, 12345)],
+    )
     assert np.array_equal(run.outputs, np.concatenate([first, second])[:, :, 0])
     assert (run.interval_cycles == one.schedule.interval).all()
 

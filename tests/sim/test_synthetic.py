@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from model.attitude import quaternion_to_euler
-from model.errors import InputError
-from sim.log import Log
-from sim.synthetic import GRAVITY, SensorError, synthetic_log
+from boresight.model.attitude import quaternion_to_euler
+from boresight.model.errors import InputError
+from boresight.sim.log import Log
+from boresight.sim.synthetic import GRAVITY, SensorError, synthetic_log
 
 FIELD = (-3.0, 28.0, -46.0)
 

@@ -6,19 +6,19 @@ import math
 
 import pytest
 
-from model.errors import InputError
-from model.estimator import Param
-from model.estimators.complementary import Complementary
-from sim.scoring import Scorer
-from sim.synthetic import SensorError, synthetic_log
-from sim.tuning import deal_folds, pattern_search, rounded, sensitivities, tunable
+from boresight.model.errors import InputError
+from boresight.model.estimator import Param
+from boresight.model.estimators.complementary import Complementary
+from boresight.sim.scoring import Scorer
+from boresight.sim.synthetic import SensorError, synthetic_log
+from boresight.sim.tuning import deal_folds, pattern_search, rounded, sensitivities, tunable
 
 PARAMS = (Param("a", 1.0, 0.0, 50.0, "", ""), Param("b", 1.0, 0.25, 2.0, "", ""))
 
 
 def bowl(values):
     """Least at a = 8, b = 4, which is out of b's range."""
-    return 1.0 + math.log(values["a"] / 8.0)**2 + math.log(values["b"] / 4.0)**2
+    return 1.0 + math.log(values["a"] / 8.0) ** 2 + math.log(values["b"] / 4.0) ** 2
 
 
 def test_search_finds_the_minimum_within_the_ranges():
@@ -27,6 +27,7 @@ def test_search_finds_the_minimum_within_the_ranges():
     def watched(values):
         seen.append(dict(values))
         return bowl(values)
+
     found = pattern_search(watched, PARAMS, {"a": 0.5, "b": 0.5}, rounds=20)
     assert found.values["a"] == pytest.approx(8.0, rel=0.04)
     assert found.values["b"] == 2.0
@@ -41,11 +42,14 @@ def test_search_finds_the_minimum_within_the_ranges():
 
 def test_search_in_a_valley_across_the_axes():
     """A diagonal valley, seven times steeper across: pattern moves run along it."""
+
     def valley(values):
         x, y = math.log(values["a"]), math.log(values["b"])
-        return 10.0 * (x - y)**2 + 0.1 * (x + y - 1.0)**2
-    found = pattern_search(valley, [Param(n, 1.0, 0.0, 1e6, "", "") for n in "ab"],
-                           {"a": 0.01, "b": 0.01}, rounds=40)
+        return 10.0 * (x - y) ** 2 + 0.1 * (x + y - 1.0) ** 2
+
+    found = pattern_search(
+        valley, [Param(n, 1.0, 0.0, 1e6, "", "") for n in "ab"], {"a": 0.01, "b": 0.01}, rounds=40
+    )
     assert found.best_deg < 0.1 and found.evaluations < 60
 
 
@@ -60,8 +64,9 @@ def test_search_obeys_rounds_and_rests():
 
 
 def test_search_leaves_points_that_are_no_number():
-    found = pattern_search(lambda v: math.nan if v["a"] < 4.0 else bowl(v), PARAMS,
-                           {"a": 3.0, "b": 1.0})
+    found = pattern_search(
+        lambda v: math.nan if v["a"] < 4.0 else bowl(v), PARAMS, {"a": 3.0, "b": 1.0}
+    )
     assert found.values["a"] == pytest.approx(8.0, rel=0.04)
     assert found.start_deg == math.inf
 
@@ -82,7 +87,7 @@ def test_folds_are_a_partition():
 def test_sensitivities():
     half, _ = sensitivities(bowl, PARAMS, {"a": 8.0, "b": 2.0})
     assert (half.half, half.double) == (4.0, 16.0)
-    assert half.half_deg == pytest.approx(1.0 + 2 * math.log(2)**2) == half.double_deg
+    assert half.half_deg == pytest.approx(1.0 + 2 * math.log(2) ** 2) == half.double_deg
     _, b = sensitivities(bowl, PARAMS, {"a": 8.0, "b": 0.4})
     assert (b.half, b.double) == (0.25, 0.8)  # kept in range
     assert b.to_json()["parameter"] == "b"
@@ -97,19 +102,32 @@ def test_which_parameters():
     assert set(names) - {p.name for p in tunable(estimator, turned)} == {"mag_gate"}
     assert len(tunable(estimator, turned)) == len(names) - 1
     assert [p.name for p in tunable(estimator, start, ["mag_gate", "kp_roll_per_s"])] == [
-        "mag_gate", "kp_roll_per_s"]
-    for names, message in ((["kp"], "kp"), (["mag_gate", "mag_gate"], "twice"),
-                           (["declination_ht"], "above zero")):
+        "mag_gate",
+        "kp_roll_per_s",
+    ]
+    for names, message in (
+        (["kp"], "kp"),
+        (["mag_gate", "mag_gate"], "twice"),
+        (["declination_ht"], "above zero"),
+    ):
         with pytest.raises(InputError, match=message):
             tunable(estimator, start, names)
 
 
 @pytest.fixture(scope="module")
 def scorer():
-    logs = [synthetic_log(seconds=20, rate_hz=50, seed=seed, acceleration=1.0,
-                          gyr_error=SensorError(0.01), acc_error=SensorError(0.1),
-                          mag_error=SensorError(2.0))
-            for seed in (1, 2, 3)]
+    logs = [
+        synthetic_log(
+            seconds=20,
+            rate_hz=50,
+            seed=seed,
+            acceleration=1.0,
+            gyr_error=SensorError(0.01),
+            acc_error=SensorError(0.1),
+            mag_error=SensorError(2.0),
+        )
+        for seed in (1, 2, 3)
+    ]
     return Scorer(Complementary(), logs)
 
 
@@ -120,8 +138,10 @@ def test_tuning_mends_a_detuned_filter_and_repeats_itself(scorer):
     def objective(values):
         scores = scorer.scores(values)
         return sum(s.total for s in scores) / len(scores)
-    found = [pattern_search(objective, params, dict.fromkeys(names, 20.0), rounds=6)
-             for _ in range(2)]
+
+    found = [
+        pattern_search(objective, params, dict.fromkeys(names, 20.0), rounds=6) for _ in range(2)
+    ]
     assert found[0] == found[1]
     assert found[0].best_deg < 0.65 * found[0].start_deg
     assert found[0].best_deg == objective(found[0].values) <= objective({})

@@ -7,10 +7,18 @@ from pathlib import Path
 
 import pytest
 
-from firmware.soc.image import source
+from boresight.firmware.soc.image import source
 
-FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-O1",
-         "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+FLAGS = (
+    "-std=c99",
+    "-Wall",
+    "-Wextra",
+    "-Wconversion",
+    "-Werror",
+    "-O1",
+    "-fsanitize=address,undefined",
+    "-fno-sanitize-recover=all",
+)
 
 #: Devices of a computer that has none: memory.
 SOC = """
@@ -44,8 +52,12 @@ static inline int32_t core_reg_signed(uint32_t bits) { return (int32_t) bits; }
 def run(main: str, files: tuple[str, ...], folder: Path) -> list[str]:
     """Lines that a program prints."""
     texts = {name: source(name) for name in (*files, "soc.h", "text.h", "attitude.h")}
-    for name, text in {**texts, "soc_registers.h": SOC, "registers.h": REGISTERS,
-                       "main.c": main}.items():
+    for name, text in {
+        **texts,
+        "soc_registers.h": SOC,
+        "registers.h": REGISTERS,
+        "main.c": main,
+    }.items():
         (folder / name).write_text(text)
     subprocess.run(["gcc", *FLAGS, *files, "main.c", "-o", "main"], cwd=folder, check=True)
     done = subprocess.run(["./main"], cwd=folder, capture_output=True, text=True)
@@ -55,24 +67,44 @@ def run(main: str, files: tuple[str, ...], folder: Path) -> list[str]:
 
 def test_numbers_as_text(tmp_path: Path) -> None:
     values = [0, 1, -1, 99, 100, -100, 123456, -18000, 2**31 - 1, -(2**31)]
-    words = [(0, 31), (2**30, 31), (-(2**31), 31), (2**31 - 1, 31), (-1, 31), (1 << 20, 24),
-             (5965232, 31), (-5965232, 31), (5965233, 31), (-7, 0)]
-    calls = "".join(f"text_hundredths({v if v > -2**31 else 'INT32_MIN'}); text_end();\n"
-                    for v in values)
+    words = [
+        (0, 31),
+        (2**30, 31),
+        (-(2**31), 31),
+        (2**31 - 1, 31),
+        (-1, 31),
+        (1 << 20, 24),
+        (5965232, 31),
+        (-5965232, 31),
+        (5965233, 31),
+        (-7, 0),
+    ]
+    calls = "".join(
+        f"text_hundredths({v if v > -(2**31) else 'INT32_MIN'}); text_end();\n" for v in values
+    )
     calls += "".join(
         "text_hundredths(text_hundredths_of_half_turns("
-        f"{w if w > -2**31 else 'INT32_MIN'}, {f}u)); text_end();\n" for w, f in words)
-    lines = run("""
+        f"{w if w > -(2**31) else 'INT32_MIN'}, {f}u)); text_end();\n"
+        for w, f in words
+    )
+    lines = run(
+        """
 #include "soc.h"
 #include "text.h"
 #include <stdio.h>
 void soc_put(uint8_t byte) { if (byte != 13) { putchar(byte); } }
 int main(void) {
     text_unsigned(UINT32_MAX); text_end();
-""" + calls + "return 0;\n}\n", ("text.c",), tmp_path)
+"""
+        + calls
+        + "return 0;\n}\n",
+        ("text.c",),
+        tmp_path,
+    )
     assert lines[0] == "4294967295"
-    assert lines[1:11] == [f"{'-' if v < 0 else ''}{abs(v) // 100}.{abs(v) % 100:02d}"
-                           for v in values]
+    assert lines[1:11] == [
+        f"{'-' if v < 0 else ''}{abs(v) // 100}.{abs(v) % 100:02d}" for v in values
+    ]
     for text, (word, frac) in zip(lines[11:], words, strict=False):
         exact = 180.0 * word / 2**frac
         assert abs(float(text) - exact) <= 0.005 + 1e-9, (word, frac)
@@ -132,7 +164,9 @@ def test_missed_updates_lose_neither_time_nor_field(tmp_path: Path) -> None:
         "13 30 13000 13007 dt 2147483647 field 0 missed 6",
     ]
     assert [line.split(" missed")[0] for line in lines[9:11]] == [
-        "15 30 15000 15007 dt 2 field 0", "18 30 18000 18007 dt 3 field 0"]
+        "15 30 15000 15007 dt 2 field 0",
+        "18 30 18000 18007 dt 3 field 0",
+    ]
 
 
 def test_copy_is_not_disturbed(tmp_path: Path) -> None:
@@ -141,16 +175,21 @@ def test_copy_is_not_disturbed(tmp_path: Path) -> None:
         'void soc_unmask(uint32_t mask) { if (mask != 7u) { printf("mask\\n"); } }',
         "static void sample(uint32_t number, int32_t dt, int32_t field);\n"
         "void soc_unmask(uint32_t mask) {\n"
-        "    for (uint32_t n = 0; n < 5u; n++) { sample(100u + n + mask - 7u, 1, 0); }\n}")
+        "    for (uint32_t n = 0; n < 5u; n++) { sample(100u + n + mask - 7u, 1, 0); }\n}",
+    )
     assert "100u + n" in main
     main = main.split("int main")[0] + "int main(void) { sample(1, 5, 0); show(); show(); }\n"
     assert run(main, ("attitude.c",), tmp_path)[:2] == [
-        "1 30 1000 1007 dt 5 field 0 missed 4", "104 30 104000 104007 dt 5 field 0 missed 8"]
+        "1 30 1000 1007 dt 5 field 0 missed 4",
+        "104 30 104000 104007 dt 5 field 0 missed 8",
+    ]
 
 
 def test_update_that_changes_while_it_is_read(tmp_path: Path) -> None:
     """Three attempts, then it counts as missed; nothing is taken."""
-    main = ATTITUDE.split("int main")[0] + """
+    main = (
+        ATTITUDE.split("int main")[0]
+        + """
 int main(void) {
     sample(1, 5, 0);
     show();
@@ -162,23 +201,30 @@ int main(void) {
     return 0;
 }
 """
+    )
     # Every reading of the header gives another number.
     registers = REGISTERS.replace(
         "#define CORE_RESULT_HEADER_ADDR 0",
         "extern uint32_t slot_words[4096];\nextern int moving;\n"
         "static inline unsigned header_at(void) { slot_words[0] += (uint32_t) moving; return 0; }\n"
-        "#define CORE_RESULT_HEADER_ADDR header_at()")
+        "#define CORE_RESULT_HEADER_ADDR header_at()",
+    )
     main = main.replace("static attitude_t got;", "int moving;\nstatic attitude_t got;")
-    for name, text in {"registers.h": registers, "soc_registers.h": SOC, "main.c": main,
-                       **{n: source(n) for n in ("soc.h", "attitude.h", "attitude.c")}}.items():
+    for name, text in {
+        "registers.h": registers,
+        "soc_registers.h": SOC,
+        "main.c": main,
+        **{n: source(n) for n in ("soc.h", "attitude.h", "attitude.c")},
+    }.items():
         (tmp_path / name).write_text(text)
     subprocess.run(["gcc", *FLAGS, "attitude.c", "main.c", "-o", "main"], cwd=tmp_path, check=True)
     said = subprocess.run(["./main"], cwd=tmp_path, capture_output=True, text=True, check=True)
     assert said.stdout.splitlines() == ["1 30 1000 1007 dt 5 field 0 missed 0", "none", "1"]
 
 
-@pytest.mark.parametrize("name", ["soc.c", "attitude.c", "software.c", "text.c", "main.c",
-                                  "measure.c"])
+@pytest.mark.parametrize(
+    "name", ["soc.c", "attitude.c", "software.c", "text.c", "main.c", "measure.c"]
+)
 def test_lines_are_short_and_end_marked(name: str) -> None:
     text = source(name)
     assert max(map(len, text.splitlines())) <= 100

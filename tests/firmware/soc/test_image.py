@@ -6,16 +6,29 @@ import shutil
 
 import pytest
 
-from firmware.soc import image
-from firmware.soc.filter import filter_header
-from firmware.soc.image import COMPILER, ImageError, build_image, find_cross_compiler
-from model.errors import ToolMissing
+from boresight.firmware.soc import image
+from boresight.firmware.soc.filter import filter_header
+from boresight.firmware.soc.image import COMPILER, ImageError, build_image, find_cross_compiler
+from boresight.model.errors import ToolMissing
 
-needs_compiler = pytest.mark.skipif(shutil.which(COMPILER) is None,
-                                    reason=f"{COMPILER} is not installed (make firmware)")
-HEADER = "".join(f"#define SOC_{name} 0\n" for name in (
-    "CONTROL_BASE", "SLOT_BASE", "CYCLES_ADDR", "WATCHDOG_ADDR", "WATCHDOG_KICK", "FENCE_ADDR",
-    "STATUS_ADDR", "STATUS_CONSOLE_FREE", "STATUS_CONSOLE_FULL", "CONSOLE_ADDR"))
+needs_compiler = pytest.mark.skipif(
+    shutil.which(COMPILER) is None, reason=f"{COMPILER} is not installed (make firmware)"
+)
+HEADER = "".join(
+    f"#define SOC_{name} 0\n"
+    for name in (
+        "CONTROL_BASE",
+        "SLOT_BASE",
+        "CYCLES_ADDR",
+        "WATCHDOG_ADDR",
+        "WATCHDOG_KICK",
+        "FENCE_ADDR",
+        "STATUS_ADDR",
+        "STATUS_CONSOLE_FREE",
+        "STATUS_CONSOLE_FULL",
+        "CONSOLE_ADDR",
+    )
+)
 MAIN = """
 #include "soc.h"
 uint32_t first = 7u;
@@ -26,8 +39,9 @@ int main(void) { return (int) (first + none[1]); }
 
 
 def make(text: str = MAIN, **options) -> image.Image:
-    return build_image({"main.c": text, "soc_registers.h": HEADER}, sources=("main.c",),
-                       **{"ram": 8192, **options})
+    return build_image(
+        {"main.c": text, "soc_registers.h": HEADER}, sources=("main.c",), **{"ram": 8192, **options}
+    )
 
 
 @needs_compiler
@@ -55,8 +69,9 @@ def test_same_sources_same_image() -> None:
 
 @needs_compiler
 def test_memory_too_small() -> None:
-    with pytest.raises(ImageError, match="^riscv64-unknown-elf-gcc failed: .*memory is full: no "
-                                         "room for the stack"):
+    with pytest.raises(
+        ImageError, match="^riscv64-unknown-elf-gcc failed: .*memory is full: no room for the stack"
+    ):
         make(stack=8000)
 
 
@@ -68,9 +83,12 @@ def test_warning_is_an_error() -> None:
 
 def test_missing_compiler_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(image.shutil, "which", lambda name: None)
-    with pytest.raises(ToolMissing, match=r"^riscv64-unknown-elf-gcc was not found: run 'make "
-                                          r"firmware', or install it \(Debian, Ubuntu: apt-get "
-                                          r"install gcc-riscv64-unknown-elf picolibc-\S+\)$"):
+    with pytest.raises(
+        ToolMissing,
+        match=r"^riscv64-unknown-elf-gcc was not found: run 'make "
+        r"firmware', or install it \(Debian, Ubuntu: apt-get "
+        r"install gcc-riscv64-unknown-elf picolibc-\S+\)$",
+    ):
         find_cross_compiler()
 
 

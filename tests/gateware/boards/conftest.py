@@ -4,10 +4,10 @@ from collections.abc import Callable
 
 import pytest
 
-from gateware.core import Core, build_core, build_shared_core
-from model import ops
-from model.estimator import Estimator, Input, Output, Param, State
-from model.estimators.complementary import Complementary
+from boresight.gateware.core import Core, build_core, build_shared_core
+from boresight.model import ops
+from boresight.model.estimator import Estimator, Input, Output, Param, State
+from boresight.model.estimators.complementary import Complementary
 
 
 class Leaky(Estimator):

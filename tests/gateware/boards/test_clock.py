@@ -2,8 +2,8 @@
 
 import pytest
 
-from gateware.boards.clock import VCO_HZ, Pll, pll_for
-from model.errors import InputError
+from boresight.gateware.boards.clock import VCO_HZ, Pll, pll_for
+from boresight.model.errors import InputError
 
 
 def test_own_oscillator_needs_none() -> None:
@@ -26,7 +26,10 @@ def test_fastest_inner_oscillator() -> None:
 
 @pytest.mark.parametrize("clock", [0, -1, 123_456_789, 400_000_000, 2_000_000, 1e8, None])
 def test_impossible_clocks(clock) -> None:
-    with pytest.raises(InputError, match=r"^clock_hz: wanted a whole number up to 375000000 Hz "
-                       r"that is 50000000 Hz \* m / d .*, found .*; choose 50000000 or, for "
-                       r"example, 100000000$"):
+    with pytest.raises(
+        InputError,
+        match=r"^clock_hz: wanted a whole number up to 375000000 Hz "
+        r"that is 50000000 Hz \* m / d .*, found .*; choose 50000000 or, for "
+        r"example, 100000000$",
+    ):
         pll_for(oscillator_hz=50_000_000, clock_hz=clock)

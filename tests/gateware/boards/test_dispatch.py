@@ -5,12 +5,13 @@ import random
 import pytest
 from amaranth.sim import Simulator
 
-from gateware.boards.dispatch import Dispatcher
-from gateware.boards.frames import Kind
+from boresight.gateware.boards.dispatch import Dispatcher
+from boresight.gateware.boards.frames import Kind
 
 
-def run(dut: Dispatcher, frames: list[tuple[Kind, list[int]]], *, stalls: float,
-        answer_after: int = 0) -> list[tuple]:
+def run(
+    dut: Dispatcher, frames: list[tuple[Kind, list[int]]], *, stalls: float, answer_after: int = 0
+) -> list[tuple]:
     """Events seen by a core: records, writes, and the answers with what they say."""
     rng = random.Random(1)
     events: list[tuple] = []
@@ -33,7 +34,8 @@ def run(dut: Dispatcher, frames: list[tuple[Kind, list[int]]], *, stalls: float,
             ready = rng.random() >= stalls
             ctx.set(dut.o.ready, ready)
             _, _, valid, data, last = await ctx.tick().sample(
-                dut.o.valid, dut.o.payload.data, dut.o.payload.last)
+                dut.o.valid, dut.o.payload.data, dut.o.payload.last
+            )
             if valid and ready:
                 record.append(data)
                 if last:
@@ -51,7 +53,8 @@ def run(dut: Dispatcher, frames: list[tuple[Kind, list[int]]], *, stalls: float,
             ack = rng.random() >= stalls
             ctx.set(dut.bus.w_ack, ctx.get(dut.bus.w_stb) and ack)
             _, _, stb, ack, addr, data = await ctx.tick().sample(
-                dut.bus.w_stb, dut.bus.w_ack, dut.bus.addr, dut.bus.w_data)
+                dut.bus.w_stb, dut.bus.w_ack, dut.bus.addr, dut.bus.w_data
+            )
             ctx.set(dut.bus.r_data, addr ^ 0x155)
             if stb and ack:
                 events.append(("write", addr, data))
@@ -62,7 +65,8 @@ def run(dut: Dispatcher, frames: list[tuple[Kind, list[int]]], *, stalls: float,
             ready = rng.random() >= stalls
             ctx.set(dut.o_reply.ready, ready)
             _, _, valid, kind, data = await ctx.tick().sample(
-                dut.o_reply.valid, dut.o_reply.payload.kind, dut.o_reply.payload.data)
+                dut.o_reply.valid, dut.o_reply.payload.kind, dut.o_reply.payload.data
+            )
             if valid and ready:
                 events.append(("reply", Kind(kind), data))
 
@@ -78,15 +82,31 @@ def run(dut: Dispatcher, frames: list[tuple[Kind, list[int]]], *, stalls: float,
 @pytest.mark.parametrize("stalls", [0.0, 0.7])
 def test_in_order(stalls: float) -> None:
     dut = Dispatcher(word=32, inputs=3, depth=4)
-    events = run(dut, [
-        (Kind.RECORD, [1, 2, 3]), (Kind.READ, [513]), (Kind.WRITE, [7, 99]),
-        (Kind.WRITE, [0xFFFF_FC08, 98]), (Kind.RECORD, [4, 5, 6]), (Kind.READ, [1])],
-        stalls=stalls, answer_after=40)
+    events = run(
+        dut,
+        [
+            (Kind.RECORD, [1, 2, 3]),
+            (Kind.READ, [513]),
+            (Kind.WRITE, [7, 99]),
+            (Kind.WRITE, [0xFFFF_FC08, 98]),
+            (Kind.RECORD, [4, 5, 6]),
+            (Kind.READ, [1]),
+        ],
+        stalls=stalls,
+        answer_after=40,
+    )
     assert events == [
-        ("record", [1, 2, 3]), ("answered",), ("reply", Kind.READ, 513 ^ 0x155),
-        ("write", 7, 99), ("reply", Kind.WRITE, 7),
-        ("write", 8, 98), ("reply", Kind.WRITE, 8),  # bits above the address: ignored
-        ("record", [4, 5, 6]), ("answered",), ("reply", Kind.READ, 1 ^ 0x155)]
+        ("record", [1, 2, 3]),
+        ("answered",),
+        ("reply", Kind.READ, 513 ^ 0x155),
+        ("write", 7, 99),
+        ("reply", Kind.WRITE, 7),
+        ("write", 8, 98),
+        ("reply", Kind.WRITE, 8),  # bits above the address: ignored
+        ("record", [4, 5, 6]),
+        ("answered",),
+        ("reply", Kind.READ, 1 ^ 0x155),
+    ]
 
 
 def test_record_of_one_word() -> None:

@@ -5,8 +5,8 @@ import random
 import pytest
 from amaranth.sim import Simulator
 
-from gateware.boards.framer import Framer
-from gateware.boards.frames import CRC, END, ESC, Kind, encode
+from boresight.gateware.boards.framer import Framer
+from boresight.gateware.boards.frames import CRC, END, ESC, Kind, encode
 
 
 def run(bodies: list[tuple[bytes, bool]], *, stalls: float, gaps: float) -> bytes:
@@ -49,8 +49,10 @@ def test_frames_and_text(stalls: float, gaps: float) -> None:
             bodies.append((text, True))
             wanted += text
         else:
-            words = [int.from_bytes(bytes(rng.choices([END, ESC, 0, rng.getrandbits(8)], k=4)),
-                                    "little") for _ in range(rng.randrange(5))]
+            words = [
+                int.from_bytes(bytes(rng.choices([END, ESC, 0, rng.getrandbits(8)], k=4)), "little")
+                for _ in range(rng.randrange(5))
+            ]
             kind = rng.choice(list(Kind))
             frame = encode(kind, words, word=32)
             bodies.append((bytes([kind]) + b"".join(w.to_bytes(4, "little") for w in words), False))
@@ -65,4 +67,4 @@ def test_check_bytes_are_escaped() -> None:
         if check[0] in (END, ESC) or check[1] in (END, ESC):
             break
     escaped = check.replace(b"\xdb", b"\xdb\xdd").replace(b"\xc0", b"\xdb\xdc")
-    assert run([(body, False)], stalls=0.0, gaps=0.0)[-len(escaped) - 1:-1] == escaped
+    assert run([(body, False)], stalls=0.0, gaps=0.0)[-len(escaped) - 1 : -1] == escaped

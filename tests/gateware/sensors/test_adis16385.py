@@ -4,10 +4,10 @@ import random
 
 import pytest
 
-from gateware.sensors.adis16385 import Adis16385
-from gateware.sensors.adis16385_frames import CONFIG_FRAMES, RUN_FRAMES
-from gateware.verilog import to_verilog
-from sim.devices.adis16385 import PERIOD, SCALED, ReaderBench, scaled_reader
+from boresight.gateware.sensors.adis16385 import Adis16385
+from boresight.gateware.sensors.adis16385_frames import CONFIG_FRAMES, RUN_FRAMES
+from boresight.gateware.verilog import to_verilog
+from boresight.sim.devices.adis16385 import PERIOD, SCALED, ReaderBench, scaled_reader
 
 
 @pytest.fixture(scope="module")
@@ -19,9 +19,11 @@ def test_samples_are_those_of_the_log(bench: ReaderBench) -> None:
     """Every word, also the extreme ones; the temperature is as of the sample before."""
     random.seed(5)
     full = [-32768, 32767, -1, 0, *range(-3, 3)]
-    log = [[random.choice([*full, random.randrange(-32768, 32768)]) for _ in range(6)]
-           + [random.choice([-2048, 2047, -1, 0, random.randrange(-2048, 2048)]), 0]
-           for _ in range(60)]
+    log = [
+        [random.choice([*full, random.randrange(-32768, 32768)]) for _ in range(6)]
+        + [random.choice([-2048, 2047, -1, 0, random.randrange(-2048, 2048)]), 0]
+        for _ in range(60)
+    ]
     reader = bench.reader
     happened = bench.run(samples=50, log=log)
     assert happened.violations == 0 and not happened.complaints
@@ -56,8 +58,10 @@ def test_over_range_is_exact(bench: ReaderBench) -> None:
 @pytest.mark.parametrize("bit", range(16))
 def test_bits_of_diag_stat(bench: ReaderBench, bit: int) -> None:
     """Every bit but the unused one raises the alarm; the one of the link drops the sample."""
-    log = [[k] * 7 + [(1 << bit) - (1 << 16 if bit == 15 else 0) if k in (3, 4) else 0]
-           for k in range(10)]
+    log = [
+        [k] * 7 + [(1 << bit) - (1 << 16 if bit == 15 else 0) if k in (3, 4) else 0]
+        for k in range(10)
+    ]
     happened = bench.run(samples=6, log=log)
     lines = [s.line for s in happened.samples]
     if bit == 3:
@@ -77,8 +81,9 @@ def test_settings_are_written_and_kept(bench: ReaderBench) -> None:
     happened = bench.run(samples=12, settings=settings)
     assert happened.violations == 0
     assert not any(names - {"sample"} for _, names in happened.events)
-    apart = [b.stamp - a.stamp for a, b in zip(happened.samples, happened.samples[1:],
-                                               strict=False)]
+    apart = [
+        b.stamp - a.stamp for a, b in zip(happened.samples, happened.samples[1:], strict=False)
+    ]
     assert set(apart) == {4 * PERIOD}  # decimation by 2**2
 
 
@@ -108,8 +113,9 @@ def test_slow_device_with_a_clock_of_its_own() -> None:
     """Answers as late as is allowed, samples 2 % faster than they should be."""
     reader = scaled_reader()
     # The model's bit is on the pin one cycle later than it says.
-    happened = ReaderBench(reader, parameters={
-        "DOUT_DELAY": reader.spi.answer_cycles - 1, "PPM": 20_000}).run(samples=20)
+    happened = ReaderBench(
+        reader, parameters={"DOUT_DELAY": reader.spi.answer_cycles - 1, "PPM": 20_000}
+    ).run(samples=20)
     assert len(happened.samples) == 20 and not happened.times("restart")
     stamps = [s.stamp for s in happened.samples]
     assert (stamps[-1] - stamps[0]) / 19 == pytest.approx(PERIOD / 1.02, abs=1)
@@ -133,17 +139,24 @@ def test_same_component_same_verilog() -> None:
     assert texts[0] == texts[1]
 
 
-@pytest.mark.parametrize("given, message", [
-    ({"identity": 0x10000}, r"^identity must be an integer from 0 to 65535, not 65536$"),
-    ({"sens_avg": -1}, r"^sens_avg must be an integer from 0 to 65535, not -1$"),
-    ({"gyro_limit": 0}, r"^gyro_limit must be an integer from 1 to 32767, not 0$"),
-    ({"bad_limit": 17}, r"^bad_limit must be an integer from 1 to 16, not 17$"),
-    ({"bad_limit": True}, r"^bad_limit must be an integer from 1 to 16, not True$"),
-    ({"sclk_hz": 0}, r"^sclk_hz must be a positive number, not 0$"),
-    ({"stall_s": 0}, r"^seconds must be a positive number, not 0$"),
-    ({"timeout_periods": 0.5}, r"^timeout_periods must be 1 or more, not 0\.5$"),
-    ({"period_s": 1e-3}, r"^period_s must be longer than a burst \(0\.00114\d s "
-                          r"and a stall\), not 0\.001$")])
+@pytest.mark.parametrize(
+    "given, message",
+    [
+        ({"identity": 0x10000}, r"^identity must be an integer from 0 to 65535, not 65536$"),
+        ({"sens_avg": -1}, r"^sens_avg must be an integer from 0 to 65535, not -1$"),
+        ({"gyro_limit": 0}, r"^gyro_limit must be an integer from 1 to 32767, not 0$"),
+        ({"bad_limit": 17}, r"^bad_limit must be an integer from 1 to 16, not 17$"),
+        ({"bad_limit": True}, r"^bad_limit must be an integer from 1 to 16, not True$"),
+        ({"sclk_hz": 0}, r"^sclk_hz must be a positive number, not 0$"),
+        ({"stall_s": 0}, r"^seconds must be a positive number, not 0$"),
+        ({"timeout_periods": 0.5}, r"^timeout_periods must be 1 or more, not 0\.5$"),
+        (
+            {"period_s": 1e-3},
+            r"^period_s must be longer than a burst \(0\.00114\d s "
+            r"and a stall\), not 0\.001$",
+        ),
+    ],
+)
 def test_parameters_are_checked(given, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         Adis16385(**{**SCALED, **given})

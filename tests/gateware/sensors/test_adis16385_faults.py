@@ -4,8 +4,8 @@ import random
 
 import pytest
 
-from gateware.sensors.adis16385_frames import CHECKED
-from sim.devices.adis16385 import PERIOD, Happened, ReaderBench, scaled_reader
+from boresight.gateware.sensors.adis16385_frames import CHECKED
+from boresight.sim.devices.adis16385 import PERIOD, Happened, ReaderBench, scaled_reader
 
 #: Settings other than the device's defaults, so that forgetting them shows.
 SETTINGS = (0x0006, 0x0001, 0x0102)
@@ -18,8 +18,11 @@ FAULTS = {
     "absent": ("no_data_ready", "no_data_ready", READER.timeout_cycles() + READER.burst_cycles),
     "stuck_low": ("config_error", "config_error", CHECK),
     "stuck_high": ("config_error", "config_error", CHECK),
-    "no_data_ready": ("no_data_ready", "no_data_ready",
-                      READER.timeout_cycles() + READER.burst_cycles),
+    "no_data_ready": (
+        "no_data_ready",
+        "no_data_ready",
+        READER.timeout_cycles() + READER.burst_cycles,
+    ),
     "fast_data_ready": ("overrun", "overrun", PERIOD),
     "alarm": ("alarm", "alarm", CHECK),
     "over_range": ("over_range", "over_range", CHECK),
@@ -66,8 +69,9 @@ def test_seen_and_survived(bench: ReaderBench, name: str) -> None:
     restarts = [t for t in happened.times("restart") if t >= FROM]
     assert bool(restarts) == (name in RESTARTS)
     if name in RESTARTS:
-        assert restarts[0] <= FROM + max(bound + READER.bad_limit * PERIOD,
-                                         READER.detection_cycles())
+        assert restarts[0] <= FROM + max(
+            bound + READER.bad_limit * PERIOD, READER.detection_cycles()
+        )
         assert true(happened)
         # While the fault lasts the reader tries again and again; in vain.
         apart = [b - a for a, b in zip(restarts, restarts[1:], strict=False) if b < TO]
@@ -81,9 +85,9 @@ def test_seen_and_survived(bench: ReaderBench, name: str) -> None:
 def test_reset_in_mid_frame(bench: ReaderBench, offset: int) -> None:
     """The device resets itself: no sample of it counts until its settings are back."""
     # The fault waits for the next frame; one sample instant lies in the window.
-    happened = bench.run(cycles=120_000, fault=("reset", FROM + offset,
-                                                         FROM + offset + PERIOD),
-                          settings=SETTINGS)
+    happened = bench.run(
+        cycles=120_000, fault=("reset", FROM + offset, FROM + offset + PERIOD), settings=SETTINGS
+    )
     assert true(happened)
     dropped = [t for t, names in happened.events if names & {"config_error", "identity_error"}]
     assert dropped and dropped[0] - FROM - offset <= 2 * PERIOD + CHECK
@@ -96,8 +100,7 @@ def test_reset_in_mid_frame(bench: ReaderBench, offset: int) -> None:
 
 def test_writes_without_effect(bench: ReaderBench) -> None:
     """Settings that do not stay: no sample, and a start again and again, until they do."""
-    happened = bench.run(cycles=180_000, fault=("ignore_writes", 0, 70_000),
-                          settings=SETTINGS)
+    happened = bench.run(cycles=180_000, fault=("ignore_writes", 0, 70_000), settings=SETTINGS)
     assert len(happened.times("config_error")) == len(happened.times("restart")) >= 5
     assert min(s.time for s in happened.samples) > 70_000
     well_again(happened, 70_000)
@@ -110,8 +113,7 @@ def test_no_wrong_sample_wherever_a_fault_begins_and_ends(bench: ReaderBench, na
     for _ in range(25):
         begin = random.randrange(30_000, 34_000)
         end = begin + random.randrange(PERIOD, 5 * PERIOD)
-        happened = bench.run(cycles=end + 3 * PERIOD, fault=(name, begin, end),
-                              settings=SETTINGS)
+        happened = bench.run(cycles=end + 3 * PERIOD, fault=(name, begin, end), settings=SETTINGS)
         assert true(happened)
 
 
@@ -128,11 +130,24 @@ def test_overrun_marks_the_sample_it_belongs_to(bench: ReaderBench) -> None:
     happened = bench.run(samples=30, faults=[(10, 12, "fast_data_ready")])
     marked = [s.number for s in happened.samples if "overrun" in happened.flags_at(s.time)]
     assert marked and not happened.times("restart")
-    steps = {b.number: b.number - a.number
-             for a, b in zip(happened.samples, happened.samples[1:], strict=False)}
+    steps = {
+        b.number: b.number - a.number
+        for a, b in zip(happened.samples, happened.samples[1:], strict=False)
+    }
     # Whoever comes after a skipped edge is marked or follows a marked one.
-    assert all(number in marked or number - steps[number] in marked
-               for number, step in steps.items() if step > 1)
-    assert happened.samples[-1].number == len(
-        [e for e in happened.edges if happened.samples[0].stamp - 3 < e
-         < happened.samples[-1].stamp]) - 1
+    assert all(
+        number in marked or number - steps[number] in marked
+        for number, step in steps.items()
+        if step > 1
+    )
+    assert (
+        happened.samples[-1].number
+        == len(
+            [
+                e
+                for e in happened.edges
+                if happened.samples[0].stamp - 3 < e < happened.samples[-1].stamp
+            ]
+        )
+        - 1
+    )

@@ -4,11 +4,11 @@ rest, with the model of the compass."""
 import pytest
 from amaranth.sim import Simulator
 
-from gateware.sensors.hmr3300 import FLAGS, LINES_HZ, Hmr3300
-from gateware.sensors.hmr3300_sentence import SentenceParser
-from gateware.serial.uart import DIVISOR_MIN
-from gateware.synthesis.estimate import estimate
-from gateware.verilog import to_verilog
+from boresight.gateware.sensors.hmr3300 import FLAGS, LINES_HZ, Hmr3300
+from boresight.gateware.sensors.hmr3300_sentence import SentenceParser
+from boresight.gateware.serial.uart import DIVISOR_MIN
+from boresight.gateware.synthesis.estimate import estimate
+from boresight.gateware.verilog import to_verilog
 
 SLOW = {"clock_hz": 19_200 * 8, "stale_s": 0.05}  # 8 cycles a bit, 4096 a tick
 
@@ -78,7 +78,13 @@ def test_line_and_stale() -> None:
     out, dut = happenings([100, b"\n", text], after=20_000)
     begin = 100 + 80 + 80 * (len(text) - 1)
     assert [what for _, what in out] == [
-        {"stale"}, "heading_line", (1234, -56, 78), set(), "went_stale", {"stale"}]
+        {"stale"},
+        "heading_line",
+        (1234, -56, 78),
+        set(),
+        "went_stale",
+        {"stale"},
+    ]
     assert out[1][0] == out[3][0] and out[4][0] == out[5][0]
     good = out[1][0]
     assert good <= begin + dut.latency
@@ -95,10 +101,11 @@ def test_counts_flag() -> None:
 def test_line_with_a_pause_in_it_is_rejected() -> None:
     _, dut = happenings([])
     pause = 2 * dut.tick_cycles
-    for data, wanted in (([b"\n", b"12", pause, b"3.4, 5.6, 7.8\r\n"], ["rejected_line"]),
-                         ([b"\n", pause, b"3.4, 5.6, 7.8\r\n"], ["heading_line"]),
-                         ([b"\n", b"12", dut.tick_cycles - 100, b"3.4, 5.6, 7.8\r\n"],
-                          ["heading_line"])):
+    for data, wanted in (
+        ([b"\n", b"12", pause, b"3.4, 5.6, 7.8\r\n"], ["rejected_line"]),
+        ([b"\n", pause, b"3.4, 5.6, 7.8\r\n"], ["heading_line"]),
+        ([b"\n", b"12", dut.tick_cycles - 100, b"3.4, 5.6, 7.8\r\n"], ["heading_line"]),
+    ):
         out, _ = happenings(data, after=100)
         assert [what for _, what in out if isinstance(what, str)] == wanted
 
@@ -106,8 +113,11 @@ def test_line_with_a_pause_in_it_is_rejected() -> None:
 @pytest.mark.parametrize("name", ["stale_s", "quiet_s", "timeout_s"])
 @pytest.mark.parametrize("value", [0, -1.0, 100, float("nan"), "1", True])
 def test_times_are_checked(name: str, value) -> None:
-    with pytest.raises(ValueError, match=rf"^{name} must be a number of seconds between 0 and 100, "
-                                         r"not "):
+    with pytest.raises(
+        ValueError,
+        match=rf"^{name} must be a number of seconds between 0 and 100, "
+        r"not ",
+    ):
         Hmr3300(clock_hz=100e6, **{name: value})
 
 

@@ -3,7 +3,7 @@
 import pytest
 from amaranth.sim import Simulator
 
-from gateware.sensors.hmr3300_command import TRIES, Commander, Stage
+from boresight.gateware.sensors.hmr3300_command import TRIES, Commander, Stage
 
 #: Cycles from tick to tick, from line to line, of one character.
 TICK, LINE, CHARACTER = 10, 30, 3
@@ -35,8 +35,15 @@ class Compass:
             self.refusals += 1
 
 
-def run(compass: Compass, cycles: int, mode, *, commands: dict[int, str] | None = None,
-        silent=range(0), deaf=None) -> tuple[list, Commander]:
+def run(
+    compass: Compass,
+    cycles: int,
+    mode,
+    *,
+    commands: dict[int, str] | None = None,
+    silent=range(0),
+    deaf=None,
+) -> tuple[list, Commander]:
     """(cycle, event) pairs; ``mode`` is a number or a mapping from cycles to numbers."""
     dut = Commander(timeout_ticks=10, quiet_ticks=5)
     events: list[tuple[int, str]] = []
@@ -210,8 +217,10 @@ def test_stages_without_meaning_end() -> None:
     assert (dut.timeout_ticks, dut.quiet_ticks) == (3, 2)
 
 
-@pytest.mark.parametrize("name, value", [("timeout_ticks", 0), ("quiet_ticks", -1),
-                                         ("timeout_ticks", 1.5), ("quiet_ticks", True)])
+@pytest.mark.parametrize(
+    "name, value",
+    [("timeout_ticks", 0), ("quiet_ticks", -1), ("timeout_ticks", 1.5), ("quiet_ticks", True)],
+)
 def test_parameters_are_checked(name: str, value) -> None:
     with pytest.raises(ValueError, match=rf"^{name} must be an integer from 1 on, not "):
         Commander(**{"timeout_ticks": 3, "quiet_ticks": 2, name: value})

@@ -4,14 +4,32 @@ import random
 
 import pytest
 
-from gateware.sensors.hmr3300_number import BITS, COUNT_MAX, HEADING_MAX, DecimalNumber
+from boresight.gateware.sensors.hmr3300_number import BITS, COUNT_MAX, HEADING_MAX, DecimalNumber
 
-NUMBERS = [0, 1, 9, 10, 599, 600, 601, 3599, 3600, 32_767, 32_768, 65_535, 65_536, 65_545, 98_304,
-           99_999, *random.Random(1).sample(range(100_000), 60)]
+NUMBERS = [
+    0,
+    1,
+    9,
+    10,
+    599,
+    600,
+    601,
+    3599,
+    3600,
+    32_767,
+    32_768,
+    65_535,
+    65_536,
+    65_545,
+    98_304,
+    99_999,
+    *random.Random(1).sample(range(100_000), 60),
+]
 
 
-@pytest.mark.parametrize("tenths, first, limit", [
-    (0, 0, COUNT_MAX), (0, 1, COUNT_MAX), (1, 1, HEADING_MAX), (1, 0, 600)])
+@pytest.mark.parametrize(
+    "tenths, first, limit", [(0, 0, COUNT_MAX), (0, 1, COUNT_MAX), (1, 1, HEADING_MAX), (1, 0, 600)]
+)
 def test_value_and_limit(tenths: int, first: int, limit: int, simulate) -> None:
     dut = DecimalNumber(angle_max=600)
 

@@ -3,22 +3,28 @@
 import pytest
 from amaranth.sim import Simulator
 
-from gateware.sensors.hmr3300_sentence import SentenceParser
+from boresight.gateware.sensors.hmr3300_sentence import SentenceParser
 
 GOOD = b"1.0, 2.0, 3.0\r\n"
 
 
-def parse(data: bytes, *, angle_max: int = 900, spoil: dict[int, str] | None = None,
-          begin: bytes = b"\n") -> list:
+def parse(
+    data: bytes, *, angle_max: int = 900, spoil: dict[int, str] | None = None, begin: bytes = b"\n"
+) -> list:
     """What happens; ``spoil`` says before which byte "error" or "pause" comes."""
     dut, out = SentenceParser(angle_max=angle_max), []
 
     async def watch(ctx):
         async for _, _, line, rejected, invalid in ctx.tick().sample(
-                dut.line, dut.rejected, dut.invalid):
+            dut.line, dut.rejected, dut.invalid
+        ):
             if line:
-                out.append(("counts" if ctx.get(dut.is_counts) else "heading",
-                            *(ctx.get(value) for value in dut.values)))
+                out.append(
+                    (
+                        "counts" if ctx.get(dut.is_counts) else "heading",
+                        *(ctx.get(value) for value in dut.values),
+                    )
+                )
             out.extend(["rejected"] * rejected + ["invalid"] * invalid)
 
     async def pulse(ctx, signal):
@@ -44,58 +50,122 @@ def parse(data: bytes, *, angle_max: int = 900, spoil: dict[int, str] | None = N
     return out
 
 
-@pytest.mark.parametrize("text, found", [
-    (b"123.4, 18.6, -0.5\r\n", ("heading", 1234, 186, -5)),
-    (b"1256, -234, -1894\r\n", ("counts", 1256, -234, -1894)),
-    (b"0.0, 0.0, 0.0\r\n", ("heading", 0, 0, 0)),
-    (b"359.9, 90.0, -90.0\r\n", ("heading", 3599, 900, -900)),
-    (b"000.0,-0.0,-000.1\r\n", ("heading", 0, 0, -1)),
-    (b"1.2,3.4,5.6\r\n", ("heading", 12, 34, 56)),
-    (b"       1.2,       3.4,       5.6\r\n", ("heading", 12, 34, 56)),
-    (b"32767, -32767, 0\r\n", ("counts", 32_767, -32_767, 0)),
-    (b"00001,-00009,99\r\n", ("counts", 1, -9, 99)),
-    (b"0,0,0\r\n", ("counts", 0, 0, 0)),
-    (b"6, 57, 8\r\n", ("counts", 6, 57, 8)),
-])
+@pytest.mark.parametrize(
+    "text, found",
+    [
+        (b"123.4, 18.6, -0.5\r\n", ("heading", 1234, 186, -5)),
+        (b"1256, -234, -1894\r\n", ("counts", 1256, -234, -1894)),
+        (b"0.0, 0.0, 0.0\r\n", ("heading", 0, 0, 0)),
+        (b"359.9, 90.0, -90.0\r\n", ("heading", 3599, 900, -900)),
+        (b"000.0,-0.0,-000.1\r\n", ("heading", 0, 0, -1)),
+        (b"1.2,3.4,5.6\r\n", ("heading", 12, 34, 56)),
+        (b"       1.2,       3.4,       5.6\r\n", ("heading", 12, 34, 56)),
+        (b"32767, -32767, 0\r\n", ("counts", 32_767, -32_767, 0)),
+        (b"00001,-00009,99\r\n", ("counts", 1, -9, 99)),
+        (b"0,0,0\r\n", ("counts", 0, 0, 0)),
+        (b"6, 57, 8\r\n", ("counts", 6, 57, 8)),
+    ],
+)
 def test_good(text: bytes, found: tuple) -> None:
     assert parse(text + text) == [found, found]
 
 
-@pytest.mark.parametrize("text", [
-    b"360.0, 0.0, 0.0\r\n", b"999.9, 0.0, 0.0\r\n", b"-1.0, 0.0, 0.0\r\n", b"-0.0, 0.0, 0.0\r\n",
-    b"1.0, 90.1, 0.0\r\n", b"1.0, 0.0, -90.1\r\n", b"1.0, 999.9, 0.0\r\n",
-    b"32768, 0, 0\r\n", b"0, -32768, 0\r\n", b"0, 0, 65535\r\n", b"0, 0, 65536\r\n",
-    b"98304, 0, 0\r\n", b"99999, 0, 0\r\n", b"65537, 0, 0\r\n", b"000001, 0, 0\r\n",
-    b"1.0, 2.0\r\n", b"1, 2\r\n", b"1\r\n", b"1.0, 2.0, 3.0, 4.0\r\n", b"1, 2, 3, 4\r\n",
-    b"1, 2, 3, 4, 5, 6\r\n", b"1.0, 2.0, 3.0, 4.0, 5.0, 6.0\r\n",
-    b"1.0, 2, 3.0\r\n", b"1, 2.0, 3\r\n", b"1, 2, 3.0\r\n", b"1.0, 2.0, 3\r\n",
-    b"1.00, 2.0, 3.0\r\n", b"1., 2.0, 3.0\r\n", b".1, 2.0, 3.0\r\n", b"1000.0, 2.0, 3.0\r\n",
-    b"1.0, 0001.0, 3.0\r\n", b"1..0, 2.0, 3.0\r\n", b"1.2.3, 2.0, 3.0\r\n",
-    b"+1.0, 2.0, 3.0\r\n", b"1.0, +2.0, 3.0\r\n", b"1.0, --2.0, 3.0\r\n", b"1.0, - 2.0, 3.0\r\n",
-    b"1.0, 2-.0, 3.0\r\n", b"1.0 , 2.0, 3.0\r\n", b"1.0, 2.0, 3.0 \r\n", b"1 0.0, 2.0, 3.0\r\n",
-    b"1.0, 2.0, 3.0\n", b"1.0, 2.0, 3.0\r\r\n", b"1.0, 2.0,\r\n", b", 2.0, 3.0\r\n", b"-\r\n",
-    b"1.0,, 3.0\r\n", b"1.0; 2.0, 3.0\r\n", b"\r\n", b"\n", b" \r\n", b"1.0\t, 2.0, 3.0\r\n",
-    b"        1.0, 2.0, 3.0\r\n", b"1.0,        2.0, 3.0\r\n", b"HMR3300 1.0\r\n", b"#\r\n",
-    b"#D\r\n", b" #I\r\n", b"1.0, #I\r\n", b"##I\r\n", b"1\xb2.0, 2.0, 3.0\r\n",
-    b"1.0, 2.0, 3.0\x8d\n", b"/.0, 2.0, 3.0\r\n", b":.0, 2.0, 3.0\r\n", b"1.0, 2.0, 3.0\rx\n",
-    b" " * 300 + b"1.0, 2.0, 3.0\r\n", b"1" * 300 + b"\r\n",
-])
+@pytest.mark.parametrize(
+    "text",
+    [
+        b"360.0, 0.0, 0.0\r\n",
+        b"999.9, 0.0, 0.0\r\n",
+        b"-1.0, 0.0, 0.0\r\n",
+        b"-0.0, 0.0, 0.0\r\n",
+        b"1.0, 90.1, 0.0\r\n",
+        b"1.0, 0.0, -90.1\r\n",
+        b"1.0, 999.9, 0.0\r\n",
+        b"32768, 0, 0\r\n",
+        b"0, -32768, 0\r\n",
+        b"0, 0, 65535\r\n",
+        b"0, 0, 65536\r\n",
+        b"98304, 0, 0\r\n",
+        b"99999, 0, 0\r\n",
+        b"65537, 0, 0\r\n",
+        b"000001, 0, 0\r\n",
+        b"1.0, 2.0\r\n",
+        b"1, 2\r\n",
+        b"1\r\n",
+        b"1.0, 2.0, 3.0, 4.0\r\n",
+        b"1, 2, 3, 4\r\n",
+        b"1, 2, 3, 4, 5, 6\r\n",
+        b"1.0, 2.0, 3.0, 4.0, 5.0, 6.0\r\n",
+        b"1.0, 2, 3.0\r\n",
+        b"1, 2.0, 3\r\n",
+        b"1, 2, 3.0\r\n",
+        b"1.0, 2.0, 3\r\n",
+        b"1.00, 2.0, 3.0\r\n",
+        b"1., 2.0, 3.0\r\n",
+        b".1, 2.0, 3.0\r\n",
+        b"1000.0, 2.0, 3.0\r\n",
+        b"1.0, 0001.0, 3.0\r\n",
+        b"1..0, 2.0, 3.0\r\n",
+        b"1.2.3, 2.0, 3.0\r\n",
+        b"+1.0, 2.0, 3.0\r\n",
+        b"1.0, +2.0, 3.0\r\n",
+        b"1.0, --2.0, 3.0\r\n",
+        b"1.0, - 2.0, 3.0\r\n",
+        b"1.0, 2-.0, 3.0\r\n",
+        b"1.0 , 2.0, 3.0\r\n",
+        b"1.0, 2.0, 3.0 \r\n",
+        b"1 0.0, 2.0, 3.0\r\n",
+        b"1.0, 2.0, 3.0\n",
+        b"1.0, 2.0, 3.0\r\r\n",
+        b"1.0, 2.0,\r\n",
+        b", 2.0, 3.0\r\n",
+        b"-\r\n",
+        b"1.0,, 3.0\r\n",
+        b"1.0; 2.0, 3.0\r\n",
+        b"\r\n",
+        b"\n",
+        b" \r\n",
+        b"1.0\t, 2.0, 3.0\r\n",
+        b"        1.0, 2.0, 3.0\r\n",
+        b"1.0,        2.0, 3.0\r\n",
+        b"HMR3300 1.0\r\n",
+        b"#\r\n",
+        b"#D\r\n",
+        b" #I\r\n",
+        b"1.0, #I\r\n",
+        b"##I\r\n",
+        b"1\xb2.0, 2.0, 3.0\r\n",
+        b"1.0, 2.0, 3.0\x8d\n",
+        b"/.0, 2.0, 3.0\r\n",
+        b":.0, 2.0, 3.0\r\n",
+        b"1.0, 2.0, 3.0\rx\n",
+        b" " * 300 + b"1.0, 2.0, 3.0\r\n",
+        b"1" * 300 + b"\r\n",
+    ],
+)
 def test_not_good_counts_once_and_the_next_line_is_taken(text: bytes) -> None:
     assert parse(text + GOOD) == ["rejected", ("heading", 10, 20, 30)]
 
 
-@pytest.mark.parametrize("limit, text, good", [
-    (600, b"1.0, 60.0, -60.0\r\n", True), (600, b"1.0, 60.1, 0.0\r\n", False),
-    (600, b"60.1, 0.0, 0.0\r\n", True), (600, b"1.0, 0.0, -60.1\r\n", False),
-    (9999, b"1.0, 999.9, -999.9\r\n", True), (0, b"1.0, 0.0, 0.1\r\n", False),
-    (600, b"601, 700, -800\r\n", True)])
+@pytest.mark.parametrize(
+    "limit, text, good",
+    [
+        (600, b"1.0, 60.0, -60.0\r\n", True),
+        (600, b"1.0, 60.1, 0.0\r\n", False),
+        (600, b"60.1, 0.0, 0.0\r\n", True),
+        (600, b"1.0, 0.0, -60.1\r\n", False),
+        (9999, b"1.0, 999.9, -999.9\r\n", True),
+        (0, b"1.0, 0.0, 0.1\r\n", False),
+        (600, b"601, 700, -800\r\n", True),
+    ],
+)
 def test_limit_of_pitch_and_roll(limit: int, text: bytes, good: bool) -> None:
     assert ("rejected" not in parse(text, angle_max=limit)) == good
 
 
 def test_refusal_is_no_rejected_line() -> None:
     assert parse(b"#I\r\n#I and more\r\n#Ix\n" + GOOD) == ["invalid"] * 3 + [
-        ("heading", 10, 20, 30)]
+        ("heading", 10, 20, 30)
+    ]
 
 
 @pytest.mark.parametrize("at", range(len(GOOD)))
@@ -109,13 +179,16 @@ def test_pause_in_a_line_spoils_it(at: int) -> None:
 
 
 def test_pause_between_lines_is_nothing() -> None:
-    assert parse(GOOD + GOOD, spoil={0: "pause", len(GOOD): "pause"}) == [
-        ("heading", 10, 20, 30)] * 2
+    assert (
+        parse(GOOD + GOOD, spoil={0: "pause", len(GOOD): "pause"}) == [("heading", 10, 20, 30)] * 2
+    )
 
 
 def test_two_errors_in_a_line_reject_it_once() -> None:
     assert parse(GOOD + GOOD, spoil={2: "error", 5: "pause", 7: "error"}) == [
-        "rejected", ("heading", 10, 20, 30)]
+        "rejected",
+        ("heading", 10, 20, 30),
+    ]
 
 
 def test_begins_with_a_whole_line() -> None:
@@ -150,6 +223,9 @@ def test_values_stay_while_the_next_line_comes(simulate) -> None:
 
 @pytest.mark.parametrize("value", [-1, 10_000, 60.0, True, "60"])
 def test_angle_max_is_checked(value) -> None:
-    with pytest.raises(ValueError, match=r"^angle_max must be tenths of a degree from 0 to 9999, "
-                                         r"not "):
+    with pytest.raises(
+        ValueError,
+        match=r"^angle_max must be tenths of a degree from 0 to 9999, "
+        r"not ",
+    ):
         SentenceParser(angle_max=value)

@@ -7,7 +7,7 @@ from amaranth.hdl import ResetInserter, Signal
 from amaranth.lib import wiring
 from amaranth.sim import Simulator
 
-from gateware.serial.spi import SpiController, cycles_for
+from boresight.gateware.serial.spi import SpiController, cycles_for
 
 #: Half period, stall, setup (None: default).
 SHAPES = [(3, 1, None), (3, 10, 7), (4, 12, 1), (5, 200, 5), (7, 7, 30), (3, 600, None)]
@@ -188,29 +188,47 @@ def test_is_a_component() -> None:
     assert (dut.setup_cycles, dut.stall_cycles, dut.frame_cycles) == (50, 1601, 3251)
 
 
-@pytest.mark.parametrize("given, message", [
-    ({"half_cycles": 2}, r"^half_cycles must be an integer from 3 on, not 2$"),
-    ({"half_cycles": True}, r"^half_cycles must be an integer from 3 on, not True$"),
-    ({"stall_cycles": 0}, r"^stall_cycles must be an integer from 1 on, not 0$"),
-    ({"stall_cycles": 1.5}, r"^stall_cycles must be an integer from 1 on, not 1\.5$"),
-    ({"setup_cycles": 0}, r"^setup_cycles must be an integer from 1 on, not 0$")])
+@pytest.mark.parametrize(
+    "given, message",
+    [
+        ({"half_cycles": 2}, r"^half_cycles must be an integer from 3 on, not 2$"),
+        ({"half_cycles": True}, r"^half_cycles must be an integer from 3 on, not True$"),
+        ({"stall_cycles": 0}, r"^stall_cycles must be an integer from 1 on, not 0$"),
+        ({"stall_cycles": 1.5}, r"^stall_cycles must be an integer from 1 on, not 1\.5$"),
+        ({"setup_cycles": 0}, r"^setup_cycles must be an integer from 1 on, not 0$"),
+    ],
+)
 def test_parameters_are_checked(given, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         SpiController(**{"half_cycles": 3, "stall_cycles": 1, **given})
 
 
-@pytest.mark.parametrize("clock, seconds, cycles", [
-    (100e6, 16e-6, 1600), (100e6, 9e-6, 900), (50e6, 0.5e-6, 25), (3e6, 1e-6, 3),
-    (100e6, 1.001e-8, 2), (1e6, 1e-9, 1)])
+@pytest.mark.parametrize(
+    "clock, seconds, cycles",
+    [
+        (100e6, 16e-6, 1600),
+        (100e6, 9e-6, 900),
+        (50e6, 0.5e-6, 25),
+        (3e6, 1e-6, 3),
+        (100e6, 1.001e-8, 2),
+        (1e6, 1e-9, 1),
+    ],
+)
 def test_cycles(clock: float, seconds: float, cycles: int) -> None:
     assert cycles_for(clock_hz=clock, seconds=seconds) == cycles
 
 
-@pytest.mark.parametrize("given", [{"clock_hz": 0, "seconds": 1}, {"clock_hz": 1, "seconds": -1},
-                                   {"clock_hz": "1", "seconds": 1},
-                                   {"clock_hz": float("inf"), "seconds": 1},
-                                   {"clock_hz": 1, "seconds": float("nan")},
-                                   {"clock_hz": True, "seconds": 1}])
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"clock_hz": 0, "seconds": 1},
+        {"clock_hz": 1, "seconds": -1},
+        {"clock_hz": "1", "seconds": 1},
+        {"clock_hz": float("inf"), "seconds": 1},
+        {"clock_hz": 1, "seconds": float("nan")},
+        {"clock_hz": True, "seconds": 1},
+    ],
+)
 def test_cycles_are_checked(given) -> None:
     with pytest.raises(ValueError, match=r"^(clock_hz|seconds) must be a positive number, not "):
         cycles_for(**given)

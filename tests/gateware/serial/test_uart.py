@@ -3,7 +3,7 @@
 import pytest
 from amaranth.sim import Simulator
 
-from gateware.serial.uart import Receiver, Transmitter, divisor_for
+from boresight.gateware.serial.uart import Receiver, Transmitter, divisor_for
 
 
 def receive(divisor: int, drive) -> list[int | None]:
@@ -182,20 +182,30 @@ def test_transmitter(divisor: int, gap: int, listen) -> None:
     assert bytes(received) == data
 
 
-@pytest.mark.parametrize("clock, baud, divisor", [
-    (100e6, 115_200, 868), (100e6, 1_000_000, 100), (50e6, 115_200, 434), (50e6, 6_250_000, 8)])
+@pytest.mark.parametrize(
+    "clock, baud, divisor",
+    [(100e6, 115_200, 868), (100e6, 1_000_000, 100), (50e6, 115_200, 434), (50e6, 6_250_000, 8)],
+)
 def test_divisor(clock: float, baud: float, divisor: int) -> None:
     assert divisor_for(clock_hz=clock, baud=baud) == divisor
 
 
-@pytest.mark.parametrize("clock, baud, message", [
-    (100e6, 20e6, r"^baud must be at most clock_hz / 8 and within 2 % of a whole fraction of it, "
-                  r"not 20000000\.0 at 100000000\.0 Hz$"),
-    (1e6, 118e3, r"^baud must be at most clock_hz / 8 and within 2 %"),
-    (0, 9600, r"^clock_hz must be a positive number, not 0$"),
-    (float("nan"), 9600, r"^clock_hz must be a positive number, not nan$"),
-    (1e6, "fast", r"^baud must be a positive number, not 'fast'$"),
-    (1e6, -1, r"^baud must be a positive number, not -1$")])
+@pytest.mark.parametrize(
+    "clock, baud, message",
+    [
+        (
+            100e6,
+            20e6,
+            r"^baud must be at most clock_hz / 8 and within 2 % of a whole fraction of it, "
+            r"not 20000000\.0 at 100000000\.0 Hz$",
+        ),
+        (1e6, 118e3, r"^baud must be at most clock_hz / 8 and within 2 %"),
+        (0, 9600, r"^clock_hz must be a positive number, not 0$"),
+        (float("nan"), 9600, r"^clock_hz must be a positive number, not nan$"),
+        (1e6, "fast", r"^baud must be a positive number, not 'fast'$"),
+        (1e6, -1, r"^baud must be a positive number, not -1$"),
+    ],
+)
 def test_divisor_is_checked(clock, baud, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         divisor_for(clock_hz=clock, baud=baud)

@@ -2,10 +2,10 @@
 
 import pytest
 
-from gateware.soc.attitude_soc import CONSOLE, AttitudeSoc
-from gateware.system.attitude_system import AttitudeSystem
-from gateware.system.programs import system_core
-from gateware.verilog import to_verilog
+from boresight.gateware.soc.attitude_soc import CONSOLE, AttitudeSoc
+from boresight.gateware.system.attitude_system import AttitudeSystem
+from boresight.gateware.system.programs import system_core
+from boresight.gateware.verilog import to_verilog
 
 
 @pytest.fixture(scope="module")
@@ -26,8 +26,8 @@ def test_pins(core) -> None:
         assert line.name in dut.signature.members
     assert "wb" not in dut.signature.members
     text = to_verilog(dut, "attitude_soc", instances=True)
-    head = text[text.index("module attitude_soc("):]
-    head = head[:head.index(";")]
+    head = text[text.index("module attitude_soc(") :]
+    head = head[: head.index(";")]
     for line in dut.lines:
         assert line.name in head
     assert "DSP48A1" in text and "VexRiscv" in text and "boresight_ram" in text

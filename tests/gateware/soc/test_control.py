@@ -4,8 +4,8 @@ import pytest
 from amaranth.hdl import ClockDomain, Module
 from amaranth.sim import Simulator
 
-from gateware.soc.control import Control
-from gateware.soc.layout import CONTROL, KICK
+from boresight.gateware.soc.control import Control
+from boresight.gateware.soc.layout import CONTROL, KICK
 
 ADDRESS = {register.name: k for k, register in enumerate(CONTROL)}
 BIT = {name: 1 << k for k, name in enumerate(CONTROL[ADDRESS["status"]].bits)}
@@ -21,6 +21,7 @@ def run(bench, **options) -> None:
 
     async def testbench(ctx):
         await bench(ctx, dut)
+
     sim.add_testbench(testbench)
     sim.run()
 
@@ -47,6 +48,7 @@ def test_cycles_count() -> None:
         first = await transfer(ctx, dut, "cycles")
         await ctx.tick().repeat(100)
         assert await transfer(ctx, dut, "cycles") - first == 102
+
     run(bench)
 
 
@@ -69,6 +71,7 @@ def test_timer() -> None:
         await transfer(ctx, dut, "timer", 0)
         await ctx.tick()
         assert not ctx.get(dut.timer)
+
     run(bench)
 
 
@@ -78,6 +81,7 @@ def test_alarm_across_the_wrap() -> None:
         await transfer(ctx, dut, "timer", 1)
         await ctx.tick().repeat(2)
         assert ctx.get(dut.timer)
+
     run(bench)
 
 
@@ -94,6 +98,7 @@ def test_console_out(listen) -> None:
         assert not await transfer(ctx, dut, "status") & BIT["console_free"]
         await transfer(ctx, dut, "console", ord("!"))  # lost
         await ctx.tick().repeat(200)
+
     sim = Simulator(dut)
     sim.add_clock(1e-8)
     sim.add_testbench(listen(dut.tx, 8, received), background=True)
@@ -121,11 +126,13 @@ def test_console_in(send) -> None:
         await send(ctx, dut.rx, 8, b"\0", stop=0)
         await ctx.tick().repeat(8)
         assert await transfer(ctx, dut, "status") & BIT["console_lost"], "no stop bit"
+
     run(bench)
 
 
-@pytest.mark.parametrize(("port", "flag", "level"), [
-    ("bus_error", "bus_error", "error"), ("asks", "device", "device")])
+@pytest.mark.parametrize(
+    ("port", "flag", "level"), [("bus_error", "bus_error", "error"), ("asks", "device", "device")]
+)
 def test_sticky_flags(port: str, flag: str, level: str) -> None:
     async def bench(ctx, dut):
         assert not await transfer(ctx, dut, "status") & BIT[flag]
@@ -140,6 +147,7 @@ def test_sticky_flags(port: str, flag: str, level: str) -> None:
         ctx.set(getattr(dut, port), 1)
         await transfer(ctx, dut, "status", BIT[flag])
         assert ctx.get(getattr(dut, level)), "what happens wins over what clears"
+
     run(bench)
 
 
@@ -167,6 +175,7 @@ def test_watchdog() -> None:
         assert await transfer(ctx, dut, "status") & BIT["watchdog_fired"]
         await transfer(ctx, dut, "status", BIT["watchdog_fired"])
         assert not await transfer(ctx, dut, "status") & BIT["watchdog_fired"]
+
     run(bench)
 
 
@@ -175,6 +184,7 @@ def test_fence_only_rises() -> None:
         for written, stands in ((5, 5), (3, 5), (24, 24), (0, 24)):
             await transfer(ctx, dut, "fence", written)
             assert ctx.get(dut.fence) == stands
+
     run(bench)
 
 
@@ -183,6 +193,7 @@ def test_unused_registers_read_zero() -> None:
         for name in ("timer", "watchdog", "fence"):
             await transfer(ctx, dut, "alarm", 77)
             assert await transfer(ctx, dut, name) == 0
+
     run(bench)
 
 

@@ -3,7 +3,14 @@
 import re
 import subprocess
 
-from gateware.soc.layout import CONTROL, CONTROL_BASE, INTERRUPTS, KICK, SLOT_BASE, soc_header
+from boresight.gateware.soc.layout import (
+    CONTROL,
+    CONTROL_BASE,
+    INTERRUPTS,
+    KICK,
+    SLOT_BASE,
+    soc_header,
+)
 
 
 def test_header_has_every_register_and_bit() -> None:
@@ -22,10 +29,15 @@ def test_header_has_every_register_and_bit() -> None:
 
 def test_c_takes_it(tmp_path) -> None:
     (tmp_path / "soc_registers.h").write_text(soc_header())
-    (tmp_path / "x.c").write_text("#include <stdint.h>\n#include \"soc_registers.h\"\n"
-                                  "int main(void) { return SOC_STATUS_DEVICE != 0; }\n")
-    subprocess.run(["gcc", "-std=c99", "-Wall", "-Wextra", "-Werror", "x.c", "-o", "x"],
-                   cwd=tmp_path, check=True)
+    (tmp_path / "x.c").write_text(
+        '#include <stdint.h>\n#include "soc_registers.h"\n'
+        "int main(void) { return SOC_STATUS_DEVICE != 0; }\n"
+    )
+    subprocess.run(
+        ["gcc", "-std=c99", "-Wall", "-Wextra", "-Werror", "x.c", "-o", "x"],
+        cwd=tmp_path,
+        check=True,
+    )
 
 
 def test_registers_fit_their_addresses() -> None:

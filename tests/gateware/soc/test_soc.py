@@ -4,12 +4,12 @@ import sys
 
 import pytest
 
-from gateware.soc import cpu
-from gateware.soc.bus import ProcessorBus
-from gateware.soc.cpu import cpu_verilog
-from gateware.soc.memory import Ram
-from gateware.soc.system import Soc, soc_verilog
-from model.errors import ToolMissing
+from boresight.gateware.soc import cpu
+from boresight.gateware.soc.bus import ProcessorBus
+from boresight.gateware.soc.cpu import cpu_verilog
+from boresight.gateware.soc.memory import Ram
+from boresight.gateware.soc.system import Soc, soc_verilog
+from boresight.model.errors import ToolMissing
 
 
 def test_verilog_of_all_parts() -> None:
@@ -33,7 +33,10 @@ def test_address_bits() -> None:
 
 def test_missing_package_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cpu, "_PACKAGE", "no_such_package")
-    with pytest.raises(ToolMissing, match=r"^the soft core was not found: run 'pip install "
-                                          r"pythondata-cpu-vexriscv' in this Python env\w+$"):
+    with pytest.raises(
+        ToolMissing,
+        match=r"^the soft core was not found: run 'pip install "
+        r"pythondata-cpu-vexriscv' in this Python env\w+$",
+    ):
         cpu_verilog()
     assert "no_such_package" not in sys.modules

@@ -3,8 +3,29 @@
 import pytest
 
 #: Output ports of the primitives used in tests; every other port is an input.
-OUTPUTS = {"O", "O5", "O6", "Q", "Q15", "Q31", "CO", "P", "PCOUT", "M", "BCOUT", "CARRYOUT",
-           "DOA", "DOB", "DOPA", "DOPB", "DOADO", "DPO", "SPO", "DOC", "DOD"}
+OUTPUTS = {
+    "O",
+    "O5",
+    "O6",
+    "Q",
+    "Q15",
+    "Q31",
+    "CO",
+    "P",
+    "PCOUT",
+    "M",
+    "BCOUT",
+    "CARRYOUT",
+    "DOA",
+    "DOB",
+    "DOPA",
+    "DOPB",
+    "DOADO",
+    "DPO",
+    "SPO",
+    "DOC",
+    "DOD",
+}
 
 
 class Tiny:
@@ -37,8 +58,9 @@ class Tiny:
 
     def ff(self, d, q, **extra):
         """A flip-flop named after its output."""
-        return self.add("FDRE", q, C="clk", CE=extra.pop("CE", "1"), D=d, Q=q,
-                        R=extra.pop("R", "0"), **extra)
+        return self.add(
+            "FDRE", q, C="clk", CE=extra.pop("CE", "1"), D=d, Q=q, R=extra.pop("R", "0"), **extra
+        )
 
     def lut(self, output, *inputs):
         pins = {f"I{k}": net for k, net in enumerate(inputs)}
@@ -55,12 +77,16 @@ class Tiny:
             for k, net in enumerate(self.exits)
         }
         names = {net: {"hide_name": 0, "bits": [n]} for net, n in self.numbers.items()}
-        top = {"attributes": {"top": "1".rjust(32, "0")}, "ports": ports, "cells": self.cells,
-               "netnames": names}
+        top = {
+            "attributes": {"top": "1".rjust(32, "0")},
+            "ports": ports,
+            "cells": self.cells,
+            "netnames": names,
+        }
         return {"creator": "hand", "modules": {"tiny": top}}
 
     def netlist(self):
-        from gateware.synthesis.netlist import Netlist
+        from boresight.gateware.synthesis.netlist import Netlist
 
         return Netlist.from_json(self.json())
 

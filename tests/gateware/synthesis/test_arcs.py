@@ -4,16 +4,32 @@ from itertools import product
 
 import pytest
 
-from gateware.synthesis.arcs import CellTiming
-from gateware.synthesis.celltypes import BLOCK_RAMS, FLIP_FLOPS, LUTRAMS, LUTS, SHIFT_REGISTERS
-from gateware.synthesis.delays import delay_table
-from gateware.synthesis.dsp_arcs import dsp_timing
-from gateware.synthesis.graph import cell_timing
-from gateware.synthesis.netlist import Cell
+from boresight.gateware.synthesis.arcs import CellTiming
+from boresight.gateware.synthesis.celltypes import (
+    BLOCK_RAMS,
+    FLIP_FLOPS,
+    LUTRAMS,
+    LUTS,
+    SHIFT_REGISTERS,
+)
+from boresight.gateware.synthesis.delays import delay_table
+from boresight.gateware.synthesis.dsp_arcs import dsp_timing
+from boresight.gateware.synthesis.graph import cell_timing
+from boresight.gateware.synthesis.netlist import Cell
 
 TABLE = delay_table(grade=2, nets="median")
-REGISTERS = ("A0REG", "A1REG", "B0REG", "B1REG", "CREG", "DREG", "MREG", "PREG", "OPMODEREG",
-             "CARRYINREG")
+REGISTERS = (
+    "A0REG",
+    "A1REG",
+    "B0REG",
+    "B1REG",
+    "CREG",
+    "DREG",
+    "MREG",
+    "PREG",
+    "OPMODEREG",
+    "CARRYINREG",
+)
 
 
 def names_in(timing: CellTiming) -> set[str]:
@@ -29,13 +45,26 @@ def make(type_, params=None, inputs=None, outputs=None):
 
 @pytest.mark.parametrize(
     "name",
-    sorted({*LUTS, *SHIFT_REGISTERS, *LUTRAMS, *BLOCK_RAMS, "INV", "CARRY4", "MUXF7", "MUXF8",
-            "BUFG", *(f for f in FLIP_FLOPS if not f.endswith("_1"))}),
+    sorted(
+        {
+            *LUTS,
+            *SHIFT_REGISTERS,
+            *LUTRAMS,
+            *BLOCK_RAMS,
+            "INV",
+            "CARRY4",
+            "MUXF7",
+            "MUXF8",
+            "BUFG",
+            *(f for f in FLIP_FLOPS if not f.endswith("_1")),
+        }
+    ),
 )
 def test_names_exist(name):
     pins = ("I0", "S", "A", "A0", "DPRA0", "ADDRA", "ADDRD", "D", "DIA", "WE", "CE", "CLKA")
-    timing = cell_timing(make(name, inputs=dict.fromkeys(pins, 1),
-                              outputs={"O": 1, "Q": 1, "DOA": 1, "DPO": 1}))
+    timing = cell_timing(
+        make(name, inputs=dict.fromkeys(pins, 1), outputs={"O": 1, "Q": 1, "DOA": 1, "DPO": 1})
+    )
     assert names_in(timing) <= set(TABLE)
 
 

@@ -2,15 +2,37 @@
 
 import pytest
 
-from gateware.synthesis.area import count_area
-from gateware.synthesis.celltypes import UnknownCell
+from boresight.gateware.synthesis.area import count_area
+from boresight.gateware.synthesis.celltypes import UnknownCell
 
 
 def test_every_kind_once(tiny):
-    for k, name in enumerate(["LUT1", "LUT6", "LUT6_2", "INV", "SRLC32E", "RAM64X1S", "RAM32M",
-                              "RAM64M", "RAM32X1D", "RAM64X1D", "RAM128X1D", "FDRE", "FDCE",
-                              "LDCE", "CARRY4", "MUXF7", "MUXF8", "DSP48A1", "RAMB16BWER",
-                              "RAMB8BWER", "BUFG", "$scopeinfo"]):
+    for k, name in enumerate(
+        [
+            "LUT1",
+            "LUT6",
+            "LUT6_2",
+            "INV",
+            "SRLC32E",
+            "RAM64X1S",
+            "RAM32M",
+            "RAM64M",
+            "RAM32X1D",
+            "RAM64X1D",
+            "RAM128X1D",
+            "FDRE",
+            "FDCE",
+            "LDCE",
+            "CARRY4",
+            "MUXF7",
+            "MUXF8",
+            "DSP48A1",
+            "RAMB16BWER",
+            "RAMB8BWER",
+            "BUFG",
+            "$scopeinfo",
+        ]
+    ):
         tiny.add(name, f"u{k}")
     area = count_area(tiny.netlist())
     assert (area.lut_logic, area.lut_inv, area.lut_srl) == (3, 1, 1)
@@ -20,8 +42,15 @@ def test_every_kind_once(tiny):
     assert (area.ramb16, area.ramb16_cells, area.ramb8_cells) == (1.5, 1, 1)
     assert area.special == {"BUFG": 1}
     assert area.cells["RAM32M"] == 1
-    assert area.used() == {"lut": 22, "lut_ram": 18, "ff": 3, "carry4": 1, "dsp": 1,
-                           "ramb16": 1.5, "bufg": 1}
+    assert area.used() == {
+        "lut": 22,
+        "lut_ram": 18,
+        "ff": 3,
+        "carry4": 1,
+        "dsp": 1,
+        "ramb16": 1.5,
+        "bufg": 1,
+    }
 
 
 def test_percent(tiny):

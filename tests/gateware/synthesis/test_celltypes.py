@@ -4,13 +4,20 @@ from itertools import combinations
 
 import pytest
 
-from gateware.synthesis import celltypes as ct
-from gateware.synthesis.area import count_area
-from gateware.synthesis.graph import build_graph
-from gateware.synthesis.netlist import NetlistError
+from boresight.gateware.synthesis import celltypes as ct
+from boresight.gateware.synthesis.area import count_area
+from boresight.gateware.synthesis.graph import build_graph
+from boresight.gateware.synthesis.netlist import NetlistError
 
-SORTS = [ct.LUTS, ct.FLIP_FLOPS, ct.LATCHES, ct.SHIFT_REGISTERS, set(ct.LUTRAMS),
-         set(ct.BLOCK_RAMS), ct.SPECIALS]
+SORTS = [
+    ct.LUTS,
+    ct.FLIP_FLOPS,
+    ct.LATCHES,
+    ct.SHIFT_REGISTERS,
+    set(ct.LUTRAMS),
+    set(ct.BLOCK_RAMS),
+    ct.SPECIALS,
+]
 NO_TIMING = ct.LATCHES | {name for name in ct.FLIP_FLOPS if name.endswith("_1")}
 
 

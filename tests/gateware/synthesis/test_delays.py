@@ -2,13 +2,7 @@
 
 import pytest
 
-from gateware.synthesis.delays import (
-    GRADES,
-    NET_MODELS,
-    Delay,
-    delay_table,
-    fanout_key,
-)
+from boresight.gateware.synthesis.delays import GRADES, NET_MODELS, Delay, delay_table, fanout_key
 
 CORNERS = [(g, n) for g in GRADES for n in NET_MODELS]
 
@@ -58,8 +52,10 @@ def test_guess_marks(grade, name, guessed):
 
 def test_observed_sums_come_out():
     """Differences of observed constants add up to them again: LUT to carry-out, LUT to D."""
-    for grade, topcy, tas in ((2, (0.495, 0.483, 0.351, 0.343), 0.373),
-                              (3, (0.395, 0.375, 0.295), 0.341)):
+    for grade, topcy, tas in (
+        (2, (0.495, 0.483, 0.351, 0.343), 0.373),
+        (3, (0.395, 0.375, 0.295), 0.341),
+    ):
         table = delay_table(grade=grade, nets="median")
         for k, observed in enumerate(topcy):
             assert table.total(("lut", f"carry_s{k}_co")) == pytest.approx(observed, abs=1e-9)
@@ -87,8 +83,17 @@ def test_p75_is_slower_than_median():
 
 @pytest.mark.parametrize(
     ("fanout", "key"),
-    [(1, "net_1"), (2, "net_2_3"), (3, "net_2_3"), (4, "net_4_8"), (8, "net_4_8"),
-     (9, "net_9_20"), (20, "net_9_20"), (21, "net_21_up"), (5000, "net_21_up")],
+    [
+        (1, "net_1"),
+        (2, "net_2_3"),
+        (3, "net_2_3"),
+        (4, "net_4_8"),
+        (8, "net_4_8"),
+        (9, "net_9_20"),
+        (20, "net_9_20"),
+        (21, "net_21_up"),
+        (5000, "net_21_up"),
+    ],
 )
 def test_fanout_classes(fanout, key):
     assert fanout_key(fanout) == key

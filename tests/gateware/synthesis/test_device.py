@@ -2,7 +2,7 @@
 
 import pytest
 
-from gateware.synthesis.device import XC6SLX9
+from boresight.gateware.synthesis.device import XC6SLX9
 
 
 def test_capacities():

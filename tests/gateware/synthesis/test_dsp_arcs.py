@@ -6,13 +6,14 @@ its net .553 and D setup .114 behind it; both end with .135 of clock uncertainty
 
 import pytest
 
-from gateware.synthesis.graph import build_graph
-from gateware.synthesis.netlist import NetlistError
-from gateware.synthesis.timing import analyse
+from boresight.gateware.synthesis.graph import build_graph
+from boresight.gateware.synthesis.netlist import NetlistError
+from boresight.gateware.synthesis.timing import analyse
 
 NONE = dict.fromkeys(
-    ("A0REG", "A1REG", "B0REG", "B1REG", "CREG", "DREG", "MREG", "PREG", "OPMODEREG",
-     "CARRYINREG"), 0)
+    ("A0REG", "A1REG", "B0REG", "B1REG", "CREG", "DREG", "MREG", "PREG", "OPMODEREG", "CARRYINREG"),
+    0,
+)
 INTO, OUT, END = 0.525 + 0.553, 0.553 + 0.114, 0.135
 PRODUCT = "10000000"  # OPMODE, bit 0 first: X = M
 PRODUCT_ADD_C = "10110000"  # X = M, Z = C
@@ -26,8 +27,11 @@ def groups(net):
 
 
 def insides(net):
-    return {(p.start, p.end): p.delay_ns
-            for p in analyse(net, top=99).ends if p.group == "DSP48A1 inside"}
+    return {
+        (p.start, p.end): p.delay_ns
+        for p in analyse(net, top=99).ends
+        if p.group == "DSP48A1 inside"
+    }
 
 
 def dsp(tiny, opmode=PRODUCT, *, regs="", pins=None, out="P"):
@@ -42,9 +46,13 @@ def dsp(tiny, opmode=PRODUCT, *, regs="", pins=None, out="P"):
 @pytest.mark.parametrize(
     ("opmode", "pin", "through"),
     [
-        (PRODUCT, "A", 3.60), (PRODUCT, "B", 3.60),
-        (PRODUCT_ADD_C, "C", 2.60), (PRODUCT_ADD_PCIN, "PCIN", 2.60),
-        (CONCAT, "A", 2.60), (CONCAT, "B", 2.60), (CONCAT, "D", 2.60),
+        (PRODUCT, "A", 3.60),
+        (PRODUCT, "B", 3.60),
+        (PRODUCT_ADD_C, "C", 2.60),
+        (PRODUCT_ADD_PCIN, "PCIN", 2.60),
+        (CONCAT, "A", 2.60),
+        (CONCAT, "B", 2.60),
+        (CONCAT, "D", 2.60),
     ],
 )
 @pytest.mark.parametrize("out", ["P", "PCOUT"])
@@ -56,13 +64,20 @@ def test_pin_to_output_without_registers(tiny, opmode, pin, through, out):
 @pytest.mark.parametrize(
     ("opmode", "regs", "pin", "setup"),
     [
-        (PRODUCT, "A0REG", "A", 0.18), (PRODUCT, "A1REG", "A", 0.18),
-        (PRODUCT, "B0REG", "B", 0.18), (PRODUCT, "B1REG", "B", 0.18),
-        (PRODUCT_ADD_C, "CREG", "C", 0.13), (CONCAT, "DREG", "D", 0.18),
-        (PRODUCT, "MREG", "A", 2.90), (PRODUCT, "MREG", "B", 2.90),
-        (PRODUCT, "PREG", "A", 3.40), (PRODUCT, "PREG", "B", 3.40),
-        (PRODUCT_ADD_C, "PREG", "C", 2.40), (PRODUCT_ADD_PCIN, "PREG", "PCIN", 2.40),
-        (CONCAT, "PREG", "A", 2.40), (CONCAT, "PREG", "D", 2.40),
+        (PRODUCT, "A0REG", "A", 0.18),
+        (PRODUCT, "A1REG", "A", 0.18),
+        (PRODUCT, "B0REG", "B", 0.18),
+        (PRODUCT, "B1REG", "B", 0.18),
+        (PRODUCT_ADD_C, "CREG", "C", 0.13),
+        (CONCAT, "DREG", "D", 0.18),
+        (PRODUCT, "MREG", "A", 2.90),
+        (PRODUCT, "MREG", "B", 2.90),
+        (PRODUCT, "PREG", "A", 3.40),
+        (PRODUCT, "PREG", "B", 3.40),
+        (PRODUCT_ADD_C, "PREG", "C", 2.40),
+        (PRODUCT_ADD_PCIN, "PREG", "PCIN", 2.40),
+        (CONCAT, "PREG", "A", 2.40),
+        (CONCAT, "PREG", "D", 2.40),
         (PRODUCT, "MREG PREG", "A", 2.90),
         (PRODUCT_ADD_C, "MREG PREG", "C", 2.40),
     ],
@@ -75,9 +90,15 @@ def test_pin_to_first_register(tiny, opmode, regs, pin, setup):
 @pytest.mark.parametrize(
     ("opmode", "regs", "clock_to_p"),
     [
-        (PRODUCT, "PREG", 1.40), (PRODUCT, "MREG", 2.20), (PRODUCT, "A1REG", 3.90),
-        (PRODUCT, "A0REG", 3.90), (PRODUCT, "B0REG", 3.90), (PRODUCT, "B1REG", 3.90),
-        ("00110000", "CREG", 2.90), (CONCAT, "DREG", 2.90), (PRODUCT, "A1REG MREG", 2.20),
+        (PRODUCT, "PREG", 1.40),
+        (PRODUCT, "MREG", 2.20),
+        (PRODUCT, "A1REG", 3.90),
+        (PRODUCT, "A0REG", 3.90),
+        (PRODUCT, "B0REG", 3.90),
+        (PRODUCT, "B1REG", 3.90),
+        ("00110000", "CREG", 2.90),
+        (CONCAT, "DREG", 2.90),
+        (PRODUCT, "A1REG MREG", 2.20),
         (PRODUCT, "A1REG B1REG MREG PREG CREG", 1.40),
     ],
 )
@@ -154,9 +175,18 @@ def test_carry_in_pin_not_selected(tiny):
 
 @pytest.mark.parametrize(
     ("regs", "pin"),
-    [("A0REG", "CEA"), ("A1REG", "RSTA"), ("B1REG", "CEB"), ("CREG", "CEC"), ("DREG", "RSTD"),
-     ("MREG", "CEM"), ("PREG", "CEP"), ("PREG", "RSTP"), ("OPMODEREG", "CEOPMODE"),
-     ("CARRYINREG", "RSTCARRYIN")],
+    [
+        ("A0REG", "CEA"),
+        ("A1REG", "RSTA"),
+        ("B1REG", "CEB"),
+        ("CREG", "CEC"),
+        ("DREG", "RSTD"),
+        ("MREG", "CEM"),
+        ("PREG", "CEP"),
+        ("PREG", "RSTP"),
+        ("OPMODEREG", "CEOPMODE"),
+        ("CARRYINREG", "RSTCARRYIN"),
+    ],
 )
 def test_enable_and_reset(tiny, regs, pin):
     net = dsp(tiny, regs=regs, pins={pin: "q"})
@@ -170,8 +200,9 @@ def test_enable_of_an_unused_register_is_no_endpoint(tiny):
 def cascade(tiny, first, second, *, opmode=PRODUCT_ADD_PCIN):
     """Two slices of a column; the second gives to flip-flop z."""
     tiny.add("DSP48A1", "d1", {**NONE, **first}, CLK="clk", OPMODE=list(PRODUCT), PCOUT=["k"])
-    tiny.add("DSP48A1", "d2", {**NONE, **second}, CLK="clk", OPMODE=list(opmode), PCIN=["k"],
-             P=["y"])
+    tiny.add(
+        "DSP48A1", "d2", {**NONE, **second}, CLK="clk", OPMODE=list(opmode), PCIN=["k"], P=["y"]
+    )
     return tiny.ff("y", "z").netlist()
 
 
@@ -228,7 +259,9 @@ PREADD = "10001000"  # X = M, pre-adder in front of B1
 @pytest.mark.parametrize(
     ("regs", "pin", "ns"),
     [
-        ("B1REG", "B", 2.30 + 0.18), ("B1REG", "D", 2.30 + 0.18), ("MREG", "D", 2.30 + 2.90),
+        ("B1REG", "B", 2.30 + 0.18),
+        ("B1REG", "D", 2.30 + 0.18),
+        ("MREG", "D", 2.30 + 2.90),
         ("PREG", "B", 2.30 + 3.40),
     ],
 )

@@ -4,11 +4,11 @@ import json
 
 import pytest
 
-from gateware.synthesis import estimate as module
-from gateware.synthesis.celltypes import UnknownCell
-from gateware.synthesis.estimate import estimate
-from gateware.synthesis.netlist import NetlistError
-from gateware.synthesis.yosys import Synthesis
+from boresight.gateware.synthesis import estimate as module
+from boresight.gateware.synthesis.celltypes import UnknownCell
+from boresight.gateware.synthesis.estimate import estimate
+from boresight.gateware.synthesis.netlist import NetlistError
+from boresight.gateware.synthesis.yosys import Synthesis
 
 VERILOG = """
 module adder(input clk, input [31:0] a, b, output reg [31:0] y);
@@ -120,7 +120,11 @@ def test_inverters_on_a_carry_chain(results):
 def test_four_corners(results):
     got = results("adder")
     assert [(t.grade, t.nets) for t in got.timing] == [
-        (2, "median"), (2, "p75"), (3, "median"), (3, "p75")]
+        (2, "median"),
+        (2, "p75"),
+        (3, "median"),
+        (3, "p75"),
+    ]
     with pytest.raises(ValueError, match=r"^corner must be grade 2 or 3, .*, not \(4, 'p75'\)$"):
         got.corner(grade=4, nets="p75")
 
@@ -142,7 +146,7 @@ def test_json(results):
 
 def test_cache_is_used(results, monkeypatch):
     first = results("adder")
-    monkeypatch.setattr("gateware.synthesis.yosys._run", None)  # would fail if it ran
+    monkeypatch.setattr("boresight.gateware.synthesis.yosys._run", None)  # would fail if it ran
     assert estimate(VERILOG, "adder", cache_dir=results.cache) == first
 
 

@@ -2,10 +2,10 @@
 
 import pytest
 
-from gateware.synthesis.celltypes import UnknownCell
-from gateware.synthesis.graph import build_graph
-from gateware.synthesis.netlist import NetlistError
-from gateware.synthesis.timing import analyse
+from boresight.gateware.synthesis.celltypes import UnknownCell
+from boresight.gateware.synthesis.graph import build_graph
+from boresight.gateware.synthesis.netlist import NetlistError
+from boresight.gateware.synthesis.timing import analyse
 
 
 def test_order_puts_sources_first(tiny):

@@ -2,8 +2,8 @@
 
 import pytest
 
-from gateware.synthesis.delays import Delay, delay_table
-from gateware.synthesis.timing import analyse
+from boresight.gateware.synthesis.delays import Delay, delay_table
+from boresight.gateware.synthesis.timing import analyse
 
 
 def group(tiny, name):
@@ -11,9 +11,16 @@ def group(tiny, name):
     return next(g.worst_ns for g in analyse(tiny.netlist()).groups if g.name == name)
 
 
-@pytest.mark.parametrize(("port", "params", "out"), [
-    ("DOA", {}, 2.10), ("DOPB", {}, 2.10), ("DOB", {"DOB_REG": "1"}, 1.75),
-    ("DOB", {"DOA_REG": "1"}, 2.10), ("DOPA", {"DOA_REG": 1}, 1.75)])
+@pytest.mark.parametrize(
+    ("port", "params", "out"),
+    [
+        ("DOA", {}, 2.10),
+        ("DOPB", {}, 2.10),
+        ("DOB", {"DOB_REG": "1"}, 1.75),
+        ("DOB", {"DOA_REG": "1"}, 2.10),
+        ("DOPA", {"DOA_REG": 1}, 1.75),
+    ],
+)
 def test_clock_to_output(tiny, port, params, out):
     tiny.add("RAMB16BWER", "r", params, CLKA="clk", **{port: ["0", "y"]}).ff("y", "z")
     assert group(tiny, "FDRE.D") == pytest.approx(out + 0.553 + 0.114 + 0.135)
@@ -24,9 +31,7 @@ def test_half_size_port_names(tiny):
     assert group(tiny, "FDRE.D") == pytest.approx(1.75 + 0.553 + 0.114 + 0.135)
 
 
-@pytest.mark.parametrize(
-    "pin", ["ADDRA", "ADDRB", "DIA", "DIPB", "WEA", "ENB", "REGCEA", "RSTB"]
-)
+@pytest.mark.parametrize("pin", ["ADDRA", "ADDRB", "DIA", "DIPB", "WEA", "ENB", "REGCEA", "RSTB"])
 def test_setup(tiny, pin):
     tiny.ff("in", "q").add("RAMB16BWER", "r", CLKA="clk", **{pin: ["0", "q"]})
     assert group(tiny, f"RAMB16BWER.{pin}") == pytest.approx(0.525 + 0.553 + 0.40 + 0.135)
@@ -45,9 +50,16 @@ def test_clock_pins_are_no_endpoints(tiny):
     assert [g.name for g in analyse(tiny.netlist()).groups] == ["RAMB16BWER period"]
 
 
-@pytest.mark.parametrize(("type_", "grade", "mhz"), [
-    ("RAMB16BWER", 2, 280.1), ("RAMB16BWER", 3, 320.1), ("RAMB8BWER", 2, 280.1),
-    ("BUFG", 2, 375.0), ("BUFG", 3, 400.0)])
+@pytest.mark.parametrize(
+    ("type_", "grade", "mhz"),
+    [
+        ("RAMB16BWER", 2, 280.1),
+        ("RAMB16BWER", 3, 320.1),
+        ("RAMB8BWER", 2, 280.1),
+        ("BUFG", 2, 375.0),
+        ("BUFG", 3, 400.0),
+    ],
+)
 def test_minimum_period_limits_the_clock(tiny, type_, grade, mhz):
     """1000 / 3.570 and 1000 / 3.124 MHz, rounded down; no clock uncertainty on top."""
     timing = analyse(tiny.add(type_, "u").netlist(), grade=grade)

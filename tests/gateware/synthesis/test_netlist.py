@@ -2,7 +2,7 @@
 
 import pytest
 
-from gateware.synthesis.netlist import Netlist, NetlistError, Pin
+from boresight.gateware.synthesis.netlist import Netlist, NetlistError, Pin
 
 
 def test_drivers_loads_and_fanout(tiny):
@@ -27,8 +27,12 @@ def test_bookkeeping_cells_are_left_out(tiny):
 
 
 def test_parameters():
-    raw = {"type": "T", "port_directions": {}, "connections": {}, "parameters": {
-        "A": "00000000000000000000000000000011", "B": 5, "C": "1", "S": "SYNC "}}
+    raw = {
+        "type": "T",
+        "port_directions": {},
+        "connections": {},
+        "parameters": {"A": "00000000000000000000000000000011", "B": 5, "C": "1", "S": "SYNC "},
+    }
     cell = Netlist.from_json({"modules": {"m": {"cells": {"c": raw}}}}).cells["c"]
     assert [cell.number(p, 7) for p in "ABCD"] == [3, 5, 1, 7]
     assert (cell.text("S", ""), cell.text("R", "ASYNC")) == ("SYNC", "ASYNC")
@@ -39,11 +43,13 @@ def test_parameters():
 
 
 def test_names_prefer_what_a_person_wrote():
-    module = {"netnames": {
-        "$auto$1": {"hide_name": 1, "bits": [2]},
-        "top_sub_sum": {"hide_name": 0, "bits": [2, 3]},
-        "sum": {"hide_name": 0, "bits": [2, "0"]},
-    }}
+    module = {
+        "netnames": {
+            "$auto$1": {"hide_name": 1, "bits": [2]},
+            "top_sub_sum": {"hide_name": 0, "bits": [2, 3]},
+            "sum": {"hide_name": 0, "bits": [2, "0"]},
+        }
+    }
     net = Netlist.from_json({"modules": {"m": module}})
     assert [net.name_of(b) for b in (2, 3, 4)] == ["sum[0]", "top_sub_sum[1]", "net#4"]
 

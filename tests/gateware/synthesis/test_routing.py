@@ -2,9 +2,9 @@
 
 import pytest
 
-from gateware.synthesis.netlist import Pin
-from gateware.synthesis.routing import Hop, route
-from gateware.synthesis.timing import analyse
+from boresight.gateware.synthesis.netlist import Pin
+from boresight.gateware.synthesis.routing import Hop, route
+from boresight.gateware.synthesis.timing import analyse
 
 
 def hop(tiny, net, load, fanout=1):

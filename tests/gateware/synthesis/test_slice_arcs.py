@@ -5,10 +5,10 @@ clock to Q .525, LUT .259, net of one load .553, of two .855, D setup .114, unce
 
 import pytest
 
-from gateware.synthesis.delays import Delay, delay_table
-from gateware.synthesis.graph import build_graph
-from gateware.synthesis.netlist import NetlistError
-from gateware.synthesis.timing import analyse
+from boresight.gateware.synthesis.delays import Delay, delay_table
+from boresight.gateware.synthesis.graph import build_graph
+from boresight.gateware.synthesis.netlist import NetlistError
+from boresight.gateware.synthesis.timing import analyse
 
 FAST = Delay(0.0, "out of the way")
 
@@ -47,8 +47,18 @@ def test_both_outputs_of_a_double_lut(tiny, pin):
     assert worst(tiny) == pytest.approx(0.525 + 0.553 + 0.259 + 0.114 + 0.135)
 
 
-S_TO_O = {(0, 0): 0.197, (0, 1): 0.273, (0, 2): 0.398, (0, 3): 0.450, (1, 1): 0.185,
-          (1, 2): 0.381, (1, 3): 0.420, (2, 2): 0.246, (2, 3): 0.330, (3, 3): 0.200}
+S_TO_O = {
+    (0, 0): 0.197,
+    (0, 1): 0.273,
+    (0, 2): 0.398,
+    (0, 3): 0.450,
+    (1, 1): 0.185,
+    (1, 2): 0.381,
+    (1, 3): 0.420,
+    (2, 2): 0.246,
+    (2, 3): 0.330,
+    (3, 3): 0.200,
+}
 S_TO_CO = (0.236, 0.224, 0.092, 0.084)
 DI_TO_CO = (0.281, 0.197, 0.134, 0.121)
 CI_TO_O = (0.220, 0.310, 0.302, 0.320)
@@ -170,9 +180,14 @@ def lutram(tiny, type_, out, **pins):
     tiny.ff("in", "q").add(type_, "r", **nets, **{out: "y"}).ff("y", "z")
 
 
-READS = [("RAM32M", "DOA", {"ADDRA": ["0", "q"]}), ("RAM32M", "DOD", {"ADDRD": ["q"]}),
-         ("RAM64X1D", "DPO", {"DPRA5": "q"}), ("RAM64X1D", "SPO", {"A2": "q"}),
-         ("RAM128X1D", "DPO", {"DPRA": ["q"]}), ("RAM64X1S", "O", {"A0": "q"})]
+READS = [
+    ("RAM32M", "DOA", {"ADDRA": ["0", "q"]}),
+    ("RAM32M", "DOD", {"ADDRD": ["q"]}),
+    ("RAM64X1D", "DPO", {"DPRA5": "q"}),
+    ("RAM64X1D", "SPO", {"A2": "q"}),
+    ("RAM128X1D", "DPO", {"DPRA": ["q"]}),
+    ("RAM64X1S", "O", {"A0": "q"}),
+]
 
 
 @pytest.mark.parametrize(("type_", "out", "pins"), READS)
@@ -193,8 +208,14 @@ def test_lutram_ports_are_separate(tiny):
     assert worst(tiny, lutram_clk_q=FAST) == pytest.approx(0.0 + 0.553 + 0.114 + 0.135)
 
 
-WRITES = [("RAM32M", {"DIA": ["q"]}), ("RAM32M", {"ADDRD": ["q"]}), ("RAM32M", {"WE": "q"}),
-          ("RAM64X1D", {"D": "q"}), ("RAM64X1D", {"A5": "q"}), ("RAM128X1D", {"A": ["q"]})]
+WRITES = [
+    ("RAM32M", {"DIA": ["q"]}),
+    ("RAM32M", {"ADDRD": ["q"]}),
+    ("RAM32M", {"WE": "q"}),
+    ("RAM64X1D", {"D": "q"}),
+    ("RAM64X1D", {"A5": "q"}),
+    ("RAM128X1D", {"A": ["q"]}),
+]
 
 
 @pytest.mark.parametrize(("type_", "pins"), WRITES)
@@ -206,16 +227,19 @@ def test_lutram_write(tiny, type_, pins):
 
 def test_latch_is_refused(tiny):
     with pytest.raises(
-        NetlistError,
-        match=r"^storage must be edge-triggered for timing, not a latch \(LDCE u\)$",
+        NetlistError, match=r"^storage must be edge-triggered for timing, not a latch \(LDCE u\)$"
     ):
         build_graph(tiny.add("LDCE", "u", D="a", G="b", Q="q").netlist())
 
 
 @pytest.mark.parametrize(
     ("type_", "params"),
-    [("FDRE_1", {}), ("FDRE", {"IS_C_INVERTED": "1"}), ("SRLC32E", {"IS_CLK_INVERTED": "1"}),
-     ("RAM32M", {"IS_WCLK_INVERTED": 1})],
+    [
+        ("FDRE_1", {}),
+        ("FDRE", {"IS_C_INVERTED": "1"}),
+        ("SRLC32E", {"IS_CLK_INVERTED": "1"}),
+        ("RAM32M", {"IS_WCLK_INVERTED": 1}),
+    ],
 )
 def test_falling_edge_is_refused(tiny, type_, params):
     with pytest.raises(

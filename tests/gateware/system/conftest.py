@@ -8,6 +8,7 @@ import pytest
 @pytest.fixture
 def bus_write() -> Callable:
     """Write a word by a bus's rules; returns the cycles it took."""
+
     async def write(ctx, bus, address: int, word: int) -> int:
         ctx.set(bus.addr, address)
         ctx.set(bus.w_data, word)
@@ -20,14 +21,17 @@ def bus_write() -> Callable:
                 break
         ctx.set(bus.w_stb, 0)
         return cycles
+
     return write
 
 
 @pytest.fixture
 def bus_read() -> Callable:
     """Read a word: it comes in the cycle after the address."""
+
     async def read(ctx, bus, address: int) -> int:
         ctx.set(bus.addr, address)
         await ctx.tick()
         return ctx.get(bus.r_data)
+
     return read

@@ -5,15 +5,15 @@ import random
 import numpy as np
 import pytest
 
-from gateware.core import Core
-from gateware.registers import PROGRAM
-from gateware.system.conductor import HEADER, OUTPUTS, RAWS, RECORDS, STAMP, Conductor
-from gateware.system.programs import core_plan, system_core
-from model.fixed import IntArray
-from sim.bundled import bundled
-from sim.conductor_bench import Played, play, sample_command, script_of
-from sim.front import COUNTS, HEADING, NO_LINE, Samples, quantise, run_chain
-from sim.log import read_log
+from boresight.gateware.core import Core
+from boresight.gateware.registers import PROGRAM
+from boresight.gateware.system.conductor import HEADER, OUTPUTS, RAWS, RECORDS, STAMP, Conductor
+from boresight.gateware.system.programs import core_plan, system_core
+from boresight.model.fixed import IntArray
+from boresight.sim.bundled import bundled
+from boresight.sim.conductor_bench import Played, play, sample_command, script_of
+from boresight.sim.front import COUNTS, HEADING, NO_LINE, Samples, quantise, run_chain
+from boresight.sim.log import read_log
 
 STEPS = 60
 
@@ -31,8 +31,10 @@ def conductors(cores) -> dict[str, Conductor]:
 def samples(kind: int = COUNTS, number: int = 0, steps: int = STEPS, first: int = 0) -> Samples:
     """A cut of the bundled recording, with many lines."""
     whole = quantise(read_log(bundled("synthetic_60s")), kind=kind, number=number, line_hz=500)
-    cut = {name: getattr(whole, name)[first:first + steps].copy()
-           for name in ("stamp", "counts", "line", "values", "restart", "filter")}
+    cut = {
+        name: getattr(whole, name)[first : first + steps].copy()
+        for name in ("stamp", "counts", "line", "values", "restart", "filter")
+    }
     cut["line"][0] = NO_LINE
     cut["restart"][0] = True
     return Samples(**cut)
@@ -85,9 +87,13 @@ def test_filters_gaps_and_restarts_by_turns(cores) -> None:
     line = np.where(mixed, a.line, b.line)
     gaps = rng.choice([97656, 97656, 97656, 2**26, 2**31 + 5], 200)
     given = Samples(
-        (2**32 - 500_000 + np.cumsum(gaps)) % 2**32, a.counts, line,
-        np.where(mixed[:, None], a.values, b.values), rng.random(200) < 0.1,
-        rng.integers(0, 4, 200))
+        (2**32 - 500_000 + np.cumsum(gaps)) % 2**32,
+        a.counts,
+        line,
+        np.where(mixed[:, None], a.values, b.values),
+        rng.random(200) < 0.1,
+        rng.integers(0, 4, 200),
+    )
     given.restart[0] = True
     check_words(core, given, play(core, script_of(given)))
 
@@ -109,8 +115,12 @@ def test_the_host_writes_and_reads_meanwhile(cores) -> None:
         if k + 1 < len(given) and given.line[k + 1]:
             out.append("l 1 " + " ".join(f"{int(v) & 0xFFFF:x}" for v in given.values[k + 1]))
         for _ in range(rng.randrange(4)):
-            out += [f"w {rng.randrange(120)}", f"b {PROGRAM} {rng.randrange(8):x}", "d 515",
-                    f"b {address} {word if k >= 30 else 0:x}"]
+            out += [
+                f"w {rng.randrange(120)}",
+                f"b {PROGRAM} {rng.randrange(8):x}",
+                "d 515",
+                f"b {address} {word if k >= 30 else 0:x}",
+            ]
         out += [f"n {k + 1}", f"w {100 + 70}"]
     played = play(core, out)
     before = run_chain(programs(core), given)
@@ -135,8 +145,10 @@ def test_an_update_that_is_held_stays(cores) -> None:
             script += ["w 100", "q"]
     played = play(core, script)
     assert [words[HEADER] & 0xFFFF for words in played.taken] == [3, 3, 3]
-    assert all(words[OUTPUTS:OUTPUTS + 8] == played.results[2][OUTPUTS:OUTPUTS + 8]
-               for words in played.taken)
+    assert all(
+        words[OUTPUTS : OUTPUTS + 8] == played.results[2][OUTPUTS : OUTPUTS + 8]
+        for words in played.taken
+    )
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -145,14 +157,18 @@ def test_any_state_recovers(seed: int, cores, conductors) -> None:
     core, given, rng = cores["small"], samples(steps=10), random.Random(seed)
     script = ["o 3", "u 1", "f 1", "w 10"]
     for _ in range(12):
-        script += [sample_command(given.stamp[0], given.counts[0]),
-                   f"l {rng.randrange(2)} 1 2 3", f"w {rng.randrange(900)}",
-                   f"x {rng.getrandbits(32):x}", f"w {3 * conductors['small'].patience}"]
+        script += [
+            sample_command(given.stamp[0], given.counts[0]),
+            f"l {rng.randrange(2)} 1 2 3",
+            f"w {rng.randrange(900)}",
+            f"x {rng.getrandbits(32):x}",
+            f"w {3 * conductors['small'].patience}",
+        ]
         for k in range(3):
             script += [sample_command(given.stamp[k], given.counts[k]), "w 2500"]
     played = play(core, script)
     updated = np.array(played.updated)
     for k in range(12):
-        for sampled in played.sampled[4 * k + 1:4 * k + 4]:
+        for sampled in played.sampled[4 * k + 1 : 4 * k + 4]:
             assert sampled + conductors["small"].latency(1) in updated
     assert played.named("watchdog") or played.named("framing"), "no upset did anything"

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gateware.system.attitude_frame import (
+from boresight.gateware.system.attitude_frame import (
     FLAGS,
     FORMATS,
     OUTPUTS,
@@ -17,18 +17,29 @@ from gateware.system.attitude_frame import (
     parse_line,
     text_line,
 )
-from gateware.system.programs import FILTERS
-from model.estimators import estimator
+from boresight.gateware.system.programs import FILTERS
+from boresight.model.estimators import estimator
 
 HALF = 1 << 31
 WORD = st.integers(-HALF, HALF - 1)
 
 
-@pytest.mark.parametrize("value, text", [
-    (0, "+000.00"), (HALF - 1, "+180.00"), (-HALF, "-180.00"), (-1, "-000.00"),
-    (HALF // 2, "+090.00"), (-HALF // 180, "-001.00"),
-    # half a hundredth is 59652.3 words
-    (59_652, "+000.00"), (59_653, "+000.01"), (-59_652, "-000.00"), (-59_653, "-000.01")])
+@pytest.mark.parametrize(
+    "value, text",
+    [
+        (0, "+000.00"),
+        (HALF - 1, "+180.00"),
+        (-HALF, "-180.00"),
+        (-1, "-000.00"),
+        (HALF // 2, "+090.00"),
+        (-HALF // 180, "-001.00"),
+        # half a hundredth is 59652.3 words
+        (59_652, "+000.00"),
+        (59_653, "+000.01"),
+        (-59_652, "-000.00"),
+        (-59_653, "-000.01"),
+    ],
+)
 def test_known_angles(value: int, text: str) -> None:
     assert angle_text(value) == text
 
@@ -47,16 +58,37 @@ def test_halves_go_away_from_zero() -> None:
 
 
 def test_attitude_of_words() -> None:
-    words = [0x8128_FFFE - 2**32, -1, HALF // 2, -HALF // 4, -HALF, 1 << 29, 0, -(1 << 28), 1,
-             5 << 23]
+    words = [
+        0x8128_FFFE - 2**32,
+        -1,
+        HALF // 2,
+        -HALF // 4,
+        -HALF,
+        1 << 29,
+        0,
+        -(1 << 28),
+        1,
+        5 << 23,
+    ]
     got = attitude_of(words)
     assert got == Attitude(
-        number=0xFFFE, flags=0x8128, stamp=0xFFFF_FFFF, pitch=90.0, roll=-45.0, heading=-180.0,
-        quaternion=(1.0, 0.0, -0.5, 2.0**-29), status=5)
+        number=0xFFFE,
+        flags=0x8128,
+        stamp=0xFFFF_FFFF,
+        pitch=90.0,
+        roll=-45.0,
+        heading=-180.0,
+        quaternion=(1.0, 0.0, -0.5, 2.0**-29),
+        status=5,
+    )
     assert attitude_of(words, {0: (30, 22)}).status == 10
     assert attitude_of(words, {1: (30, 22)}).status is attitude_of(words, {}).quaternion is None
-    assert got.filter == 0 and got.flag_names == ("field_used", "restart", "inertial_fault",
-                                                  "reserved")
+    assert got.filter == 0 and got.flag_names == (
+        "field_used",
+        "restart",
+        "inertial_fault",
+        "reserved",
+    )
     assert len(FLAGS) == 16
     with pytest.raises(ValueError, match=r"^words must be 10, not 9$"):
         attitude_of(words[:-1])
@@ -77,22 +109,34 @@ def test_lines_come_back(words: list[int]) -> None:
         assert math.isclose(getattr(got, name), getattr(exact, name), abs_tol=0.005_000_1)
 
 
-@pytest.mark.parametrize("line", [
-    "", "+001.00 +002.00 +003.00 0001 0000", "+001.00 +002.00 +003.00 0001 0000 00G",
-    "001.00 +002.00 +003.00 0001 0000 000", "+001,00 +002.00 +003.00 0001 0000 000",
-    "+001.00 +002.00 +003.00 0001 0000 000 ", "+001.00  +002.00 +003.00 0001 0000 000",
-    "+0a1.00 +002.00 +003.00 0001 0000 000", "+001.00 +002.00 +003.00 0001 0000 00a"])
+@pytest.mark.parametrize(
+    "line",
+    [
+        "",
+        "+001.00 +002.00 +003.00 0001 0000",
+        "+001.00 +002.00 +003.00 0001 0000 00G",
+        "001.00 +002.00 +003.00 0001 0000 000",
+        "+001,00 +002.00 +003.00 0001 0000 000",
+        "+001.00 +002.00 +003.00 0001 0000 000 ",
+        "+001.00  +002.00 +003.00 0001 0000 000",
+        "+0a1.00 +002.00 +003.00 0001 0000 000",
+        "+001.00 +002.00 +003.00 0001 0000 00a",
+    ],
+)
 def test_other_lines_are_none(line: str) -> None:
     assert parse_line(line) is None
     assert parse_line("+001.00 -002.00 +003.00 0001 0000 00A") == Attitude(
-        number=1, heading=1.0, pitch=-2.0, roll=3.0, flags=0, status=1)
+        number=1, heading=1.0, pitch=-2.0, roll=3.0, flags=0, status=1
+    )
 
 
 def test_formats_are_those_of_the_filters() -> None:
     for number, name in enumerate(FILTERS):
         program = estimator(name).compile()
-        frac = {n: program.values[k].frac
-                for n, k in zip(program.output_names, program.outputs, strict=True)}
+        frac = {
+            n: program.values[k].frac
+            for n, k in zip(program.output_names, program.outputs, strict=True)
+        }
         assert tuple(frac) == OUTPUTS
         assert {frac[n] for n in ("pitch", "roll", "heading")} == {31}
         assert {frac[n] for n in ("qw", "qx", "qy", "qz")} == {FORMATS[number][0]}

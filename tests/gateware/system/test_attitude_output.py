@@ -8,10 +8,10 @@ from amaranth.hdl import Module
 from amaranth.lib import wiring
 from amaranth.sim import Simulator
 
-from gateware.boards.frames import Kind
-from gateware.system.attitude_frame import OUTPUTS, STAMP, text_line
-from gateware.system.attitude_output import AttitudeOutput, OutputMode
-from gateware.system.results import Results
+from boresight.gateware.boards.frames import Kind
+from boresight.gateware.system.attitude_frame import OUTPUTS, STAMP, text_line
+from boresight.gateware.system.attitude_output import AttitudeOutput, OutputMode
+from boresight.gateware.system.results import Results
 
 #: Where the words of a frame stand in the result memory.
 PLACES = (0, STAMP, *(0x10 + k for k in range(len(OUTPUTS))))
@@ -88,8 +88,10 @@ def body_of(words: list[int]) -> bytes:
 
 
 def random_update(rng: random.Random) -> list[int]:
-    words = [rng.choice([rng.randrange(-HALF, HALF), rng.choice([-HALF, HALF - 1, 0, -1, 1])])
-             for _ in PLACES]
+    words = [
+        rng.choice([rng.randrange(-HALF, HALF), rng.choice([-HALF, HALF - 1, 0, -1, 1])])
+        for _ in PLACES
+    ]
     return [words[0] & 0x7F_FFFF, *words[1:]]
 
 
@@ -186,4 +188,3 @@ def test_off_and_changes_on_the_way() -> None:
     bench.run(test)
     assert bench.bodies == [body_of(words), text_line(with_flags(words, 0xFF)).encode()]
     assert bench.raw == [False, True]
-

@@ -3,10 +3,10 @@
 import pytest
 from amaranth.back import rtlil
 
-from gateware.core import Core
-from gateware.system.attitude_system import AttitudeSystem, system_design
-from gateware.system.programs import system_core
-from model.errors import InputError
+from boresight.gateware.core import Core
+from boresight.gateware.system.attitude_system import AttitudeSystem, system_design
+from boresight.gateware.system.programs import system_core
+from boresight.model.errors import InputError
 
 
 @pytest.fixture(scope="module")
@@ -19,8 +19,15 @@ def test_registers_are_told_apart(core: Core) -> None:
     registers = AttitudeSystem(core=core).map().registers
     assert len({r.address for r in registers}) == len({r.name for r in registers}) == len(registers)
     names = {r.name for r in registers}
-    assert {"calibrate_inertial.gyro_xx", "complementary.kp_roll_per_s", "result_heading",
-            "count_inertial_sample", "count_bad_address", "temperature", "status"} <= names
+    assert {
+        "calibrate_inertial.gyro_xx",
+        "complementary.kp_roll_per_s",
+        "result_heading",
+        "count_inertial_sample",
+        "count_bad_address",
+        "temperature",
+        "status",
+    } <= names
 
 
 def test_events_have_names_of_their_own(core: Core) -> None:
@@ -29,9 +36,17 @@ def test_events_have_names_of_their_own(core: Core) -> None:
 
 
 def test_identity_follows_programs_and_configuration(core: Core) -> None:
-    builds = {AttitudeSystem(core=core, **options).build for options in (
-        {}, {"clock_hz": 50e6}, {"host_baud": 115_200}, {"wishbone": True},
-        {"inertial": {"stall_s": 20e-6}}, {"compass": {"baud": 9600}})}
+    builds = {
+        AttitudeSystem(core=core, **options).build
+        for options in (
+            {},
+            {"clock_hz": 50e6},
+            {"host_baud": 115_200},
+            {"wishbone": True},
+            {"inertial": {"stall_s": 20e-6}},
+            {"compass": {"baud": 9600}},
+        )
+    }
     assert len(builds) == 6
     assert AttitudeSystem(core=core).build in builds
 
@@ -54,7 +69,11 @@ def test_lines_are_ports(core: Core) -> None:
     for line in system.lines:
         assert getattr(system, line.name).shape().width == 1
     assert {line.name for line in system.lines if line.input} == {
-        "host_rx", "adis_miso", "adis_data_ready", "hmr_rx"}
+        "host_rx",
+        "adis_miso",
+        "adis_data_ready",
+        "hmr_rx",
+    }
 
 
 def test_only_32_bit_words() -> None:

@@ -7,8 +7,8 @@ from amaranth.hdl import Module, Mux, Signal
 from amaranth.lib import memory
 from amaranth.sim import Simulator
 
-from gateware.boards.frames import END, ESC, Decoder, Kind, encode
-from gateware.system.bridge import Bridge
+from boresight.gateware.boards.frames import END, ESC, Decoder, Kind, encode
+from boresight.gateware.system.bridge import Bridge
 
 DIVISOR = 8
 
@@ -24,10 +24,12 @@ class Host:
         w_port, r_port = words.write_port(), words.read_port()
         waited = Signal(8)
         top.d.comb += [
-            w_port.addr.eq(dut.bus.addr), w_port.data.eq(dut.bus.w_data),
+            w_port.addr.eq(dut.bus.addr),
+            w_port.data.eq(dut.bus.w_data),
             w_port.en.eq(dut.bus.w_stb & dut.bus.w_ack),
             dut.bus.w_ack.eq(dut.bus.w_stb & (waited == delay)),
-            r_port.addr.eq(dut.bus.addr), dut.bus.r_data.eq(r_port.data),
+            r_port.addr.eq(dut.bus.addr),
+            dut.bus.r_data.eq(r_port.data),
         ]
         top.d.sync += waited.eq(Mux(dut.bus.w_stb & ~dut.bus.w_ack, waited + 1, 0))
         self._send, self._listen = send, listen
@@ -66,13 +68,15 @@ class Host:
         assert answer is not None and answer[0] is kind, answer
         return answer[1]
 
-    async def push(self, ctx, body: bytes, raw: bool = False, gap: int = 0,
-                   last: bool = True) -> None:
+    async def push(
+        self, ctx, body: bytes, raw: bool = False, gap: int = 0, last: bool = True
+    ) -> None:
         for k, byte in enumerate(body):
             for _ in range(gap):
                 await ctx.tick()
-            ctx.set(self.dut.i.payload, {"data": byte, "raw": raw,
-                                        "last": last and k == len(body) - 1})
+            ctx.set(
+                self.dut.i.payload, {"data": byte, "raw": raw, "last": last and k == len(body) - 1}
+            )
             ctx.set(self.dut.i.valid, 1)
             await ctx.tick().until(self.dut.i.ready)
             ctx.set(self.dut.i.valid, 0)
@@ -105,8 +109,9 @@ def test_records_are_unknown_here(host) -> None:
     end = host()
 
     async def test(ctx):
-        await end.send(ctx, encode(Kind.RECORD, [1, 2], word=32)
-                       + encode(Kind.ATTITUDE, [1], word=32))
+        await end.send(
+            ctx, encode(Kind.RECORD, [1, 2], word=32) + encode(Kind.ATTITUDE, [1], word=32)
+        )
         assert await end.answer(ctx, limit=2000) is None
         assert end.events == [0, 2]
         assert await end.ask(ctx, Kind.READ, [5]) == [0]
@@ -118,8 +123,11 @@ def test_records_are_unknown_here(host) -> None:
 def test_answers_and_bodies_take_turns(gap: int, host) -> None:
     """Both always there: whole ones, one after the other, also if a body comes slowly."""
     end, rng = host(), random.Random(2)
-    bodies = [bytes([Kind.ATTITUDE]) + b"".join(
-        rng.getrandbits(32).to_bytes(4, "little") for _ in range(3)) for _ in range(4)]
+    bodies = [
+        bytes([Kind.ATTITUDE])
+        + b"".join(rng.getrandbits(32).to_bytes(4, "little") for _ in range(3))
+        for _ in range(4)
+    ]
 
     async def test(ctx):
         await end.send(ctx, encode(Kind.READ, [1], word=32))
@@ -134,8 +142,9 @@ def test_answers_and_bodies_take_turns(gap: int, host) -> None:
     end.run(test)
     assert end.decoder.dropped == 0
     pushed = [words for kind, words in got if kind is Kind.ATTITUDE]
-    assert pushed == [[int.from_bytes(b[k:k + 4], "little", signed=True) for k in (1, 5, 9)]
-                      for b in bodies]
+    assert pushed == [
+        [int.from_bytes(b[k : k + 4], "little", signed=True) for k in (1, 5, 9)] for b in bodies
+    ]
     answers = [kind for kind, _ in got].count(Kind.READ)
     assert answers >= 4 and answers + end.events[1] == 5  # a third one ahead is dropped
 
@@ -171,7 +180,7 @@ def test_nothing_stops_it(seed: int, host) -> None:
                 case 2:
                     frame = encode(Kind.WRITE, [1, 2], word=32)
                     place = rng.randrange(1, len(frame) - 1)
-                    await end.send(ctx, frame[:place] + frame[place + 1:])
+                    await end.send(ctx, frame[:place] + frame[place + 1 :])
                 case 3:
                     ctx.set(end.dut.rx, 0)
                     await ctx.tick().repeat(rng.randrange(1, 300))

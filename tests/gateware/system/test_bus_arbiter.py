@@ -8,7 +8,7 @@ from amaranth.hdl import Module, Signal
 from amaranth.lib.memory import Memory
 from amaranth.sim import Simulator
 
-from gateware.system.bus_arbiter import BusArbiter
+from boresight.gateware.system.bus_arbiter import BusArbiter
 
 
 @pytest.mark.parametrize("count", [2, 3])
@@ -22,6 +22,7 @@ def test_many_transfers(count: int, busy: float) -> None:
     def initiator(k: int) -> Callable:
         async def bench(ctx):
             await transfers(ctx, k)
+
         return bench
 
     async def transfers(ctx, k: int) -> None:
@@ -52,9 +53,12 @@ def test_many_transfers(count: int, busy: float) -> None:
     top.submodules.words = words = Memory(shape=32, depth=4096, init=[])
     w_port, r_port = words.write_port(), words.read_port()
     top.d.comb += [
-        dut.bus.w_ack.eq(dut.bus.w_stb & willing), w_port.en.eq(dut.bus.w_ack),
-        w_port.addr.eq(dut.bus.addr), w_port.data.eq(dut.bus.w_data),
-        r_port.addr.eq(dut.bus.addr), dut.bus.r_data.eq(r_port.data),
+        dut.bus.w_ack.eq(dut.bus.w_stb & willing),
+        w_port.en.eq(dut.bus.w_ack),
+        w_port.addr.eq(dut.bus.addr),
+        w_port.data.eq(dut.bus.w_data),
+        r_port.addr.eq(dut.bus.addr),
+        dut.bus.r_data.eq(r_port.data),
     ]
 
     async def target(ctx):
@@ -63,7 +67,8 @@ def test_many_transfers(count: int, busy: float) -> None:
         while True:
             ctx.set(willing, rng.random() < 0.4)
             _, _, grant, read, stb, ack, addr, data = await ctx.tick().sample(
-                dut.grant, dut.read, dut.bus.w_stb, dut.bus.w_ack, dut.bus.addr, dut.bus.w_data)
+                dut.grant, dut.read, dut.bus.w_stb, dut.bus.w_ack, dut.bus.addr, dut.bus.w_data
+            )
             assert grant.bit_count() <= 1 and not (read and stb)
             if before is not None:
                 assert before == (grant, addr, data) and stb

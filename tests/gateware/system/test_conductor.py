@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from amaranth.sim import Simulator
 
-from gateware.system.conductor import (
+from boresight.gateware.system.conductor import (
     HEADER,
     OUTPUTS,
     RAWS,
@@ -15,17 +15,25 @@ from gateware.system.conductor import (
     Conductor,
     header_layout,
 )
-from gateware.system.plan import FRONT_NAMES, RAW, RECORD, Plan
+from boresight.gateware.system.plan import FRONT_NAMES, RAW, RECORD, Plan
 
-PLAN = Plan(word=32, names=("one", "two", "three", *FRONT_NAMES), filters=3,
-            lengths=(60, 80, 70, 20, 15, 18), outputs=8, count_bits=16)
+PLAN = Plan(
+    word=32,
+    names=("one", "two", "three", *FRONT_NAMES),
+    filters=3,
+    lengths=(60, 80, 70, 20, 15, 18),
+    outputs=8,
+    count_bits=16,
+)
 #: Words of the input and output records of each program.
 RECORDS_IN = (10, 10, 10, 8, 3, 3)
 RECORDS_OUT = (8, 8, 8, 7, 3, 3)
 MASK = (1 << 32) - 1
 #: Words of `HEADER` by name.
-BITS = {name: (field.offset, field.shape if isinstance(field.shape, int) else 1)
-        for name, field in header_layout()}
+BITS = {
+    name: (field.offset, field.shape if isinstance(field.shape, int) else 1)
+    for name, field in header_layout()
+}
 
 
 def field_of(header: int, name: str) -> int:
@@ -73,7 +81,8 @@ class Bench:
             while True:
                 ctx.set(dut.i.ready, int(not self.broken and (self.rng.random() < 0.8)))
                 _, _, valid, ready, data, last = await ctx.tick().sample(
-                    dut.i.valid, dut.i.ready, dut.i.payload.data, dut.i.payload.last)
+                    dut.i.valid, dut.i.ready, dut.i.payload.data, dut.i.payload.last
+                )
                 if valid and ready:
                     record.append(data)
                     if last:
@@ -109,8 +118,12 @@ class Bench:
             ctx.set(self.dut.time, now)
             running = self.running
             _, _, events, updated, valid, ready, choice = await ctx.tick().sample(
-                self.dut.events, self.dut.updated, self.dut.i.valid, self.dut.i.ready,
-                self.dut.choice)
+                self.dut.events,
+                self.dut.updated,
+                self.dut.i.valid,
+                self.dut.i.ready,
+                self.dut.choice,
+            )
             ctx.set(self.dut.chosen, choice == running)  # one cycle late, as the core does
             assert valid or not offered, "a word was withdrawn"
             offered = valid and not ready
@@ -189,14 +202,18 @@ def test_a_sample_goes_through_calibration_and_filter() -> None:
         assert raw == [*counts, 0x87656321, 0]
         calibrated = [4000 + 30 + k for k in range(6)]
         assert record == [839, *calibrated[:3], 0, 0, 0, *calibrated[3:]]
-        assert words[RAWS:RAWS + 6] == counts
+        assert words[RAWS : RAWS + 6] == counts
         assert words[RAWS + RAW.index("restart")] == 0
         assert words[STAMP] == 0x87656321
-        assert words[RECORDS:RECORDS + len(RECORD)] == record
-        assert words[OUTPUTS:OUTPUTS + 8] == [3000 + 40 + k for k in range(8)]
+        assert words[RECORDS : RECORDS + len(RECORD)] == record
+        assert words[OUTPUTS : OUTPUTS + 8] == [3000 + 40 + k for k in range(8)]
         header = words[HEADER]
         assert [field_of(header, n) for n in ("number", "filter", "field_used", "restart")] == [
-            2, 2, 0, 0]
+            2,
+            2,
+            0,
+            0,
+        ]
 
     bench.run(test)
 
@@ -274,12 +291,12 @@ def test_a_field_is_used_once(counts: int) -> None:
         field = [1000 * (program + 1) + 30 + k for k in range(3)]
         await bench.sample(ctx)
         words = await bench.results(ctx)
-        assert bench.records[-1][1][4:7] == field == words[RECORDS + 4:RECORDS + 7]
+        assert bench.records[-1][1][4:7] == field == words[RECORDS + 4 : RECORDS + 7]
         assert field_of(words[HEADER], "field_used") == 1
         assert field_of(words[HEADER], "field_counts") == counts
         await bench.sample(ctx)
         words = await bench.results(ctx)
-        assert bench.records[-1][1][4:7] == [0, 0, 0] == words[RECORDS + 4:RECORDS + 7]
+        assert bench.records[-1][1][4:7] == [0, 0, 0] == words[RECORDS + 4 : RECORDS + 7]
         assert field_of(words[HEADER], "field_used") == 0
         assert bench.events.count("field_used") == 1
 
@@ -462,8 +479,9 @@ def test_latency_and_patience_are_of_the_plan() -> None:
     assert dut.patience >= 2 * (20 + 80)
 
 
-@pytest.mark.parametrize("change", [{"filters": 0}, {"filters": 9}, {"word": 25}, {"word": 33},
-                                    {"outputs": 17}])
+@pytest.mark.parametrize(
+    "change", [{"filters": 0}, {"filters": 9}, {"word": 25}, {"word": 33}, {"outputs": 17}]
+)
 def test_plan_is_checked(change) -> None:
     with pytest.raises(ValueError, match=r"^plan must have 1 to 8 filters"):
         Conductor(plan=replace(PLAN, **change))

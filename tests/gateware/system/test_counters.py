@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from gateware.system.counters import EventCounters
+from boresight.gateware.system.counters import EventCounters
 
 
 async def read(ctx, dut: EventCounters, index: int) -> int:
@@ -34,7 +34,8 @@ def test_events_as_close_as_allowed(count: int, simulate) -> None:
         assert [await read(ctx, dut, k) for k in range(count)] == wanted
         assert min(wanted) > 30
         assert [await read(ctx, dut, k) for k in range(count, 1 << len(dut.index))] == [0] * (
-            (1 << len(dut.index)) - count)
+            (1 << len(dut.index)) - count
+        )
 
     simulate(dut, bench)
 
@@ -80,9 +81,13 @@ def test_clear_and_wrap(simulate) -> None:
     simulate(dut, bench)
 
 
-@pytest.mark.parametrize("options, message", [
-    ({"count": 0}, r"^count must be an integer from 1 to 256, not 0$"),
-    ({"count": 3, "bits": 36}, r"^bits must be an integer from 1 to 35, not 36$")])
+@pytest.mark.parametrize(
+    "options, message",
+    [
+        ({"count": 0}, r"^count must be an integer from 1 to 256, not 0$"),
+        ({"count": 3, "bits": 36}, r"^bits must be an integer from 1 to 35, not 36$"),
+    ],
+)
 def test_parameters_are_checked(options: dict, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         EventCounters(**options)

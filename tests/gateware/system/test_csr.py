@@ -4,8 +4,8 @@ import random
 
 import pytest
 
-from gateware.register_model import Access, Register
-from gateware.system.csr import Csr
+from boresight.gateware.register_model import Access, Register
+from boresight.gateware.system.csr import Csr
 
 RO, WO, RW = Access.READ_ONLY, Access.WRITE_ONLY, Access.READ_WRITE
 REGISTERS = (
@@ -41,7 +41,16 @@ def test_after_power_up(simulate) -> None:
         ctx.set(dut.state, 0x155)
         ctx.set(dut.clock, 0x8000_0001)
         assert [await read(ctx, dut, k) for k in range(16)] == [
-            0xDEAD_BEEF, 0x155, 7, 0, 5, 1, 0, 0x8000_0001, *[0] * 8]
+            0xDEAD_BEEF,
+            0x155,
+            7,
+            0,
+            5,
+            1,
+            0,
+            0x8000_0001,
+            *[0] * 8,
+        ]
         assert (ctx.get(dut.wide), ctx.get(dut.small), ctx.get(dut.choice)) == (7, 5, 1)
 
     simulate(dut, bench)
@@ -66,8 +75,12 @@ def test_random_accesses_against_a_model(simulate) -> None:
                     if name != "choice" or word & 3 < 3:
                         model[name] = word & (1 << width) - 1
             else:
-                wanted = {0: 0xDEAD_BEEF, 1: model["state"], 7: model["clock"],
-                          **{k: model[name] for k, (name, _) in widths.items()}}.get(offset, 0)
+                wanted = {
+                    0: 0xDEAD_BEEF,
+                    1: model["state"],
+                    7: model["clock"],
+                    **{k: model[name] for k, (name, _) in widths.items()},
+                }.get(offset, 0)
                 assert await read(ctx, dut, offset) == wanted
             for name, _ in widths.values():
                 assert ctx.get(getattr(dut, name)) == model[name]
@@ -93,16 +106,28 @@ def test_orders_last_one_cycle(simulate) -> None:
     simulate(dut, bench)
 
 
-@pytest.mark.parametrize("registers, message", [
-    ((), r"^registers must not be empty$"),
-    ((Register("a", 1, RW, "", width=1), Register("b", 2, RW, "", width=1)),
-     r"^first address must be a multiple of 2, not 1$"),
-    ((Register("a", 4, RW, "", width=1), Register("b", 4, RW, "", width=1)),
-     r"^addresses must ascend, not 4 \(b\) after 4$"),
-    ((Register("a", 4, RW, "", width=2, reset=4),),
-     r"^a must have 1 to 32 bits that hold its reset value, not 2 bits for 4$"),
-    ((Register("a", 4, RW, "", width=33),),
-     r"^a must have 1 to 32 bits that hold its reset value, not 33 bits for 0$")])
+@pytest.mark.parametrize(
+    "registers, message",
+    [
+        ((), r"^registers must not be empty$"),
+        (
+            (Register("a", 1, RW, "", width=1), Register("b", 2, RW, "", width=1)),
+            r"^first address must be a multiple of 2, not 1$",
+        ),
+        (
+            (Register("a", 4, RW, "", width=1), Register("b", 4, RW, "", width=1)),
+            r"^addresses must ascend, not 4 \(b\) after 4$",
+        ),
+        (
+            (Register("a", 4, RW, "", width=2, reset=4),),
+            r"^a must have 1 to 32 bits that hold its reset value, not 2 bits for 4$",
+        ),
+        (
+            (Register("a", 4, RW, "", width=33),),
+            r"^a must have 1 to 32 bits that hold its reset value, not 33 bits for 0$",
+        ),
+    ],
+)
 def test_declaration_is_checked(registers, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         Csr(registers)

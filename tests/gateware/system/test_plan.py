@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import pytest
 
-from gateware.system.plan import FRONT_NAMES, RECORD, plan_of
-from gateware.system.programs import FILTERS, core_plan, system_core, system_estimators
-from model.errors import InputError
+from boresight.gateware.system.plan import FRONT_NAMES, RECORD, plan_of
+from boresight.gateware.system.programs import FILTERS, core_plan, system_core, system_estimators
+from boresight.model.errors import InputError
 
 
 @pytest.fixture(scope="module")
@@ -44,13 +44,13 @@ def change(program, number, **what):
     return replace(program, values=tuple(values))
 
 
-@pytest.mark.parametrize("front, output, name", [(1, 0, "gx"), (1, 6, "dt"), (2, 1, "my"),
-                                                 (3, 2, "mz")])
+@pytest.mark.parametrize(
+    "front, output, name", [(1, 0, "gx"), (1, 6, "dt"), (2, 1, "my"), (3, 2, "mz")]
+)
 def test_binary_points_must_be_the_filters(made, front: int, output: int, name: str) -> None:
     programs, schedules = list(made[0]), made[1]
     number = programs[front].outputs[output]
-    programs[front] = change(programs[front], number,
-                             frac=programs[front].values[number].frac - 1)
+    programs[front] = change(programs[front], number, frac=programs[front].values[number].frac - 1)
     with pytest.raises(ValueError, match=rf"^input {name} of complementary must be fixed<32,"):
         plan_of(programs, schedules)
 
@@ -80,8 +80,9 @@ def test_parameters_of_a_stranger_are_refused() -> None:
 
 
 def test_parameters_go_to_their_program() -> None:
-    core = system_core(["complementary"], params={"calibrate_field": {"field_xx": 0.25}},
-                       restarts=0)
+    core = system_core(
+        ["complementary"], params={"calibrate_field": {"field_xx": 0.25}}, restarts=0
+    )
     program = core.parts[2].program
     assert program.values[program.find("field_xx")].initial == 1 << 30
     assert RECORD[0] == "dt"

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from firmware.build import CModel
-from gateware.core import build_core
-from gateware.emulator import Emulator
-from gateware.register_map import register_map, register_map_files
-from gateware.system.programs import FILTERS, system_core
-from model.front import FRONT
-from model.interpreter import Interpreter
-from sim.random_program import random_inputs
+from boresight.firmware.build import CModel
+from boresight.gateware.core import build_core
+from boresight.gateware.emulator import Emulator
+from boresight.gateware.register_map import register_map, register_map_files
+from boresight.gateware.system.programs import FILTERS, system_core
+from boresight.model.front import FRONT
+from boresight.model.interpreter import Interpreter
+from boresight.sim.random_program import random_inputs
 
 CONFIG = pytest.mark.parametrize("config", ["small", "fast"])
 

@@ -5,7 +5,7 @@ import random
 import pytest
 from amaranth.sim import Simulator
 
-from gateware.system.results import Results
+from boresight.gateware.system.results import Results
 
 
 async def write(ctx, dut, number: int, words: int = 64, at=None) -> None:
@@ -116,6 +116,7 @@ def test_no_reader_ever_sees_two_updates(readers: int, seed: int) -> None:
                 assert len(set(words)) == 1, words
                 assert words[0] % 1000 == 0
                 seen[k].append(words[0])
+
         return run
 
     sim = Simulator(dut)

@@ -4,17 +4,21 @@ import pytest
 from amaranth.hdl import Module, Mux, Signal
 from amaranth.sim import Simulator
 
-from gateware.register_model import Access
-from gateware.system.conductor import RAWS
-from gateware.system.csr import is_live
-from gateware.system.plan import RAW
-from gateware.system.results import INDEX_BITS
-from gateware.system.system_bus import COUNTERS, CSR, RESULTS, SystemBus
-from gateware.system.system_registers import IDENTIFICATION, system_registers
+from boresight.gateware.register_model import Access
+from boresight.gateware.system.conductor import RAWS
+from boresight.gateware.system.csr import is_live
+from boresight.gateware.system.plan import RAW
+from boresight.gateware.system.results import INDEX_BITS
+from boresight.gateware.system.system_bus import COUNTERS, CSR, RESULTS, SystemBus
+from boresight.gateware.system.system_registers import IDENTIFICATION, system_registers
 
 REGISTERS = system_registers(
-    filters=("one", "two", "three"), clock_hz=100e6, build=0x1234_5678_9ABC_DEF0_1122_3344,
-    inertial_flags={"a": "", "b": ""}, compass_flags={"c": ""})
+    filters=("one", "two", "three"),
+    clock_hz=100e6,
+    build=0x1234_5678_9ABC_DEF0_1122_3344,
+    inertial_flags={"a": "", "b": ""},
+    compass_flags={"c": ""},
+)
 EVENTS = 5
 ADDRESS = {r.name: r.address for r in REGISTERS}
 
@@ -51,7 +55,8 @@ class Bench:
 
         async def watch(ctx):
             async for _, _, ack, addr, data in ctx.tick().sample(
-                    core.w_ack, core.addr, core.w_data):
+                core.w_ack, core.addr, core.w_data
+            ):
                 if ack:
                     self.writes.append((addr, data))
 
@@ -79,8 +84,12 @@ def test_every_address_reads_what_is_there(bench: Bench) -> None:
         for address in [*range(0x800), *range(0x800, 0x1000, 61)]:
             word = await bench.read_word(ctx, bench.dut.bus, address)
             assert word == wanted.get(address, 0), hex(address)
-        mapped = [*range(517), *(r.address for r in REGISTERS), *range(RESULTS, RESULTS + 64),
-                  *range(COUNTERS, COUNTERS + EVENTS + 1)]
+        mapped = [
+            *range(517),
+            *(r.address for r in REGISTERS),
+            *range(RESULTS, RESULTS + 64),
+            *range(COUNTERS, COUNTERS + EVENTS + 1),
+        ]
         assert await bench.read(ctx, ADDRESS["identification"]) == IDENTIFICATION
         bad, count = COUNTERS + EVENTS, 0
         for address in (*mapped[::7], 517, 0x3FF, 0x405, 0x420, 0x540, bad + 1, 0x700, 0xFFF):

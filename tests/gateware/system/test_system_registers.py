@@ -8,24 +8,24 @@ import xml.etree.ElementTree as ET
 
 import pytest
 
-from gateware.core import Core
-from gateware.register_header import to_header
-from gateware.register_model import Access, RegisterMap
-from gateware.register_page import to_markdown
-from gateware.register_svd import to_svd
-from gateware.system.attitude_frame import FLAGS, OUTPUTS, STAMP
-from gateware.system.conductor import HEADER, RECORDS, header_layout
-from gateware.system.conductor import OUTPUTS as OUTPUTS_PLACE
-from gateware.system.conductor import STAMP as STAMP_PLACE
-from gateware.system.programs import system_core
-from gateware.system.system_bus import COUNTERS, RESULTS
-from gateware.system.system_registers import (
+from boresight.gateware.core import Core
+from boresight.gateware.register_header import to_header
+from boresight.gateware.register_model import Access, RegisterMap
+from boresight.gateware.register_page import to_markdown
+from boresight.gateware.register_svd import to_svd
+from boresight.gateware.system.attitude_frame import FLAGS, OUTPUTS, STAMP
+from boresight.gateware.system.conductor import HEADER, RECORDS, header_layout
+from boresight.gateware.system.conductor import OUTPUTS as OUTPUTS_PLACE
+from boresight.gateware.system.conductor import STAMP as STAMP_PLACE
+from boresight.gateware.system.programs import system_core
+from boresight.gateware.system.system_bus import COUNTERS, RESULTS
+from boresight.gateware.system.system_registers import (
     IDENTIFICATION,
     result_registers,
     system_map,
     system_registers,
 )
-from model.errors import InputError
+from boresight.model.errors import InputError
 
 FILTERS = ("complementary", "ekf_quaternion")
 EVENTS = ("sample", "restart")
@@ -39,9 +39,12 @@ def core() -> Core:
 @pytest.fixture(scope="module")
 def whole(core: Core) -> RegisterMap:
     registers = system_registers(
-        filters=FILTERS, clock_hz=100e6, build=0xFEDC_BA98_7654_3210,
+        filters=FILTERS,
+        clock_hz=100e6,
+        build=0xFEDC_BA98_7654_3210,
         inertial_flags={"running": "it runs", "alarm": "it has an alarm"},
-        compass_flags={"stale": "old"})
+        compass_flags={"stale": "old"},
+    )
     return system_map(core, registers=registers, events=EVENTS)
 
 
@@ -49,17 +52,23 @@ def test_places_are_those_of_the_hardware(whole: RegisterMap) -> None:
     assert whole.find("result_header").address == RESULTS + HEADER
     assert whole.find("result_stamp").address == RESULTS + STAMP == RESULTS + STAMP_PLACE
     assert [whole.find(f"result_{n}").address for n in OUTPUTS] == [
-        RESULTS + OUTPUTS_PLACE + k for k in range(8)]
+        RESULTS + OUTPUTS_PLACE + k for k in range(8)
+    ]
     assert whole.find("input_dt").address == RESULTS + RECORDS
     assert [whole.find(f"count_{n}").address for n in (*EVENTS, "bad_address")] == [
-        COUNTERS, COUNTERS + 1, COUNTERS + 2]
+        COUNTERS,
+        COUNTERS + 1,
+        COUNTERS + 2,
+    ]
     header = {f.name: (f.bit, f.width) for f in whole.find("result_header").fields}
     layout = header_layout()
     assert header == {name: (field.offset, field.width) for name, field in layout}
     flags = [name for name, _ in FLAGS]
     for name, field in layout:
         if name != "number":
-            assert flags[field.offset - 16:field.offset - 16 + field.width] == [name] * field.width
+            assert (
+                flags[field.offset - 16 : field.offset - 16 + field.width] == [name] * field.width
+            )
 
 
 def test_no_address_and_no_name_twice(whole: RegisterMap) -> None:
@@ -77,7 +86,9 @@ def test_formats_and_constants(whole: RegisterMap) -> None:
     assert whole.find("identification").reset == IDENTIFICATION
     assert IDENTIFICATION.to_bytes(4, "big") == b"BORE"
     assert (whole.find("system_build_low").reset, whole.find("system_build_high").reset) == (
-        0x7654_3210, 0xFEDC_BA98)
+        0x7654_3210,
+        0xFEDC_BA98,
+    )
     assert whole.find("filter").names == FILTERS and whole.find("filter").width == 1
     assert whole.find("program").access is Access.READ_ONLY
 
@@ -88,7 +99,12 @@ def test_json(whole: RegisterMap) -> None:
     by_name = {r["name"]: r for r in data["registers"]}
     assert by_name["temperature"]["signed"] and by_name["temperature"]["width"] == 16
     assert by_name["inertial_flags"]["fields"][1] == {
-        "name": "alarm", "bit": 1, "meaning": "it has an alarm", "clear": False, "width": 1}
+        "name": "alarm",
+        "bit": 1,
+        "meaning": "it has an alarm",
+        "clear": False,
+        "width": 1,
+    }
     assert [p["program"] for p in data["programs"]][:2] == list(FILTERS)
 
 
@@ -99,12 +115,18 @@ def test_svd(whole: RegisterMap) -> None:
     last = max(int(r.findtext("addressOffset"), 16) for r in found.values())
     assert last < int(device.findtext(".//addressBlock/size"), 16)
     number, filters = list(found["RESULT_HEADER"].iter("field"))[:2]
-    assert (number.findtext("bitWidth"), filters.findtext("bitOffset"),
-            filters.findtext("bitWidth")) == ("16", "16", "3")
+    assert (
+        number.findtext("bitWidth"),
+        filters.findtext("bitOffset"),
+        filters.findtext("bitWidth"),
+    ) == ("16", "16", "3")
     assert found["OUTPUT_MODE"].findtext("resetMask") == "0x3"
     assert found["OUTPUT_MODE"].findtext("fields/field/bitWidth") == "2"
     assert [v.findtext("name") for v in found["OUTPUT_MODE"].iter("enumeratedValue")] == [
-        "OFF", "BINARY", "TEXT"]
+        "OFF",
+        "BINARY",
+        "TEXT",
+    ]
     assert {f.findtext("access") for f in found["ORDER"].iter("field")} == {"write-only"}
 
 
@@ -113,8 +135,11 @@ def test_page(whole: RegisterMap) -> None:
     assert text.startswith("# Registers of the attitude system `")
     for register in whole.registers:
         assert f"| {register.address} | `{register.name}` |" in text
-    for line in ("| `result_header` | 18:16 | `filter` |", "| `output_mode` | 2 | `text` |",
-                 "16 bits, signed"):
+    for line in (
+        "| `result_header` | 18:16 | `filter` |",
+        "| `output_mode` | 2 | `text` |",
+        "16 bits, signed",
+    ):
         assert line in text
     for table in re.findall(r"(?m)(?:^\|.*\n)+", text):
         assert len({len(re.findall(r"(?<!\\)\|", row)) for row in table.splitlines()}) == 1
@@ -148,10 +173,26 @@ def test_header(whole: RegisterMap, tmp_path) -> None:
     name = re.search(r"#ifndef (\w+)_REGISTERS_H", text)[1]
     (tmp_path / "registers.h").write_text(text)
     (tmp_path / "main.c").write_text(
-        PROGRAM.replace("NAME", name).replace("name_", f"{name.lower()}_"))
-    subprocess.run(["gcc", "-std=c99", "-Wall", "-Wextra", "-Wconversion", "-pedantic", "-Werror",
-                    "-fsanitize=undefined", "-fno-sanitize-recover", "main.c", "-o", "main"],
-                   cwd=tmp_path, check=True)
+        PROGRAM.replace("NAME", name).replace("name_", f"{name.lower()}_")
+    )
+    subprocess.run(
+        [
+            "gcc",
+            "-std=c99",
+            "-Wall",
+            "-Wextra",
+            "-Wconversion",
+            "-pedantic",
+            "-Werror",
+            "-fsanitize=undefined",
+            "-fno-sanitize-recover",
+            "main.c",
+            "-o",
+            "main",
+        ],
+        cwd=tmp_path,
+        check=True,
+    )
     out = subprocess.run([tmp_path / "main"], capture_output=True, text=True, check=True).stdout
     assert out.split() == ["-5", "5", "7", "-2147483648", "-2147483648", "32767", "-32768", "31"]
     assert f"#define {name}_IDENTIFICATION_DEFAULT UINT32_C(0x424f5245) // after power-up" in text

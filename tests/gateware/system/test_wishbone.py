@@ -6,7 +6,7 @@ import pytest
 from amaranth.hdl import Module, Signal
 from amaranth.sim import Simulator
 
-from gateware.system.wishbone import WishboneSlave
+from boresight.gateware.system.wishbone import WishboneSlave
 
 
 class Bench:
@@ -23,14 +23,17 @@ class Bench:
         top.submodules.dut = dut
 
         willing = Signal()
-        top.d.comb += [dut.grant.eq(dut.request & willing),
-                       dut.bus.w_ack.eq(dut.grant & dut.bus.w_stb)]
+        top.d.comb += [
+            dut.grant.eq(dut.request & willing),
+            dut.bus.w_ack.eq(dut.grant & dut.bus.w_stb),
+        ]
 
         async def target(ctx):
             while True:
                 ctx.set(willing, rng.random() < self.patience)
                 _, _, ack, addr, data = await ctx.tick().sample(
-                    dut.bus.w_ack, dut.bus.addr, dut.bus.w_data)
+                    dut.bus.w_ack, dut.bus.addr, dut.bus.w_data
+                )
                 ctx.set(dut.bus.r_data, self.memory.get(addr, 0))
                 if ack:
                     self.memory[addr] = data
@@ -42,8 +45,9 @@ class Bench:
         sim.add_testbench(test)
         sim.run()
 
-    async def transfer(self, ctx, address: int, word: int | None = None,
-                       limit: int = 100) -> tuple[int | None, int]:
+    async def transfer(
+        self, ctx, address: int, word: int | None = None, limit: int = 100
+    ) -> tuple[int | None, int]:
         """Word that came, or None if given up; cycles."""
         wb = self.dut.wb
         ctx.set(wb.cyc, 1)

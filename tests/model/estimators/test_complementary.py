@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from model.attitude import (
+from boresight.model.attitude import (
     euler_to_quaternion,
     quaternion_conjugate,
     quaternion_multiply,
@@ -19,21 +19,29 @@ from model.attitude import (
     rotate,
     rotation_vector_to_quaternion,
 )
-from model.estimator import input_words, param_words
-from model.estimators.complementary import (
+from boresight.model.estimator import input_words, param_words
+from boresight.model.estimators.complementary import (
     STATUS_BITS,
     Complementary,
     ComplementaryAsPrinted,
     per_sample_gains,
 )
-from model.interpreter import Interpreter
+from boresight.model.interpreter import Interpreter
 
 GRAVITY = 9.80665
 FIELD = np.array([0.0, 27.9, -46.2])
 QUICK = {"kp_pitch_per_s": 4.0, "kp_roll_per_s": 4.0, "kp_heading_per_s": 4.0}
-GYRO_ONLY = {name: 0.0 for name in (
-    "kp_pitch_per_s", "kp_roll_per_s", "kp_heading_per_s",
-    "ki_pitch_per_s2", "ki_roll_per_s2", "ki_heading_per_s2")}
+GYRO_ONLY = {
+    name: 0.0
+    for name in (
+        "kp_pitch_per_s",
+        "kp_roll_per_s",
+        "kp_heading_per_s",
+        "ki_pitch_per_s2",
+        "ki_roll_per_s2",
+        "ki_heading_per_s2",
+    )
+}
 CLOSED = {"acc_min_sq": (0.5 * GRAVITY) ** 2, "acc_max_sq": (2.0 * GRAVITY) ** 2}
 DT, GYR, MAG, ACC = slice(0, 1), slice(1, 4), slice(4, 7), slice(7, 10)
 
@@ -73,8 +81,10 @@ def machine(runs: int, params: Any = None, word: int = 32, cls: Any = Complement
 
 def real(m: Any, out: Any) -> Any:
     p = m.program
-    return {name: p.format(n).real(out[:, k])
-            for k, (name, n) in enumerate(zip(p.output_names, p.outputs, strict=True))}
+    return {
+        name: p.format(n).real(out[:, k])
+        for k, (name, n) in enumerate(zip(p.output_names, p.outputs, strict=True))
+    }
 
 
 def run_fixed(x: Any, params: Any = None, cls: Any = Complementary, word: int = 32) -> Any:
@@ -113,12 +123,20 @@ def at_rest_first(q: Any, samples: int = 5) -> Any:
 
 
 #: Attitudes all over the sphere, pitch up to 85 deg.
-GRID = degrees(*(a.ravel() for a in np.meshgrid(
-    (-84.9, -60, -30, 0, 10, 45, 80, 84.9), (-180, -120, -90, -45, 0, 30, 90, 179.9),
-    (-180, -100, -45, 0, 60, 135, 179.9))))
+GRID = degrees(
+    *(
+        a.ravel()
+        for a in np.meshgrid(
+            (-84.9, -60, -30, 0, 10, 45, 80, 84.9),
+            (-180, -120, -90, -45, 0, 30, 90, 179.9),
+            (-180, -100, -45, 0, 60, 135, 179.9),
+        )
+    )
+)
 
 
 # -- (a) at rest ----------------------------------------------------------------------------------
+
 
 def test_float_aligns_to_the_truth_at_once() -> None:
     out = run_float(static(GRID, 30))
@@ -153,18 +171,22 @@ def test_declination_east_turns_the_heading_clockwise() -> None:
         assert apart(out, q)[2:].max() < 1e-4
 
 
-CHANNELS = (("kp_pitch_per_s", (6.0, 0.0, 0.0), "pitch"),
-            ("kp_roll_per_s", (0.0, 6.0, 0.0), "roll"),
-            ("kp_heading_per_s", (0.0, 0.0, 6.0), "heading"))
+CHANNELS = (
+    ("kp_pitch_per_s", (6.0, 0.0, 0.0), "pitch"),
+    ("kp_roll_per_s", (0.0, 6.0, 0.0), "roll"),
+    ("kp_heading_per_s", (0.0, 0.0, 6.0), "heading"),
+)
 
 
 @both
 @pytest.mark.parametrize(("gain", "jump", "channel"), CHANNELS, ids=[c[2] for c in CHANNELS])
-def test_each_channel_decays_with_its_own_gain(run: Any, gain: str, jump: Any,
-                                               channel: str) -> None:
+def test_each_channel_decays_with_its_own_gain(
+    run: Any, gain: str, jump: Any, channel: str
+) -> None:
     """A jump of 6 deg that the gyro did not see fades as exp(-kp t), in its channel alone."""
-    q = np.concatenate([np.repeat(degrees(0, 0, 0)[None], 3, 0),
-                        np.repeat(degrees(*jump)[None], 41, 0)])[:, None]
+    q = np.concatenate(
+        [np.repeat(degrees(0, 0, 0)[None], 3, 0), np.repeat(degrees(*jump)[None], 41, 0)]
+    )[:, None]
     x = records(q, 0.05)
     x[:, GYR] = 0.0
     kp = 0.8
@@ -179,8 +201,9 @@ def test_each_channel_decays_with_its_own_gain(run: Any, gain: str, jump: Any,
 
 @both
 def test_rare_magnetometer_samples_count_for_the_time_they_stand_for(run: Any) -> None:
-    q = np.concatenate([np.repeat(degrees(0, 0, 0)[None], 3, 0),
-                        np.repeat(degrees(0, 0, 6)[None], 60, 0)])[:, None]
+    q = np.concatenate(
+        [np.repeat(degrees(0, 0, 0)[None], 3, 0), np.repeat(degrees(0, 0, 6)[None], 60, 0)]
+    )[:, None]
     x = records(np.repeat(q, 2, axis=1), 0.05)
     x[:, GYR] = 0.0
     present = np.arange(len(x)) % 10 == 2
@@ -208,8 +231,10 @@ def test_a_constant_bias_is_learnt(gain: str, axis: int) -> None:
     assert abs(with_it[channel][-1, 0] * math.pi) < 0.02 * abs(bias)
     m = machine(1, GYRO_ONLY | kp | {gain: 0.25})
     m.run(input_words(m.program, x))
-    found = [float(m.program.format(n).real(m.values[n][0]))
-             for n in (m.program.find(f"bias_{a}") for a in "xyz")]
+    found = [
+        float(m.program.format(n).real(m.values[n][0]))
+        for n in (m.program.find(f"bias_{a}") for a in "xyz")
+    ]
     want = np.zeros(3)
     want[axis] = bias
     assert np.abs(found - want).max() < 0.01 * abs(bias)
@@ -219,8 +244,11 @@ def test_a_bias_is_learnt_in_body_axes_at_any_attitude() -> None:
     bias = np.array([0.01, -0.008, 0.006])
     x = static(degrees([35, -35, 0, 60], [50, 140, -90, 10], [20, 0, 0, 0]), 500)
     x[:, GYR] += bias[:, None]
-    m = machine(4, {name: 1.0 for name in QUICK} | {
-        "ki_pitch_per_s2": 0.25, "ki_roll_per_s2": 0.25, "ki_heading_per_s2": 0.25})
+    m = machine(
+        4,
+        {name: 1.0 for name in QUICK}
+        | {"ki_pitch_per_s2": 0.25, "ki_roll_per_s2": 0.25, "ki_heading_per_s2": 0.25},
+    )
     m.run(input_words(m.program, x))
     numbers = [m.program.find(f"bias_{axis}") for axis in "xyz"]
     found = np.stack([m.program.format(n).real(m.values[n]) for n in numbers], axis=-1)
@@ -237,8 +265,11 @@ def test_the_learnt_bias_belongs_to_the_body() -> None:
     q = euler_to_quaternion(np.concatenate([level, side]))[:, None]
     x = records(q, 0.05)
     x[:, GYR, 0] += bias
-    gains = {name: 1.0 for name in QUICK} | {"ki_pitch_per_s2": 0.25, "ki_roll_per_s2": 0.25,
-                                             "ki_heading_per_s2": 0.25}
+    gains = {name: 1.0 for name in QUICK} | {
+        "ki_pitch_per_s2": 0.25,
+        "ki_roll_per_s2": 0.25,
+        "ki_heading_per_s2": 0.25,
+    }
     out = run_float(x, GYRO_ONLY | gains)
     assert apart(out, q)[steps - 1, 0] < 1e-3
     assert apart(out, q)[steps:].max() < 0.1
@@ -257,14 +288,19 @@ def test_gains_per_sample() -> None:
     """x -= Kp e, I += Ki e at 8 Hz, as printed in Table 4."""
     assert per_sample_gains(0.1414, 5e-7, 8.0) == pytest.approx((1.1312, 3.2e-5))
     kp, _ = per_sample_gains(0.1, 0.0, 20.0)
-    x = records(np.concatenate([np.repeat(degrees(0, 0, 0)[None], 3, 0),
-                                np.repeat(degrees(4, 0, 0)[None], 1, 0)])[:, None], 0.05)
+    x = records(
+        np.concatenate(
+            [np.repeat(degrees(0, 0, 0)[None], 3, 0), np.repeat(degrees(4, 0, 0)[None], 1, 0)]
+        )[:, None],
+        0.05,
+    )
     x[:, GYR] = 0.0
     out = run_float(x, GYRO_ONLY | {"kp_pitch_per_s": kp})
     assert out["pitch"][3, 0] * 180 == pytest.approx(0.4, rel=0.002)
 
 
 # -- (b) alignment and status ---------------------------------------------------------------------
+
 
 @both
 def test_alignment_takes_roll_then_pitch_then_heading(run: Any) -> None:
@@ -276,8 +312,16 @@ def test_alignment_takes_roll_then_pitch_then_heading(run: Any) -> None:
 
 
 def test_every_bit_is_documented() -> None:
-    words = ("aligning", "heading not aligned", "accelerometer", "no magnetometer",
-             "field strength", "gyro", "near vertical", "passed the vertical")
+    words = (
+        "aligning",
+        "heading not aligned",
+        "accelerometer",
+        "no magnetometer",
+        "field strength",
+        "gyro",
+        "near vertical",
+        "passed the vertical",
+    )
     assert list(STATUS_BITS) == list(range(len(words)))
     for text, word in zip(STATUS_BITS.values(), words, strict=True):
         assert word in text
@@ -408,6 +452,7 @@ def test_passing_the_vertical_is_flagged_once(run: Any) -> None:
 
 # -- (c) bad input --------------------------------------------------------------------------------
 
+
 @both
 def test_a_negative_time_step_restarts(run: Any) -> None:
     """Alignment anew, whatever was before; the learnt bias is kept."""
@@ -434,8 +479,12 @@ def test_a_time_step_of_zero_changes_nothing(run: Any) -> None:
 @pytest.mark.parametrize("field", [True, False], ids=["field", "no field"])
 def test_a_huge_gap_is_survived(field: Any) -> None:
     """30 s without samples, turned meanwhile: the step is cut to what a word holds."""
-    q = np.concatenate([np.repeat(degrees(0, 0, 0)[None], 5, 0),
-                        np.repeat(degrees(50.0, -80.0, 130.0)[None], 200, 0)])[:, None]
+    q = np.concatenate(
+        [
+            np.repeat(degrees(0, 0, 0)[None], 5, 0),
+            np.repeat(degrees(50.0, -80.0, 130.0)[None], 200, 0),
+        ]
+    )[:, None]
     x = records(q, 0.05)
     x[:, GYR] = 0.0
     x[5, DT] = 30.0
@@ -456,7 +505,7 @@ def garbage(rng: Any, arith: Any, runs: int, steps: int) -> Any:
     words >>= rng.integers(0, arith.word - 2, (1, 10, runs)) * (np.arange(runs) >= runs // 3)
     extreme = rng.choice([arith.min_int, arith.max_int, 0, -1], (steps, 10, runs))
     words = np.where(np.arange(runs) % 4 == 1, extreme, words)
-    words[steps // 2:, :, ::8] = extreme[0, :, ::8]  # stuck
+    words[steps // 2 :, :, ::8] = extreme[0, :, ::8]  # stuck
     forward = np.arange(runs) % 3 > 0
     words[:, 0] = np.where(forward & (words[:, 0] < 0), ~words[:, 0], words[:, 0])
     return words
@@ -488,20 +537,30 @@ def test_garbage_is_survived_and_forgotten(word: int) -> None:
 
 # -- (d) the vertical, wrapping -------------------------------------------------------------------
 
+
 def loops(rate: float, roll: float, miss: float, seconds: float = 13.0) -> Any:
     """Turning about the body's pitch axis, over the top again and again, ``miss`` deg beside it."""
     t = np.arange(0.0, seconds, 0.01)
     euler = np.zeros((len(t), 3))
     euler[:, 0] = np.radians(3.0) + rate * t
     euler[:, 1] = np.radians(roll)
-    tilt = quaternion_multiply(degrees(0, 0, 40),
-                               rotation_vector_to_quaternion(np.radians([0.0, miss, 0.0])))
+    tilt = quaternion_multiply(
+        degrees(0, 0, 40), rotation_vector_to_quaternion(np.radians([0.0, miss, 0.0]))
+    )
     return quaternion_multiply(tilt, euler_to_quaternion(euler))
 
 
 #: (turning rate [rad/s], distance from the vertical [deg], bound of the error [deg])
-LOOPS = ((0.5, 0.0, 0.003), (2.0, 0.0, 0.3), (0.5, 0.3, 1.5), (2.0, 0.3, 4.5), (2.0, 1.0, 1.2),
-         (2.0, 5.0, 0.2), (4.0, 0.0, 15.0), (4.0, 0.3, 18.0))
+LOOPS = (
+    (0.5, 0.0, 0.003),
+    (2.0, 0.0, 0.3),
+    (0.5, 0.3, 1.5),
+    (2.0, 0.3, 4.5),
+    (2.0, 1.0, 1.2),
+    (2.0, 5.0, 0.2),
+    (4.0, 0.0, 15.0),
+    (4.0, 0.3, 18.0),
+)
 
 
 @pytest.mark.parametrize(("rate", "miss", "bound"), LOOPS)
@@ -519,8 +578,9 @@ def test_loops_through_the_vertical(rate: float, miss: float, bound: float) -> N
 
 
 def test_fixed_follows_float_through_the_vertical() -> None:
-    q = np.stack([loops(s * 2.0, roll, 0.0, seconds=6.0) for roll in (0, 50, 170) for s in (1, -1)],
-                 axis=1)
+    q = np.stack(
+        [loops(s * 2.0, roll, 0.0, seconds=6.0) for roll in (0, 50, 170) for s in (1, -1)], axis=1
+    )
     x = records(q, 0.01)
     fixed, floats = run_fixed(x), run_float(x)
     assert (bits(fixed) >> 7 & 1).sum() >= 18
@@ -557,11 +617,18 @@ def test_a_full_turn_of_heading_and_roll(run: Any) -> None:
 
 # -- (e) the two forms of the attitude ------------------------------------------------------------
 
+
 def test_quaternion_and_euler_outputs_agree() -> None:
     rng = np.random.default_rng(3)
     t = np.arange(250) * 0.02
-    euler = np.stack([np.radians(80) * np.sin(t * rng.uniform(0.5, 2, (6, 1))).T,
-                      (t * rng.uniform(-3, 3, (6, 1))).T, (t * rng.uniform(-3, 3, (6, 1))).T], -1)
+    euler = np.stack(
+        [
+            np.radians(80) * np.sin(t * rng.uniform(0.5, 2, (6, 1))).T,
+            (t * rng.uniform(-3, 3, (6, 1))).T,
+            (t * rng.uniform(-3, 3, (6, 1))).T,
+        ],
+        -1,
+    )
     out = run_fixed(records(euler_to_quaternion(euler), 0.02))
     angles = np.stack([out[n] for n in ("pitch", "roll", "heading")], axis=-1) * np.pi
     q = quaternions(out)
@@ -576,6 +643,7 @@ def test_quaternion_and_euler_outputs_agree() -> None:
 
 
 # -- (f) eq. (3) as printed -----------------------------------------------------------------------
+
 
 @pytest.fixture(scope="module")
 def stage() -> Any:
@@ -598,8 +666,13 @@ def stage() -> Any:
 
 def euler_error(out: Any, euler: Any) -> Any:
     """Error (steps, 3) [deg] of pitch, roll, heading."""
-    return np.stack([wrapped_deg(out[n][3:, 0] - euler[:, k])
-                     for k, n in enumerate(("pitch", "roll", "heading"))], axis=-1)
+    return np.stack(
+        [
+            wrapped_deg(out[n][3:, 0] - euler[:, k])
+            for k, n in enumerate(("pitch", "roll", "heading"))
+        ],
+        axis=-1,
+    )
 
 
 def test_the_stage_is_table_1(stage: Any) -> None:
@@ -643,8 +716,13 @@ def test_fixed_equals_float_in_motion(word: int, bound: float) -> None:
     """Everything at once: motion, noise, bias, sparse magnetometer, by word width."""
     rng = np.random.default_rng(11)
     t = np.arange(400) * 0.02
-    euler = np.stack([np.radians(a) * np.sin(2 * np.pi * f * t[:, None] + rng.uniform(0, 6, 4))
-                      for a, f in ((60, 0.3), (90, 0.2), (170, 0.1))], axis=-1)
+    euler = np.stack(
+        [
+            np.radians(a) * np.sin(2 * np.pi * f * t[:, None] + rng.uniform(0, 6, 4))
+            for a, f in ((60, 0.3), (90, 0.2), (170, 0.1))
+        ],
+        axis=-1,
+    )
     x = records(euler_to_quaternion(euler), 0.02)
     x[:, GYR] += rng.normal(0.01, 0.02, x[:, GYR].shape)
     x[:, ACC] += rng.normal(0.0, 0.3, x[:, ACC].shape)
@@ -652,8 +730,9 @@ def test_fixed_equals_float_in_motion(word: int, bound: float) -> None:
     x[rng.random(len(t)) < 0.5, MAG] = 0.0
     m = machine(4, word=word)
     words = input_words(m.program, x)
-    exact = np.stack([m.program.format(n).real(words[:, k])
-                      for k, n in enumerate(m.program.inputs)], axis=1)
+    exact = np.stack(
+        [m.program.format(n).real(words[:, k]) for k, n in enumerate(m.program.inputs)], axis=1
+    )
     fixed, floats = real(m, m.run(words)[0]), run_float(exact)
     error = apart(fixed, quaternions(floats))[10:].max()
     assert 1e-3 * bound < error < bound

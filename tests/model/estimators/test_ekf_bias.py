@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from firmware.build import CModel
-from gateware.core import build_core
-from model.attitude import (
+from boresight.firmware.build import CModel
+from boresight.gateware.core import build_core
+from boresight.model.attitude import (
     euler_to_quaternion,
     quaternion_conjugate,
     quaternion_multiply,
@@ -18,16 +18,16 @@ from model.attitude import (
     rotate,
     rotation_vector_to_quaternion,
 )
-from model.errors import InputError
-from model.estimator import input_words
-from model.estimators.ekf_bias import BIAS_UNIT, STATUS_BITS, EkfBias
-from sim.accuracy import attitude_error
-from sim.bundled import bundled
-from sim.check import with_params
-from sim.feed import attitude_of, inputs_of
-from sim.log import read_log
-from sim.peers import PEERS
-from sim.segments import with_state_outputs
+from boresight.model.errors import InputError
+from boresight.model.estimator import input_words
+from boresight.model.estimators.ekf_bias import BIAS_UNIT, STATUS_BITS, EkfBias
+from boresight.sim.accuracy import attitude_error
+from boresight.sim.bundled import bundled
+from boresight.sim.check import with_params
+from boresight.sim.feed import attitude_of, inputs_of
+from boresight.sim.log import read_log
+from boresight.sim.peers import PEERS
+from boresight.sim.segments import with_state_outputs
 
 GRAVITY = 9.80665
 FIELD = np.array([0.0, 18.0, -45.0])
@@ -36,16 +36,35 @@ ALIGNED = 18  #: samples until it is surely aligned
 RESIDUAL = 0.05  #: deg, what the last step of the alignment may leave
 
 #: Attitudes all over the sphere.
-GRID = euler_to_quaternion(np.radians(np.stack([a.ravel() for a in np.meshgrid(
-    (-90.0, -60.0, 0.0, 30.0, 89.9), (-180.0, -90.0, -45.0, 0.0, 135.0),
-    (-180.0, -100.0, 0.0, 60.0, 179.9))], axis=-1)))
+GRID = euler_to_quaternion(
+    np.radians(
+        np.stack(
+            [
+                a.ravel()
+                for a in np.meshgrid(
+                    (-90.0, -60.0, 0.0, 30.0, 89.9),
+                    (-180.0, -90.0, -45.0, 0.0, 135.0),
+                    (-180.0, -100.0, 0.0, 60.0, 179.9),
+                )
+            ],
+            axis=-1,
+        )
+    )
+)
 
 
 def static(q: Any, steps: int, dt: float = 0.01, field: Any = FIELD) -> Any:
     """Records (steps, 10, runs) of exact sensors at rest in attitudes (runs, 4)."""
     to_body = quaternion_conjugate(q)
-    x = np.concatenate([np.full((len(q), 1), dt), np.zeros((len(q), 3)), rotate(to_body, field),
-                        rotate(to_body, [0.0, 0.0, GRAVITY])], axis=1).T
+    x = np.concatenate(
+        [
+            np.full((len(q), 1), dt),
+            np.zeros((len(q), 3)),
+            rotate(to_body, field),
+            rotate(to_body, [0.0, 0.0, GRAVITY]),
+        ],
+        axis=1,
+    ).T
     return np.repeat(x[None], steps, axis=0)
 
 
@@ -66,12 +85,14 @@ def run_c(x: Any, params: Any = None) -> Any:
     columns = []
     for k in range(x.shape[2]):
         m.reset()
-        out, saturated = m.update(input_words(p, x[:, :, k:k + 1])[:, :, 0])
+        out, saturated = m.update(input_words(p, x[:, :, k : k + 1])[:, :, 0])
         assert not saturated.any()
         columns.append(out)
     words = np.stack(columns, axis=2)
-    return {name: p.format(n).real(words[:, k])
-            for k, (name, n) in enumerate(zip(p.output_names, p.outputs, strict=True))}
+    return {
+        name: p.format(n).real(words[:, k])
+        for k, (name, n) in enumerate(zip(p.output_names, p.outputs, strict=True))
+    }
 
 
 def run_fixed(x: Any, params: Any = None) -> Any:
@@ -173,17 +194,29 @@ def test_accelerometer_counts_less_when_the_force_is_not_g() -> None:
 def test_rotation_is_followed_through_any_attitude() -> None:
     rate = np.array([2.0, -1.5, 1.0])
     steps = rotation_vector_to_quaternion(np.arange(1, 401)[:, None] * 0.01 * rate)
-    q = np.concatenate([np.repeat(GRID[3][None], 100, axis=0),
-                        quaternion_multiply(GRID[3], steps)])
+    q = np.concatenate([np.repeat(GRID[3][None], 100, axis=0), quaternion_multiply(GRID[3], steps)])
     x = np.concatenate([static(at[None], 1) for at in q])
     x[100:, GYR] = rate[:, None]
     assert apart(q[:, None], run_fixed(x))[ALIGNED:].max() < 0.1
 
 
-@pytest.mark.parametrize(("name", "value"), [
-    ("p0_sd", 0.0), ("bias_p0_sd", 0.0), ("bias_p0_sd", 0.3), ("gyro_density", 0.0),
-    ("bias_density", -1e-9), ("acc_sd", 0.0), ("acc_sd_per_g", -0.1), ("mag_sd", 0.0),
-    ("mag_gate", 0.0), ("mag_rate_per_s", -1.0), ("scale", 0.5), ("mag_sd", float("inf"))])
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("p0_sd", 0.0),
+        ("bias_p0_sd", 0.0),
+        ("bias_p0_sd", 0.3),
+        ("gyro_density", 0.0),
+        ("bias_density", -1e-9),
+        ("acc_sd", 0.0),
+        ("acc_sd_per_g", -0.1),
+        ("mag_sd", 0.0),
+        ("mag_gate", 0.0),
+        ("mag_rate_per_s", -1.0),
+        ("scale", 0.5),
+        ("mag_sd", float("inf")),
+    ],
+)
 def test_illegal_values_are_refused_with_the_range(name: str, value: float) -> None:
     with pytest.raises(InputError, match=rf"^parameter {name}: .* to "):
         EkfBias().param_values({name: value})
@@ -203,11 +236,12 @@ def test_status_bits_and_states() -> None:
 def test_cycles_to_the_attitude(config: str, cycles: int) -> None:
     e = EkfBias()
     s = build_core(e.compile(word=32), config, urgent=e.urgent).schedule
-    assert max(s.latencies[:e.urgent]) <= cycles
+    assert max(s.latencies[: e.urgent]) <= cycles
     assert min(s.lane_use) >= {"small": 0.9, "fast": 0.65}[config]
 
 
 # -- recorded data ---------------------------------------------------------------------------------
+
 
 def from_c(log: Any) -> Any:
     return {name: v[:, 0] for name, v in run_c(inputs_of(EkfBias(), log)[:, :, None]).items()}
@@ -242,7 +276,7 @@ def test_accuracy_on_the_synthetic_log() -> None:
     log = read_log(bundled("synthetic_60s"))
     assert log.q is not None
     error = attitude_error(attitude_of(from_c(log)), log.q).total[500:]
-    assert np.sqrt(np.mean(error ** 2)) < 1.1
+    assert np.sqrt(np.mean(error**2)) < 1.1
 
 
 def test_strong_field_at_the_start_is_clamped_not_saturated() -> None:

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from model.covariance import symmetric
-from model.estimators.ekf_parts import (
+from boresight.model.covariance import symmetric
+from boresight.model.estimators.ekf_parts import (
     FLOOR_NOISE,
     NORM_FLOOR,
     START,
@@ -74,7 +74,8 @@ def test_normalised_and_turned_covariance() -> None:
     raw = [1.2, 0.3, -0.1, 0.2]
     q, shrink = normalised(raw)
     assert np.linalg.norm(q) == pytest.approx(1.0) and shrink == pytest.approx(
-        1.0 / np.linalg.norm(raw))
+        1.0 / np.linalg.norm(raw)
+    )
     p = diagonal(0.2, 0.1, 0.05, 0.02)
     turned = np.array(body_turned(p, raw, shrink, False, 0.07), dtype=float)
     turned -= FLOOR_NOISE * np.diag([0.0, 1.0, 1.0, 1.0])
@@ -85,15 +86,16 @@ def test_normalised_and_turned_covariance() -> None:
     assert none[0][0] == NORM_FLOOR
 
 
-@pytest.mark.parametrize(("force", "bad"), [(0.5, True), (2.0, False), (20.0, False), (40.0, True),
-                                            (150.0, True)])
+@pytest.mark.parametrize(
+    ("force", "bad"), [(0.5, True), (2.0, False), (20.0, False), (40.0, True), (150.0, True)]
+)
 def test_force_gate(force: float, bad: bool) -> None:
     least, most = (p.default for p in force_gate(1.5))
     assert most == 1.6e4
     p = SimpleNamespace(acc_min_sq=least, acc_max_sq=900.0)
     square, outside = squared_force((force, 0.0, 0.0), p)
     assert bool(outside) is bad
-    assert square == min(force ** 2, 2.0 ** 14)
+    assert square == min(force**2, 2.0**14)
 
 
 def test_restart_sets_the_quaternion_back() -> None:

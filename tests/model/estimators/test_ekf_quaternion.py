@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gateware.core import build_core
-from model.attitude import (
+from boresight.gateware.core import build_core
+from boresight.model.attitude import (
     euler_to_quaternion,
     quaternion_conjugate,
     quaternion_multiply,
@@ -17,13 +17,13 @@ from model.attitude import (
     rotate,
     rotation_vector_to_quaternion,
 )
-from model.errors import InputError
-from model.estimator import input_words, param_words
-from model.estimators.ekf_parts import START
-from model.estimators.ekf_quaternion import STATUS_BITS, EkfQuaternion
-from model.estimators.ekf_quaternion_vector import STATUS_BITS as VECTOR_BITS
-from model.estimators.ekf_quaternion_vector import EkfQuaternionVector
-from model.interpreter import Interpreter
+from boresight.model.errors import InputError
+from boresight.model.estimator import input_words, param_words
+from boresight.model.estimators.ekf_parts import START
+from boresight.model.estimators.ekf_quaternion import STATUS_BITS, EkfQuaternion
+from boresight.model.estimators.ekf_quaternion_vector import STATUS_BITS as VECTOR_BITS
+from boresight.model.estimators.ekf_quaternion_vector import EkfQuaternionVector
+from boresight.model.interpreter import Interpreter
 
 GRAVITY = 9.80665
 FIELD = np.array([0.0, 14.7, -40.6])
@@ -33,16 +33,35 @@ BOTH = {"measured": (EkfQuaternion, 6), "vector": (EkfQuaternionVector, 17)}
 both = pytest.mark.parametrize(("cls", "aligned"), BOTH.values(), ids=BOTH.keys())
 
 #: Attitudes all over the sphere.
-GRID = euler_to_quaternion(np.radians(np.stack([a.ravel() for a in np.meshgrid(
-    (-90.0, -60.0, 0.0, 30.0, 89.9), (-180.0, -90.0, -45.0, 0.0, 135.0),
-    (-180.0, -100.0, 0.0, 60.0, 179.9))], axis=-1)))
+GRID = euler_to_quaternion(
+    np.radians(
+        np.stack(
+            [
+                a.ravel()
+                for a in np.meshgrid(
+                    (-90.0, -60.0, 0.0, 30.0, 89.9),
+                    (-180.0, -90.0, -45.0, 0.0, 135.0),
+                    (-180.0, -100.0, 0.0, 60.0, 179.9),
+                )
+            ],
+            axis=-1,
+        )
+    )
+)
 
 
 def static(q: Any, steps: int, dt: float = 0.01, field: Any = FIELD) -> Any:
     """Records (steps, 10, runs) of exact sensors at rest in attitudes (runs, 4)."""
     to_body = quaternion_conjugate(q)
-    x = np.concatenate([np.full((len(q), 1), dt), np.zeros((len(q), 3)), rotate(to_body, field),
-                        rotate(to_body, [0.0, 0.0, GRAVITY])], axis=1).T
+    x = np.concatenate(
+        [
+            np.full((len(q), 1), dt),
+            np.zeros((len(q), 3)),
+            rotate(to_body, field),
+            rotate(to_body, [0.0, 0.0, GRAVITY]),
+        ],
+        axis=1,
+    ).T
     return np.repeat(x[None], steps, axis=0)
 
 
@@ -57,8 +76,10 @@ def run_fixed(cls: Any, x: Any, params: Any = None, word: int = 32) -> Any:
     out, saturated = m.run(input_words(m.program, x))
     assert not saturated.any(), m.saturations.nonzero()
     p = m.program
-    return {name: p.format(n).real(out[:, k])
-            for k, (name, n) in enumerate(zip(p.output_names, p.outputs, strict=True))}
+    return {
+        name: p.format(n).real(out[:, k])
+        for k, (name, n) in enumerate(zip(p.output_names, p.outputs, strict=True))
+    }
 
 
 def quaternions(out: Any) -> Any:
@@ -107,7 +128,7 @@ def test_restart_forgets_everything(cls: Any, aligned: int) -> None:
     first = run_float(cls, fresh)
     assert (bits(again)[40] & 1).all()
     for name in ("qw", "qx", "qy", "qz"):
-        assert np.abs(again[name][41 + aligned:] - first[name][aligned:-1]).max() < 1e-9
+        assert np.abs(again[name][41 + aligned :] - first[name][aligned:-1]).max() < 1e-9
 
 
 @both
@@ -119,15 +140,19 @@ def test_results_do_not_depend_on_the_scale(cls: Any, aligned: int) -> None:
     rng = np.random.default_rng(1)
     x = static(GRID[:8], 120)
     x[:, 1:] += rng.normal(size=x[:, 1:].shape) * np.repeat([0.05, 1.0, 0.3], 3)[:, None]
-    small, large = (run_float(cls, x, {"scale": s, "p0_sd": 0.01, **quiet(cls)})
-                    for s in (20.0, 80.0))
+    small, large = (
+        run_float(cls, x, {"scale": s, "p0_sd": 0.01, **quiet(cls)}) for s in (20.0, 80.0)
+    )
     assert np.abs(quaternions(small) - quaternions(large))[aligned:].max() < 3e-5
 
 
 def quiet(cls: Any) -> dict[str, float]:
     names = [p.name for p in cls.params]
-    return {n: {"gyro": 0.02, "angle": 0.1, "acc": 0.8, "mag": 4.0}[n.split("_")[0]]
-            for n in names if "_sd_" in n}
+    return {
+        n: {"gyro": 0.02, "angle": 0.1, "acc": 0.8, "mag": 4.0}[n.split("_")[0]]
+        for n in names
+        if "_sd_" in n
+    }
 
 
 @both
@@ -191,15 +216,22 @@ def test_free_fall_is_no_measurement() -> None:
 def test_gain_follows_the_declared_noises_per_axis() -> None:
     """At rest an error about one body axis decays at the gain of that axis (unit errors)."""
     x = static(np.array([[1.0, 0.0, 0.0, 0.0]]), 200)
-    params = {"p0_sd": 1e-4, "gyro_sd_x": 0.1, "gyro_sd_y": 0.1, "gyro_sd_z": 0.1,
-              "angle_sd_x": 0.02, "angle_sd_y": 0.2, "angle_sd_z": 1.0}
+    params = {
+        "p0_sd": 1e-4,
+        "gyro_sd_x": 0.1,
+        "gyro_sd_y": 0.1,
+        "gyro_sd_z": 0.1,
+        "angle_sd_x": 0.02,
+        "angle_sd_y": 0.2,
+        "angle_sd_z": 1.0,
+    }
     turned = euler_to_quaternion(np.radians([[1.0, 1.0, 1.0]]))
     x[100:] = static(turned, 100)
     out = run_float(EkfQuaternion, x, params)
     left = [1.0 - 180.0 * out[name][130, 0] for name in ("pitch", "roll", "heading")]
     for remaining, noise in zip(left, (0.02, 0.2, 1.0), strict=True):
         ratio = (0.1 * 0.01 / noise) ** 2
-        gain = (-ratio + np.sqrt(ratio ** 2 + 4 * ratio)) / 2  # steady state of the scalar filter
+        gain = (-ratio + np.sqrt(ratio**2 + 4 * ratio)) / 2  # steady state of the scalar filter
         assert remaining == pytest.approx((1 - gain) ** 31, abs=0.08)
 
 
@@ -208,22 +240,37 @@ def test_field_east_of_north(cls: Any, aligned: int) -> None:
     """`vector`: the site's east component makes it true north; `measured`: magnetic north."""
     field = np.array([5.0, 14.0, -40.0])
     q = GRID[30:33]
-    params = {} if cls is EkfQuaternion else {
-        "field_east": 5.0, "field_north": 14.0, "field_up": -40.0}
+    params = (
+        {} if cls is EkfQuaternion else {"field_east": 5.0, "field_north": 14.0, "field_up": -40.0}
+    )
     out = run_float(cls, static(q, 60, field=field), params)
     if cls is EkfQuaternion:
-        q = quaternion_multiply(rotation_vector_to_quaternion(
-            [0.0, 0.0, np.arctan2(5.0, 14.0)]), q)
+        q = quaternion_multiply(rotation_vector_to_quaternion([0.0, 0.0, np.arctan2(5.0, 14.0)]), q)
     assert apart(q, out)[-1].max() < 1e-4
 
 
 @both
-@pytest.mark.parametrize(("name", "value"), [
-    ("p0_sd", 0.0), ("p0_sd", 1.1), ("gyro_sd_x", -1e-9), ("gyro_sd_y", 2.1), ("scale", 0.0),
-    ("scale", 2000.0), ("noise", 0.0), ("noise", -1.0), ("noise", 1e9), ("acc_max_sq", 0.0),
-    ("acc_min_sq", -1.0), ("mag_min_sq", 0.0), ("p0_sd", float("nan"))])
-def test_illegal_values_are_refused_with_the_range(cls: Any, aligned: int, name: str,
-                                                   value: float) -> None:
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("p0_sd", 0.0),
+        ("p0_sd", 1.1),
+        ("gyro_sd_x", -1e-9),
+        ("gyro_sd_y", 2.1),
+        ("scale", 0.0),
+        ("scale", 2000.0),
+        ("noise", 0.0),
+        ("noise", -1.0),
+        ("noise", 1e9),
+        ("acc_max_sq", 0.0),
+        ("acc_min_sq", -1.0),
+        ("mag_min_sq", 0.0),
+        ("p0_sd", float("nan")),
+    ],
+)
+def test_illegal_values_are_refused_with_the_range(
+    cls: Any, aligned: int, name: str, value: float
+) -> None:
     if name == "noise":
         name = "angle_sd_x" if cls is EkfQuaternion else "acc_sd_y"
     with pytest.raises(InputError, match=rf"^parameter {name}: .* to "):
@@ -244,7 +291,7 @@ CYCLES = {"small": 500, "fast": 350}
 def test_cycles_to_the_attitude(config: str) -> None:
     e = EkfQuaternion()
     s = build_core(e.compile(word=32), config, urgent=e.urgent).schedule
-    assert max(s.latencies[:e.urgent]) <= CYCLES[config]
+    assert max(s.latencies[: e.urgent]) <= CYCLES[config]
 
 
 def test_tables_and_states_fit_the_core() -> None:

@@ -13,18 +13,19 @@ import pytest
 from scipy import stats
 from scipy.spatial.transform import Rotation
 
-from model.estimators.ekf_bias import EkfBias
-from model.estimators.ekf_quaternion import EkfQuaternion
-from model.estimators.ekf_quaternion_vector import EkfQuaternionVector
+from boresight.model.estimators.ekf_bias import EkfBias
+from boresight.model.estimators.ekf_quaternion import EkfQuaternion
+from boresight.model.estimators.ekf_quaternion_vector import EkfQuaternionVector
 
 GRAVITY = 9.80665
 FIELD = np.array([0.0, 20.0, -44.0])  # uT, east north up
 DT = 0.01
 SCALE = 8.0
-FLOOR = 2.0 ** -28 / SCALE ** 2
+FLOOR = 2.0**-28 / SCALE**2
 
 
 # -- algebra, independent of model.quaternion -----------------------------------------------------
+
 
 def rotation(q: Any) -> Any:
     """scipy's rotation of quaternions (runs, 4), scalar first."""
@@ -37,7 +38,7 @@ def quaternion(r: Any) -> Any:
 
 def product(p: Any, q: Any) -> Any:
     """Hamilton product."""
-    v = (p[:, :1] * q[:, 1:] + q[:, :1] * p[:, 1:] + np.cross(p[:, 1:], q[:, 1:]))
+    v = p[:, :1] * q[:, 1:] + q[:, :1] * p[:, 1:] + np.cross(p[:, 1:], q[:, 1:])
     return np.concatenate([p[:, :1] * q[:, :1] - (p[:, 1:] * q[:, 1:]).sum(1, keepdims=True), v], 1)
 
 
@@ -65,8 +66,9 @@ def body(q: Any, v: Any) -> Any:
 def jacobian(f: Any, x: Any) -> Any:
     """Central differences; exact to rounding for quadratic functions."""
     step = 1e-3
-    return np.stack([(f(x + step * e) - f(x - step * e)) / (2.0 * step)
-                     for e in np.eye(x.shape[1])], axis=2)
+    return np.stack(
+        [(f(x + step * e) - f(x - step * e)) / (2.0 * step) for e in np.eye(x.shape[1])], axis=2
+    )
 
 
 def transposed(m: Any) -> Any:
@@ -85,8 +87,8 @@ class Textbook:
         """x' = f(x), P' = F P F^T + Q; ``q_gyro`` variance of half a turn, per axis."""
         q = self.x[:, :4]
         half = 0.5 * dt * (gyr - self.x[:, 4:] if self.x.shape[1] == 7 else gyr)
-        y = (half ** 2).sum(1, keepdims=True)
-        dq = np.concatenate([1 - y / 2 + y ** 2 / 24, half * (1 - y / 6 + y ** 2 / 120)], axis=1)
+        y = (half**2).sum(1, keepdims=True)
+        dq = np.concatenate([1 - y / 2 + y**2 / 24, half * (1 - y / 6 + y**2 / 120)], axis=1)
         q = product(q, dq)
         n = self.x.shape[1]
         f = np.broadcast_to(np.eye(n), (len(q), n, n)).copy()
@@ -109,7 +111,7 @@ class Textbook:
         self.x[:, :4] /= np.linalg.norm(self.x[:, :4], axis=1, keepdims=True)
         # Not textbook: the filters' noise against rounding, on the rotation and on 16 s times bias.
         self.p[:, :4, :4] += FLOOR * xi(self.x[:, :4]) @ transposed(xi(self.x[:, :4]))
-        self.p[:, 4:, 4:] += FLOOR / 16 ** 2 * np.eye(self.p.shape[1] - 4)
+        self.p[:, 4:, 4:] += FLOOR / 16**2 * np.eye(self.p.shape[1] - 4)
 
 
 def measured_quaternion(acc: Any, mag: Any, like: Any) -> Any:
@@ -122,6 +124,7 @@ def measured_quaternion(acc: Any, mag: Any, like: Any) -> Any:
 
 
 # -- the world: a rotating body, noise exactly as declared ----------------------------------------
+
 
 class World:
     """Attitudes (steps, runs, 4) and noisy sensors; one seed, one world."""
@@ -191,9 +194,15 @@ ACC_SD, MAG_SD = np.array([0.3, 0.5, 0.4]), np.array([1.5, 2.5, 2.0])
 
 def start(q: Any) -> Any:
     """States: aligned at q, with P of a standard deviation of 0.1 for half a turn and the norm."""
-    return {"unaligned": 0.0, **{f"q{axis}": q[:, k] for k, axis in enumerate("wxyz")},
-            **{f"p{i}{j}": (0.1 * SCALE) ** 2 / 4 if i == j else 0.0
-               for i in range(4) for j in range(i, 4)}}
+    return {
+        "unaligned": 0.0,
+        **{f"q{axis}": q[:, k] for k, axis in enumerate("wxyz")},
+        **{
+            f"p{i}{j}": (0.1 * SCALE) ** 2 / 4 if i == j else 0.0
+            for i in range(4)
+            for j in range(i, 4)
+        },
+    }
 
 
 def perturbed(q: Any, rng: Any, sd: float) -> Any:
@@ -205,9 +214,13 @@ def quaternion_runs(steps: int, runs: int) -> Any:
     """Option (b): yields filter, textbook, truth after each step."""
     w = World(steps, runs, GYRO_SD)
     q0 = perturbed(w.q[0], w.rng, 0.05)
-    f = Filter(EkfQuaternion(), runs, {**COMMON, **{
-        f"angle_sd_{a}": s for a, s in zip("xyz", ANGLE_SD, strict=True)}}, **start(q0))
-    book = Textbook(q0, isotropic(runs, 4, [0.05 ** 2]))
+    f = Filter(
+        EkfQuaternion(),
+        runs,
+        {**COMMON, **{f"angle_sd_{a}": s for a, s in zip("xyz", ANGLE_SD, strict=True)}},
+        **start(q0),
+    )
+    book = Textbook(q0, isotropic(runs, 4, [0.05**2]))
     for k in range(1, steps):
         seen = perturbed(w.q[k], w.rng, 0.5 * ANGLE_SD)
         acc, mag = (rotation(seen).inv().apply(v) for v in ((0, 0, GRAVITY), FIELD))
@@ -228,11 +241,12 @@ def vector_runs(steps: int, runs: int) -> Any:
     for k, a in enumerate("xyz"):
         params |= {f"acc_sd_{a}": ACC_SD[k], f"mag_sd_{a}": MAG_SD[k]}
     f = Filter(EkfQuaternionVector(), runs, params, **start(q0))
-    book = Textbook(q0, isotropic(runs, 4, [0.05 ** 2]))
+    book = Textbook(q0, isotropic(runs, 4, [0.05**2]))
     r = np.diag(np.concatenate([ACC_SD, MAG_SD]) ** 2)
 
     def h(q: Any) -> Any:
         return np.concatenate([body(q, [0, 0, GRAVITY]), body(q, FIELD)], axis=1)
+
     for k in range(1, steps):
         z = h(w.q[k]) + np.concatenate([ACC_SD, MAG_SD]) * w.rng.normal(size=(runs, 6))
         f.step(records(w.gyr[k], z[:, 3:], z[:, :3]))
@@ -251,30 +265,55 @@ def bias_runs(steps: int, runs: int, adaptive: float = 0.0) -> Any:
     bias = BIAS_SD * w.rng.normal(size=(runs, 3))
     q0 = perturbed(w.q[0], w.rng, 0.05)
     strength = np.linalg.norm(FIELD)
-    p0 = start(q0) | {f"p{i}{j}": (16 * BIAS_SD * SCALE) ** 2 if i == j else 0.0
-                      for i in range(7) for j in range(max(i, 4), 7)}
-    f = Filter(EkfBias(), runs, {
-        "scale": SCALE, "gyro_density": DENSITY, "bias_density": WALK, "acc_sd": ACC_G,
-        "acc_sd_per_g": adaptive, "mag_sd": MAG_F, "mag_gate": 3.9, "mag_rate_per_s": 0.0},
-        heading_unknown=0.0, field_h=FIELD[1], field_v=FIELD[2], **p0)
-    book = Textbook(np.concatenate([q0, np.zeros((runs, 3))], axis=1),
-                    isotropic(runs, 7, [0.05 ** 2] * 4 + [BIAS_SD ** 2] * 3))
+    p0 = start(q0) | {
+        f"p{i}{j}": (16 * BIAS_SD * SCALE) ** 2 if i == j else 0.0
+        for i in range(7)
+        for j in range(max(i, 4), 7)
+    }
+    f = Filter(
+        EkfBias(),
+        runs,
+        {
+            "scale": SCALE,
+            "gyro_density": DENSITY,
+            "bias_density": WALK,
+            "acc_sd": ACC_G,
+            "acc_sd_per_g": adaptive,
+            "mag_sd": MAG_F,
+            "mag_gate": 3.9,
+            "mag_rate_per_s": 0.0,
+        },
+        heading_unknown=0.0,
+        field_h=FIELD[1],
+        field_v=FIELD[2],
+        **p0,
+    )
+    book = Textbook(
+        np.concatenate([q0, np.zeros((runs, 3))], axis=1),
+        isotropic(runs, 7, [0.05**2] * 4 + [BIAS_SD**2] * 3),
+    )
 
     def h(x: Any) -> Any:
         return np.concatenate([body(x[:, :4], [0, 0, 1]), body(x[:, :4], FIELD / strength)], axis=1)
+
     for k in range(1, steps):
         bias = bias + WALK * np.sqrt(DT) * w.rng.normal(size=bias.shape)
         truth = np.concatenate([w.q[k], bias], axis=1)
         sd = np.repeat([ACC_G, MAG_F], 3)
         z = h(truth) + sd * w.rng.normal(size=(runs, 6))
         missing = k % 3 != 0  # a magnetometer at a third of the rate
-        f.step(records(w.gyr[k] + bias, 0 * z[:, 3:] if missing else z[:, 3:] * strength,
-                       z[:, :3] * GRAVITY))
+        f.step(
+            records(
+                w.gyr[k] + bias,
+                0 * z[:, 3:] if missing else z[:, 3:] * strength,
+                z[:, :3] * GRAVITY,
+            )
+        )
         uneven = np.minimum(np.abs((z[:, :3] ** 2).sum(1) - 1), 0.5)
-        r = isotropic(runs, 6, sd ** 2)
+        r = isotropic(runs, 6, sd**2)
         r[:, range(3), range(3)] = ((ACC_G + adaptive * uneven) ** 2)[:, None]
         used = slice(0, 3) if missing else slice(0, 6)
-        book.predict(w.gyr[k] + bias, DT, np.full(3, 0.25 * DENSITY ** 2 * DT), WALK ** 2 * DT)
+        book.predict(w.gyr[k] + bias, DT, np.full(3, 0.25 * DENSITY**2 * DT), WALK**2 * DT)
         book.update((z - h(book.x))[:, used], jacobian(h, book.x)[:, used], r[:, used, used])
         yield f, book, truth
 
@@ -289,7 +328,7 @@ def test_four_states_are_the_textbooks(runs: Any) -> None:
     """Attitude and all of P after every one of 60 steps; P in the basis L(q), times scale^2."""
     for f, book, _ in runs(60, 5):
         near(f.q, book.x, 1e-9)
-        near(f.covariance(4), SCALE ** 2 * transposed(left(book.x)) @ book.p @ left(book.x), 1e-7)
+        near(f.covariance(4), SCALE**2 * transposed(left(book.x)) @ book.p @ left(book.x), 1e-7)
 
 
 @pytest.mark.parametrize("adaptive", [0.0, 0.6])
@@ -300,10 +339,11 @@ def test_seven_states_are_the_textbooks(adaptive: float) -> None:
         near(np.stack([f.x[f"bias_{a}"] for a in "xyz"], axis=1), book.x[:, 4:], 1e-9)
         basis = isotropic(5, 7, [1] * 4 + [16.0] * 3)
         basis[:, :4, :4] = right(book.x[:, :4])
-        near(f.covariance(7), SCALE ** 2 * transposed(basis) @ book.p @ basis, 1e-7)
+        near(f.covariance(7), SCALE**2 * transposed(basis) @ book.p @ basis, 1e-7)
 
 
 # -- consistent and white where the noise is the declared one -------------------------------------
+
 
 def half_turn_error(f: Any, q: Any, nav: bool) -> Any:
     """Half the rotation vector between estimate and truth, body or navigation axes."""
@@ -318,13 +358,17 @@ def mean_within(values: Any, freedom: int, independent: int) -> None:
     assert low < np.mean(values) < high
 
 
-CONSISTENT = {"quaternion": (quaternion_runs, 3, False), "vector": (vector_runs, 3, False),
-              "bias": (bias_runs, 6, True)}
+CONSISTENT = {
+    "quaternion": (quaternion_runs, 3, False),
+    "vector": (vector_runs, 3, False),
+    "bias": (bias_runs, 6, True),
+}
 
 
 @pytest.mark.parametrize(("runs", "freedom", "nav"), CONSISTENT.values(), ids=CONSISTENT.keys())
-def test_errors_and_innovations_are_consistent_and_white(runs: Any, freedom: int, nav: bool
-                                                         ) -> None:
+def test_errors_and_innovations_are_consistent_and_white(
+    runs: Any, freedom: int, nav: bool
+) -> None:
     """NEES at the end over 400 runs, NIS and lag-one correlation over steps and runs.
 
     The innovations are the textbook's, which the tests above have shown to be the filter's.
@@ -342,7 +386,7 @@ def test_errors_and_innovations_are_consistent_and_white(runs: Any, freedom: int
     e = half_turn_error(f, truth[:, :4], nav)
     if freedom == 6:
         e = np.concatenate([e, 16 * (truth[:, 4:] - book.x[:, 4:])], axis=1)
-    p = f.covariance(1 + freedom)[:, 1:, 1:] / SCALE ** 2
+    p = f.covariance(1 + freedom)[:, 1:, 1:] / SCALE**2
     nees = (e * np.linalg.solve(p, e[:, :, None])[:, :, 0]).sum(1)
     mean_within(nees, freedom, count)
     mean_within(nis, size, np.size(nis))

@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from model.attitude import (
+from boresight.model.attitude import (
     euler_to_quaternion,
     quaternion_conjugate,
     quaternion_multiply,
     quaternion_to_rotation_vector,
     rotate,
 )
-from model.errors import InputError
-from model.estimators import estimator
-from model.estimators.mekf import STATUS_BITS, Mekf
-from model.estimators.mekf_interface import PAIRS, covariance_name
+from boresight.model.errors import InputError
+from boresight.model.estimators import estimator
+from boresight.model.estimators.mekf import STATUS_BITS, Mekf
+from boresight.model.estimators.mekf_interface import PAIRS, covariance_name
 
 GRAVITY = 9.80665
 FIELD = np.array([0.0, 18.0, -40.0])
@@ -28,8 +28,13 @@ GYR, MAG, ACC = slice(1, 4), slice(4, 7), slice(7, 10)
 def attitudes(seconds: float, hz: float, amplitude: float = 1.0) -> Any:
     """Attitudes (steps, 1, 4) of a smooth motion that is the same at any rate."""
     t = np.arange(round(seconds * hz)) / hz
-    euler = np.stack([amplitude * a * np.sin(2 * np.pi * f * t) for a, f in (
-        (0.7, 0.23), (1.2, 0.31), (2.0, 0.11))], axis=-1)
+    euler = np.stack(
+        [
+            amplitude * a * np.sin(2 * np.pi * f * t)
+            for a, f in ((0.7, 0.23), (1.2, 0.31), (2.0, 0.11))
+        ],
+        axis=-1,
+    )
     return euler_to_quaternion(euler)[:, None]
 
 
@@ -64,8 +69,9 @@ def run(x: Any, params: Any = None) -> tuple[dict[str, Any], dict[str, Any]]:
     """Outputs and states by name, (steps, runs)."""
     e = Traced()
     out = e.run_float(x, params=params).outputs
-    return out, {k: np.stack([np.broadcast_to(h[k], x.shape[2]) for h in e.history])
-                 for k in e.history[0]}
+    return out, {
+        k: np.stack([np.broadcast_to(h[k], x.shape[2]) for h in e.history]) for k in e.history[0]
+    }
 
 
 def apart(out: Any, q: Any) -> Any:
@@ -84,9 +90,17 @@ def test_it_is_registered() -> None:
 
 
 #: Attitudes all over the sphere, upside down and vertical ones too.
-GRID = np.stack([a.ravel() for a in np.meshgrid(
-    (-90.0, -60.0, 0.0, 45.0, 90.0), (-180.0, -90.0, 0.0, 60.0, 179.9),
-    (-180.0, -90.0, 0.0, 135.0, 179.9))], axis=-1)
+GRID = np.stack(
+    [
+        a.ravel()
+        for a in np.meshgrid(
+            (-90.0, -60.0, 0.0, 45.0, 90.0),
+            (-180.0, -90.0, 0.0, 60.0, 179.9),
+            (-180.0, -90.0, 0.0, 135.0, 179.9),
+        )
+    ],
+    axis=-1,
+)
 
 
 def test_it_aligns_at_any_attitude_in_three_samples() -> None:
@@ -186,7 +200,7 @@ def test_gain_and_covariance_do_not_depend_on_the_rate(hz: float) -> None:
     x, _ = static([0.0, 0.0, 0.0], 10.0, 1 / hz)
     jump = np.radians(10.0)
     turned = rotate(np.array([np.cos(jump / 2), 0.0, 0.0, -np.sin(jump / 2)]), FIELD)
-    x[round(hz):, MAG, 0] = turned
+    x[round(hz) :, MAG, 0] = turned
     out, states = run(x, {"rest_motion_sq": 0.0})
     found = 10.0 - np.abs(out["heading"][:, 0] * 180.0)
     assert found[steps // 2] == pytest.approx(5.8, abs=0.25)
@@ -241,7 +255,7 @@ def test_restart_forgets_everything() -> None:
     out, states = run(both)
     assert bit(out, 0)[len(first)].all()
     for name in ("qw", "qx", "qy", "qz", "heading"):
-        assert np.abs(out[name][len(first) + 4:] - fresh[name][4:]).max() < 1e-3
+        assert np.abs(out[name][len(first) + 4 :] - fresh[name][4:]).max() < 1e-3
     assert np.abs(states["bias_x"][len(first)]).max() == 0.0
     k = [covariance_name(i, i) for i in range(6)]
     assert all(states[n][len(first), 0] == after_fresh[n][0, 0] for n in k)
@@ -277,8 +291,10 @@ def test_covariance_is_that_of_the_matrix_equations() -> None:
         phi = np.eye(6)
         phi[:3, 3:] = -c * dt
         w = x[k, GYR, 0]
-        growth = np.diag([(values["gyro_var"] + values["gyro_scale_var"] * w @ w) * dt] * 3
-                         + [values["bias_var"] * dt] * 3)
+        growth = np.diag(
+            [(values["gyro_var"] + values["gyro_scale_var"] * w @ w) * dt] * 3
+            + [values["bias_var"] * dt] * 3
+        )
         # the bias's own noise enters before the transition; A P_bb A^T is counted once more
         updated[3:, 3:] += growth[3:, 3:]
         growth[3:, 3:] = 0.0
@@ -304,19 +320,36 @@ def test_covariance_stays_positive_and_bounded() -> None:
     assert np.linalg.eigvalsh(p).min() > 0.0
 
 
-@pytest.mark.parametrize(("name", "value"), [
-    ("tilt_var", 0.0), ("tilt_var", -1.0), ("heading_var", 0.0), ("p0_tilt", 0.0),
-    ("p0_bias", 1.0), ("gyro_var", 0.0), ("bias_var", 0.0),
-    ("force_rate_per_s", 0.0), ("update_s", -0.1),
-    ("field_min_sq", 0.0), ("heading_var", float("nan"))])
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("tilt_var", 0.0),
+        ("tilt_var", -1.0),
+        ("heading_var", 0.0),
+        ("p0_tilt", 0.0),
+        ("p0_bias", 1.0),
+        ("gyro_var", 0.0),
+        ("bias_var", 0.0),
+        ("force_rate_per_s", 0.0),
+        ("update_s", -0.1),
+        ("field_min_sq", 0.0),
+        ("heading_var", float("nan")),
+    ],
+)
 def test_nonsense_is_refused_with_the_legal_range(name: str, value: float) -> None:
     with pytest.raises(InputError, match=rf"^parameter {name}: .* to .*"):
         Mekf().param_values({name: value})
 
 
 def test_every_bit_is_documented() -> None:
-    words = ("aligning", "heading not aligned", "accelerometer", "no magnetometer", "field odd",
-             "at rest")
+    words = (
+        "aligning",
+        "heading not aligned",
+        "accelerometer",
+        "no magnetometer",
+        "field odd",
+        "at rest",
+    )
     assert list(STATUS_BITS) == list(range(len(words)))
     for text, word in zip(STATUS_BITS.values(), words, strict=True):
         assert word in text

@@ -5,14 +5,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from firmware.build import CModel
-from model.estimator import input_words, param_words
-from model.estimators.mekf import Mekf
-from model.estimators.mekf_interface import PAIRS, covariance_name
-from sim.bundled import bundled
-from sim.feed import inputs_of
-from sim.log import read_log
-from sim.segments import with_state_outputs
+from boresight.firmware.build import CModel
+from boresight.model.estimator import input_words, param_words
+from boresight.model.estimators.mekf import Mekf
+from boresight.model.estimators.mekf_interface import PAIRS, covariance_name
+from boresight.sim.bundled import bundled
+from boresight.sim.feed import inputs_of
+from boresight.sim.log import read_log
+from boresight.sim.segments import with_state_outputs
 
 STEPS = 4000
 PROGRAM = Mekf().compile()
@@ -27,12 +27,15 @@ def test_fixed_equals_float_on_a_recorded_log() -> None:
     """Every sample within 0.0005 deg, no saturation, every status bit the same."""
     x = inputs_of(Mekf(), read_log(bundled("ximu_walk")))[:STEPS]
     out, saturated = CModel(PROGRAM).update(input_words(PROGRAM, x[:, :, None])[:, :, 0])
-    fixed = {name: PROGRAM.format(n).real(out[:, k])
-             for k, (name, n) in enumerate(zip(PROGRAM.output_names, PROGRAM.outputs, strict=True))}
+    fixed = {
+        name: PROGRAM.format(n).real(out[:, k])
+        for k, (name, n) in enumerate(zip(PROGRAM.output_names, PROGRAM.outputs, strict=True))
+    }
     floats = {k: v[:, 0] for k, v in Mekf().run_float(x[:, :, None]).outputs.items()}
     chord = np.linalg.norm(attitude(fixed) - attitude(floats), axis=1)
-    error = np.degrees(2.0 * np.minimum(chord, np.linalg.norm(
-        attitude(fixed) + attitude(floats), axis=1)))
+    error = np.degrees(
+        2.0 * np.minimum(chord, np.linalg.norm(attitude(fixed) + attitude(floats), axis=1))
+    )
     assert 1e-7 < error.max() < 5e-4
     assert not saturated.any()
     assert np.array_equal(fixed["status"], floats["status"])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from model.front.field import FIELD_LIMIT, CalibrateField
+from boresight.model.front.field import FIELD_LIMIT, CalibrateField
 
 #: Roundings: three matrix elements times the span of the counts, the bias, the result.
 BOUND = 3 * 65536 * 2.0**-33 + 3 * 2.0**-16 * 0.5 + 2.0**-23

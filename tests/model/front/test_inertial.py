@@ -3,10 +3,16 @@
 import numpy as np
 import pytest
 
-from gateware.system.programs import FILTERS
-from model.estimator import param_words
-from model.estimators import estimator
-from model.front.inertial import ACC_LIMIT, ACC_SCALE, GAP_S, GYRO_LIMIT, CalibrateInertial
+from boresight.gateware.system.programs import FILTERS
+from boresight.model.estimator import param_words
+from boresight.model.estimators import estimator
+from boresight.model.front.inertial import (
+    ACC_LIMIT,
+    ACC_SCALE,
+    GAP_S,
+    GYRO_LIMIT,
+    CalibrateInertial,
+)
 
 HALF = 2.0**31
 #: Roundings: of the three matrix elements times full scale, of the bias, of the result.
@@ -73,8 +79,10 @@ def test_time_steps_over_the_stamp_s_wrap(both) -> None:
     assert not saturated
 
 
-@pytest.mark.parametrize("step, restarts", [
-    (24_980_000, False), (25_000_000, True), (2**31 - 1, True), (2**31, True), (2**32 - 1, True)])
+@pytest.mark.parametrize(
+    "step, restarts",
+    [(24_980_000, False), (25_000_000, True), (2**31 - 1, True), (2**31, True), (2**32 - 1, True)],
+)
 def test_a_gap_restarts(step: int, restarts: bool, both) -> None:
     fl, fixed, saturated = both(CalibrateInertial(), records(np.zeros((2, 6)), [5, 5 + step]))
     for out in (fl, fixed):

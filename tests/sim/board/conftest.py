@@ -2,10 +2,10 @@
 
 import pytest
 
-from sim.board.build import Board, make_board
-from sim.board.run import BoardRun, Stimulus, run_board, stimulus
-from sim.board.setup import SCALED
-from sim.synthetic import synthetic_log
+from boresight.sim.board.build import Board, make_board
+from boresight.sim.board.run import BoardRun, Stimulus, run_board, stimulus
+from boresight.sim.board.setup import SCALED
+from boresight.sim.synthetic import synthetic_log
 
 UPDATES = 400
 

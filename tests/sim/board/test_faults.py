@@ -2,7 +2,7 @@
 
 import pytest
 
-from sim.board.faults import (
+from boresight.sim.board.faults import (
     COMPASS_FAULTS,
     INERTIAL_FAULTS,
     FaultTrial,
@@ -17,13 +17,17 @@ def board():
     return fault_board(restarts=1)
 
 
-@pytest.mark.parametrize("device, fault, event, within_s, worst_deg", [
-    ("adis", "absent", "inertial_no_data_ready", 0.01, 4.0),
-    ("adis", "bit_flips", "inertial_config_error", 0.01, 4.0),
-    ("hmr", "silence", "compass_went_stale", 0.7, 2.0),
-])
-def test_fault(board, device: str, fault: str, event: str, within_s: float, worst_deg: float
-               ) -> None:
+@pytest.mark.parametrize(
+    "device, fault, event, within_s, worst_deg",
+    [
+        ("adis", "absent", "inertial_no_data_ready", 0.01, 4.0),
+        ("adis", "bit_flips", "inertial_config_error", 0.01, 4.0),
+        ("hmr", "silence", "compass_went_stale", 0.7, 2.0),
+    ],
+)
+def test_fault(
+    board, device: str, fault: str, event: str, within_s: float, worst_deg: float
+) -> None:
     trial = fault_trial(board, device, fault)
     assert trial.good, trial
     assert event in trial.seen_as and trial.seen_after_s < within_s
@@ -35,16 +39,27 @@ def test_all_faults_are_known() -> None:
     assert len(set(INERTIAL_FAULTS)) == 13 and len(set(COMPASS_FAULTS)) == 12
 
 
-@pytest.mark.parametrize("changes, harmless, good", [
-    ({}, True, True),
-    ({"dropped": 1}, False, False),
-    ({"during_deg": 1.3}, False, False),
-    ({"seen_after_s": 0.1}, False, True),
-    ({"seen_after_s": 0.1, "back_after_s": None}, False, False),
-    ({"seen_after_s": 0.1, "after_deg": 2.1}, False, False),
-])
+@pytest.mark.parametrize(
+    "changes, harmless, good",
+    [
+        ({}, True, True),
+        ({"dropped": 1}, False, False),
+        ({"during_deg": 1.3}, False, False),
+        ({"seen_after_s": 0.1}, False, True),
+        ({"seen_after_s": 0.1, "back_after_s": None}, False, False),
+        ({"seen_after_s": 0.1, "after_deg": 2.1}, False, False),
+    ],
+)
 def test_what_counts_as_good(changes: dict, harmless: bool, good: bool) -> None:
-    values = {"seen_after_s": None, "seen_as": (), "dropped": 0, "before_deg": 1.0,
-              "during_deg": 1.1, "after_deg": 1.0, "back_after_s": 0.01, **changes}
+    values = {
+        "seen_after_s": None,
+        "seen_as": (),
+        "dropped": 0,
+        "before_deg": 1.0,
+        "during_deg": 1.1,
+        "after_deg": 1.0,
+        "back_after_s": 0.01,
+        **changes,
+    }
     trial = FaultTrial(device="hmr", fault="glitches", fault_s=0.9, **values)
     assert (trial.harmless, trial.good) == (harmless, good)

@@ -5,11 +5,17 @@ import dataclasses
 import numpy as np
 import pytest
 
-from gateware.boards.frames import Decoder, Kind
-from gateware.system.attitude_frame import FLAGS, WORDS, attitude_of, parse_line, text_line
-from model.errors import InputError
-from sim.board.run import frame_ends, judge, run_board, stimulus, writes
-from sim.log import Log
+from boresight.gateware.boards.frames import Decoder, Kind
+from boresight.gateware.system.attitude_frame import (
+    FLAGS,
+    WORDS,
+    attitude_of,
+    parse_line,
+    text_line,
+)
+from boresight.model.errors import InputError
+from boresight.sim.board.run import frame_ends, judge, run_board, stimulus, writes
+from boresight.sim.log import Log
 
 from .conftest import UPDATES
 
@@ -25,8 +31,9 @@ def test_every_frame_equals_the_models(board, what, plain) -> None:
 def test_latency_is_the_stated_one(board, what, plain) -> None:
     verdict = judge(board, what, plain, filter=1, source=2)
     assert verdict.transfer_cycles == (board.system.transfer_cycles,) * 2
-    assert sum(verdict.transfer_cycles[:1] + verdict.core_cycles[:1]) \
-        == board.system.latency_cycles(1)
+    assert sum(
+        verdict.transfer_cycles[:1] + verdict.core_cycles[:1]
+    ) == board.system.latency_cycles(1)
     least, most = verdict.core_cycles
     assert least == most <= board.system.plan.lengths[1] + 100  # 1 us at 100 MHz
 
@@ -46,23 +53,31 @@ def test_one_wrong_bit_is_seen(word: str, board, what, plain) -> None:
 
 def test_one_lost_sample_is_seen(board, what, plain) -> None:
     trace = plain.trace
-    gone = dataclasses.replace(trace, samples=np.delete(trace.samples, 5),
-                               updates=np.delete(trace.updates, 5))
+    gone = dataclasses.replace(
+        trace, samples=np.delete(trace.samples, 5), updates=np.delete(trace.updates, 5)
+    )
     frames = plain.frames[:-1]
-    verdict = judge(board, what, dataclasses.replace(plain, trace=gone, frames=frames), filter=1,
-                    source=2)
+    verdict = judge(
+        board, what, dataclasses.replace(plain, trace=gone, frames=frames), filter=1, source=2
+    )
     assert verdict.lost == 1
 
 
 def test_another_sample_or_line_is_seen(board, what, plain) -> None:
     counts = what.counts.copy()
     counts[UPDATES // 2, 2] += 1
-    assert judge(board, dataclasses.replace(what, counts=counts), plain, filter=1,
-                 source=2).mismatches > 0
+    assert (
+        judge(board, dataclasses.replace(what, counts=counts), plain, filter=1, source=2).mismatches
+        > 0
+    )
     compass = what.compass.copy()
     compass[0, 0] += 1
-    assert judge(board, dataclasses.replace(what, compass=compass), plain, filter=1,
-                 source=2).mismatches > 0
+    assert (
+        judge(
+            board, dataclasses.replace(what, compass=compass), plain, filter=1, source=2
+        ).mismatches
+        > 0
+    )
 
 
 def test_no_frames_is_no_pass(board, what, plain) -> None:
@@ -72,8 +87,12 @@ def test_no_frames_is_no_pass(board, what, plain) -> None:
 
 
 def test_magnetometer_counts(board, what) -> None:
-    run = run_board(board, what, updates=5 * UPDATES, settings={
-        "filter": 0, "magnetic_source": 1, "compass_mode": 2, "output_divider": 1})
+    run = run_board(
+        board,
+        what,
+        updates=5 * UPDATES,
+        settings={"filter": 0, "magnetic_source": 1, "compass_mode": 2, "output_divider": 1},
+    )
     verdict = judge(board, what, run, filter=0, source=1)
     assert (verdict.mismatches, verdict.first) == (0, "")
     # The compass wakes up with headings and has to be told.
@@ -114,7 +133,13 @@ def test_writes_are_frames(board) -> None:
 
 def test_a_log_needs_an_attitude(board) -> None:
     zeros = np.zeros((4, 3))
-    log = Log(name="bare", t=np.arange(4.0), gyr=zeros, acc=zeros, mag=zeros,
-              mag_new=np.ones(4, dtype=bool))
+    log = Log(
+        name="bare",
+        t=np.arange(4.0),
+        gyr=zeros,
+        acc=zeros,
+        mag=zeros,
+        mag_new=np.ones(4, dtype=bool),
+    )
     with pytest.raises(InputError, match="wanted a reference attitude"):
         stimulus(log, board)

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sim.bundled import bundled
-from sim.data.make_synthetic import main
-from sim.log import read_log
+from boresight.sim.bundled import bundled
+from boresight.sim.data.make_synthetic import main
+from boresight.sim.log import read_log
 
 ARRAYS = ("t", "gyr", "acc", "mag", "mag_new", "q")
 
@@ -22,7 +22,8 @@ def test_bundled_file_is_up_to_date(tmp_path: Path) -> None:
             getattr(new, key),
             rtol=0,
             atol=1e-11,
-            err_msg="regenerate with: python -m sim.data.make_synthetic sim/data/synthetic_60s.csv",
+            err_msg="regenerate with: python -m boresight.sim.data.make_synthetic "
+            "sim/data/synthetic_60s.csv",
         )
 
 
@@ -34,6 +35,9 @@ def test_documented_content() -> None:
 
 def test_faults_exit_with_two(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([]) == 2
-    assert capsys.readouterr().err == "error: usage: python -m sim.data.make_synthetic OUT.csv\n"
+    assert (
+        capsys.readouterr().err
+        == "error: usage: python -m boresight.sim.data.make_synthetic OUT.csv\n"
+    )
     assert main([str(tmp_path / "none" / "a.csv")]) == 2
     assert capsys.readouterr().err.startswith("error: ")

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from sim.compiled import Compiled, build
-from sim.cosim import SimulationFailed
-from sim.devices.adis16385 import FAULTS, device_text, log_text
+from boresight.sim.compiled import Compiled, build
+from boresight.sim.cosim import SimulationFailed
+from boresight.sim.devices.adis16385 import FAULTS, device_text, log_text
 
 #: Drives frames as told: lines `half setup stall bits word`; prints what comes back.
 MASTER = """
@@ -81,16 +81,21 @@ def master() -> Compiled:
     return build("master", {"device.sv": device_text(), "master.sv": MASTER})
 
 
-def run(master: Compiled, frames: list[tuple[int, ...]], *, log=(), fault: str = "",
-        **plusargs: int) -> tuple[list[int], list[str], list[str]]:
+def run(
+    master: Compiled, frames: list[tuple[int, ...]], *, log=(), fault: str = "", **plusargs: int
+) -> tuple[list[int], list[str], list[str]]:
     """Answers, complaints, all lines."""
-    lines = "".join(f"{half} {setup} {stall} {bits} {word:04x}\n"
-                    for half, setup, stall, bits, word in frames)
+    lines = "".join(
+        f"{half} {setup} {stall} {bits} {word:04x}\n" for half, setup, stall, bits, word in frames
+    )
     given = {"adis_log": "log.txt", "adis_faults": "faults.txt", **plusargs}
     if fault:
         given["fault"] = f"{1 << FAULTS.index(fault):x}"
-    done = master.run(given, max_cycles=200_000, files={
-        "frames.txt": lines, "log.txt": log_text(log), "faults.txt": ""})
+    done = master.run(
+        given,
+        max_cycles=200_000,
+        files={"frames.txt": lines, "log.txt": log_text(log), "faults.txt": ""},
+    )
     out = [line for line in done.stdout.splitlines() if not line.startswith("- ")]
     answers = [int(line.split()[3], 16) for line in out if line.startswith("frame")]
     return answers, [line for line in out if "violation:" in line], out
@@ -101,8 +106,19 @@ def read(address: int) -> tuple[int, ...]:
 
 
 def test_pipeline_defaults_and_writes(master: Compiled) -> None:
-    commands = [read(0x56), read(0x34), read(0x36), read(0x38), (*GOOD, 0xB902), (*GOOD, 0xB801),
-                read(0x38), (*GOOD, 0xB5FF), read(0x34), read(0x02), read(0x00)]
+    commands = [
+        read(0x56),
+        read(0x34),
+        read(0x36),
+        read(0x38),
+        (*GOOD, 0xB902),
+        (*GOOD, 0xB801),
+        read(0x38),
+        (*GOOD, 0xB5FF),
+        read(0x34),
+        read(0x02),
+        read(0x00),
+    ]
     answers, complaints, out = run(master, commands)
     assert not complaints
     # The frame after a command brings its answer; eleven bits of MSC_CTRL exist.
@@ -111,14 +127,18 @@ def test_pipeline_defaults_and_writes(master: Compiled) -> None:
     assert out[-1].startswith("end 11 0 ")
 
 
-@pytest.mark.parametrize("frame, complaint", [
-    ((4, 4, 40, 16, 0x5600), "half period: 4, wanted 5"),
-    ((5, 3, 40, 16, 0x5600), "short setup: 3, wanted 4"),
-    ((5, 4, 20, 16, 0x5600), "short stall: 2"),
-    ((5, 4, 40, 15, 0x5600), "bits in a frame: 15, wanted 16"),
-    ((5, 4, 40, 17, 0x5600), "bits in a frame: 17, wanted 16"),
-    ((5, 4, 40, 16, 0x8412), "write to a register that is read-only: 4, wanted 0"),
-    ((5, 4, 40, 16, 0xD612), "write to a register that is read-only: 86, wanted 0")])
+@pytest.mark.parametrize(
+    "frame, complaint",
+    [
+        ((4, 4, 40, 16, 0x5600), "half period: 4, wanted 5"),
+        ((5, 3, 40, 16, 0x5600), "short setup: 3, wanted 4"),
+        ((5, 4, 20, 16, 0x5600), "short stall: 2"),
+        ((5, 4, 40, 15, 0x5600), "bits in a frame: 15, wanted 16"),
+        ((5, 4, 40, 17, 0x5600), "bits in a frame: 17, wanted 16"),
+        ((5, 4, 40, 16, 0x8412), "write to a register that is read-only: 4, wanted 0"),
+        ((5, 4, 40, 16, 0xD612), "write to a register that is read-only: 86, wanted 0"),
+    ],
+)
 def test_rules_of_timing(master: Compiled, frame: tuple[int, ...], complaint: str) -> None:
     _, complaints, out = run(master, [read(0x56), frame, read(0x3C), read(0x56)])
     assert complaints and all(complaint in line for line in complaints)
@@ -164,11 +184,19 @@ def test_samples_come_from_the_log(master: Compiled) -> None:
     assert words[6300] == words[2300]  # the last line stays
 
 
-@pytest.mark.parametrize("fault, answers", [
-    ("", [0x4001, 0x0402, 0]), ("wrong_identity", [0x4000, 0x0402, 0]),
-    ("absent", [0xFFFF] * 3), ("stuck_high", [0xFFFF] * 3), ("stuck_low", [0] * 3),
-    ("alarm", [0x4001, 0x0402, 0x0300]), ("over_range", [0x4001, 0x0402, 0x0010]),
-    ("link_failure", [0x4001, 0x0402, 0x0008])])
+@pytest.mark.parametrize(
+    "fault, answers",
+    [
+        ("", [0x4001, 0x0402, 0]),
+        ("wrong_identity", [0x4000, 0x0402, 0]),
+        ("absent", [0xFFFF] * 3),
+        ("stuck_high", [0xFFFF] * 3),
+        ("stuck_low", [0] * 3),
+        ("alarm", [0x4001, 0x0402, 0x0300]),
+        ("over_range", [0x4001, 0x0402, 0x0010]),
+        ("link_failure", [0x4001, 0x0402, 0x0008]),
+    ],
+)
 def test_faults(master: Compiled, fault: str, answers: list[int]) -> None:
     frames = [read(0x56), read(0x38), read(0x3C), read(0x00)]
     assert run(master, frames, fault=fault)[0][1:] == answers
@@ -188,19 +216,27 @@ def test_fast_and_missing_data_ready(master: Compiled) -> None:
     assert 8 * 4 < counts["fast_data_ready"] <= 8 * 5
 
 
-@pytest.mark.parametrize("text, message", [
-    ("0 5 sleepy\n", "adis16385: faults: no fault sleepy"),
-    ("0 5 absent\n" * 300, "adis16385: faults: more than 256 lines")])
+@pytest.mark.parametrize(
+    "text, message",
+    [
+        ("0 5 sleepy\n", "adis16385: faults: no fault sleepy"),
+        ("0 5 absent\n" * 300, "adis16385: faults: more than 256 lines"),
+    ],
+)
 def test_fault_files_are_checked(master: Compiled, text: str, message: str) -> None:
-    done = master.run({"adis_faults": "faults.txt"}, max_cycles=10_000,
-                      files={"faults.txt": text, "frames.txt": ""})
+    done = master.run(
+        {"adis_faults": "faults.txt"},
+        max_cycles=10_000,
+        files={"faults.txt": text, "frames.txt": ""},
+    )
     assert message in done.stdout
 
 
 def test_missing_files_are_said(master: Compiled) -> None:
     try:
-        text = master.run({"adis_log": "none.txt"}, max_cycles=10_000,
-                          files={"frames.txt": ""}).stdout
+        text = master.run(
+            {"adis_log": "none.txt"}, max_cycles=10_000, files={"frames.txt": ""}
+        ).stdout
     except SimulationFailed as error:
         text = str(error)
     assert "adis16385: log: cannot open none.txt" in text

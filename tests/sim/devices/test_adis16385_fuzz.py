@@ -4,11 +4,11 @@ from collections.abc import Callable
 
 import pytest
 
-from gateware.sensors.adis16385_flags import EVENTS
-from gateware.verilog import to_verilog
-from sim.devices.adis16385 import scaled_reader
-from sim.devices.adis16385_fuzz import fuzz, judge
-from sim.devices.adis16385_model import Contract, ContractBroken
+from boresight.gateware.sensors.adis16385_flags import EVENTS
+from boresight.gateware.verilog import to_verilog
+from boresight.sim.devices.adis16385 import scaled_reader
+from boresight.sim.devices.adis16385_fuzz import fuzz, judge
+from boresight.sim.devices.adis16385_model import Contract, ContractBroken
 
 
 @pytest.mark.parametrize("seed", [1, 2])
@@ -24,8 +24,21 @@ def test_reader_keeps_its_contract(seed: int) -> None:
 def trace() -> list[str]:
     lines = ["2050 r 1"]
     answers = [0, 0x4001, 0x4001, 0, 0, 0, 0, 0, 0, 0x4001, 6, 1, 0x402]
-    sent = [0x5600, 0x5600, 0xB406, 0xB500, 0xB601, 0xB700, 0xB802, 0xB904, 0x5600, 0x3400, 0x3600,
-            0x3800, 0x1000]
+    sent = [
+        0x5600,
+        0x5600,
+        0xB406,
+        0xB500,
+        0xB601,
+        0xB700,
+        0xB802,
+        0xB904,
+        0x5600,
+        0x3400,
+        0x3600,
+        0x3800,
+        0x1000,
+    ]
     falls = 6146
     for word, answer in zip(sent, answers, strict=True):
         lines += [f"{falls} c", f"{falls + 99} f {word:04x} {answer:04x}"]
@@ -33,14 +46,25 @@ def trace() -> list[str]:
     running = falls - 130 + 99 + 2
     lines += [f"{running} F 01", f"{running + 200} d"]
     falls = running + 204
-    burst = [(0x0400, 0x8FFF), (0x0600, 1), (0x0800, 2), (0x0A00, 3), (0x0C00, 4), (0x0E00, 5),
-             (0x3C00, 6), (0x5600, 0), (0x1000, 0x4001)]
+    burst = [
+        (0x0400, 0x8FFF),
+        (0x0600, 1),
+        (0x0800, 2),
+        (0x0A00, 3),
+        (0x0C00, 4),
+        (0x0E00, 5),
+        (0x3C00, 6),
+        (0x5600, 0),
+        (0x1000, 0x4001),
+    ]
     for word, answer in burst:
         lines += [f"{falls} c", f"{falls + 99} f {word:04x} {answer:04x}"]
         falls += 130
     sample = falls - 130 + 99 + 2
-    lines += [f"{sample} E 001",
-              f"{sample} S {running + 202} 0 0001 0002 0003 0004 0005 0006 ffff 0000"]
+    lines += [
+        f"{sample} E 001",
+        f"{sample} S {running + 202} 0 0001 0002 0003 0004 0005 0006 ffff 0000",
+    ]
     late = sample + 5000
     lines += [f"{late} d", f"{late + 4} c", f"{late + 50} d", f"{late + 53} E 080"]
     return lines
@@ -58,11 +82,22 @@ def test_judge_takes_what_is_right(judged) -> None:
     assert judged(lines) == {"sample": 1, "overrun": 1}
 
 
-@pytest.mark.parametrize("old, new", [
-    ("E 001", "E 000"), ("E 001", "E 041"), ("F 01", "F 03"), (" 0 0001", " 1 0001"),
-    ("0004 0005", "0004 0007"), ("ffff", "0fff"), ("f 3400 4001", "f 3400 4000"),
-    ("f b601 ", "f b602 "), ("f 1000 4001", "f 1000 4003"),
-    ("E 080", "E 001"), ("2050 r", "1000 r")])
+@pytest.mark.parametrize(
+    "old, new",
+    [
+        ("E 001", "E 000"),
+        ("E 001", "E 041"),
+        ("F 01", "F 03"),
+        (" 0 0001", " 1 0001"),
+        ("0004 0005", "0004 0007"),
+        ("ffff", "0fff"),
+        ("f 3400 4001", "f 3400 4000"),
+        ("f b601 ", "f b602 "),
+        ("f 1000 4001", "f 1000 4003"),
+        ("E 080", "E 001"),
+        ("2050 r", "1000 r"),
+    ],
+)
 def test_judge_sees_what_is_wrong(judged, old: str, new: str) -> None:
     lines = trace()
     changed = [line.replace(old, new) for line in lines]

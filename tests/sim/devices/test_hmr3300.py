@@ -2,13 +2,15 @@
 
 import pytest
 
-from sim.devices.hmr3300 import FAULTS, Happened, device_text, run_reader
-from sim.simulators import available
+from boresight.sim.devices.hmr3300 import FAULTS, Happened, device_text, run_reader
+from boresight.sim.simulators import available
 
 pytestmark = pytest.mark.skipif(not available("verilator"), reason="needs Verilator")
 
-DATA = [((37 * k) % 3600, (13 * k) % 1200 - 600, (7 * k) % 1200 - 600,
-         100 * k % 4000 - 2000, -k, 5 * k) for k in range(400)]
+DATA = [
+    ((37 * k) % 3600, (13 * k) % 1200 - 600, (7 * k) % 1200 - 600, 100 * k % 4000 - 2000, -k, 5 * k)
+    for k in range(400)
+]
 #: Cycle time of the sentences, s, and a sentence's own length with some to spare.
 LINE, SENTENCE = 0.125, 0.015
 BEGIN, END = 3.53, 6.03
@@ -17,7 +19,7 @@ BEGIN, END = 3.53, 6.03
 def check_values(found: Happened) -> None:
     """Every accepted sentence is one that the compass had."""
     for line in found.lines:
-        assert line.values == DATA[line.slot][3 * line.is_counts:][:3]
+        assert line.values == DATA[line.slot][3 * line.is_counts :][:3]
 
 
 def test_begins_by_itself() -> None:
@@ -25,8 +27,9 @@ def test_begins_by_itself() -> None:
     check_values(found)
     assert 0.8 < found.lines[0].time < 0.8 + LINE + SENTENCE
     assert [line.slot for line in found.lines] == list(range(len(found.lines)))
-    assert len(found.lines) == round((5 - 0.8) / LINE) - 1 or \
-        len(found.lines) == round((5 - 0.8) / LINE)
+    assert len(found.lines) == round((5 - 0.8) / LINE) - 1 or len(found.lines) == round(
+        (5 - 0.8) / LINE
+    )
     assert found.flags == [(found.flags[0][0], frozenset())]
     # Of the two lines of text the first has no line end before it.
     assert [name for _, name in found.events if name != "heading_line"] == ["rejected_line"]
@@ -58,22 +61,30 @@ def test_wanted_before_the_compass_is_awake() -> None:
 
 
 def test_single_letters() -> None:
-    found = run_reader(DATA, seconds=6, commands=[(2, "Q"), (3, "S"), (4, "Q"), (4.3, "Q"),
-                                                  (5, "S")])
+    found = run_reader(
+        DATA, seconds=6, commands=[(2, "Q"), (3, "S"), (4, "Q"), (4.3, "Q"), (5, "S")]
+    )
     check_values(found)
     assert len(found.times("command_sent")) == 5
-    refused, = found.times("invalid_command")  # *Q while it sends
+    (refused,) = found.times("invalid_command")  # *Q while it sends
     assert 2 < refused < 2.1
     assert sum(3.2 < line.time < 5 for line in found.lines) == 2
     assert sum(line.time > 5 for line in found.lines) >= 7
 
 
 #: The event that says so, and within which time.
-SIGNS = {"silence": ("went_stale", 0.56), "garbage": ("rejected_line", LINE + SENTENCE),
-         "framing": ("framing_error", 2 * LINE), "wrong_baud": ("framing_error", LINE + SENTENCE),
-         "truncated": ("rejected_line", 2 * LINE), "missing_field": ("rejected_line", 2 * LINE),
-         "out_of_range": ("rejected_line", 2 * LINE), "stuck_low": ("framing_error", 0.01),
-         "stuck_high": ("went_stale", 0.56), "reset": ("went_stale", 0.56)}
+SIGNS = {
+    "silence": ("went_stale", 0.56),
+    "garbage": ("rejected_line", LINE + SENTENCE),
+    "framing": ("framing_error", 2 * LINE),
+    "wrong_baud": ("framing_error", LINE + SENTENCE),
+    "truncated": ("rejected_line", 2 * LINE),
+    "missing_field": ("rejected_line", 2 * LINE),
+    "out_of_range": ("rejected_line", 2 * LINE),
+    "stuck_low": ("framing_error", 0.01),
+    "stuck_high": ("went_stale", 0.56),
+    "reset": ("went_stale", 0.56),
+}
 
 
 @pytest.mark.parametrize("mode", [0, 2])
@@ -88,8 +99,7 @@ def test_fault(fault: str, mode: int) -> None:
         assert len(found.lines) >= 73
     # With commands a compass whose line was dead may have been stopped meanwhile.
     dead = mode and fault in ("stuck_low", "stuck_high")
-    after = [line for line in found.lines
-             if line.time > END and line.is_counts == (mode == 2)]
+    after = [line for line in found.lines if line.time > END and line.is_counts == (mode == 2)]
     assert after[0].time <= END + (3.5 if dead else 2 * LINE)
     assert all(b.time - a.time < LINE + 0.002 for a, b in zip(after, after[1:], strict=False))
     assert found.flags[-1][1] == ({"counts"} if mode == 2 else frozenset())
@@ -108,8 +118,11 @@ def test_compass_that_ignores_commands_is_let_alone_for_a_while() -> None:
 
 def test_faults_by_slot() -> None:
     """The same switches from a file, which a bench of the whole system uses."""
-    found = run_reader(DATA, seconds=5, slot_faults=[(3, 5, "out_of_range"), (9, 9, "silence"),
-                                                     (12, 12, "missing_field")])
+    found = run_reader(
+        DATA,
+        seconds=5,
+        slot_faults=[(3, 5, "out_of_range"), (9, 9, "silence"), (12, 12, "missing_field")],
+    )
     check_values(found)
     assert [line.slot for line in found.lines][:15] == [0, 1, 2, 6, 7, 8, 10, 11, *range(13, 20)]
 

@@ -2,9 +2,9 @@
 
 import pytest
 
-from gateware.sensors import hmr3300_number, hmr3300_sentence
-from sim.devices.hmr3300_fuzz import fuzz_noise, fuzz_parser, fuzz_pin
-from sim.simulators import available
+from boresight.gateware.sensors import hmr3300_number, hmr3300_sentence
+from boresight.sim.devices.hmr3300_fuzz import fuzz_noise, fuzz_parser, fuzz_pin
+from boresight.sim.simulators import available
 
 pytestmark = pytest.mark.skipif(not available("verilator"), reason="needs Verilator")
 
@@ -27,8 +27,10 @@ def test_noise() -> None:
     assert found.difference == "" and found.symbols > 1000
 
 
-@pytest.mark.parametrize("module, name, value", [
-    (hmr3300_number, "HEADING_MAX", 3600), (hmr3300_sentence, "DIGITS_MAX", 6)])
+@pytest.mark.parametrize(
+    "module, name, value",
+    [(hmr3300_number, "HEADING_MAX", 3600), (hmr3300_sentence, "DIGITS_MAX", 6)],
+)
 def test_finds_a_wrong_limit(module, name: str, value: int, monkeypatch) -> None:
     monkeypatch.setattr(module, name, value)
     assert fuzz_parser(100_000, seed=5).difference.startswith("event ")

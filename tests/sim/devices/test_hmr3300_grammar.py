@@ -2,7 +2,7 @@
 
 import pytest
 
-from sim.devices.hmr3300_grammar import (
+from boresight.sim.devices.hmr3300_grammar import (
     BROKEN,
     PAUSE,
     Event,
@@ -17,17 +17,23 @@ def test_sentences_are_those_of_the_datasheet() -> None:
     assert counts_sentence(1256, -234, -1894) == b"1256, -234, -1894\r\n"
 
 
-@pytest.mark.parametrize("symbols, wanted", [
-    (b"\n123.4, 18.6, -0.5\r\n", [Event("heading", (1234, 186, -5))]),
-    (b"\n1256, -234, -1894\r\n", [Event("counts", (1256, -234, -1894))]),
-    (b"123.4, 18.6, -0.5\r\n", []),
-    (b"\n1, 2, 3\r\n1, 2", [Event("counts", (1, 2, 3))]),
-    (b"\n360.0, 0.0, 0.0\r\n#I\r\n\r\n", [Event("rejected"), Event("invalid"), Event("rejected")]),
-    ([10, *b"1, 2, ", BROKEN, *b"3\r\n"], [Event("framing"), Event("rejected")]),
-    ([10, PAUSE, *b"1, 2, 3\r\n"], [Event("counts", (1, 2, 3))]),
-    ([10, *b"1, 2, ", PAUSE, *b"3\r\n"], [Event("rejected")]),
-    ([BROKEN, 10, BROKEN], [Event("framing"), Event("framing")]),
-])
+@pytest.mark.parametrize(
+    "symbols, wanted",
+    [
+        (b"\n123.4, 18.6, -0.5\r\n", [Event("heading", (1234, 186, -5))]),
+        (b"\n1256, -234, -1894\r\n", [Event("counts", (1256, -234, -1894))]),
+        (b"123.4, 18.6, -0.5\r\n", []),
+        (b"\n1, 2, 3\r\n1, 2", [Event("counts", (1, 2, 3))]),
+        (
+            b"\n360.0, 0.0, 0.0\r\n#I\r\n\r\n",
+            [Event("rejected"), Event("invalid"), Event("rejected")],
+        ),
+        ([10, *b"1, 2, ", BROKEN, *b"3\r\n"], [Event("framing"), Event("rejected")]),
+        ([10, PAUSE, *b"1, 2, 3\r\n"], [Event("counts", (1, 2, 3))]),
+        ([10, *b"1, 2, ", PAUSE, *b"3\r\n"], [Event("rejected")]),
+        ([BROKEN, 10, BROKEN], [Event("framing"), Event("framing")]),
+    ],
+)
 def test_events(symbols, wanted: list[Event]) -> None:
     assert list(events_of(symbols)) == wanted
 

@@ -2,8 +2,8 @@
 
 from collections import Counter
 
-from sim.devices.hmr3300_grammar import BROKEN, PAUSE, events_of
-from sim.devices.hmr3300_symbols import hostile_bytes, hostile_line, noise
+from boresight.sim.devices.hmr3300_grammar import BROKEN, PAUSE, events_of
+from boresight.sim.devices.hmr3300_symbols import hostile_bytes, hostile_line, noise
 
 
 def test_bytes_reach_every_kind_of_line() -> None:
@@ -18,11 +18,18 @@ def test_bytes_reach_every_kind_of_line() -> None:
 
 
 def test_limits_are_reached_from_both_sides() -> None:
-    values = {event.values[0] for event in events_of(hostile_bytes(200_000, seed=1))
-              if event.kind == "counts"}
+    values = {
+        event.values[0]
+        for event in events_of(hostile_bytes(200_000, seed=1))
+        if event.kind == "counts"
+    }
     assert {32_767, -32_767} <= values
-    values = {v for event in events_of(hostile_bytes(50_000, seed=1))
-              if event.kind == "heading" for v in event.values[1:]}
+    values = {
+        v
+        for event in events_of(hostile_bytes(50_000, seed=1))
+        if event.kind == "heading"
+        for v in event.values[1:]
+    }
     assert {900, -900} <= values
 
 
@@ -33,8 +40,11 @@ def test_line_without_faults_says_its_bytes() -> None:
 
 
 def test_glitches_are_short() -> None:
-    short = [cycles for _, cycles in hostile_line([0x55] * 300, divisor=100, glitch=5, seed=1)
-             if cycles <= 5]
+    short = [
+        cycles
+        for _, cycles in hostile_line([0x55] * 300, divisor=100, glitch=5, seed=1)
+        if cycles <= 5
+    ]
     assert len(short) > 100
 
 

@@ -10,10 +10,10 @@ from copy import deepcopy
 import numpy as np
 import pytest
 
-from model.errors import InputError
-from sim.experiments import ma2014
-from sim.experiments.ma2014_html import render
-from sim.experiments.ma2014_targets import entries_in_band, targets
+from boresight.model.errors import InputError
+from boresight.sim.experiments import ma2014
+from boresight.sim.experiments.ma2014_html import render
+from boresight.sim.experiments.ma2014_targets import entries_in_band, targets
 
 
 @pytest.fixture(scope="module")
@@ -39,8 +39,7 @@ def find(data, name, source=""):
 
 def test_all_tables_and_figures_are_there(data):
     assert data["good"] and data["seed"] == 5 and data["shown_seed"] in (5, 6, 7)
-    assert [r["ours_deg"] for r in data["table_1"]] == [list(r["end_deg"])
-                                                        for r in data["table_1"]]
+    assert [r["ours_deg"] for r in data["table_1"]] == [list(r["end_deg"]) for r in data["table_1"]]
     assert data["table_2"]["gyro_var"][2] == 2.1155e-6
     for case in data["table_3"]["cases"].values():
         assert {"gyro", "mag_acc", "complementary", "letter"} <= set(case)
@@ -65,8 +64,9 @@ def test_pooled_is_the_root_of_the_mean_variance(data):
     row = data["table_3"]["cases"]["C"]["complementary"]
     runs = np.array(row["sd_runs"])
     assert runs.shape == (3, 3)
-    np.testing.assert_allclose(row["fixed"]["sd"]["pooled"],
-                               np.sqrt(np.square(runs).mean(axis=0)), atol=2e-5)
+    np.testing.assert_allclose(
+        row["fixed"]["sd"]["pooled"], np.sqrt(np.square(runs).mean(axis=0)), atol=2e-5
+    )
     np.testing.assert_allclose(row["fixed"]["sd"]["median"], np.median(runs, axis=0), atol=2e-5)
 
 
@@ -80,10 +80,12 @@ def test_the_run_shown_is_the_one_in_the_middle(data):
 def test_numbers_that_do_not_hang_on_the_draw(data):
     """The parts of the specification that three runs suffice for."""
     noise = data["table_3"]["cases"]["noise"]
-    np.testing.assert_allclose(noise["complementary"]["fixed"]["sd"]["pooled"],
-                               (0.070, 0.079, 0.12), rtol=0.1)
-    np.testing.assert_allclose(noise["letter"]["float"]["sd"]["pooled"], (0.070, 0.079, 0.112),
-                               rtol=0.1)
+    np.testing.assert_allclose(
+        noise["complementary"]["fixed"]["sd"]["pooled"], (0.070, 0.079, 0.12), rtol=0.1
+    )
+    np.testing.assert_allclose(
+        noise["letter"]["float"]["sd"]["pooled"], (0.070, 0.079, 0.112), rtol=0.1
+    )
     assert find(data, "magnetometer and accelerometer alone: sd, noise alone")["good"]
     assert find(data, "eq. (3) as printed: gyro integrated at 100 Hz")["good"]
     assert find(data, "eq. (3) as printed violates the heading")["good"]
@@ -96,37 +98,59 @@ def test_numbers_that_do_not_hang_on_the_draw(data):
 
 def test_a_target_fails_by_its_band_and_by_nothing_else(data):
     name = "complementary filter: sd, noise alone, fixed"
-    for value, good in (((0.070, 0.079, 0.112), True), ((0.078, 0.079, 0.112), False),
-                        ((0.070, 0.070, 0.112), False), ((0.070, 0.079, 0.13), False)):
+    for value, good in (
+        ((0.070, 0.079, 0.112), True),
+        ((0.078, 0.079, 0.112), False),
+        ((0.070, 0.070, 0.112), False),
+        ((0.070, 0.079, 0.13), False),
+    ):
         changed = deepcopy(data)
         changed["table_3"]["cases"]["noise"]["complementary"]["fixed"]["sd"]["pooled"] = value
         found = find({"targets": targets(changed)}, name)
         assert found["good"] is good and found["good"] == all(found["passes"])
     changed = deepcopy(data)
     changed["table_3"]["cases"]["noise"]["complementary"]["fixed"]["sd"]["pooled"] = (
-        0.07, math.nan, 0.112)
+        0.07,
+        math.nan,
+        0.112,
+    )
     assert not find({"targets": targets(changed)}, name)["good"]
 
 
 def test_entries_in_band_are_counted_run_by_run():
     def row(key, sd_runs):
         return {"paper_row": key, "sd_runs": sd_runs}
-    cases = {"gyro": row("gyro", [[0.624, 0.676, 0.566], [0.624, 0.676, 0.9]]),
-             "complementary": row("complementary", [[0.104, 0.128, 0.242], [0.01, 0.128, 0.242]])}
-    assert entries_in_band(cases) == {"entries": 6, "mean": 5.0, "most": 6, "runs_with_all": 1,
-                                      "low": 0.76, "high": 1.18}
+
+    cases = {
+        "gyro": row("gyro", [[0.624, 0.676, 0.566], [0.624, 0.676, 0.9]]),
+        "complementary": row("complementary", [[0.104, 0.128, 0.242], [0.01, 0.128, 0.242]]),
+    }
+    assert entries_in_band(cases) == {
+        "entries": 6,
+        "mean": 5.0,
+        "most": 6,
+        "runs_with_all": 1,
+        "low": 0.76,
+        "high": 1.18,
+    }
 
 
 def test_a_claim_that_breaks_is_not_good(monkeypatch, data):
     """The run itself says so; the parts that have no share in it are stand-ins."""
     few = tuple(m for m in ma2014.available() if m.estimator != "ekf_quaternion_vector")
-    monkeypatch.setattr(ma2014, "available", lambda: few[:2] + tuple(
-        m for m in few if m.key.startswith("complementary")))
+    monkeypatch.setattr(
+        ma2014,
+        "available",
+        lambda: few[:2] + tuple(m for m in few if m.key.startswith("complementary")),
+    )
     monkeypatch.setattr(ma2014, "_heading_test", lambda seeds, say: data["spectra"])
     monkeypatch.setattr(ma2014, "_kinematics", lambda say: data["kinematics"])
     monkeypatch.setattr(ma2014, "_timing", lambda say: data["timing"])
-    monkeypatch.setattr(ma2014, "count_mismatches", lambda method, log: (
-        int(method.key == "complementary"), len(log)))
+    monkeypatch.setattr(
+        ma2014,
+        "count_mismatches",
+        lambda method, log: (int(method.key == "complementary"), len(log)),
+    )
     broken = ma2014.run(seed=1, runs=2)
     assert [c["good"] for c in broken["claims"]] == [False, True]
     assert broken["good"] is False
@@ -135,23 +159,41 @@ def test_a_claim_that_breaks_is_not_good(monkeypatch, data):
 def test_page_stands_alone_and_shows_everything(data, page):
     assert page.count('<svg class="plot"') >= 5
     assert "<script" not in page and not re.search(r'(src|href)="http', page)
-    for heading in ("Table 1", "Table 2", "Table 3", "Table 4", "Figures 1, 2 and 5", "Figure 6",
-                    "Figure 7", "Figure 8", "Targets", "Sensor model"):
+    for heading in (
+        "Table 1",
+        "Table 2",
+        "Table 3",
+        "Table 4",
+        "Figures 1, 2 and 5",
+        "Figure 6",
+        "Figure 7",
+        "Figure 8",
+        "Targets",
+        "Sensor model",
+    ):
         assert heading in page, heading
     assert page.count("<figcaption>") >= 5
     assert data["command"] in page
     assert page.count('class="missed"') == sum(not t["good"] for t in data["targets"])
     assert page.count(">FAIL<") == sum(not p for t in data["targets"] for p in t["passes"])
-    for label in ("amplitude, deg", "frequency, Hz", "heading error, deg", "deg, paper",
-                  "time from the start of the motion, s"):
+    for label in (
+        "amplitude, deg",
+        "frequency, Hz",
+        "heading error, deg",
+        "deg, paper",
+        "time from the start of the motion, s",
+    ):
         assert label in page, label
 
 
-@pytest.mark.parametrize(("arguments", "message"), [
-    ({"seed": -1}, "seed: wanted an integer of 0 to"),
-    ({"seed": 1.5}, "seed: wanted an integer of 0 to"),
-    ({"runs": 1}, "runs: wanted 2 to 1000, found 1"),
-])
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"seed": -1}, "seed: wanted an integer of 0 to"),
+        ({"seed": 1.5}, "seed: wanted an integer of 0 to"),
+        ({"runs": 1}, "runs: wanted 2 to 1000, found 1"),
+    ],
+)
 def test_bad_arguments(arguments, message):
     with pytest.raises(InputError, match=f"^{re.escape(message)}"):
         ma2014.run(**arguments)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from model.attitude import euler_to_matrix
-from sim.experiments.ma2014_letter import _rates, filter_to_the_letter, mag_acc_angles
-from sim.experiments.ma2014_world import E2, FIELD_UT, LOOP_HZ, noise_free_log
+from boresight.model.attitude import euler_to_matrix
+from boresight.sim.experiments.ma2014_letter import _rates, filter_to_the_letter, mag_acc_angles
+from boresight.sim.experiments.ma2014_world import E2, FIELD_UT, LOOP_HZ, noise_free_log
 
 RNG = np.random.default_rng(7)
 
@@ -22,8 +22,9 @@ def test_mag_acc_angles_invert_the_measurement():
         np.testing.assert_allclose(mag_acc_angles(acc, mag, field), euler, atol=1e-12)
 
 
-@pytest.mark.parametrize(("as_printed", "sequence", "order"),
-                         [(False, "ZXY", (1, 2, 0)), (True, "ZYX", (2, 1, 0))])
+@pytest.mark.parametrize(
+    ("as_printed", "sequence", "order"), [(False, "ZXY", (1, 2, 0)), (True, "ZYX", (2, 1, 0))]
+)
 def test_each_set_of_rates_belongs_to_its_sequence(as_printed, sequence, order):
     x = RNG.uniform(-1.2, 1.2, (50, 3))  # theta, gamma, psi
     w = RNG.uniform(-1.0, 1.0, (50, 3))
@@ -53,8 +54,7 @@ def test_gains_are_per_sample():
     measured[0] = (0.1, 0.2, 0.3)
     out = filter_to_the_letter(measured, np.zeros((n, 3)), 0.125, (0.1, 0.2, 0.5), (0.0,) * 3)
     k = np.arange(n)[:, None]
-    np.testing.assert_allclose(out, measured[0] * (1 - np.array((0.1, 0.2, 0.5))) ** k,
-                               atol=1e-12)
+    np.testing.assert_allclose(out, measured[0] * (1 - np.array((0.1, 0.2, 0.5))) ** k, atol=1e-12)
 
 
 def test_integral_learns_the_bias():

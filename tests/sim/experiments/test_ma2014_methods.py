@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from model.estimators import ESTIMATORS
-from sim.experiments import ma2014_methods
-from sim.experiments.ma2014_methods import (
+from boresight.model.estimators import ESTIMATORS
+from boresight.sim.experiments import ma2014_methods
+from boresight.sim.experiments.ma2014_methods import (
     available,
     count_mismatches,
     gains_per_s,
@@ -16,8 +16,8 @@ from sim.experiments.ma2014_methods import (
     run_float,
     score,
 )
-from sim.experiments.ma2014_world import CASES, E1, E2, LOOP_HZ, make_log, noise_free_log
-from sim.world.devices import TABLE_2
+from boresight.sim.experiments.ma2014_world import CASES, E1, E2, LOOP_HZ, make_log, noise_free_log
+from boresight.sim.world.devices import TABLE_2
 
 METHODS = {m.key: m for m in available()}
 
@@ -86,6 +86,7 @@ def test_a_c_model_that_differs_is_counted(monkeypatch):
             out, flags = super().update(inputs)
             out[17, 2] += 1
             return out, flags
+
     monkeypatch.setattr(ma2014_methods, "CModel", Wrong)
     assert count_mismatches(METHODS["complementary"], log) == (1, len(log))
 

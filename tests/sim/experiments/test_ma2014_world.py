@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from model.attitude import quaternion_to_euler
-from sim.experiments.ma2014_paper import TABLE_1, TABLE_3
-from sim.experiments.ma2014_world import (
+from boresight.model.attitude import quaternion_to_euler
+from boresight.sim.experiments.ma2014_paper import TABLE_1, TABLE_3
+from boresight.sim.experiments.ma2014_world import (
     CASES,
     E1,
     E2,
@@ -16,12 +16,11 @@ from sim.experiments.ma2014_world import (
     make_log,
     noise_free_log,
 )
-from sim.world.devices import TABLE_2
+from boresight.sim.world.devices import TABLE_2
 
 
 def test_stages_end_where_table_1_says():
-    np.testing.assert_allclose(np.degrees(E2.ends), [row["end_deg"] for row in TABLE_1],
-                               atol=1e-9)
+    np.testing.assert_allclose(np.degrees(E2.ends), [row["end_deg"] for row in TABLE_1], atol=1e-9)
     assert E2.seconds == 374.0
     angles = np.degrees(E2.stages(np.arange(0.0, 374.0, 0.05))[0])
     np.testing.assert_allclose(np.abs(angles).max(axis=0), 15.0, atol=1e-3)
@@ -49,8 +48,9 @@ def noise_of(case, seed=1):
 def test_noise_is_that_of_table_2():
     noise = noise_of("noise")
     np.testing.assert_allclose(noise["gyr"].var(axis=0), TABLE_2.gyro, rtol=0.1)
-    np.testing.assert_allclose(noise["acc"].var(axis=0), np.array(TABLE_2.accelerometer) / 12.5,
-                               rtol=0.1)
+    np.testing.assert_allclose(
+        noise["acc"].var(axis=0), np.array(TABLE_2.accelerometer) / 12.5, rtol=0.1
+    )
     np.testing.assert_allclose(noise["mag"].var(axis=0), TABLE_2.magnetometer, rtol=0.1)
     for x in noise.values():
         np.testing.assert_allclose(x.mean(axis=0), 0.0, atol=4 * x.std() / np.sqrt(len(x)))
@@ -58,8 +58,7 @@ def test_noise_is_that_of_table_2():
 
 def test_each_case_changes_its_sensor_alone():
     plain = noise_of("noise")
-    for case, changed in (("misalignment", {"gyr"}), ("soft_iron", {"mag"}),
-                          ("C", {"gyr", "mag"})):
+    for case, changed in (("misalignment", {"gyr"}), ("soft_iron", {"mag"}), ("C", {"gyr", "mag"})):
         now = noise_of(case)
         for key, x in now.items():
             moved = np.abs(x - plain[key]).max() > 1e-3
@@ -81,7 +80,7 @@ def test_soft_iron_is_the_ellipse_it_says():
 def test_samples_at_rest_come_first():
     log = make_log(E2, CASES["noise"], 1)
     assert len(log) == LEAD + 374 * 8 + 1 and log.t[LEAD] == 0.0
-    np.testing.assert_array_equal(np.abs(log.q[:LEAD + 1, 0]), 1.0)
+    np.testing.assert_array_equal(np.abs(log.q[: LEAD + 1, 0]), 1.0)
 
 
 def test_tables_have_three_axes():

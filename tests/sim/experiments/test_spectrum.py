@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from model.errors import InputError
-from sim.experiments.spectrum import line_amplitude, share, spectrum
+from boresight.model.errors import InputError
+from boresight.sim.experiments.spectrum import line_amplitude, share, spectrum
 
 RATE = 8.0
 T = np.arange(480) / RATE  # 60 s

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from sim.formal.prove import Proof, prove
-from sim.formal.registry import all_proofs, find_proofs
+from boresight.sim.formal.prove import Proof, prove
+from boresight.sim.formal.registry import all_proofs, find_proofs
 
 PAGE = Path(__file__).parents[3] / "docs" / "proofs.md"
 

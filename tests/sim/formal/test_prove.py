@@ -6,13 +6,13 @@ import pytest
 from amaranth.hdl import Assert, Assume, Cover, Elaboratable, Module, Signal
 from amaranth.lib import memory
 
-from model.errors import InputError, ToolMissing
-from sim.formal import prove as runner
-from sim.formal import tools
-from sim.formal.__main__ import main
-from sim.formal.harness import fixed, reached, unknown
-from sim.formal.prove import Proof, ProofError, ProofTimeout, prove
-from sim.formal.registry import all_proofs, find_proofs
+from boresight.model.errors import InputError, ToolMissing
+from boresight.sim.formal import prove as runner
+from boresight.sim.formal import tools
+from boresight.sim.formal.__main__ import main
+from boresight.sim.formal.harness import fixed, reached, unknown
+from boresight.sim.formal.prove import Proof, ProofError, ProofTimeout, prove
+from boresight.sim.formal.registry import all_proofs, find_proofs
 
 
 class Counter(Elaboratable):
@@ -40,8 +40,9 @@ class Counter(Elaboratable):
 
 
 def proof(**changes) -> Proof:
-    return replace(Proof(name="counter", claim="", harness=Counter, depth=12, induction=2),
-                   **changes)
+    return replace(
+        Proof(name="counter", claim="", harness=Counter, depth=12, induction=2), **changes
+    )
 
 
 def test_proven_by_induction() -> None:
@@ -113,8 +114,13 @@ class Remembered(Elaboratable):
         m.submodules.rom = rom = memory.Memory(shape=3, depth=4, init=[5, 1, 5, 1])
         w, r, c = ram.write_port(), ram.read_port(domain="comb"), rom.read_port(domain="comb")
         index, copy = fixed(m, 2, "index"), Signal(3)
-        m.d.comb += [w.addr.eq(unknown(m, 2, "where")), w.data.eq(unknown(m, 3, "what")),
-                     w.en.eq(unknown(m, 1, "write")), r.addr.eq(index), c.addr.eq(index)]
+        m.d.comb += [
+            w.addr.eq(unknown(m, 2, "where")),
+            w.data.eq(unknown(m, 3, "what")),
+            w.en.eq(unknown(m, 1, "write")),
+            r.addr.eq(index),
+            c.addr.eq(index),
+        ]
         with m.If(w.en & (w.addr == index)):
             m.d.sync += copy.eq(w.data)
         m.d.comb += [Assert(r.data == copy), Assert(c.data[0]), reached(m, copy == 5, "five")]
@@ -140,8 +146,9 @@ def test_missing_tools_say_what_to_install(monkeypatch) -> None:
     monkeypatch.setattr(tools.shutil, "which", lambda name, path=None: None)
     with pytest.raises(ToolMissing, match="^proofs need yosys-smtbmc: run 'pip install yowasp-yo"):
         tools.find_tools()
-    monkeypatch.setattr(tools.shutil, "which",
-                        lambda name, path=None: name if "smtbmc" in name else None)
+    monkeypatch.setattr(
+        tools.shutil, "which", lambda name, path=None: name if "smtbmc" in name else None
+    )
     with pytest.raises(ToolMissing, match="^proofs need the solver yices-smt2: run 'pip inst"):
         tools.find_tools()
     with pytest.raises(ToolMissing, match="^proofs need the solver z3: run 'pip install z3-sol"):
@@ -154,13 +161,22 @@ def test_missing_tools_say_what_to_install(monkeypatch) -> None:
 def test_registry() -> None:
     proofs = all_proofs()
     assert len({p.name for p in proofs}) == len(proofs) > 10
-    assert {p.name.partition(".")[0] for p in proofs} >= {"uart", "registers", "sequencer", "crc",
-                                                         "bus", "results"}
+    assert {p.name.partition(".")[0] for p in proofs} >= {
+        "uart",
+        "registers",
+        "sequencer",
+        "crc",
+        "bus",
+        "results",
+    }
     assert all(p.claim and "." in p.name for p in proofs)
     assert {p.name for p in find_proofs(["crc"])} == {"crc.frames"}
     assert all(p.short for p in find_proofs([], short=True))
-    with pytest.raises(InputError, match=r"^NAME: wanted a proof or the part before its dot, "
-                                         r"found nothing; see python -m sim\.formal --list$"):
+    with pytest.raises(
+        InputError,
+        match=r"^NAME: wanted a proof or the part before its dot, "
+        r"found nothing; see python -m boresight.sim\.formal --list$",
+    ):
         find_proofs(["nothing"])
 
 

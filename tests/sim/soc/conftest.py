@@ -7,10 +7,10 @@ from collections.abc import Callable
 
 import pytest
 
-from firmware.soc.image import COMPILER, Image, build_image
-from gateware.soc.layout import soc_header
-from sim.compiled import Compiled
-from sim.soc.measure import soc_bench
+from boresight.firmware.soc.image import COMPILER, Image, build_image
+from boresight.gateware.soc.layout import soc_header
+from boresight.sim.compiled import Compiled
+from boresight.sim.soc.measure import soc_bench
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -29,22 +29,38 @@ def bench() -> Compiled:
 @pytest.fixture
 def program() -> Callable[[str], Image]:
     """Image of a C text that includes ``soc.h``."""
+
     def make(text: str, **options: object) -> Image:
-        head = ("#include \"soc.h\"\n#include <string.h>\n"
-                "#define SAY(k, word) (SOC_SLOT[(k)] = (uint32_t) (word))\n"
-                "#define STATUS (SOC_CONTROL[SOC_STATUS_ADDR])\n"
-                "#define END SOC_SLOT[2] = 1u; for (;;) { soc_kick(); }\n")
-        return build_image({"main.c": head + text, "soc_registers.h": soc_header()},
-                           sources=("main.c",), ram=16 * 1024, **options)  # type: ignore[arg-type]
+        head = (
+            '#include "soc.h"\n#include <string.h>\n'
+            "#define SAY(k, word) (SOC_SLOT[(k)] = (uint32_t) (word))\n"
+            "#define STATUS (SOC_CONTROL[SOC_STATUS_ADDR])\n"
+            "#define END SOC_SLOT[2] = 1u; for (;;) { soc_kick(); }\n"
+        )
+        return build_image(
+            {"main.c": head + text, "soc_registers.h": soc_header()},
+            sources=("main.c",),
+            ram=16 * 1024,
+            **options,
+        )  # type: ignore[arg-type]
+
     return make
 
 
 @pytest.fixture
 def run(bench: Compiled, program: Callable[[str], Image]) -> Callable[..., list[str]]:
     """Lines that the bench prints while a C text runs."""
+
     def go(text: str, **arguments: object) -> list[str]:
-        done = bench.run(arguments, max_cycles=4_000_000,
-                         files={"firmware.hex": program(text).hex, "records.hex": "0000002a\n"})
-        return [line for line in done.stdout.splitlines() if line[:2] in
-                ("V ", "O ", "T ", "W ", "I ", "D ")]
+        done = bench.run(
+            arguments,
+            max_cycles=4_000_000,
+            files={"firmware.hex": program(text).hex, "records.hex": "0000002a\n"},
+        )
+        return [
+            line
+            for line in done.stdout.splitlines()
+            if line[:2] in ("V ", "O ", "T ", "W ", "I ", "D ")
+        ]
+
     return go

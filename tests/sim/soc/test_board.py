@@ -7,13 +7,13 @@ import re
 import numpy as np
 import pytest
 
-from firmware.build import CModel
-from model.estimators import estimator
-from sim.board.run import Stimulus, stimulus
-from sim.bundled import bundled
-from sim.log import read_log
-from sim.soc.board import BoardBench, attitude_image, soc_board
-from sim.soc.offload import offload
+from boresight.firmware.build import CModel
+from boresight.model.estimators import estimator
+from boresight.sim.board.run import Stimulus, stimulus
+from boresight.sim.bundled import bundled
+from boresight.sim.log import read_log
+from boresight.sim.soc.board import BoardBench, attitude_image, soc_board
+from boresight.sim.soc.offload import offload
 
 #: Cycles from new results in the registers to all of the attitude in memory.
 MOST = 250
@@ -41,11 +41,12 @@ def test_offload(board: BoardBench, walk: Stimulus) -> None:
     assert (newest.outputs == wanted).all()
     assert (shown.header == newest.header).all()
     assert (shown.computed == wanted).all()
-    took = newest.complete - run.updates[:len(numbers)]
+    took = newest.complete - run.updates[: len(numbers)]
     assert took[2:].max() <= MOST, "the first ones wait for the start-up"
-    assert (run.updates - run.samples[:len(run.updates)] < 1000).all()
-    lines = re.findall(r"h (\d+) (-?\d+\.\d\d) (-?\d+\.\d\d) (-?\d+\.\d\d) (\d+) (\d+)\r\n",
-                       run.console)
+    assert (run.updates - run.samples[: len(run.updates)] < 1000).all()
+    lines = re.findall(
+        r"h (\d+) (-?\d+\.\d\d) (-?\d+\.\d\d) (-?\d+\.\d\d) (\d+) (\d+)\r\n", run.console
+    )
     assert [int(line[0]) for line in lines] == [128]
     heading, pitch, roll = (180.0 * word / 2**31 for word in wanted[127, [2, 0, 1]])
     assert np.allclose([float(v) for v in lines[0][1:4]], [heading, pitch, roll], atol=0.0051)
@@ -62,8 +63,10 @@ def test_software_on_the_same_records(board: BoardBench, walk: Stimulus, single:
     shown, newest = run.shown, run.newest
     assert 5 < len(shown.header) < len(newest.header)
     if single:
-        records = np.stack([program.format(n).real(shown.inputs[:, k])
-                            for k, n in enumerate(program.inputs)], axis=1)
+        records = np.stack(
+            [program.format(n).real(shown.inputs[:, k]) for k, n in enumerate(program.inputs)],
+            axis=1,
+        )
         reference = e.run_float(records[..., None]).outputs
         for k, (name, n) in enumerate(zip(reference, program.outputs, strict=True)):
             apart = np.abs(program.format(n).real(shown.computed[:-1, k]) - reference[name][:-1, 0])
@@ -75,8 +78,9 @@ def test_software_on_the_same_records(board: BoardBench, walk: Stimulus, single:
     ends = np.searchsorted(newest.header & 0xFFFF, shown.header & 0xFFFF)
     total = np.cumsum(np.where(newest.inputs[:, 0] < 0, 0, newest.inputs[:, 0].astype(np.int64)))
     assert shown.inputs[1:, 0].tolist() == np.diff(total[ends]).tolist()
-    told = re.search(r"missed (\d+) crashes 0 cause 0 pc 0 status \d+ stack (\d+) of \d+\r\n",
-                     run.console)
+    told = re.search(
+        r"missed (\d+) crashes 0 cause 0 pc 0 status \d+ stack (\d+) of \d+\r\n", run.console
+    )
     assert told
     assert int(told[1]) > 0
     assert 100 < int(told[2]) < 1024

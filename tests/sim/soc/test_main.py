@@ -7,21 +7,44 @@ from pathlib import Path
 
 import pytest
 
-from firmware.soc import image
-from sim.soc.__main__ import main, table
+from boresight.firmware.soc import image
+from boresight.sim.soc.__main__ import main, table
 
-ROW = {"estimator": "mekf", "paper_cycles": None, "hardware": {"cycles": 344},
-       "ratios": {"integer_to_hardware": 81.6, "float_to_hardware": 280.3},
-       "float": {"cycles": {"median": 96425}, "code_bytes": 22144, "status_mismatches": 0,
-                 "apart_deg": 1e-4, "bound_deg": 0.02},
-       "integer": {"cycles": {"median": 28071}, "code_bytes": 39628, "mismatches": 0}}
+ROW = {
+    "estimator": "mekf",
+    "paper_cycles": None,
+    "hardware": {"cycles": 344},
+    "ratios": {"integer_to_hardware": 81.6, "float_to_hardware": 280.3},
+    "float": {
+        "cycles": {"median": 96425},
+        "code_bytes": 22144,
+        "status_mismatches": 0,
+        "apart_deg": 1e-4,
+        "bound_deg": 0.02,
+    },
+    "integer": {"cycles": {"median": 28071}, "code_bytes": 39628, "mismatches": 0},
+}
 
 
 def test_table_says_what_differs() -> None:
     assert table([ROW]).splitlines()[1].split() == [
-        "mekf", "96425", "-", "28071", "344", "82", "280", "22144", "39628", "yes"]
-    for way, key, value in (("float", "apart_deg", 0.03), ("float", "apart_deg", float("nan")),
-                            ("float", "status_mismatches", 1), ("integer", "mismatches", 1)):
+        "mekf",
+        "96425",
+        "-",
+        "28071",
+        "344",
+        "82",
+        "280",
+        "22144",
+        "39628",
+        "yes",
+    ]
+    for way, key, value in (
+        ("float", "apart_deg", 0.03),
+        ("float", "apart_deg", float("nan")),
+        ("float", "status_mismatches", 1),
+        ("integer", "mismatches", 1),
+    ):
         row = {**ROW, way: {**ROW[way], key: value}}
         assert table([row]).endswith(" NO")
 

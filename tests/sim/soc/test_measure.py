@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from model.estimators import estimator
-from sim.bundled import bundled
-from sim.feed import inputs_of
-from sim.log import read_log
-from sim.soc.comparison import ESTIMATORS, PAPER_CYCLES, compare_one
-from sim.soc.measure import measure_float, measure_integer
+from boresight.model.estimators import estimator
+from boresight.sim.bundled import bundled
+from boresight.sim.feed import inputs_of
+from boresight.sim.log import read_log
+from boresight.sim.soc.comparison import ESTIMATORS, PAPER_CYCLES, compare_one
+from boresight.sim.soc.measure import measure_float, measure_integer
 
 #: Updates: every program runs the same instructions in each but for its data.
 UPDATES = 8
@@ -58,7 +58,7 @@ def test_what_no_sensor_says() -> None:
 
 def test_a_wrong_bit_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     """The comparison finds one bit in one update, in either way."""
-    from sim.soc import comparison
+    from boresight.sim.soc import comparison
 
     def flipped(way: str, place: tuple[int, int], bit: int) -> None:
         measured = getattr(comparison, way)
@@ -67,7 +67,9 @@ def test_a_wrong_bit_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
             run = measured(*arguments, **options)
             run.outputs[place] ^= np.uint32(1 << bit)
             return run
+
         monkeypatch.setattr(comparison, way, wrong)
+
     flipped("measure_integer", (3, 6), 0)
     flipped("measure_float", (2, 3), 24)
     row = compare_one("complementary", read_log(bundled("ximu_walk")), updates=5, restarts=1)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from firmware.float_program import trace_float
-from model.estimators import estimator
-from sim.bundled import bundled
-from sim.feed import inputs_of
-from sim.log import read_log
-from sim.soc.measure import measure_float
-from sim.soc.operations import counted_cycles, operation_cycles
+from boresight.firmware.float_program import trace_float
+from boresight.model.estimators import estimator
+from boresight.sim.bundled import bundled
+from boresight.sim.feed import inputs_of
+from boresight.sim.log import read_log
+from boresight.sim.soc.measure import measure_float
+from boresight.sim.soc.operations import counted_cycles, operation_cycles
 
 
 def test_costs_explain_an_update() -> None:
@@ -25,5 +25,20 @@ def test_costs_explain_an_update() -> None:
 
 def test_counting() -> None:
     costs = {"add": 10.0, "less": 3.0, "sin": 100.0}
-    assert counted_cycles({"add": 2, "sin": 1, "clip": 1, "wrap_ht": 1, "max": 1, "less": 1,
-                           "select": 9, "neg": 4, "and": 2}, costs) == 20 + 100 + 6 + 6 + 3 + 3
+    assert (
+        counted_cycles(
+            {
+                "add": 2,
+                "sin": 1,
+                "clip": 1,
+                "wrap_ht": 1,
+                "max": 1,
+                "less": 1,
+                "select": 9,
+                "neg": 4,
+                "and": 2,
+            },
+            costs,
+        )
+        == 20 + 100 + 6 + 6 + 3 + 3
+    )

@@ -5,7 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sim.world.devices import FACTS, GRAVITY, TABLE_2, accelerometer, facts_json, gyro, magnetometer
+from boresight.sim.world.devices import (
+    FACTS,
+    GRAVITY,
+    TABLE_2,
+    accelerometer,
+    facts_json,
+    gyro,
+    magnetometer,
+)
 
 
 def test_gyro_has_24000_counts_each_way():

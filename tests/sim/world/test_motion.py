@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from model.errors import InputError
-from sim.world.motion import StackedMotion, Swing
+from boresight.model.errors import InputError
+from boresight.sim.world.motion import StackedMotion, Swing
 
 R = math.radians
 #: All three stages turned, each still swinging when looked at.
-ALL = StackedMotion((Swing(0, R(-40), 8.0, 1.3), Swing(1, R(30), 5.0, 1.2),
-                     Swing(2, R(55), 3.0, 4.0, phase=0.4)))
+ALL = StackedMotion(
+    (Swing(0, R(-40), 8.0, 1.3), Swing(1, R(30), 5.0, 1.2), Swing(2, R(55), 3.0, 4.0, phase=0.4))
+)
 H = 1e-4
 
 
@@ -40,8 +41,9 @@ def test_stages_move_one_after_the_other_and_stay_where_they_were_left():
     motion = StackedMotion((Swing(0, R(10), 4.0, 0.25), Swing(2, R(20), 2.0, 1.0)))
     angle, rate, acceleration = motion.stages(np.array([-1.0, 0.0, 0.5, 1.0, 1.5, 3.0, 9.0]))
     w = 2 * math.pi / 4.0
-    np.testing.assert_allclose(np.degrees(angle[:, 0]),
-                               [0, 0, 10 * math.sin(w * 0.5), 10, 10, 10, 10], atol=1e-12)
+    np.testing.assert_allclose(
+        np.degrees(angle[:, 0]), [0, 0, 10 * math.sin(w * 0.5), 10, 10, 10, 10], atol=1e-12
+    )
     np.testing.assert_allclose(np.degrees(angle[:, 2]), [0, 0, 0, 0, 20, 0, 0], atol=1e-12)
     assert not angle[:, 1].any()
     # standing still before and after; the instant of a change belongs to the later swing
@@ -60,8 +62,9 @@ def test_a_stage_stands_at_its_start_until_its_first_swing():
 def test_attitude_is_the_stack_of_the_stages():
     t = inside(ALL)
     angles, _, _ = ALL.stages(t)
-    np.testing.assert_allclose(ALL.matrix(t), Rotation.from_euler("XYZ", angles).as_matrix(),
-                               atol=1e-14)
+    np.testing.assert_allclose(
+        ALL.matrix(t), Rotation.from_euler("XYZ", angles).as_matrix(), atol=1e-14
+    )
     q = Rotation.from_euler("XYZ", angles).as_quat(scalar_first=True)
     np.testing.assert_allclose(np.abs(np.sum(q * ALL.attitude(t), axis=1)), 1.0, atol=1e-14)
 
@@ -87,8 +90,9 @@ def test_stage_rates_are_the_derivatives_of_the_stage_angles():
 
 def test_specific_force_at_rest_is_gravity_along_the_vertical():
     motion = StackedMotion((Swing(0, R(-90), 4.0, 0.25), Swing(1, R(30), 4.0, 0.25)))
-    level, tilted, end = motion.specific_force(np.array([-1.0, 1.0, 5.0]), gravity=9.8,
-                                               lever=(0.1, 0.2, 0.3)) / 9.8
+    level, tilted, end = (
+        motion.specific_force(np.array([-1.0, 1.0, 5.0]), gravity=9.8, lever=(0.1, 0.2, 0.3)) / 9.8
+    )
     np.testing.assert_allclose(level, [0, 0, 1], atol=1e-15)
     # x stage at -90 deg: y' points down; the swing of y has just begun, with its lever force
     assert np.linalg.norm(tilted - [0, -1, 0]) < 0.05
@@ -104,15 +108,20 @@ def test_a_lever_feels_the_second_derivative_of_its_place():
     np.testing.assert_allclose(TOGETHER.specific_force(t, gravity=g, lever=r), force, atol=1e-4)
 
 
-@pytest.mark.parametrize(("make", "message"), [
-    (lambda: Swing(3, 1.0, 1.0, 1.0), "axis must be 0, 1 or 2, not 3"),
-    (lambda: Swing(0, 1.0, 0.0, 1.0), "period must be a finite number above 0, not 0.0"),
-    (lambda: Swing(0, 1.0, 1.0, -1.0), "periods must be a finite number above 0, not -1.0"),
-    (lambda: Swing(0, math.nan, 1.0, 1.0), "amplitude must be a finite number, not nan"),
-    (lambda: StackedMotion(()), "swings must have at least one entry, not none"),
-    (lambda: StackedMotion((Swing(0, R(10), 1.0, 0.25), Swing(0, R(10), 1.0, 1.0))),
-     "swing 1 must start at 10 deg, where its stage stands, not 0 deg"),
-])
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Swing(3, 1.0, 1.0, 1.0), "axis must be 0, 1 or 2, not 3"),
+        (lambda: Swing(0, 1.0, 0.0, 1.0), "period must be a finite number above 0, not 0.0"),
+        (lambda: Swing(0, 1.0, 1.0, -1.0), "periods must be a finite number above 0, not -1.0"),
+        (lambda: Swing(0, math.nan, 1.0, 1.0), "amplitude must be a finite number, not nan"),
+        (lambda: StackedMotion(()), "swings must have at least one entry, not none"),
+        (
+            lambda: StackedMotion((Swing(0, R(10), 1.0, 0.25), Swing(0, R(10), 1.0, 1.0))),
+            "swing 1 must start at 10 deg, where its stage stands, not 0 deg",
+        ),
+    ],
+)
 def test_bad_motions(make, message):
     with pytest.raises(InputError, match=f"^{message}$"):
         make()

@@ -7,18 +7,18 @@ import math
 import numpy as np
 import pytest
 
-from model.attitude import (
+from boresight.model.attitude import (
     quaternion_conjugate,
     quaternion_multiply,
     quaternion_normalise,
     rotate,
     rotation_vector_to_quaternion,
 )
-from model.errors import InputError
-from sim.world.devices import TABLE_2, accelerometer, gyro, magnetometer
-from sim.world.motion import StackedMotion, Swing
-from sim.world.recording import Sensors, record
-from sim.world.triad import Triad
+from boresight.model.errors import InputError
+from boresight.sim.world.devices import TABLE_2, accelerometer, gyro, magnetometer
+from boresight.sim.world.motion import StackedMotion, Swing
+from boresight.sim.world.recording import Sensors, record
+from boresight.sim.world.triad import Triad
 
 MOTION = StackedMotion((Swing(0, 0.3, 4.0, 1.25), Swing(2, 0.5, 2.0, 2.0)))
 FIELD = (1.0, 28.0, -46.0)
@@ -42,8 +42,9 @@ def test_integrated_rates_end_at_the_true_attitude():
 
 def test_force_and_field_turn_back_to_the_navigation_frame():
     log = make(gravity=9.8)
-    np.testing.assert_allclose(rotate(log.q, log.acc), np.tile((0, 0, 9.8), (len(log), 1)),
-                               atol=1e-12)
+    np.testing.assert_allclose(
+        rotate(log.q, log.acc), np.tile((0, 0, 9.8), (len(log), 1)), atol=1e-12
+    )
     np.testing.assert_allclose(rotate(log.q, log.mag), np.tile(FIELD, (len(log), 1)), atol=1e-12)
     up = rotate(quaternion_conjugate(log.q), (0.0, 0.0, 9.8))
     lever = make(gravity=9.8, lever=(0.2, 0.0, 0.0)).acc - up
@@ -68,11 +69,14 @@ def test_seeds():
     assert abs(np.corrcoef(noise[0][:, 0], noise[1][:, 0])[0, 1]) < 0.25  # streams of their own
 
 
-@pytest.mark.parametrize(("change", "message"), [
-    ({"rate_hz": 0.0}, "rate_hz must be a number above 0, not 0.0"),
-    ({"rate_hz": math.inf}, "rate_hz must be a number above 0, not inf"),
-    ({"seed": -1}, "seed must be an integer of 0 or more, not -1"),
-])
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"rate_hz": 0.0}, "rate_hz must be a number above 0, not 0.0"),
+        ({"rate_hz": math.inf}, "rate_hz must be a number above 0, not inf"),
+        ({"seed": -1}, "seed must be an integer of 0 or more, not -1"),
+    ],
+)
 def test_bad_arguments(change, message):
     with pytest.raises(InputError, match=f"^{message}$"):
         make(**change)

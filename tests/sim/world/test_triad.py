@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from model.errors import InputError
-from sim.world.triad import Triad, misalignment, soft_iron
+from boresight.model.errors import InputError
+from boresight.sim.world.triad import Triad, misalignment, soft_iron
 
 T = np.arange(4000) / 100.0
 PLAIN = Triad(100.0, 0.0, 10.0)
@@ -72,7 +72,11 @@ def test_latency_shows_the_past():
 def test_with_errors_keeps_what_it_is_not_given():
     triad = Triad(8.0, 0.1, 2.0, (1.0, 2.0, 3.0), (4.0, 5.0, 6.0)).with_errors(latency_s=0.5)
     assert (triad.rate_hz, triad.lsb, triad.variance, triad.bias) == (
-        8.0, 0.1, (1.0, 2.0, 3.0), (4.0, 5.0, 6.0))
+        8.0,
+        0.1,
+        (1.0, 2.0, 3.0),
+        (4.0, 5.0, 6.0),
+    )
     assert triad.latency_s == 0.5 and triad.averaged == 1.0
 
 
@@ -90,15 +94,18 @@ def test_soft_iron_is_symmetric_with_elements_of_the_size_asked_for():
     np.testing.assert_allclose(e.std(axis=0), 0.01, rtol=0.12)
 
 
-@pytest.mark.parametrize(("change", "message"), [
-    ({"rate_hz": 0.0}, "rate_hz must be above 0, not 0.0"),
-    ({"lsb": -1.0}, "lsb must be 0 or more, not -1.0"),
-    ({"full_scale": math.nan}, "full_scale must be above 0, not nan"),
-    ({"averaged": 0.5}, "averaged must be 1 or more, not 0.5"),
-    ({"latency_s": -0.1}, "latency_s must be 0 or more, not -0.1"),
-    ({"variance": (1.0, -1.0, 1.0)}, r"variance must be 0 or more, not \(1.0, -1.0, 1.0\)"),
-    ({"bias": (0.0, 0.0)}, r"bias must be finite numbers of shape \(3,\), not \(0.0, 0.0\)"),
-])
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"rate_hz": 0.0}, "rate_hz must be above 0, not 0.0"),
+        ({"lsb": -1.0}, "lsb must be 0 or more, not -1.0"),
+        ({"full_scale": math.nan}, "full_scale must be above 0, not nan"),
+        ({"averaged": 0.5}, "averaged must be 1 or more, not 0.5"),
+        ({"latency_s": -0.1}, "latency_s must be 0 or more, not -0.1"),
+        ({"variance": (1.0, -1.0, 1.0)}, r"variance must be 0 or more, not \(1.0, -1.0, 1.0\)"),
+        ({"bias": (0.0, 0.0)}, r"bias must be finite numbers of shape \(3,\), not \(0.0, 0.0\)"),
+    ],
+)
 def test_bad_sensors(change, message):
     with pytest.raises(InputError, match=f"^{message}$"):
         Triad(**({"rate_hz": 1.0, "lsb": 0.0, "full_scale": 1.0} | change))

@@ -16,36 +16,92 @@ from amaranth.sim import Simulator
 import boresight
 from boresight.board_line import Listener, RegisterTable, Reply
 from boresight.cli import main
-from boresight.monitor import track_of
-from gateware.boards.framer import Framer
-from gateware.boards.frames import END, Decoder, Kind, encode
-from gateware.system.attitude_frame import Attitude, attitude_of, text_line
-from gateware.system.attitude_output import AttitudeOutput, OutputMode
-from gateware.system.results import Results
+from boresight.gateware.boards.framer import Framer
+from boresight.gateware.boards.frames import END, Decoder, Kind, encode
+from boresight.gateware.system.attitude_frame import Attitude, attitude_of, text_line
+from boresight.gateware.system.attitude_output import AttitudeOutput, OutputMode
+from boresight.gateware.system.results import Results
+from boresight.verbs.monitor import track_of
 
-REGISTERS = {"programs": [], "registers": [
-    {"name": "clock_hz", "address": 1026, "access": "read-only", "width": 32, "reset": 50_000_000},
-    {"name": "filter", "address": 1041, "access": "read-write", "width": 2, "reset": 0,
-     "names": ["slow", "fast"]},
-    {"name": "gain", "address": 3, "access": "write-only", "frac": 30, "unit": "1/s",
-     "minimum": -(2**30), "maximum": 2**30, "low": -1.0, "high": 1.0},
-    {"name": "temperature", "address": 1038, "access": "read-only", "width": 16, "signed": True,
-     "unit": "0.0678 degC"},
-    {"name": "result_pitch", "address": 1296, "access": "read-only", "width": 32, "frac": 31,
-     "signed": True, "unit": "ht"},
-    {"name": "flags", "address": 1033, "access": "read-only", "width": 8, "fields": [
-        {"name": "running", "bit": 0, "width": 1}, {"name": "rate", "bit": 4, "width": 3}]},
-]}
+REGISTERS = {
+    "programs": [],
+    "registers": [
+        {
+            "name": "clock_hz",
+            "address": 1026,
+            "access": "read-only",
+            "width": 32,
+            "reset": 50_000_000,
+        },
+        {
+            "name": "filter",
+            "address": 1041,
+            "access": "read-write",
+            "width": 2,
+            "reset": 0,
+            "names": ["slow", "fast"],
+        },
+        {
+            "name": "gain",
+            "address": 3,
+            "access": "write-only",
+            "frac": 30,
+            "unit": "1/s",
+            "minimum": -(2**30),
+            "maximum": 2**30,
+            "low": -1.0,
+            "high": 1.0,
+        },
+        {
+            "name": "temperature",
+            "address": 1038,
+            "access": "read-only",
+            "width": 16,
+            "signed": True,
+            "unit": "0.0678 degC",
+        },
+        {
+            "name": "result_pitch",
+            "address": 1296,
+            "access": "read-only",
+            "width": 32,
+            "frac": 31,
+            "signed": True,
+            "unit": "ht",
+        },
+        {
+            "name": "flags",
+            "address": 1033,
+            "access": "read-only",
+            "width": 8,
+            "fields": [
+                {"name": "running", "bit": 0, "width": 1},
+                {"name": "rate", "bit": 4, "width": 3},
+            ],
+        },
+    ],
+}
 
 
 def words_of(number: int, stamp: int, *, heading: int = 1 << 29, filter: int = 0) -> list[int]:
-    return [number | filter << 16 | 1 << 19, stamp, 1 << 28, -(1 << 27), heading, 1 << 29, 0, 0,
-            0, 3 << 23]
+    return [
+        number | filter << 16 | 1 << 19,
+        stamp,
+        1 << 28,
+        -(1 << 27),
+        heading,
+        1 << 29,
+        0,
+        0,
+        0,
+        3 << 23,
+    ]
 
 
 def frames(numbers, *, step: int = 100_000) -> bytes:
-    return b"".join(encode(Kind.ATTITUDE, words_of(n % 65536, n * step % 2**32), word=32)
-                    for n in numbers)
+    return b"".join(
+        encode(Kind.ATTITUDE, words_of(n % 65536, n * step % 2**32), word=32) for n in numbers
+    )
 
 
 @pytest.fixture
@@ -58,6 +114,7 @@ def registers(tmp_path):
 @pytest.fixture
 def refused(capsys):
     """Run; expect exit code 2 and one line on stderr, nothing on stdout."""
+
     def run(*argv) -> str:
         try:
             code = main(["monitor", *map(str, argv)])
@@ -67,6 +124,7 @@ def refused(capsys):
         assert code == 2 and out.out == "" and out.err.count("\n") == 1, out
         assert out.err.startswith("error: ")
         return out.err
+
     return run
 
 
@@ -121,8 +179,10 @@ def test_capture_of_the_hardware(mode: OutputMode, tmp_path, capsys) -> None:
     top.submodules += [results, output, framer]
     wiring.connect(top, output.port, results.ports[0])
     wiring.connect(top, output.o, framer.i)
-    given = [words_of(k, 97_656 * k, heading=rng.randrange(-(1 << 31), 1 << 31), filter=0)
-             for k in range(1, 9)]
+    given = [
+        words_of(k, 97_656 * k, heading=rng.randrange(-(1 << 31), 1 << 31), filter=0)
+        for k in range(1, 9)
+    ]
 
     async def take(ctx):
         ctx.set(framer.o.ready, 1)
@@ -194,15 +254,43 @@ def test_port(registers) -> None:
 
 def test_registers_by_name(registers, capsys) -> None:
     with Board({1038: -5 & 0xFFFF, 1296: -(1 << 30), 1033: 0x31, 1041: 0}, deaf=1) as board:
-        assert main(["monitor", board.port, "--map", str(registers), "--write", "filter=fast",
-                     "--write", "gain=-0.25", "--write", "0x410=1", "--read", "filter",
-                     "--read", "temperature", "--read", "result_pitch", "--read", "flags",
-                     "--read", "0x411"]) == 0
+        assert (
+            main(
+                [
+                    "monitor",
+                    board.port,
+                    "--map",
+                    str(registers),
+                    "--write",
+                    "filter=fast",
+                    "--write",
+                    "gain=-0.25",
+                    "--write",
+                    "0x410=1",
+                    "--read",
+                    "filter",
+                    "--read",
+                    "temperature",
+                    "--read",
+                    "result_pitch",
+                    "--read",
+                    "flags",
+                    "--read",
+                    "0x411",
+                ]
+            )
+            == 0
+        )
         assert board.written == [(1041, 1), (3, -(1 << 28)), (1040, 1)]
     assert capsys.readouterr().out.splitlines() == [
-        "filter = 0x00000001 written", "gain = 0xf0000000 written", "0x410 = 0x00000001 written",
-        "filter = fast  (0x00000001)", "temperature = -5 0.0678 degC  (0x0000fffb)",
-        "result_pitch = -0.5 ht  (0xc0000000)", "flags = running 1, rate 3  (0x00000031)"]
+        "filter = 0x00000001 written",
+        "gain = 0xf0000000 written",
+        "0x410 = 0x00000001 written",
+        "filter = fast  (0x00000001)",
+        "temperature = -5 0.0678 degC  (0x0000fffb)",
+        "result_pitch = -0.5 ht  (0xc0000000)",
+        "flags = running 1, rate 3  (0x00000031)",
+    ]
 
 
 def test_registers_and_attitudes_together(registers) -> None:
@@ -212,22 +300,28 @@ def test_registers_and_attitudes_together(registers) -> None:
     assert len(data["attitudes"]) == 2
 
 
-@pytest.mark.parametrize(("option", "message"), [
-    (("--write", "filter"), "--write: wanted NAME=VALUE, found 'filter'"),
-    (("--write", "filter=quick"), "--write filter: wanted a number or slow or fast, found 'quick'"),
-    (("--write", "filter=2"), "--write filter: wanted 0 to 1, found 2"),
-    (("--write", "gain=1.5"), "--write gain: wanted -1 to 1, found 1.5"),
-    (("--write", "temperature=1"), "wanted a register that can be written, found read-only"),
-    (("--read", "gain"), "--read gain: wanted a register that can be read, found write-only"),
-    (("--read", "gians"), "register gians: wanted a register of"),
-    (("--read", "5000"), "wanted an address from 0 to 4095, found 5000"),
-    (("--count", "0"), "--count: wanted 1 or more, found 0"),
-    (("--baud", "0"), "--baud: wanted bits per second, found 0"),
-    (("--plot", "out.gif"), "--plot: wanted a name with .png, .svg or .pdf, found out.gif"),
-    (("--read", "filter"), "wanted a serial port to read or write registers, found a file"),
-    (("--plot", "out.png"), "wanted attitudes to plot, found none"),
-    (("--csv", "/proc/none/out.csv"), "wanted a place that can be written"),
-])
+@pytest.mark.parametrize(
+    ("option", "message"),
+    [
+        (("--write", "filter"), "--write: wanted NAME=VALUE, found 'filter'"),
+        (
+            ("--write", "filter=quick"),
+            "--write filter: wanted a number or slow or fast, found 'quick'",
+        ),
+        (("--write", "filter=2"), "--write filter: wanted 0 to 1, found 2"),
+        (("--write", "gain=1.5"), "--write gain: wanted -1 to 1, found 1.5"),
+        (("--write", "temperature=1"), "wanted a register that can be written, found read-only"),
+        (("--read", "gain"), "--read gain: wanted a register that can be read, found write-only"),
+        (("--read", "gians"), "register gians: wanted a register of"),
+        (("--read", "5000"), "wanted an address from 0 to 4095, found 5000"),
+        (("--count", "0"), "--count: wanted 1 or more, found 0"),
+        (("--baud", "0"), "--baud: wanted bits per second, found 0"),
+        (("--plot", "out.gif"), "--plot: wanted a name with .png, .svg or .pdf, found out.gif"),
+        (("--read", "filter"), "wanted a serial port to read or write registers, found a file"),
+        (("--plot", "out.png"), "wanted attitudes to plot, found none"),
+        (("--csv", "/proc/none/out.csv"), "wanted a place that can be written"),
+    ],
+)
 def test_wrong_use(option, message: str, registers, tmp_path, refused) -> None:
     capture = tmp_path / "capture.bin"
     capture.write_bytes(b"")
@@ -256,9 +350,23 @@ def test_listener_takes_everything_apart() -> None:
     text = text_line(words).encode()
     reply = encode(Kind.READ, [-1], word=32)
     listener = Listener()
-    got = list(listener.feed(b"rt\r\n" + text + text + frames([7]) + reply + b"nonsense\r\n" + text
-                             + bytes([END, END]) + b"\x02\xff\xc0" + b"\xfe" * 300 + b"\xc0"
-                             + encode(Kind.RECORD, [1], word=32) + reply[1:]))
+    got = list(
+        listener.feed(
+            b"rt\r\n"
+            + text
+            + text
+            + frames([7])
+            + reply
+            + b"nonsense\r\n"
+            + text
+            + bytes([END, END])
+            + b"\x02\xff\xc0"
+            + b"\xfe" * 300
+            + b"\xc0"
+            + encode(Kind.RECORD, [1], word=32)
+            + reply[1:]
+        )
+    )
     kinds = [type(item) for item in got]
     assert kinds == [Attitude, Attitude, Attitude, Reply, Attitude, Reply]
     assert got[3] == Reply(Kind.READ, -1) and got[0].number == 7
@@ -269,8 +377,9 @@ def test_track() -> None:
     def at(number: int, stamp: int) -> Attitude:
         return attitude_of(words_of(number, stamp))
 
-    track = track_of([at(65_528, 2**32 - 500), at(0, 500), at(8, 1500), at(32, 4500), at(40, 5500)],
-                     clock_hz=1e3)
+    track = track_of(
+        [at(65_528, 2**32 - 500), at(0, 500), at(8, 1500), at(32, 4500), at(40, 5500)], clock_hz=1e3
+    )
     assert track.number == (65_528, 65_536, 65_544, 65_568, 65_576)
     assert track.time_s == (0.0, 1.0, 2.0, 5.0, 6.0)
     assert track.gaps == ((2, 2),) and track.missing == 2
@@ -280,8 +389,9 @@ def test_track() -> None:
 def test_formats_of_a_map(registers) -> None:
     table = RegisterTable(registers)
     assert table.clock_hz == 50e6 and table.formats[1] == (31, 27)
-    table.data["programs"] = [{"outputs": [{"name": "qw", "frac": 20}, {"name": "status",
-                                                                       "frac": 10}]}]
+    table.data["programs"] = [
+        {"outputs": [{"name": "qw", "frac": 20}, {"name": "status", "frac": 10}]}
+    ]
     assert table.formats == {0: (20, 10)}
 
 

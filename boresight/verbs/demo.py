@@ -7,17 +7,17 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from boresight.compiling import estimate_core, together, write_core, write_system
+from boresight.gateware.system.programs import system_core
+from boresight.model.estimators import estimator as find_estimator
 from boresight.output import output_folder
-from boresight.simulate import simulate, simulate_text
-from gateware.system.programs import system_core
-from model.estimators import estimator as find_estimator
-from sim.bundled import bundled
-from sim.check import check as check_log
-from sim.check_shared import shared_core
-from sim.log import read_log
-from sim.report_data import report_data
-from sim.report_html import render_html
+from boresight.sim.bundled import bundled
+from boresight.sim.check import check as check_log
+from boresight.sim.check_shared import shared_core
+from boresight.sim.log import read_log
+from boresight.sim.report_data import report_data
+from boresight.sim.report_html import render_html
+from boresight.verbs.compile import estimate_core, together, write_core, write_system
+from boresight.verbs.simulate import simulate, simulate_text
 
 __all__ = ["FILTERS", "RECORDING", "STEPS", "demo", "summary_table"]
 
@@ -30,8 +30,13 @@ STEPS = 4000
 BOARD_S = 0.1
 
 
-def demo(names: Sequence[str] = FILTERS, *, output: str | Path = "build", steps: int = STEPS,
-         progress: Callable[[str], None] | None = None) -> dict[str, Any]:
+def demo(
+    names: Sequence[str] = FILTERS,
+    *,
+    output: str | Path = "build",
+    steps: int = STEPS,
+    progress: Callable[[str], None] | None = None,
+) -> dict[str, Any]:
     """Compile one core with all filters, prove it on the bundled recording, estimate, report.
 
     Writes ``<output>/core-<config>/`` (Verilog, ISE project of the complete system, C, register
@@ -57,12 +62,20 @@ def demo(names: Sequence[str] = FILTERS, *, output: str | Path = "build", steps:
             for number, estimator in enumerate(estimators):
                 at_hand = core.select(number)
                 say(f"{config}: {estimator.name}")
-                result = check_log(estimator, log, config=config, steps=steps, core=at_hand,
-                                   simulator="verilator", progress=say)
+                result = check_log(
+                    estimator,
+                    log,
+                    config=config,
+                    steps=steps,
+                    core=at_hand,
+                    simulator="verilator",
+                    progress=say,
+                )
                 for level in result.levels:
                     say(f"  {level.line()}")
-                report = report_data(at_hand, estimator, area=area, check=result, log=log,
-                                     comparison=True)
+                report = report_data(
+                    at_hand, estimator, area=area, check=result, log=log, comparison=True
+                )
                 page = f"report-{estimator.name}.html"
                 (folder / page).write_text(render_html(report))
                 reports.append(report)
@@ -70,17 +83,28 @@ def demo(names: Sequence[str] = FILTERS, *, output: str | Path = "build", steps:
             data = together(core, reports)
             (folder / "report.json").write_text(json.dumps(data, indent=1) + "\n")
         fmax = area.corner(grade=2, nets="median").fmax_mhz
-        cores.append({
-            "config": config, "words": len(core.image.rom),
-            "lut": area.area.lut, "ff": area.area.ff, "dsp": area.area.dsp,
-            "ramb16": area.area.ramb16,
-            "clock_mhz_estimate": None if fmax is None else round(fmax, 1),
-        })
+        cores.append(
+            {
+                "config": config,
+                "words": len(core.image.rom),
+                "lut": area.area.lut,
+                "ff": area.area.ff,
+                "dsp": area.area.dsp,
+                "ramb16": area.area.ramb16,
+                "clock_mhz_estimate": None if fmax is None else round(fmax, 1),
+            }
+        )
     say("the complete board, both sensors at its pins")
-    board = simulate(names[-1], core=systems[0], seconds=BOARD_S, output=Path(output) / "board",
-                     progress=say)
-    summary = {"log": RECORDING, "good": all(r["good"] for r in rows) and board["good"],
-               "cores": cores, "filters": rows, "board": board["runs"]}
+    board = simulate(
+        names[-1], core=systems[0], seconds=BOARD_S, output=Path(output) / "board", progress=say
+    )
+    summary = {
+        "log": RECORDING,
+        "good": all(r["good"] for r in rows) and board["good"],
+        "cores": cores,
+        "filters": rows,
+        "board": board["runs"],
+    }
     with output_folder(Path(output)) as folder:
         (folder / "summary.json").write_text(json.dumps(summary, indent=1) + "\n")
     return summary
@@ -90,10 +114,13 @@ def _row(report: dict[str, Any], *, good: bool, page: str) -> dict[str, Any]:
     """The figures of one filter in one core."""
     timing, levels = report["timing"], report["verification"]
     return {
-        "estimator": report["design"], "config": report["config"], "good": good,
+        "estimator": report["design"],
+        "config": report["config"],
+        "good": good,
         "cycles_attitude": timing["latency_cycles"]["predicted"],
         "cycles_interval": timing["interval_cycles"],
-        "paper_cycles": timing["paper_cycles"], "speedup": timing["speedup"],
+        "paper_cycles": timing["paper_cycles"],
+        "speedup": timing["speedup"],
         "lane_use": [lane["utilisation"] for lane in report["schedule"]["lanes"]],
         "updates_proven": {x["simulator"]: x["n_total"] for x in levels},
         "mismatches": sum(x["n_mismatch"] for x in levels),
@@ -104,24 +131,48 @@ def _row(report: dict[str, Any], *, good: bool, page: str) -> dict[str, Any]:
 
 def summary_table(data: dict[str, Any]) -> str:
     """The summary as two tables for people."""
-    head = ("filter", "core", "attitude", "next", "paper", "faster", "lanes busy", "in RTL",
-            "wrong", "vs float")
+    head = (
+        "filter",
+        "core",
+        "attitude",
+        "next",
+        "paper",
+        "faster",
+        "lanes busy",
+        "in RTL",
+        "wrong",
+        "vs float",
+    )
     lines = [head, ("", "", "cycles", "cycles", "cycles", "", "%", "updates", "", "max deg")]
     for r in data["filters"]:
-        lines.append((
-            r["estimator"], r["config"], r["cycles_attitude"], r["cycles_interval"],
-            r["paper_cycles"], f"{r['speedup']}x",
-            " ".join(f"{100 * use:.0f}" for use in r["lane_use"]),
-            r["updates_proven"].get("verilator", 0), r["mismatches"],
-            f"{r['vs_float_max_deg']:.6f}"))
-    text = "\n".join(f"{a:16s}{b:7s}" + "".join(f"{c!s:>11s}" for c in rest)
-                     for a, b, *rest in lines)
+        lines.append(
+            (
+                r["estimator"],
+                r["config"],
+                r["cycles_attitude"],
+                r["cycles_interval"],
+                r["paper_cycles"],
+                f"{r['speedup']}x",
+                " ".join(f"{100 * use:.0f}" for use in r["lane_use"]),
+                r["updates_proven"].get("verilator", 0),
+                r["mismatches"],
+                f"{r['vs_float_max_deg']:.6f}",
+            )
+        )
+    text = "\n".join(
+        f"{a:16s}{b:7s}" + "".join(f"{c!s:>11s}" for c in rest) for a, b, *rest in lines
+    )
     text += f"\n\n{'core with all of them':40s}" + "".join(
-        f"{c['config']:>12s}" for c in data["cores"])
-    for name, key in (("microcode, words", "words"), ("LUT (yosys, of 5,720)", "lut"),
-                      ("FF (of 11,440)", "ff"), ("DSP48A1 (of 16)", "dsp"),
-                      ("RAMB16 (of 32)", "ramb16"),
-                      ("clock, MHz (estimate, -2, median nets)", "clock_mhz_estimate")):
+        f"{c['config']:>12s}" for c in data["cores"]
+    )
+    for name, key in (
+        ("microcode, words", "words"),
+        ("LUT (yosys, of 5,720)", "lut"),
+        ("FF (of 11,440)", "ff"),
+        ("DSP48A1 (of 16)", "dsp"),
+        ("RAMB16 (of 32)", "ramb16"),
+        ("clock, MHz (estimate, -2, median nets)", "clock_mhz_estimate"),
+    ):
         text += f"\n{name:40s}" + "".join(f"{c[key]!s:>12s}" for c in data["cores"])
     if "board" in data:
         text += "\n\ncomplete board in simulation, small\n" + simulate_text({"runs": data["board"]})

@@ -9,16 +9,27 @@ from pathlib import Path
 from typing import Any
 
 from boresight.board_line import BoardLine, Listener, RegisterTable
+from boresight.gateware.boards.frames import Kind
+from boresight.gateware.system.attitude_frame import Attitude
+from boresight.model.errors import InputError
 from boresight.monitor_plot import save_plot
 from boresight.output import write_file
-from gateware.boards.frames import Kind
-from gateware.system.attitude_frame import Attitude
-from model.errors import InputError
 
 __all__ = ["Track", "attitude_line", "monitor", "track_of"]
 
-_COLUMNS = ("number", "time_s", "heading_deg", "pitch_deg", "roll_deg", "qw", "qx", "qy", "qz",
-            "flags", "status")
+_COLUMNS = (
+    "number",
+    "time_s",
+    "heading_deg",
+    "pitch_deg",
+    "roll_deg",
+    "qw",
+    "qx",
+    "qy",
+    "qz",
+    "flags",
+    "status",
+)
 
 
 @dataclass(frozen=True)
@@ -63,9 +74,11 @@ def attitude_line(attitude: Attitude) -> str:
     """One line for people."""
     notes = ", ".join(attitude.flag_names)
     status = "--" if attitude.status is None else f"{attitude.status:02X}"
-    return (f"{attitude.number:5d}  heading {attitude.heading:+8.2f}  pitch {attitude.pitch:+7.2f}"
-            f"  roll {attitude.roll:+8.2f}  filter {attitude.filter}  status {status}"
-            f"{'  ' + notes if notes else ''}")
+    return (
+        f"{attitude.number:5d}  heading {attitude.heading:+8.2f}  pitch {attitude.pitch:+7.2f}"
+        f"  roll {attitude.roll:+8.2f}  filter {attitude.filter}  status {status}"
+        f"{'  ' + notes if notes else ''}"
+    )
 
 
 def _csv(track: Track) -> str:
@@ -73,27 +86,46 @@ def _csv(track: Track) -> str:
     rows = [",".join(_COLUMNS)]
     for k, a in enumerate(track.attitudes):
         quaternion = a.quaternion or ("", "", "", "")
-        rows.append(",".join(str(cell) for cell in (
-            track.number[k], "" if track.time_s is None else f"{track.time_s[k]:.8f}",
-            f"{a.heading:.7f}", f"{a.pitch:.7f}", f"{a.roll:.7f}",
-            *(q if isinstance(q, str) else f"{q:.9f}" for q in quaternion),
-            f"0x{a.flags:04x}", "" if a.status is None else f"0x{a.status:02x}")))
+        rows.append(
+            ",".join(
+                str(cell)
+                for cell in (
+                    track.number[k],
+                    "" if track.time_s is None else f"{track.time_s[k]:.8f}",
+                    f"{a.heading:.7f}",
+                    f"{a.pitch:.7f}",
+                    f"{a.roll:.7f}",
+                    *(q if isinstance(q, str) else f"{q:.9f}" for q in quaternion),
+                    f"0x{a.flags:04x}",
+                    "" if a.status is None else f"0x{a.status:02x}",
+                )
+            )
+        )
     return "\n".join(rows) + "\n"
 
 
 def _assignment(text: str) -> tuple[str, str]:
     name, separator, value = text.partition("=")
     if not separator or not name or not value:
-        raise InputError.at("--write", wanted="NAME=VALUE", found=repr(text),
-                            fix="for example --write filter=mekf")
+        raise InputError.at(
+            "--write", wanted="NAME=VALUE", found=repr(text), fix="for example --write filter=mekf"
+        )
     return name, value
 
 
-def monitor(source: str, *, baud: int = 921_600, count: int | None = None,
-            csv: str | Path | None = None, plot: str | Path | None = None,
-            reads: Sequence[str] = (), writes: Sequence[str] = (),
-            register_map: str | Path | None = None, silence_s: float = 5.0,
-            each: Callable[[Attitude], None] | None = None) -> dict[str, Any]:
+def monitor(
+    source: str,
+    *,
+    baud: int = 921_600,
+    count: int | None = None,
+    csv: str | Path | None = None,
+    plot: str | Path | None = None,
+    reads: Sequence[str] = (),
+    writes: Sequence[str] = (),
+    register_map: str | Path | None = None,
+    silence_s: float = 5.0,
+    each: Callable[[Attitude], None] | None = None,
+) -> dict[str, Any]:
     """Listen to a board; first write, then read registers.
 
     With ``reads`` or ``writes`` and without ``count``, ``csv`` and ``plot`` that is all. A port is
@@ -134,19 +166,31 @@ def monitor(source: str, *, baud: int = 921_600, count: int | None = None,
     if count is not None and count < 1:
         raise InputError.at("--count", wanted="1 or more", found=str(count), fix="give more")
     if not isinstance(baud, int) or baud < 1:
-        raise InputError.at("--baud", wanted="bits per second", found=str(baud),
-                            fix="give that of the bitstream, 921600 if nobody changed it")
+        raise InputError.at(
+            "--baud",
+            wanted="bits per second",
+            found=str(baud),
+            fix="give that of the bitstream, 921600 if nobody changed it",
+        )
     if plot is not None and Path(plot).suffix not in (".png", ".svg", ".pdf"):
-        raise InputError.at("--plot", wanted="a name with .png, .svg or .pdf", found=str(plot),
-                            fix="give such a name")
+        raise InputError.at(
+            "--plot",
+            wanted="a name with .png, .svg or .pdf",
+            found=str(plot),
+            fix="give such a name",
+        )
     table = RegisterTable(register_map)
     to_write = [(table.find(name), value) for name, value in map(_assignment, writes)]
     words = [(register, table.word_of(register, value)) for register, value in to_write]
     to_read = [table.find(name) for name in reads]
     for register in to_read:
         if register.get("access") == "write-only":
-            raise InputError.at(f"--read {register['name']}", wanted="a register that can be read",
-                                found="write-only", fix="choose another")
+            raise InputError.at(
+                f"--read {register['name']}",
+                wanted="a register that can be read",
+                found="write-only",
+                fix="choose another",
+            )
 
     attitudes: list[Attitude] = []
     registers: dict[str, Any] = {}
@@ -162,9 +206,11 @@ def monitor(source: str, *, baud: int = 921_600, count: int | None = None,
             line.access(Kind.WRITE, [register["address"], word])
         for register in to_read:
             word = line.access(Kind.READ, [register["address"]])
-            registers[register["name"]] = {"word": word & 0xFFFF_FFFF,
-                                           "value": table.value_of(register, word),
-                                           "unit": register.get("unit", "")}
+            registers[register["name"]] = {
+                "word": word & 0xFFFF_FFFF,
+                "value": table.value_of(register, word),
+                "unit": register.get("unit", ""),
+            }
         try:
             for item in () if accesses_only else line.items(silence_s=silence_s):
                 if isinstance(item, Attitude):
@@ -179,10 +225,23 @@ def monitor(source: str, *, baud: int = 921_600, count: int | None = None,
         write_file(Path(csv), _csv(track))
     if plot is not None:
         if not attitudes:
-            raise InputError.at(source, wanted="attitudes to plot", found="none",
-                                fix="check --baud and register output_mode")
-        save_plot(track.time_s or track.number, attitudes, track.gaps, Path(plot),
-                  timed=track.time_s is not None)
-    return {"attitudes": [asdict(a) for a in attitudes], "missing": track.missing, "bad": bad,
-            "written": {r["name"]: word & 0xFFFF_FFFF for r, word in words},
-            "registers": registers}
+            raise InputError.at(
+                source,
+                wanted="attitudes to plot",
+                found="none",
+                fix="check --baud and register output_mode",
+            )
+        save_plot(
+            track.time_s or track.number,
+            attitudes,
+            track.gaps,
+            Path(plot),
+            timed=track.time_s is not None,
+        )
+    return {
+        "attitudes": [asdict(a) for a in attitudes],
+        "missing": track.missing,
+        "bad": bad,
+        "written": {r["name"]: word & 0xFFFF_FFFF for r, word in words},
+        "registers": registers,
+    }

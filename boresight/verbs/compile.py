@@ -8,29 +8,36 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from boresight.firmware.emit import emit_c
+from boresight.firmware.soc.image import find_cross_compiler
+from boresight.gateware.boards.board import BOARDS
+from boresight.gateware.boards.ise import write_ise_project
+from boresight.gateware.boards.top import records_design
+from boresight.gateware.core import Core
+from boresight.gateware.image import rom_pieces
+from boresight.gateware.register_map import files_of, register_map_files
+from boresight.gateware.synthesis.estimate import Estimate, estimate
+from boresight.gateware.system.attitude_system import AttitudeSystem, system_design
+from boresight.gateware.system.programs import core_plan, system_core, system_estimators
+from boresight.gateware.verilog import to_verilog
+from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator
+from boresight.model.estimators import estimator as find_estimator
 from boresight.output import output_folder
 from boresight.sharing import estimator_names, params_of_each
+from boresight.sim.check_shared import shared_core
+from boresight.sim.report_data import report_data
 from boresight.soc_project import SOC_CLOCK_HZ, soc_verilog, write_soc
-from firmware.emit import emit_c
-from firmware.soc.image import find_cross_compiler
-from gateware.boards.board import BOARDS
-from gateware.boards.ise import write_ise_project
-from gateware.boards.top import records_design
-from gateware.core import Core
-from gateware.image import rom_pieces
-from gateware.register_map import files_of, register_map_files
-from gateware.synthesis.estimate import Estimate, estimate
-from gateware.system.attitude_system import AttitudeSystem, system_design
-from gateware.system.programs import core_plan, system_core, system_estimators
-from gateware.verilog import to_verilog
-from model.errors import InputError
-from model.estimator import Estimator
-from model.estimators import estimator as find_estimator
-from sim.check_shared import shared_core
-from sim.report_data import report_data
 
-__all__ = ["check_board", "compile", "core_for", "estimate_core", "together", "write_core",
-           "write_system"]
+__all__ = [
+    "check_board",
+    "compile",
+    "core_for",
+    "estimate_core",
+    "together",
+    "write_core",
+    "write_system",
+]
 
 #: What an ISE project can be made of.
 TOPS = ("sensors", "records")
@@ -41,15 +48,26 @@ SYSTEM_CLOCK_HZ = 100_000_000
 def check_board(board: str | None) -> None:
     """Raise InputError unless ``board`` is None or known."""
     if board is not None and board not in BOARDS:
-        raise InputError.at("board", wanted=f"one of {', '.join(BOARDS)}", found=repr(board),
-                            fix="choose one of these, or leave --board out")
+        raise InputError.at(
+            "board",
+            wanted=f"one of {', '.join(BOARDS)}",
+            found=repr(board),
+            fix="choose one of these, or leave --board out",
+        )
 
 
-def core_for(name: str, *, config: str = "small", word: int = 32,
-             params: Mapping[str, float] | None = None, urgent: int | None = None) -> Core:
+def core_for(
+    name: str,
+    *,
+    config: str = "small",
+    word: int = 32,
+    params: Mapping[str, float] | None = None,
+    urgent: int | None = None,
+) -> Core:
     """Compile an estimator to a core."""
-    return shared_core([find_estimator(name)], config=config, word=word, params=[params],
-                       urgent=urgent)
+    return shared_core(
+        [find_estimator(name)], config=config, word=word, params=[params], urgent=urgent
+    )
 
 
 def estimate_core(core: Core) -> Estimate:
@@ -57,11 +75,20 @@ def estimate_core(core: Core) -> Estimate:
     return estimate(core.verilog(instances=True), "core")
 
 
-def compile(name: str, *others: str, config: str = "small", board: str | None = None,
-            word: int = 32, synth: bool = False, output: str | Path = "build",
-            params: Mapping[str, Any] | None = None, urgent: int | None = None,
-            top: str = "sensors", with_cpu: bool = False,
-            progress: Callable[[str], None] | None = None) -> dict[str, Any]:
+def compile(
+    name: str,
+    *others: str,
+    config: str = "small",
+    board: str | None = None,
+    word: int = 32,
+    synth: bool = False,
+    output: str | Path = "build",
+    params: Mapping[str, Any] | None = None,
+    urgent: int | None = None,
+    top: str = "sensors",
+    with_cpu: bool = False,
+    progress: Callable[[str], None] | None = None,
+) -> dict[str, Any]:
     """Compile one estimator or several into a core, and write everything about it.
 
     With several estimators the core holds them all, a register says which runs, and the files of a
@@ -112,17 +139,27 @@ def compile(name: str, *others: str, config: str = "small", board: str | None = 
     estimators = [find_estimator(n) for n in names]
     check_board(board)
     if top not in TOPS:
-        raise InputError.at("top", wanted=f"one of {', '.join(TOPS)}", found=repr(top),
-                            fix="choose one of these")
+        raise InputError.at(
+            "top", wanted=f"one of {', '.join(TOPS)}", found=repr(top), fix="choose one of these"
+        )
     if with_cpu and (board is None or top != "sensors"):
-        raise InputError.at("with-cpu", wanted="a board and the top sensors",
-                            found=f"board {board}, top {top}", fix="say --board mimas, for example")
+        raise InputError.at(
+            "with-cpu",
+            wanted="a board and the top sensors",
+            found=f"board {board}, top {top}",
+            fix="say --board mimas, for example",
+        )
     if with_cpu:
         find_cross_compiler()  # before any work
     with output_folder(Path(output)) as folder:
         start = time.perf_counter()
-        core = shared_core(estimators, config=config, word=word, urgent=urgent,
-                           params=params_of_each(names, params))
+        core = shared_core(
+            estimators,
+            config=config,
+            word=word,
+            urgent=urgent,
+            params=params_of_each(names, params),
+        )
         say(f"{', '.join(names)} for {config}: Verilog")
         write_core(folder, core, estimators)
         seconds = time.perf_counter() - start
@@ -133,14 +170,18 @@ def compile(name: str, *others: str, config: str = "small", board: str | None = 
             else:
                 given = dict(zip(names, params_of_each(names, params), strict=True))
                 clock_hz = SOC_CLOCK_HZ if with_cpu else SYSTEM_CLOCK_HZ
-                made = system_core(names, config=config, word=word, clock_hz=clock_hz, params={
-                    name: values for name, values in given.items() if values})
+                made = system_core(
+                    names,
+                    config=config,
+                    word=word,
+                    clock_hz=clock_hz,
+                    params={name: values for name, values in given.items() if values},
+                )
                 place = folder / f"ise-{board}"
                 if with_cpu:
                     verilog = soc_verilog(write_soc(place, board, made, _meanings(made)))
                 else:
-                    verilog = to_verilog(write_system(place, board, made), "system",
-                                         instances=True)
+                    verilog = to_verilog(write_system(place, board, made), "system", instances=True)
                 if synth:
                     say("synthesis of the complete system")
                     whole = figures_of(estimate(verilog, "system"))
@@ -159,10 +200,18 @@ def compile(name: str, *others: str, config: str = "small", board: str | None = 
 
 def figures_of(found: Estimate) -> dict[str, Any]:
     """Area, and the clock in MHz on -2 by kind of nets; the clock is an estimate, not ISE."""
-    return {"lut": found.area.lut, "ff": found.area.ff, "dsp": found.area.dsp,
-            "ramb16": found.area.ramb16, "clock_mhz_estimate": {
-                nets: None if (fmax := found.corner(grade=2, nets=nets).fmax_mhz) is None
-                else round(fmax, 1) for nets in ("median", "p75")}}
+    return {
+        "lut": found.area.lut,
+        "ff": found.area.ff,
+        "dsp": found.area.dsp,
+        "ramb16": found.area.ramb16,
+        "clock_mhz_estimate": {
+            nets: None
+            if (fmax := found.corner(grade=2, nets=nets).fmax_mhz) is None
+            else round(fmax, 1)
+            for nets in ("median", "p75")
+        },
+    }
 
 
 def write_system(folder: Path, board: str, core: Core) -> AttitudeSystem:
@@ -173,6 +222,7 @@ def write_system(folder: Path, board: str, core: Core) -> AttitudeSystem:
     def make(clock_hz: int) -> AttitudeSystem:
         made.append(design(clock_hz))
         return made[-1]
+
     # 100 MHz whatever the oscillator.
     write_ise_project(make, board, folder, clock_hz=SYSTEM_CLOCK_HZ)
     for file, text in files_of(made[-1].map(_meanings(core))).items():
@@ -182,7 +232,7 @@ def write_system(folder: Path, board: str, core: Core) -> AttitudeSystem:
 
 def _meanings(core: Core) -> dict[str, str]:
     """What the parameters of a system's programs do, by their registers' names."""
-    names = core.names[:core_plan(core).filters]
+    names = core.names[: core_plan(core).filters]
     return {f"{e.name}.{p.name}": p.meaning for e in system_estimators(names) for p in e.params}
 
 
@@ -208,8 +258,11 @@ def _write_program(folder: Path, core: Core) -> None:
 
 def _write_registers(folder: Path, core: Core, estimators: Sequence[Estimator]) -> None:
     """The register map in its written forms."""
-    meanings = {(f"{e.name}.{p.name}" if len(estimators) > 1 else p.name): p.meaning
-                for e in estimators for p in e.params}
+    meanings = {
+        (f"{e.name}.{p.name}" if len(estimators) > 1 else p.name): p.meaning
+        for e in estimators
+        for p in e.params
+    }
     for file, text in register_map_files(core, meanings=meanings).items():
         (folder / file).write_text(text)
 
@@ -226,10 +279,15 @@ def together(core: Core, reports: Sequence[dict[str, Any]]) -> dict[str, Any]:
         "digest": core.digest,
         "resources": reports[0]["resources"],
         "fmax_mhz": reports[0]["timing"]["fmax_mhz"],
-        "microcode": {"words": len(core.image.rom), "depth": depth,
-                      "bits": core.machine.word_bits,
-                      "first_word": dict(zip(core.names, core.image.bases, strict=True))},
-        "states": {"used": sum(len(p.program.states) for p in core.parts),
-                   "available": core.machine.lanes * core.machine.state_slots},
+        "microcode": {
+            "words": len(core.image.rom),
+            "depth": depth,
+            "bits": core.machine.word_bits,
+            "first_word": dict(zip(core.names, core.image.bases, strict=True)),
+        },
+        "states": {
+            "used": sum(len(p.program.states) for p in core.parts),
+            "available": core.machine.lanes * core.machine.state_slots,
+        },
         "programs": dict(zip(core.names, reports, strict=True)),
     }

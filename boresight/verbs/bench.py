@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from firmware.build import CModel
-from gateware.core import build_core
-from model.estimator import input_words
-from model.estimators import estimator as find_estimator
-from model.interpreter import Interpreter
-from sim.bundled import bundled
-from sim.feed import inputs_of
-from sim.log import read_log
+from boresight.firmware.build import CModel
+from boresight.gateware.core import build_core
+from boresight.model.estimator import input_words
+from boresight.model.estimators import estimator as find_estimator
+from boresight.model.interpreter import Interpreter
+from boresight.sim.bundled import bundled
+from boresight.sim.feed import inputs_of
+from boresight.sim.log import read_log
 
 __all__ = ["bench", "random_inputs"]
 
@@ -30,8 +30,13 @@ def random_inputs(n: int, count: int, word: int, rng: np.random.Generator) -> np
     return np.where(kind == 2, np.where(words < 0, -limit, limit - 1), words)
 
 
-def bench(name: str = "complementary", *, updates: int = 10_000_000, runs: int = 20_000,
-          progress: Callable[[str], None] | None = None) -> dict[str, Any]:
+def bench(
+    name: str = "complementary",
+    *,
+    updates: int = 10_000_000,
+    runs: int = 20_000,
+    progress: Callable[[str], None] | None = None,
+) -> dict[str, Any]:
     """Measure updates per second and prove interpreter = C over ``updates`` updates.
 
     The interpreter runs ``runs`` logs side by side: one half windows of the bundled recording,
@@ -68,8 +73,10 @@ def bench(name: str = "complementary", *, updates: int = 10_000_000, runs: int =
         start = time.process_time()
         got[k], flags[k] = machine.update(words[k])
         seconds += time.process_time() - start
-        say(f"interpreter: {(k + 1) * runs:,} of {steps * runs:,} updates, "
-            f"{(k + 1) * runs / seconds:,.0f}/s")
+        say(
+            f"interpreter: {(k + 1) * runs:,} of {steps * runs:,} updates, "
+            f"{(k + 1) * runs / seconds:,.0f}/s"
+        )
     model = CModel(program)
     c_seconds, mismatches = 0.0, 0
     for r in range(runs):
@@ -84,7 +91,9 @@ def bench(name: str = "complementary", *, updates: int = 10_000_000, runs: int =
     model.update(long)
     c_rate = len(long) / (time.process_time() - start)
     return {
-        "estimator": name, "updates_compared": steps * runs, "mismatches": mismatches,
+        "estimator": name,
+        "updates_compared": steps * runs,
+        "mismatches": mismatches,
         "interpreter_updates_per_s": round(steps * runs / seconds),
         "c_updates_per_s": round(c_rate),
         "ratio_c_to_interpreter": round(c_rate * seconds / (steps * runs), 2),

@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-import boresight.experiment  # noqa: F401  (the module, for monkeypatch)
+import boresight.verbs.experiment  # noqa: F401  (the module, for monkeypatch)
 from boresight.cli import main
 
 
@@ -16,18 +16,22 @@ def stand_in(monkeypatch):
     import sys
 
     calls = []
-    result = {"good": True, "claims": [{"claim": "C equals", "good": True}],
-              "targets": [{"good": True, "name": "one", "source": "Table 3", "ours": [0.5, 0.25],
-                           "unit": "deg"},
-                          {"good": False, "name": "two", "source": "Figure 7", "ours": [1.0],
-                           "unit": ""}]}
+    result = {
+        "good": True,
+        "claims": [{"claim": "C equals", "good": True}],
+        "targets": [
+            {"good": True, "name": "one", "source": "Table 3", "ours": [0.5, 0.25], "unit": "deg"},
+            {"good": False, "name": "two", "source": "Figure 7", "ours": [1.0], "unit": ""},
+        ],
+    }
 
     def run(*, seed, runs, progress):
         calls.append((seed, runs))
         if progress is not None:
             progress("half way")
         return result
-    module = sys.modules["boresight.experiment"]
+
+    module = sys.modules["boresight.verbs.experiment"]
     monkeypatch.setattr(module, "EXPERIMENTS", {"ma2014": (run, lambda data: "<html></html>\n")})
     return result, calls
 

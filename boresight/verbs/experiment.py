@@ -7,10 +7,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from boresight.model.errors import InputError
 from boresight.output import output_folder
-from model.errors import InputError
-from sim.experiments import ma2014
-from sim.experiments.ma2014_html import render
+from boresight.sim.experiments import ma2014
+from boresight.sim.experiments.ma2014_html import render
 
 __all__ = ["EXPERIMENTS", "experiment", "target_lines"]
 
@@ -18,8 +18,14 @@ __all__ = ["EXPERIMENTS", "experiment", "target_lines"]
 EXPERIMENTS = {"ma2014": (ma2014.run, render)}
 
 
-def experiment(name: str, *, output: str | Path = "build", seed: int = 1, runs: int = ma2014.RUNS,
-               progress: Callable[[str], None] | None = None) -> dict[str, Any]:
+def experiment(
+    name: str,
+    *,
+    output: str | Path = "build",
+    seed: int = 1,
+    runs: int = ma2014.RUNS,
+    progress: Callable[[str], None] | None = None,
+) -> dict[str, Any]:
     """Run an experiment and write ``<name>.html`` and ``<name>.json``.
 
     Parameters
@@ -45,8 +51,12 @@ def experiment(name: str, *, output: str | Path = "build", seed: int = 1, runs: 
         Unknown name, seed out of range, folder that cannot be written.
     """
     if name not in EXPERIMENTS:
-        raise InputError.at("experiment", wanted=f"one of {', '.join(EXPERIMENTS)}",
-                            found=repr(name), fix="choose one of these")
+        raise InputError.at(
+            "experiment",
+            wanted=f"one of {', '.join(EXPERIMENTS)}",
+            found=repr(name),
+            fix="choose one of these",
+        )
     run, page = EXPERIMENTS[name]
     with output_folder(Path(output)) as folder:
         data = run(seed=seed, runs=runs, progress=progress)
@@ -57,6 +67,9 @@ def experiment(name: str, *, output: str | Path = "build", seed: int = 1, runs: 
 
 def target_lines(data: dict[str, Any]) -> list[str]:
     """The targets for people, one line each."""
-    return [f"{'pass' if t['good'] else 'FAIL'}  {t['name']} ({t['source']}): "
-            + " / ".join(f"{x:.3g}" for x in t["ours"]) + (f" {t['unit']}" if t["unit"] else "")
-            for t in data["targets"]]
+    return [
+        f"{'pass' if t['good'] else 'FAIL'}  {t['name']} ({t['source']}): "
+        + " / ".join(f"{x:.3g}" for x in t["ours"])
+        + (f" {t['unit']}" if t["unit"] else "")
+        for t in data["targets"]
+    ]

@@ -6,13 +6,13 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from boresight.model.errors import InputError
+from boresight.model.estimators import estimator as find_estimator
 from boresight.sharing import estimator_names, params_of_each
-from model.errors import InputError
-from model.estimators import estimator as find_estimator
-from sim.check import CheckResult
-from sim.check import check as check_log
-from sim.check_shared import check_shared, shared_core
-from sim.log import read_log
+from boresight.sim.check import CheckResult
+from boresight.sim.check import check as check_log
+from boresight.sim.check_shared import check_shared, shared_core
+from boresight.sim.log import read_log
 
 __all__ = ["check", "log_files"]
 
@@ -30,20 +30,31 @@ def log_files(paths: Iterable[str | Path]) -> list[Path]:
         if path.is_dir():
             found = sorted(p for p in path.rglob("*") if p.suffix in (".csv", ".npz"))
             if not found:
-                raise InputError.at(str(path), wanted="a log, or a folder with .csv or .npz logs",
-                                    found="a folder without any", fix="name a log file")
+                raise InputError.at(
+                    str(path),
+                    wanted="a log, or a folder with .csv or .npz logs",
+                    found="a folder without any",
+                    fix="name a log file",
+                )
             out += found
         else:
             out.append(path)
     return out
 
 
-def check(name: str, *logs: str | Path, config: str = "small", word: int = 32,
-          steps: int | None = None, levels: Sequence[str] = ("fixed", "c", "rtl"),
-          simulator: str | None = None, params: Mapping[str, Any] | None = None,
-          reproducer: str | Path | None = None,
-          progress: Callable[[str], None] | None = None,
-          each: Callable[[CheckResult], None] | None = None) -> list[CheckResult]:
+def check(
+    name: str,
+    *logs: str | Path,
+    config: str = "small",
+    word: int = 32,
+    steps: int | None = None,
+    levels: Sequence[str] = ("fixed", "c", "rtl"),
+    simulator: str | None = None,
+    params: Mapping[str, Any] | None = None,
+    reproducer: str | Path | None = None,
+    progress: Callable[[str], None] | None = None,
+    each: Callable[[CheckResult], None] | None = None,
+) -> list[CheckResult]:
     """Check an estimator on logs; see `sim.check.check`.
 
     ``name`` may be several names with commas: then one core holds them all and they take turns
@@ -68,14 +79,33 @@ def check(name: str, *logs: str | Path, config: str = "small", word: int = 32,
         if len(names) > 1:
             if core is None and "rtl" in levels:
                 core = shared_core(estimators, config=config, word=word, params=chosen)
-            found = check_shared(estimators, log, config=config, word=word, steps=steps,
-                                 levels=levels, simulator=simulator, params=chosen, core=core,
-                                 progress=say)
+            found = check_shared(
+                estimators,
+                log,
+                config=config,
+                word=word,
+                steps=steps,
+                levels=levels,
+                simulator=simulator,
+                params=chosen,
+                core=core,
+                progress=say,
+            )
         else:
-            found = [check_log(estimators[0], log, config=config, word=word, steps=steps,
-                               levels=levels, simulator=simulator, params=chosen[0],
-                               reproducer=None if reproducer is None else Path(reproducer),
-                               progress=say)]
+            found = [
+                check_log(
+                    estimators[0],
+                    log,
+                    config=config,
+                    word=word,
+                    steps=steps,
+                    levels=levels,
+                    simulator=simulator,
+                    params=chosen[0],
+                    reproducer=None if reproducer is None else Path(reproducer),
+                    progress=say,
+                )
+            ]
         results += found
         if each is not None:
             for result in found:

@@ -7,20 +7,23 @@ import pytest
 
 import boresight
 from boresight.cli import main
-from boresight.simulate import faults_text, simulate_text
-from gateware.system.programs import system_core
-from sim.bundled import bundled
+from boresight.gateware.system.programs import system_core
+from boresight.sim.bundled import bundled
+from boresight.verbs.simulate import faults_text, simulate_text
 
 #: The function has the module's name.
-module = importlib.import_module("boresight.simulate")
+module = importlib.import_module("boresight.verbs.simulate")
 
 
 @pytest.fixture
 def small(monkeypatch) -> None:
     """A board with the quickest filter alone."""
     monkeypatch.setattr(module, "FILTERS", ("complementary",))
-    monkeypatch.setattr(module, "system_core", lambda config: system_core(
-        ("complementary",), config=config, restarts=1))
+    monkeypatch.setattr(
+        module,
+        "system_core",
+        lambda config: system_core(("complementary",), config=config, restarts=1),
+    )
 
 
 def test_figures_and_page(small, tmp_path) -> None:
@@ -37,16 +40,21 @@ def test_figures_and_page(small, tmp_path) -> None:
     assert "51" in simulate_text(data)
 
 
-@pytest.mark.parametrize("arguments, message", [
-    (["kalman"], "error: filter: wanted one of complementary, "),
-    (["mekf", "--source", "gps"], "error: source: wanted one of counts, heading, found 'gps'"),
-    (["mekf", "--seconds", "0"], "error: seconds: wanted 0.05 to 20, found 0"),
-    (["mekf", "--seconds", "nan"], "error: seconds: wanted 0.05 to 20, found nan"),
-    (["kalman", "--faults"], "error: filter: wanted one of complementary, "),
-    (["mekf", "a.csv", "--faults"], "error: --faults: wanted no log: "),
-    (["mekf", str(bundled("ximu_walk")), "--seconds", "13"],
-     "error: log 'ximu_walk': wanted 13312 rows or more, found 12625; give a longer log"),
-])
+@pytest.mark.parametrize(
+    "arguments, message",
+    [
+        (["kalman"], "error: filter: wanted one of complementary, "),
+        (["mekf", "--source", "gps"], "error: source: wanted one of counts, heading, found 'gps'"),
+        (["mekf", "--seconds", "0"], "error: seconds: wanted 0.05 to 20, found 0"),
+        (["mekf", "--seconds", "nan"], "error: seconds: wanted 0.05 to 20, found nan"),
+        (["kalman", "--faults"], "error: filter: wanted one of complementary, "),
+        (["mekf", "a.csv", "--faults"], "error: --faults: wanted no log: "),
+        (
+            ["mekf", str(bundled("ximu_walk")), "--seconds", "13"],
+            "error: log 'ximu_walk': wanted 13312 rows or more, found 12625; give a longer log",
+        ),
+    ],
+)
 def test_refused(arguments, message, capsys, tmp_path) -> None:
     assert main(["simulate", *arguments, "-o", str(tmp_path / "new")]) == 2
     err = capsys.readouterr().err
@@ -60,8 +68,18 @@ def test_unknown_fault_is_refused() -> None:
 
 
 def test_faults_as_a_table() -> None:
-    trial = {"device": "adis", "fault": "absent", "fault_s": 0.2, "seen_after_s": 0.004,
-             "seen_as": ["inertial_no_data_ready"], "dropped": 329, "before_deg": 1.0,
-             "during_deg": 2.7, "after_deg": 0.8, "back_after_s": None, "good": False}
+    trial = {
+        "device": "adis",
+        "fault": "absent",
+        "fault_s": 0.2,
+        "seen_after_s": 0.004,
+        "seen_as": ["inertial_no_data_ready"],
+        "dropped": 329,
+        "before_deg": 1.0,
+        "during_deg": 2.7,
+        "after_deg": 0.8,
+        "back_after_s": None,
+        "good": False,
+    }
     text = faults_text({"trials": [trial]})
     assert "adis absent" in text and "never" in text and text.endswith("FAILED")

@@ -8,24 +8,24 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from boresight.gateware.core import Core
+from boresight.gateware.system.programs import FILTERS, system_core
+from boresight.model.errors import InputError
 from boresight.output import output_folder
-from gateware.core import Core
-from gateware.system.programs import FILTERS, system_core
-from model.errors import InputError
-from sim.board.build import Board, make_board
-from sim.board.faults import (
+from boresight.sim.board.build import Board, make_board
+from boresight.sim.board.faults import (
     COMPASS_FAULTS,
     INERTIAL_FAULTS,
     fault_board,
     fault_trial,
     trial_log,
 )
-from sim.board.page import render_page
-from sim.board.run import BoardRun, Judgement, judge, run_board, stimulus
-from sim.board.setup import REAL
-from sim.board.spans import timeline_of
-from sim.log import Log, read_log
-from sim.synthetic import synthetic_log
+from boresight.sim.board.page import render_page
+from boresight.sim.board.run import BoardRun, Judgement, judge, run_board, stimulus
+from boresight.sim.board.setup import REAL
+from boresight.sim.board.spans import timeline_of
+from boresight.sim.log import Log, read_log
+from boresight.sim.synthetic import synthetic_log
 
 __all__ = ["faults_text", "simulate", "simulate_faults", "simulate_text"]
 
@@ -35,10 +35,17 @@ _SHORT = 24
 _LONGEST_S = 20.0
 
 
-def simulate(name: str | None = None, log: str | Path | None = None, *, config: str = "small",
-             seconds: float = 1.0, source: str = "heading", output: str | Path = "build",
-             core: Core | None = None, progress: Callable[[str], None] | None = None
-             ) -> dict[str, Any]:
+def simulate(
+    name: str | None = None,
+    log: str | Path | None = None,
+    *,
+    config: str = "small",
+    seconds: float = 1.0,
+    source: str = "heading",
+    output: str | Path = "build",
+    core: Core | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> dict[str, Any]:
     """Run the complete system with both sensors at its pins, at the real speeds.
 
     Writes ``board.html`` and ``board.json``. Every attitude frame that comes out of the host's line
@@ -71,39 +78,68 @@ def simulate(name: str | None = None, log: str | Path | None = None, *, config: 
     name = _filter(name)
     sources = {"counts": (1, 2), "heading": (2, 1)}
     if source not in sources:
-        raise InputError.at("source", wanted=f"one of {', '.join(sources)}", found=repr(source),
-                            fix="choose one of these")
+        raise InputError.at(
+            "source",
+            wanted=f"one of {', '.join(sources)}",
+            found=repr(source),
+            fix="choose one of these",
+        )
     if not 0.05 <= seconds <= _LONGEST_S:
-        raise InputError.at("seconds", wanted=f"0.05 to {_LONGEST_S:g}", found=f"{seconds:g}",
-                            fix="choose a length inside the range")
+        raise InputError.at(
+            "seconds",
+            wanted=f"0.05 to {_LONGEST_S:g}",
+            found=f"{seconds:g}",
+            fix="choose a length inside the range",
+        )
     updates = round(seconds * REAL.rate_hz)
     given = _default_log(updates) if log is None else read_log(Path(log))
     if len(given) < max(updates, _SHORT):
-        raise InputError.at(f"log {given.name!r}", wanted=f"{max(updates, _SHORT)} rows or more",
-                            found=str(len(given)), fix="give a longer log, or fewer --seconds")
+        raise InputError.at(
+            f"log {given.name!r}",
+            wanted=f"{max(updates, _SHORT)} rows or more",
+            found=str(len(given)),
+            fix="give a longer log, or fewer --seconds",
+        )
     with output_folder(Path(output)) as folder:
         if core is None:
             say(f"core with {', '.join(FILTERS)} and the calibration, {config}")
             core = system_core(config=config)
         board = make_board(REAL, core=core)
-        filters = board.system.plan.names[:board.system.plan.filters]
+        filters = board.system.plan.names[: board.system.plan.filters]
         what = stimulus(given, board)
         number, mode = sources[source]
         runs, timelines = [], []
         for filter, each in enumerate(filters):
             length = updates if each == name else _SHORT
-            say(f"{each}: {length} samples, {length * board.setup.period_cycles / 1e6:.1f} million "
-                "cycles")
-            run = run_board(board, what, updates=length, settings={
-                "filter": filter, "magnetic_source": number, "compass_mode": mode,
-                "output_divider": 1})
+            say(
+                f"{each}: {length} samples, {length * board.setup.period_cycles / 1e6:.1f} million "
+                "cycles"
+            )
+            run = run_board(
+                board,
+                what,
+                updates=length,
+                settings={
+                    "filter": filter,
+                    "magnetic_source": number,
+                    "compass_mode": mode,
+                    "output_divider": 1,
+                },
+            )
             verdict = judge(board, what, run, filter=filter, source=number)
             runs.append(_row(board, each, filter, run, verdict))
             timelines.append(timeline_of(board, run, filter=filter, update=_SHORT // 2))
-        data = {"config": core.machine.name, "source": source, "log": given.name,
-                "clock_mhz": board.setup.clock_hz / 1e6, "good": all(r["good"] for r in runs),
-                "runs": runs, "timelines": [asdict(t) for t in timelines],
-                "setup": asdict(board.setup), "build": f"{board.system.build:016x}"}
+        data = {
+            "config": core.machine.name,
+            "source": source,
+            "log": given.name,
+            "clock_mhz": board.setup.clock_hz / 1e6,
+            "good": all(r["good"] for r in runs),
+            "runs": runs,
+            "timelines": [asdict(t) for t in timelines],
+            "setup": asdict(board.setup),
+            "build": f"{board.system.build:016x}",
+        }
         (folder / "board.json").write_text(json.dumps(data, allow_nan=False) + "\n")
         (folder / "board.html").write_text(render_page(data, timelines), encoding="utf-8")
     return data
@@ -112,56 +148,82 @@ def simulate(name: str | None = None, log: str | Path | None = None, *, config: 
 def _filter(name: str | None) -> str:
     name = name or "mekf"
     if name not in FILTERS:
-        raise InputError.at("filter", wanted=f"one of {', '.join(FILTERS)}", found=repr(name),
-                            fix="choose one of these")
+        raise InputError.at(
+            "filter",
+            wanted=f"one of {', '.join(FILTERS)}",
+            found=repr(name),
+            fix="choose one of these",
+        )
     return name
 
 
 def _default_log(updates: int) -> Log:
-    return synthetic_log(seconds=max(updates + 64, 128) / REAL.rate_hz, rate_hz=REAL.rate_hz,
-                         seed=1, acceleration=0.3)
+    return synthetic_log(
+        seconds=max(updates + 64, 128) / REAL.rate_hz,
+        rate_hz=REAL.rate_hz,
+        seed=1,
+        acceleration=0.3,
+    )
 
 
-def _row(board: Board, name: str, filter: int, run: BoardRun, verdict: Judgement
-         ) -> dict[str, Any]:
+def _row(board: Board, name: str, filter: int, run: BoardRun, verdict: Judgement) -> dict[str, Any]:
     """What a run says, as plain data."""
     us = 1e6 / board.setup.clock_hz
     trace = run.trace
-    good = verdict.mismatches == verdict.lost == run.dropped == trace.violations == 0 \
-        and len(trace.broken) == 0 and len(run.frames) == verdict.updates > 0
+    good = (
+        verdict.mismatches == verdict.lost == run.dropped == trace.violations == 0
+        and len(trace.broken) == 0
+        and len(run.frames) == verdict.updates > 0
+    )
     excess = verdict.core_cycles[1] - board.system.plan.lengths[filter]
     return {
-        "filter": name, "updates": verdict.updates, "frames": len(run.frames),
-        "mismatches": verdict.mismatches, "first_mismatch": verdict.first,
-        "lost_samples": verdict.lost, "fields": verdict.fields, "compass_lines": verdict.lines,
-        "transfer_cycles": list(verdict.transfer_cycles), "core_cycles": list(verdict.core_cycles),
+        "filter": name,
+        "updates": verdict.updates,
+        "frames": len(run.frames),
+        "mismatches": verdict.mismatches,
+        "first_mismatch": verdict.first,
+        "lost_samples": verdict.lost,
+        "fields": verdict.fields,
+        "compass_lines": verdict.lines,
+        "transfer_cycles": list(verdict.transfer_cycles),
+        "core_cycles": list(verdict.core_cycles),
         "program_cycles": board.system.plan.lengths[filter],
         "beside_program_us": round(excess * us, 3),
         "in_registers_us": round((verdict.transfer_cycles[1] + verdict.core_cycles[1]) * us, 2),
         "predicted_us": round(board.system.latency_cycles(filter) * us, 2),
         "frame_end_us": round(verdict.frame_end_cycles[1] * us, 2),
-        "timing_violations": trace.violations, "damaged_frames": run.dropped,
-        "cycles": run.cycles, "cycles_per_s": round(run.cycles / run.seconds), "good": good,
+        "timing_violations": trace.violations,
+        "damaged_frames": run.dropped,
+        "cycles": run.cycles,
+        "cycles_per_s": round(run.cycles / run.seconds),
+        "good": good,
     }
 
 
 def simulate_text(data: dict[str, Any]) -> str:
     """The figures as a table."""
-    head = (f"{'filter':16s}{'updates':>9s}{'lost':>6s}{'differ':>8s}{'fields':>8s}"
-            f"{'in registers':>14s}{'beside program':>16s}{'last bit':>10s}{'cycles/s':>12s}")
+    head = (
+        f"{'filter':16s}{'updates':>9s}{'lost':>6s}{'differ':>8s}{'fields':>8s}"
+        f"{'in registers':>14s}{'beside program':>16s}{'last bit':>10s}{'cycles/s':>12s}"
+    )
     lines = [head]
     for r in data["runs"]:
         lines.append(
             f"{r['filter']:16s}{r['updates']:>9,d}{r['lost_samples']:>6d}{r['mismatches']:>8d}"
             f"{r['fields']:>8d}{r['in_registers_us']:>11.2f} us{r['beside_program_us']:>13.2f} us"
-            f"{r['frame_end_us']:>7.0f} us{r['cycles_per_s']:>12,d}")
+            f"{r['frame_end_us']:>7.0f} us{r['cycles_per_s']:>12,d}"
+        )
         if r["first_mismatch"]:
             lines.append(f"  first difference: {r['first_mismatch']}")
     return "\n".join(lines)
 
 
-def simulate_faults(name: str | None = None, *, faults: Sequence[str] | None = None,
-                    progress: Callable[[str], None] | None = None) -> dict[str, Any]:
+def simulate_faults(
+    name: str | None = None,
+    *,
+    faults: Sequence[str] | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> dict[str, Any]:
     """Run every fault of both devices on the complete board, one after another.
 
     Parameters
@@ -178,29 +240,44 @@ def simulate_faults(name: str | None = None, *, faults: Sequence[str] | None = N
     """
     name = _filter(name)
     every = [f"adis.{fault}" for fault in INERTIAL_FAULTS] + [
-        f"hmr.{fault}" for fault in COMPASS_FAULTS]
+        f"hmr.{fault}" for fault in COMPASS_FAULTS
+    ]
     for fault in faults or ():
         if fault not in every:
-            raise InputError.at("fault", wanted=f"one of {', '.join(every)}", found=repr(fault),
-                                fix="choose one of these")
+            raise InputError.at(
+                "fault",
+                wanted=f"one of {', '.join(every)}",
+                found=repr(fault),
+                fix="choose one of these",
+            )
     board, log = fault_board([name]), trial_log()
-    trials = [fault_trial(board, *fault.split("."), log=log, progress=progress)
-              for fault in faults or every]
-    return {"filter": name, "good": all(t.good for t in trials),
-            "trials": [{**asdict(t), "good": t.good} for t in trials]}
+    trials = [
+        fault_trial(board, *fault.split("."), log=log, progress=progress)
+        for fault in faults or every
+    ]
+    return {
+        "filter": name,
+        "good": all(t.good for t in trials),
+        "trials": [{**asdict(t), "good": t.good} for t in trials],
+    }
 
 
 def faults_text(data: dict[str, Any]) -> str:
     """The figures as a table."""
-    lines = [f"{'fault':24s}{'lasts':>8s}{'seen after':>12s}{'dropped':>9s}{'back after':>12s}"
-             f"{'error before':>14s}{'during':>8s}{'after':>8s}  seen as"]
+    lines = [
+        f"{'fault':24s}{'lasts':>8s}{'seen after':>12s}{'dropped':>9s}{'back after':>12s}"
+        f"{'error before':>14s}{'during':>8s}{'after':>8s}  seen as"
+    ]
     for t in data["trials"]:
+
         def s(value: float | None) -> str:
             return "never" if value is None else f"{value:.4f} s"
+
         lines.append(
             f"{t['device'] + ' ' + t['fault']:24s}{t['fault_s']:>6.2f} s{s(t['seen_after_s']):>12s}"
             f"{t['dropped']:>9d}{s(t['back_after_s']):>12s}{t['before_deg']:>10.2f} deg"
             f"{t['during_deg']:>8.2f}{t['after_deg']:>8.2f}  {', '.join(t['seen_as'][:3])}"
             + ("" if t["good"] else "  FAILED")
-            + ("" if t["seen_as"] or not t["good"] else "no effect"))
+            + ("" if t["seen_as"] or not t["good"] else "no effect")
+        )
     return "\n".join(lines)

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from model.errors import InputError
-from model.estimator import Estimator
-from model.estimators import estimator as find_estimator
-from sim.bundled import bundled
-from sim.covariance_trial import MANOEUVRES, CovarianceTrial, covariance_trial, manoeuvre
-from sim.feed import inputs_of
-from sim.log import read_log
+from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator
+from boresight.model.estimators import estimator as find_estimator
+from boresight.sim.bundled import bundled
+from boresight.sim.covariance_trial import MANOEUVRES, CovarianceTrial, covariance_trial, manoeuvre
+from boresight.sim.feed import inputs_of
+from boresight.sim.log import read_log
 
 __all__ = ["P0", "covariance", "initial_covariances"]
 
@@ -24,17 +24,28 @@ _STEPS = 20_000
 
 def initial_covariances(estimator: Estimator) -> list[dict[str, float]]:
     """A parameter set for each of `P0`: variances where the unit is rad^2, else their roots."""
-    units = {p.name: p.unit for p in estimator.params
-             if p.name.startswith("p0_") and p.unit in ("rad", "rad^2")}
+    units = {
+        p.name: p.unit
+        for p in estimator.params
+        if p.name.startswith("p0_") and p.unit in ("rad", "rad^2")
+    }
     if not units:
-        raise InputError.at(estimator.name, wanted="a Kalman filter with initial covariance",
-                            found="none", fix="choose one of the filters whose name has ekf")
-    return [{name: p0 if unit == "rad^2" else p0**0.5 for name, unit in units.items()}
-            for p0 in P0]
+        raise InputError.at(
+            estimator.name,
+            wanted="a Kalman filter with initial covariance",
+            found="none",
+            fix="choose one of the filters whose name has ekf",
+        )
+    return [{name: p0 if unit == "rad^2" else p0**0.5 for name, unit in units.items()} for p0 in P0]
 
 
-def covariance(name: str, *, updates: int = 10_000_000, steps: int = _STEPS,
-               progress: Callable[[str], None] | None = None) -> CovarianceTrial:
+def covariance(
+    name: str,
+    *,
+    updates: int = 10_000_000,
+    steps: int = _STEPS,
+    progress: Callable[[str], None] | None = None,
+) -> CovarianceTrial:
     """Run the C model of a filter through hostile manoeuvres and a recording.
 
     Once for each initial covariance from 1e-8 to 1 rad^2.
@@ -50,8 +61,9 @@ def covariance(name: str, *, updates: int = 10_000_000, steps: int = _STEPS,
         Unknown estimator, one without a covariance, or updates below 1.
     """
     if updates < 1:
-        raise InputError.at("updates", wanted="1 or more", found=str(updates),
-                            fix="give more updates")
+        raise InputError.at(
+            "updates", wanted="1 or more", found=str(updates), fix="give more updates"
+        )
     estimator = find_estimator(name)
     params = initial_covariances(estimator)
     rng = np.random.default_rng(1)

@@ -10,31 +10,34 @@ from typing import Any
 
 import numpy as np
 
+from boresight.model.errors import InputError
+from boresight.model.estimators import ESTIMATORS
 from boresight.output import output_folder
 from boresight.parameters import values_for
-from boresight.proving import log_files
 from boresight.sharing import params_for_each
-from model.errors import InputError
-from model.estimators import ESTIMATORS
-from sim.accuracy import AttitudeRmse
-from sim.benchmark import Result, Trial, benchmark
-from sim.benchmark_page import render_page
-from sim.bundled import bundled, bundled_names, is_comparison
-from sim.log import read_log
-from sim.peers import PEERS, require_peers
-from sim.scoring import has_truth
+from boresight.sim.accuracy import AttitudeRmse
+from boresight.sim.benchmark import Result, Trial, benchmark
+from boresight.sim.benchmark_page import render_page
+from boresight.sim.bundled import bundled, bundled_names, is_comparison
+from boresight.sim.log import read_log
+from boresight.sim.peers import PEERS, require_peers
+from boresight.sim.scoring import has_truth
+from boresight.verbs.check import log_files
 
 __all__ = ["accuracy", "accuracy_text", "params_by_estimator", "read_trials"]
 
-SOURCE = ("RMSE in degrees by the method of the BROAD benchmark (doi 10.3390/data6070072) over "
-          "the samples that move and have a reference; means over the trials with truth; fixed "
-          "point is the C model, whose words are the core's")
+SOURCE = (
+    "RMSE in degrees by the method of the BROAD benchmark (doi 10.3390/data6070072) over "
+    "the samples that move and have a reference; means over the trials with truth; fixed "
+    "point is the C model, whose words are the core's"
+)
 #: Peer whose estimate stands in where a log has no reference.
 STAND_IN = "vqf_offline"
 
 
-def read_trials(paths: Sequence[str | Path], *, comparisons: Collection[str] = (),
-                stand_in: bool = True) -> tuple[list[Trial], list[str]]:
+def read_trials(
+    paths: Sequence[str | Path], *, comparisons: Collection[str] = (), stand_in: bool = True
+) -> tuple[list[Trial], list[str]]:
     """Trials of logs and folders (the bundled logs by default), and names of those left out.
 
     Parameters
@@ -54,26 +57,37 @@ def read_trials(paths: Sequence[str | Path], *, comparisons: Collection[str] = (
     for path in files:
         log = read_log(path)
         if log.name in trials or log.name in left_out:
-            raise InputError.at(str(path), wanted="logs of different names", found=log.name,
-                                fix="name each log once, or rename one")
+            raise InputError.at(
+                str(path),
+                wanted="logs of different names",
+                found=log.name,
+                fix="name each log once, or rename one",
+            )
         if log.q is not None and has_truth(log):
             other = is_comparison(path) or log.name in comparisons
-            trials[log.name] = Trial(log, "comparison" if other else "truth", log.q,
-                                     path.absolute().parent.name)
+            trials[log.name] = Trial(
+                log, "comparison" if other else "truth", log.q, path.absolute().parent.name
+            )
         elif stand_in and log.mag_new.any():
-            trials[log.name] = Trial(log, STAND_IN, PEERS[STAND_IN].run(log),
-                                     path.absolute().parent.name)
+            trials[log.name] = Trial(
+                log, STAND_IN, PEERS[STAND_IN].run(log), path.absolute().parent.name
+            )
         else:
             left_out.append(log.name)
     for name in comparisons:
         if name not in trials or trials[name].reference != "comparison":
-            raise InputError.at("--comparison", wanted="names of logs with a reference",
-                                found=repr(name), fix="write the file's name without its suffix")
+            raise InputError.at(
+                "--comparison",
+                wanted="names of logs with a reference",
+                found=repr(name),
+                fix="write the file's name without its suffix",
+            )
     return sorted(trials.values(), key=lambda t: t.log.name), sorted(left_out)
 
 
-def params_by_estimator(names: Sequence[str], files: Sequence[str | Path] = (),
-                        settings: Sequence[str] = ()) -> dict[str, dict[str, float]]:
+def params_by_estimator(
+    names: Sequence[str], files: Sequence[str | Path] = (), settings: Sequence[str] = ()
+) -> dict[str, dict[str, float]]:
     """Parameter values by estimator, of files and ``[ESTIMATOR.]NAME=NUMBER`` texts.
 
     A file that names its estimator is for that one; values of nobody need a single estimator.
@@ -84,8 +98,12 @@ def params_by_estimator(names: Sequence[str], files: Sequence[str | Path] = (),
         Values whose estimator is unknown or not among ``names``.
     """
     if (files or settings) and not names:
-        raise InputError.at("parameters", wanted="estimators of ours", found="none of them",
-                            fix="choose one with --estimators, or leave the values out")
+        raise InputError.at(
+            "parameters",
+            wanted="estimators of ours",
+            found="none of them",
+            fix="choose one with --estimators, or leave the values out",
+        )
     if len(names) != 1:
         return params_for_each(names, files, settings)
     values = values_for(names[0], files, settings)
@@ -98,17 +116,28 @@ def _chosen(estimators: Sequence[str] | None, with_peers: bool) -> tuple[list[st
     chosen = known if estimators is None else list(dict.fromkeys(estimators))
     for name in chosen:
         if name not in known:
-            raise InputError.at("--estimators", wanted=f"some of {', '.join(known)}",
-                                found=repr(name), fix="separate them with commas")
+            raise InputError.at(
+                "--estimators",
+                wanted=f"some of {', '.join(known)}",
+                found=repr(name),
+                fix="separate them with commas",
+            )
     peers = [n for n in chosen if n in PEERS and with_peers]
     if estimators is not None and not with_peers and any(n in PEERS for n in chosen):
-        raise InputError.at("--estimators", wanted="none of the published filters with --no-peers",
-                            found=", ".join(n for n in chosen if n in PEERS),
-                            fix="leave one of the two out")
+        raise InputError.at(
+            "--estimators",
+            wanted="none of the published filters with --no-peers",
+            found=", ".join(n for n in chosen if n in PEERS),
+            fix="leave one of the two out",
+        )
     ours = [n for n in chosen if n in ESTIMATORS]
     if not ours + peers:
-        raise InputError.at("--estimators", wanted="at least one", found="none",
-                            fix=f"choose some of {', '.join(known)}")
+        raise InputError.at(
+            "--estimators",
+            wanted="at least one",
+            found="none",
+            fix=f"choose some of {', '.join(known)}",
+        )
     return ours, peers
 
 
@@ -128,8 +157,9 @@ def _mean(results: Sequence[Result], trials: Collection[str]) -> dict[str, float
     return _figures(AttitudeRmse(*np.mean(np.array(figures), axis=0).tolist()))
 
 
-def _row(name: str, level: str, results: Sequence[Result], folders: Mapping[str, Collection[str]]
-         ) -> dict[str, Any]:
+def _row(
+    name: str, level: str, results: Sequence[Result], folders: Mapping[str, Collection[str]]
+) -> dict[str, Any]:
     """One estimator at one level: means, worst cases, and every trial.
 
     ``folders``: trials with truth by folder.
@@ -137,14 +167,20 @@ def _row(name: str, level: str, results: Sequence[Result], folders: Mapping[str,
     against = [r.vs_float for r in results if r.vs_float is not None]
     trials = []
     for r in results:
-        trials.append({
-            "trial": r.trial, **_figures(r.rmse),
-            "vs_float_max_deg": None if r.vs_float is None else _number(r.vs_float.max_deg),
-            "status_changed": None if r.vs_float is None else r.vs_float.status_changed,
-            "saturated_updates": r.saturated})
+        trials.append(
+            {
+                "trial": r.trial,
+                **_figures(r.rmse),
+                "vs_float_max_deg": None if r.vs_float is None else _number(r.vs_float.max_deg),
+                "status_changed": None if r.vs_float is None else r.vs_float.status_changed,
+                "saturated_updates": r.saturated,
+            }
+        )
     saturated = [r.saturated for r in results if r.saturated is not None]
     return {
-        "estimator": name, "level": level, "kind": "peer" if level == "package" else "ours",
+        "estimator": name,
+        "level": level,
+        "kind": "peer" if level == "package" else "ours",
         "summary": PEERS[name].summary if level == "package" else ESTIMATORS[name].summary,
         "mean_deg": _mean(results, [t for held in folders.values() for t in held]),
         "mean_by_folder_deg": {folder: _mean(results, held) for folder, held in folders.items()},
@@ -156,11 +192,18 @@ def _row(name: str, level: str, results: Sequence[Result], folders: Mapping[str,
     }
 
 
-def accuracy(*logs: str | Path, estimators: Sequence[str] | None = None, peers: bool = True,
-             floating: bool = True, comparisons: Collection[str] = (),
-             params: Mapping[str, Mapping[str, float]] | None = None, word: int = 32,
-             jobs: int | None = None, output: str | Path | None = None,
-             progress: Callable[[str], None] | None = None) -> dict[str, Any]:
+def accuracy(
+    *logs: str | Path,
+    estimators: Sequence[str] | None = None,
+    peers: bool = True,
+    floating: bool = True,
+    comparisons: Collection[str] = (),
+    params: Mapping[str, Mapping[str, float]] | None = None,
+    word: int = 32,
+    jobs: int | None = None,
+    output: str | Path | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> dict[str, Any]:
     """Orientation, heading and inclination RMSE of every estimator on every log.
 
     With more than one job, a script that calls this needs ``if __name__ == "__main__"``.
@@ -202,31 +245,57 @@ def accuracy(*logs: str | Path, estimators: Sequence[str] | None = None, peers: 
         ESTIMATORS[name]().param_values((params or {}).get(name))
     trials, left_out = read_trials(logs, comparisons=comparisons, stand_in=peers)
     if not trials:
-        raise InputError.at("logs", wanted="at least one log with a reference attitude",
-                            found="none", fix="name logs with truth")
+        raise InputError.at(
+            "logs",
+            wanted="at least one log with a reference attitude",
+            found="none",
+            fix="name logs with truth",
+        )
 
     def work() -> dict[str, Any]:
         if progress is not None and not logs:
             progress("no log named: the bundled ones")
-        results = benchmark(ours, others, trials, params=params, word=word, with_float=floating,
-                            jobs=jobs, progress=progress)
+        results = benchmark(
+            ours,
+            others,
+            trials,
+            params=params,
+            word=word,
+            with_float=floating,
+            jobs=jobs,
+            progress=progress,
+        )
         folders: dict[str, list[str]] = {}
         for t in trials:
             if t.reference == "truth":
                 folders.setdefault(t.folder, []).append(t.log.name)
         keys = list(dict.fromkeys((r.estimator, r.level) for r in results))
         return {
-            "source": SOURCE, "word": word,
-            "logs": [{"trial": t.log.name, "samples": len(t.log),
-                      "rate_hz": round(1.0 / float(np.median(t.log.dt)), 3),
-                      "reference": t.reference, "folder": t.folder} for t in trials],
+            "source": SOURCE,
+            "word": word,
+            "logs": [
+                {
+                    "trial": t.log.name,
+                    "samples": len(t.log),
+                    "rate_hz": round(1.0 / float(np.median(t.log.dt)), 3),
+                    "reference": t.reference,
+                    "folder": t.folder,
+                }
+                for t in trials
+            ],
             "left_out": left_out,
             "parameters": {name: dict(values) for name, values in (params or {}).items()},
-            "estimators": [_row(name, level, [r for r in results
-                                              if (r.estimator, r.level) == (name, level)],
-                                folders)
-                           for name, level in keys],
+            "estimators": [
+                _row(
+                    name,
+                    level,
+                    [r for r in results if (r.estimator, r.level) == (name, level)],
+                    folders,
+                )
+                for name, level in keys
+            ],
         }
+
     if output is None:
         return work()
     with output_folder(Path(output)) as folder:
@@ -247,16 +316,27 @@ def _count(value: int | None, width: int) -> str:
     return f"{'-':>{width}s}" if value is None else f"{value:{width},d}"
 
 
-def _table(rows: Sequence[Mapping[str, Any]], names: Sequence[str], title: str,
-           figure: Callable[[Mapping[str, Any], str], float | None], reference: str = ""
-           ) -> list[str]:
+def _table(
+    rows: Sequence[Mapping[str, Any]],
+    names: Sequence[str],
+    title: str,
+    figure: Callable[[Mapping[str, Any], str], float | None],
+    reference: str = "",
+) -> list[str]:
     """Trials (or folders) down, estimators across: one figure of each but the reference."""
     width = max(len(n) for n in names)
-    lines = ["", title, f"  {'':{width}s}" + "".join(f"{f'[{k + 1}]':>7s}"
-                                                     for k in range(len(rows)))]
-    return lines + [f"  {name:{width}s}" + "".join(
-        _deg(None if row["estimator"] == reference else figure(row, name)) for row in rows)
-        for name in names]
+    lines = [
+        "",
+        title,
+        f"  {'':{width}s}" + "".join(f"{f'[{k + 1}]':>7s}" for k in range(len(rows))),
+    ]
+    return lines + [
+        f"  {name:{width}s}"
+        + "".join(
+            _deg(None if row["estimator"] == reference else figure(row, name)) for row in rows
+        )
+        for name in names
+    ]
 
 
 def _total(row: Mapping[str, Any], trial: str) -> float | None:
@@ -279,21 +359,30 @@ def accuracy_text(data: Mapping[str, Any]) -> str:
     truth = by_kind.pop("truth", [])
     width = max(len(r["estimator"]) for r in rows)
     none: dict[str, None] = dict.fromkeys(AttitudeRmse._fields)
-    lines = [f"RMSE in degrees, mean over {len(truth)} trial{'s' if len(truth) != 1 else ''} with "
-             f"truth. Ours: fixed point, W = {data['word']};",
-             "float64 beside it, and over every sample of all logs the largest angle between the "
-             "two,",
-             "samples whose status words differ, updates that saturated.",
-             f"  {'':{width + 5}s}{'total':>7s}{'heading':>9s}{'inclin.':>9s}"
-             f"{'float total':>13s}{'fixed-float':>13s}{'status':>9s}{'saturated':>11s}"]
+    lines = [
+        f"RMSE in degrees, mean over {len(truth)} trial{'s' if len(truth) != 1 else ''} with "
+        f"truth. Ours: fixed point, W = {data['word']};",
+        "float64 beside it, and over every sample of all logs the largest angle between the two,",
+        "samples whose status words differ, updates that saturated.",
+        f"  {'':{width + 5}s}{'total':>7s}{'heading':>9s}{'inclin.':>9s}"
+        f"{'float total':>13s}{'fixed-float':>13s}{'status':>9s}{'saturated':>11s}",
+    ]
     for k, row in enumerate(rows):
         mean = row["mean_deg"] or none
-        line = f"  {f'[{k + 1}]':>4s} {row['estimator']:{width}s}" + _deg(mean["total"]) \
-            + _deg(mean["heading"], 9) + _deg(mean["inclination"], 9)
+        line = (
+            f"  {f'[{k + 1}]':>4s} {row['estimator']:{width}s}"
+            + _deg(mean["total"])
+            + _deg(mean["heading"], 9)
+            + _deg(mean["inclination"], 9)
+        )
         if row["kind"] == "ours":
             other = floating.get(row["estimator"], {}).get("mean_deg") or none
-            line += _deg(other["total"], 13) + _deg(row["vs_float_max_deg"], 13, 6) \
-                + _count(row["status_changed"], 9) + _count(row["saturated_updates"], 11)
+            line += (
+                _deg(other["total"], 13)
+                + _deg(row["vs_float_max_deg"], 13, 6)
+                + _count(row["status_changed"], 9)
+                + _count(row["saturated_updates"], 11)
+            )
         lines.append(line)
     folders = list(rows[0]["mean_by_folder_deg"])
     if len(folders) > 1:
@@ -301,10 +390,15 @@ def accuracy_text(data: Mapping[str, Any]) -> str:
     if truth:
         lines += _table(rows, truth, "Total RMSE by trial, degrees", _total)
     for kind, names in by_kind.items():
-        lines += _table(rows, names, "Not truth, outside the means: against the log's comparison"
-                        if kind == "comparison" else
-                        f"No reference, outside the means: difference to {kind}",
-                        _total, kind)
+        lines += _table(
+            rows,
+            names,
+            "Not truth, outside the means: against the log's comparison"
+            if kind == "comparison"
+            else f"No reference, outside the means: difference to {kind}",
+            _total,
+            kind,
+        )
     if data["left_out"]:
         lines += ["", "left out, no reference: " + ", ".join(data["left_out"])]
     return "\n".join(lines)

@@ -5,15 +5,14 @@ import json
 import pytest
 
 from boresight.cli import main
-from boresight.covariance import P0, initial_covariances
-from model.errors import InputError
-from model.estimators import estimator
+from boresight.model.errors import InputError
+from boresight.model.estimators import estimator
+from boresight.verbs.covariance import P0, initial_covariances
 
 
 def test_initial_variances_in_each_filters_own_unit() -> None:
     assert initial_covariances(estimator("ekf_bias")) == [{"p0_sd": p**0.5} for p in P0]
-    assert initial_covariances(estimator("mekf")) == [
-        {"p0_tilt": p, "p0_heading": p} for p in P0]
+    assert initial_covariances(estimator("mekf")) == [{"p0_tilt": p, "p0_heading": p} for p in P0]
     with pytest.raises(InputError, match="^complementary: wanted a Kalman filter"):
         initial_covariances(estimator("complementary"))
 

@@ -10,27 +10,35 @@ from typing import Any
 
 import numpy as np
 
+from boresight.firmware.build import CModel
+from boresight.gateware.core import build_core
+from boresight.model.errors import InputError
+from boresight.model.estimator import input_words
+from boresight.model.estimators import estimator as find_estimator
 from boresight.output import write_file
-from firmware.build import CModel
-from gateware.core import build_core
-from model.errors import InputError
-from model.estimator import input_words
-from model.estimators import estimator as find_estimator
-from sim.accuracy import attitude_rmse
-from sim.check import with_params
-from sim.cosim import RtlSimulation
-from sim.feed import attitude_of, euler_deg_of, inputs_of, named_outputs, status_of
-from sim.log import read_log
-from sim.segments import interpret
+from boresight.sim.accuracy import attitude_rmse
+from boresight.sim.check import with_params
+from boresight.sim.cosim import RtlSimulation
+from boresight.sim.feed import attitude_of, euler_deg_of, inputs_of, named_outputs, status_of
+from boresight.sim.log import read_log
+from boresight.sim.segments import interpret
 
 __all__ = ["LEVELS", "run"]
 
 LEVELS = ("float", "fixed", "c", "rtl")
 
 
-def run(name: str, log_path: str | Path, *, on: str = "fixed", config: str = "small",
-        word: int = 32, params: Mapping[str, float] | None = None, steps: int | None = None,
-        output: str | Path | None = None) -> dict[str, Any]:
+def run(
+    name: str,
+    log_path: str | Path,
+    *,
+    on: str = "fixed",
+    config: str = "small",
+    word: int = 32,
+    params: Mapping[str, float] | None = None,
+    steps: int | None = None,
+    output: str | Path | None = None,
+) -> dict[str, Any]:
     """Run an estimator on a log.
 
     Parameters
@@ -53,8 +61,9 @@ def run(name: str, log_path: str | Path, *, on: str = "fixed", config: str = "sm
         Unknown estimator or level, bad log, output that cannot be written.
     """
     if on not in LEVELS:
-        raise InputError.at("on", wanted=f"one of {', '.join(LEVELS)}", found=repr(on),
-                            fix="choose one of these")
+        raise InputError.at(
+            "on", wanted=f"one of {', '.join(LEVELS)}", found=repr(on), fix="choose one of these"
+        )
     estimator = find_estimator(name)
     log = read_log(log_path)
     real = inputs_of(estimator, log)[:steps]
@@ -70,10 +79,17 @@ def run(name: str, log_path: str | Path, *, on: str = "fixed", config: str = "sm
             out, _ = CModel(program).update(words)
         else:
             core = build_core(program, config, urgent=estimator.urgent)
-            out = RtlSimulation(
-                core.verilog(instances=False), word=word, n_inputs=len(program.inputs),
-                n_outputs=len(program.outputs), lanes=core.machine.lanes,
-            ).run(words, max_interval=core.schedule.interval).outputs
+            out = (
+                RtlSimulation(
+                    core.verilog(instances=False),
+                    word=word,
+                    n_inputs=len(program.inputs),
+                    n_outputs=len(program.outputs),
+                    lanes=core.machine.lanes,
+                )
+                .run(words, max_interval=core.schedule.interval)
+                .outputs
+            )
         outputs = named_outputs(program, out)
     n = len(real)
     q, euler, status = attitude_of(outputs), euler_deg_of(outputs), status_of(outputs)
@@ -84,11 +100,26 @@ def run(name: str, log_path: str | Path, *, on: str = "fixed", config: str = "sm
     if output is not None:
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(["t", "qw", "qx", "qy", "qz", "heading_deg", "pitch_deg", "roll_deg",
-                         "status"])
+        writer.writerow(
+            ["t", "qw", "qx", "qy", "qz", "heading_deg", "pitch_deg", "roll_deg", "status"]
+        )
         for k in range(n):
-            writer.writerow([repr(float(log.t[k])), *(f"{x:.10f}" for x in q[k]),
-                             *(f"{x:.7f}" for x in euler[k]), int(status[k])])
+            writer.writerow(
+                [
+                    repr(float(log.t[k])),
+                    *(f"{x:.10f}" for x in q[k]),
+                    *(f"{x:.7f}" for x in euler[k]),
+                    int(status[k]),
+                ]
+            )
         write_file(Path(output), text.getvalue())
-    return {"estimator": name, "on": on, "log": log.name, "t": log.t[:n], "q": q,
-            "euler_deg": euler, "status": status, "rmse_deg": rmse}
+    return {
+        "estimator": name,
+        "on": on,
+        "log": log.name,
+        "t": log.t[:n],
+        "q": q,
+        "euler_deg": euler,
+        "status": status,
+        "rmse_deg": rmse,
+    }

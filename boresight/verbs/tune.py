@@ -10,38 +10,39 @@ from typing import Any
 
 import numpy as np
 
+from boresight.model.errors import InputError
+from boresight.model.estimators import estimator as find_estimator
 from boresight.output import write_file
-from boresight.proving import log_files
-from model.errors import InputError
-from model.estimators import estimator as find_estimator
-from sim.accuracy import AttitudeRmse
-from sim.bundled import is_comparison
-from sim.log import read_log
-from sim.scoring import Scorer, has_truth
-from sim.tuning import (
-    Fold,
-    Tuned,
-    deal_folds,
-    pattern_search,
-    sensitivities,
-    tunable,
-)
+from boresight.sim.accuracy import AttitudeRmse
+from boresight.sim.bundled import is_comparison
+from boresight.sim.log import read_log
+from boresight.sim.scoring import Scorer, has_truth
+from boresight.sim.tuning import Fold, Tuned, deal_folds, pattern_search, sensitivities, tunable
+from boresight.verbs.check import log_files
 
 __all__ = ["tune", "tuning_text"]
 
 #: What the figures are, for people.
-SOURCE = ("mean over trials of the orientation RMSE [deg], C model (same words as the core), "
-          "BROAD's method")
+SOURCE = (
+    "mean over trials of the orientation RMSE [deg], C model (same words as the core), "
+    "BROAD's method"
+)
 
 
 def _figures(scores: Sequence[AttitudeRmse]) -> dict[str, float | None]:
     mean = np.mean(np.array(scores), axis=0)
-    return {k: float(v) if np.isfinite(v) else None
-            for k, v in zip(AttitudeRmse._fields, mean, strict=True)}
+    return {
+        k: float(v) if np.isfinite(v) else None
+        for k, v in zip(AttitudeRmse._fields, mean, strict=True)
+    }
 
 
-def _detuned(start: Mapping[str, float], names: Sequence[str], factor: float,
-             legal: Mapping[str, tuple[float, float]]) -> dict[str, float]:
+def _detuned(
+    start: Mapping[str, float],
+    names: Sequence[str],
+    factor: float,
+    legal: Mapping[str, tuple[float, float]],
+) -> dict[str, float]:
     """The start with its parameters times and over a factor in turn, in their legal range."""
     out = dict(start)
     for k, name in enumerate(names):
@@ -50,11 +51,20 @@ def _detuned(start: Mapping[str, float], names: Sequence[str], factor: float,
     return out
 
 
-def tune(name: str, *logs: str | Path, folds: int = 3, seed: int | None = None,
-         names: Sequence[str] | None = None, rounds: int = 12, detune: float = 1.0,
-         params: Mapping[str, float] | None = None, word: int = 32, jobs: int | None = None,
-         output: str | Path | None = None,
-         progress: Callable[[str], None] | None = None) -> dict[str, Any]:
+def tune(
+    name: str,
+    *logs: str | Path,
+    folds: int = 3,
+    seed: int | None = None,
+    names: Sequence[str] | None = None,
+    rounds: int = 12,
+    detune: float = 1.0,
+    params: Mapping[str, float] | None = None,
+    word: int = 32,
+    jobs: int | None = None,
+    output: str | Path | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> dict[str, Any]:
     """Tune parameters by a pattern search on the C model; see `sim.tuning`.
 
     Parameters
@@ -102,16 +112,25 @@ def tune(name: str, *logs: str | Path, folds: int = 3, seed: int | None = None,
         if value < 1:
             raise InputError.at(what, wanted="1 or more", found=str(value), fix="give more")
     if not 1.0 <= detune <= 1000.0:
-        raise InputError.at("detune", wanted="1 to 1000", found=f"{detune:g}",
-                            fix="choose a factor inside the range")
+        raise InputError.at(
+            "detune",
+            wanted="1 to 1000",
+            found=f"{detune:g}",
+            fix="choose a factor inside the range",
+        )
     if seed is not None and seed < 0:
         raise InputError.at("seed", wanted="0 or more", found=str(seed), fix="choose another")
-    read = sorted(((read_log(p), is_comparison(p)) for p in log_files(logs)),
-                  key=lambda pair: pair[0].name)
+    read = sorted(
+        ((read_log(p), is_comparison(p)) for p in log_files(logs)), key=lambda pair: pair[0].name
+    )
     trials = [log for log, other in read if has_truth(log) and not other]
     if not trials:
-        raise InputError.at("logs", wanted="at least one log with a reference attitude",
-                            found="none", fix="name logs with truth")
+        raise InputError.at(
+            "logs",
+            wanted="at least one log with a reference attitude",
+            found="none",
+            fix="name logs with truth",
+        )
     tests = deal_folds(len(trials), folds, seed) if folds != 1 else []
     say(f"{name}: {len(trials)} trials, {sum(map(len, trials)):,} samples; C model")
     scorer = Scorer(estimator, trials, word=word, jobs=jobs)
@@ -130,9 +149,15 @@ def tune(name: str, *logs: str | Path, folds: int = 3, seed: int | None = None,
         begun = time.perf_counter()
         found = pattern_search(
             lambda values: float(np.mean([s.total for s in scores({**start, **values}, which)])),
-            tuned_params, start, rounds=rounds, progress=lambda text: say(f"{what}, {text}"))
-        say(f"{what}: {found.start_deg:.4f} to {found.best_deg:.4f} deg, "
-            f"{time.perf_counter() - begun:.1f} s")
+            tuned_params,
+            start,
+            rounds=rounds,
+            progress=lambda text: say(f"{what}, {text}"),
+        )
+        say(
+            f"{what}: {found.start_deg:.4f} to {found.best_deg:.4f} deg, "
+            f"{time.perf_counter() - begun:.1f} s"
+        )
         return found
 
     every = range(len(trials))
@@ -143,13 +168,17 @@ def tune(name: str, *logs: str | Path, folds: int = 3, seed: int | None = None,
         fold = search(train, f"fold {k + 1} of {folds}")
         outside = tuple(s.total for s in scores({**start, **fold.values}, test))
         held.append(Fold(test, train, fold, outside))
-        say(f"fold {k + 1} of {folds}: {held[-1].mean_test_deg:.4f} deg on its "
-            f"{len(test)} test trials")
+        say(
+            f"fold {k + 1} of {folds}: {held[-1].mean_test_deg:.4f} deg on its "
+            f"{len(test)} test trials"
+        )
     values = {**start, **tuned.values}
     say("sensitivities")
     around = sensitivities(
         lambda v: float(np.mean([s.total for s in scores({**values, **v}, every)])),
-        tuned_params, tuned.values)
+        tuned_params,
+        tuned.values,
+    )
     before, after = scores(given, every), scores(values, every)
     labels = [log.name for log in trials]
     data: dict[str, Any] = {
@@ -158,23 +187,46 @@ def tune(name: str, *logs: str | Path, folds: int = 3, seed: int | None = None,
         "word": word,
         "source": SOURCE,
         "rmse_deg": {"given": _figures(before), "tuned": _figures(after)},
-        "tuned_parameters": [{"name": p.name, "unit": p.unit, "low": p.low, "high": p.high,
-                              "given": given[p.name], "start": start[p.name],
-                              "tuned": tuned.values[p.name]} for p in tuned_params],
-        "search": {"method": "pattern search (Hooke and Jeeves) in the logarithm",
-                   "rounds": len(tuned.history) - 1, "rounds_most": rounds, "detune": detune,
-                   "evaluations": tuned.evaluations,
-                   "start_deg": _or_none(tuned.start_deg),
-                   "history_deg": [_or_none(h) for h in tuned.history]},
-        "trials": [{"trial": label, "given": a._asdict(), "tuned": b._asdict()}
-                   for label, a, b in zip(labels, before, after, strict=True)],
+        "tuned_parameters": [
+            {
+                "name": p.name,
+                "unit": p.unit,
+                "low": p.low,
+                "high": p.high,
+                "given": given[p.name],
+                "start": start[p.name],
+                "tuned": tuned.values[p.name],
+            }
+            for p in tuned_params
+        ],
+        "search": {
+            "method": "pattern search (Hooke and Jeeves) in the logarithm",
+            "rounds": len(tuned.history) - 1,
+            "rounds_most": rounds,
+            "detune": detune,
+            "evaluations": tuned.evaluations,
+            "start_deg": _or_none(tuned.start_deg),
+            "history_deg": [_or_none(h) for h in tuned.history],
+        },
+        "trials": [
+            {"trial": label, "given": a._asdict(), "tuned": b._asdict()}
+            for label, a, b in zip(labels, before, after, strict=True)
+        ],
         "without_truth": [log.name for log, other in read if other or not has_truth(log)],
         "sensitivity": [s.to_json() for s in around],
-        "cross_validation": None if not held else {
-            "folds": [{"test": [labels[i] for i in f.test], "train": [labels[i] for i in f.train],
-                       "train_deg": _or_none(f.tuned.best_deg),
-                       "test_deg": _or_none(f.mean_test_deg),
-                       "parameters": f.tuned.values} for f in held],
+        "cross_validation": None
+        if not held
+        else {
+            "folds": [
+                {
+                    "test": [labels[i] for i in f.test],
+                    "train": [labels[i] for i in f.train],
+                    "train_deg": _or_none(f.tuned.best_deg),
+                    "test_deg": _or_none(f.mean_test_deg),
+                    "parameters": f.tuned.values,
+                }
+                for f in held
+            ],
             "seed": seed,
             "mean_test_deg": _or_none(float(np.mean([d for f in held for d in f.test_deg]))),
             "source": "mean over all trials, each with parameters tuned on the other folds",
@@ -197,21 +249,28 @@ def tuning_text(data: Mapping[str, Any]) -> str:
     """The result as text for people."""
     given, tuned = data["rmse_deg"]["given"], data["rmse_deg"]["tuned"]
     width = max(len(p["name"]) for p in data["tuned_parameters"])
-    lines = [f"{data['estimator']}, W = {data['word']}, {len(data['trials'])} trials: mean RMSE "
-             "in degrees, total / heading / inclination",
-             "  as given  " + " / ".join(_deg(given[k]) for k in AttitudeRmse._fields),
-             "  tuned     " + " / ".join(_deg(tuned[k]) for k in AttitudeRmse._fields)
-             + f"   ({data['search']['evaluations']} evaluations)"]
+    lines = [
+        f"{data['estimator']}, W = {data['word']}, {len(data['trials'])} trials: mean RMSE "
+        "in degrees, total / heading / inclination",
+        "  as given  " + " / ".join(_deg(given[k]) for k in AttitudeRmse._fields),
+        "  tuned     "
+        + " / ".join(_deg(tuned[k]) for k in AttitudeRmse._fields)
+        + f"   ({data['search']['evaluations']} evaluations)",
+    ]
     cross = data["cross_validation"]
     if cross is not None:
-        lines += [f"  fold {k + 1}: trained on {len(f['train'])} {_deg(f['train_deg'])}, "
-                  f"tested on {len(f['test'])} {_deg(f['test_deg'])}"
-                  for k, f in enumerate(cross["folds"])]
+        lines += [
+            f"  fold {k + 1}: trained on {len(f['train'])} {_deg(f['train_deg'])}, "
+            f"tested on {len(f['test'])} {_deg(f['test_deg'])}"
+            for k, f in enumerate(cross["folds"])
+        ]
         lines.append(f"  cross-validated, mean over all trials {_deg(cross['mean_test_deg'])}")
     lines.append(f"  {'parameter':{width}s}  {'given':>10s} {'tuned':>10s}  total with x 0.5, x 2")
     for p, s in zip(data["tuned_parameters"], data["sensitivity"], strict=True):
-        lines.append(f"  {p['name']:{width}s}  {p['given']:10.4g} {p['tuned']:10.4g}  "
-                     f"{_deg(s['half_deg'])} {_deg(s['double_deg'])}  {p['unit']}".rstrip())
+        lines.append(
+            f"  {p['name']:{width}s}  {p['given']:10.4g} {p['tuned']:10.4g}  "
+            f"{_deg(s['half_deg'])} {_deg(s['double_deg'])}  {p['unit']}".rstrip()
+        )
     if data["without_truth"]:
         lines.append("  left out, no truth: " + ", ".join(data["without_truth"]))
     return "\n".join(lines)

@@ -1,0 +1,87 @@
+"""`boresight report`: one HTML page and one JSON file about an estimator on a log."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from boresight.gateware.core import Core
+from boresight.gateware.synthesis.estimate import Estimate
+from boresight.model.estimators import estimator as find_estimator
+from boresight.output import output_folder
+from boresight.sim.check import CheckResult
+from boresight.sim.check import check as check_log
+from boresight.sim.log import Log, read_log
+from boresight.sim.report_data import report_data
+from boresight.sim.report_html import render_html
+from boresight.verbs.compile import core_for, estimate_core
+
+__all__ = ["report", "write_report"]
+
+
+def write_report(
+    folder: Path,
+    name: str,
+    core: Core,
+    result: CheckResult,
+    log: Log,
+    area: Estimate | None,
+    *,
+    comparison: bool,
+) -> dict[str, Any]:
+    """Write report.json and report.html into ``folder`` and return the data."""
+    data = report_data(
+        core, find_estimator(name), area=area, check=result, log=log, comparison=comparison
+    )
+    (folder / "report.json").write_text(json.dumps(data, indent=1) + "\n")
+    (folder / "report.html").write_text(render_html(data))
+    return data
+
+
+def report(
+    name: str,
+    log_path: str | Path,
+    *,
+    config: str = "small",
+    word: int = 32,
+    steps: int | None = None,
+    synth: bool = True,
+    output: str | Path = "build",
+    comparison: bool = False,
+    params: Mapping[str, float] | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> dict[str, Any]:
+    """Check an estimator on a log, estimate area and clock, and write the report.
+
+    Parameters
+    ----------
+    comparison : bool
+        The log's reference is another device's estimate, not truth.
+
+    Raises
+    ------
+    InputError
+        Unknown names, bad log, folder that cannot be written.
+    """
+    say = progress or (lambda text: None)
+    estimator = find_estimator(name)
+    log = read_log(log_path)
+    with output_folder(Path(output)) as folder:
+        core = core_for(name, config=config, word=word, params=params)
+        result = check_log(
+            estimator,
+            log,
+            config=config,
+            word=word,
+            steps=steps,
+            params=params,
+            core=core,
+            progress=progress,
+        )
+        area = None
+        if synth:
+            say("synthesis (yosys) and clock estimate")
+            area = estimate_core(core)
+        return write_report(folder, name, core, result, log, area, comparison=comparison)
