@@ -1,10 +1,11 @@
-"""Compiles the single-precision C of an estimator for this computer and runs it."""
+"""Compiles the floating-point C of an estimator for this computer and runs it."""
 
 from __future__ import annotations
 
 import ctypes
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,23 +13,29 @@ import numpy.typing as npt
 from boresight.firmware.build import CFLAGS, compile_library
 from boresight.firmware.float_emit import emit_float_c, float_prefix
 from boresight.firmware.names import identifier
+from boresight.firmware.precision import SINGLE, Precision
 from boresight.model.estimator import Estimator
 
 __all__ = ["FloatCModel"]
 
-_FLOAT_POINTER = ctypes.POINTER(ctypes.c_float)
+_POINTERS: dict[str, Any] = {
+    "float": ctypes.POINTER(ctypes.c_float),
+    "double": ctypes.POINTER(ctypes.c_double),
+}
+#: No fused multiply-add, which some processors' compilers use unasked: the same bits everywhere.
+_PLAIN = ("-ffp-contract=off",)
 
 
-def _host_source(estimator: Estimator) -> str:
+def _host_source(estimator: Estimator, precision: Precision) -> str:
     """Entry points for many updates. The structures hold nothing but floats, one after another."""
-    name = float_prefix(estimator)
+    name = float_prefix(estimator, precision)
     params = "".join(
         f"    self->params.{identifier(p.name)} = params[{k}];\n"
         for k, p in enumerate(estimator.params)
     )
     reads = "".join(f"        in.{identifier(i.name)} = *inputs++;\n" for i in estimator.inputs)
     writes = "".join(f"        *outputs++ = out.{identifier(o.name)};\n" for o in estimator.outputs)
-    return (
+    return precision.of_single(
         f'#include "{name}.c"\n\n#include <stddef.h>\n\n'
         f"size_t {name}_size(void);\n"
         f"void {name}_set_params({name}_t *self, const float *params);\n"
@@ -44,12 +51,14 @@ def _host_source(estimator: Estimator) -> str:
 
 
 class FloatCModel:
-    """The emitted float C of an estimator, in the arithmetic of this computer's ``float``.
+    """The emitted C of an estimator in floating point.
 
     Parameters
     ----------
     estimator : Estimator
         What to run.
+    precision : Precision
+        `SINGLE`, or `DOUBLE` for the compiled float64 reference.
     params : mapping, optional
         Parameter values other than the defaults.
     cflags, cache
@@ -60,24 +69,28 @@ class FloatCModel:
         self,
         estimator: Estimator,
         *,
+        precision: Precision = SINGLE,
         params: Mapping[str, float] | None = None,
         cflags: Sequence[str] = CFLAGS,
         cache: Path | None = None,
     ) -> None:
-        self.estimator = estimator
-        name = float_prefix(estimator)
-        files = {**emit_float_c(estimator), f"{name}_host.c": _host_source(estimator)}
+        self.estimator, self.precision = estimator, precision
+        name, pointer = float_prefix(estimator, precision), _POINTERS[precision.type]
+        files = {
+            **emit_float_c(estimator, precision),
+            f"{name}_host.c": _host_source(estimator, precision),
+        }
         self.library = compile_library(
             files,
             name=name,
             source=f"{name}_host.c",
-            cflags=cflags,
+            cflags=(*cflags, *_PLAIN),
             libraries=("-lm",),
             cache=cache,
         )
         library = ctypes.CDLL(str(self.library))
         self._run = getattr(library, f"{name}_run")
-        self._run.argtypes = [ctypes.c_void_p, ctypes.c_size_t, _FLOAT_POINTER, _FLOAT_POINTER]
+        self._run.argtypes = [ctypes.c_void_p, ctypes.c_size_t, pointer, pointer]
         self._run.restype = None
         for function in ("init", "reset"):
             getattr(library, f"{name}_{function}").argtypes = [ctypes.c_void_p]
@@ -86,16 +99,16 @@ class FloatCModel:
         size.restype = ctypes.c_size_t
         self._self = ctypes.create_string_buffer(size())
         getattr(library, f"{name}_init")(self._self)
-        values = np.array(list(estimator.param_values(params).values()), dtype=np.float32)
+        values = np.array(list(estimator.param_values(params).values()), dtype=precision.numpy)
         set_params = getattr(library, f"{name}_set_params")
-        set_params.argtypes = [ctypes.c_void_p, _FLOAT_POINTER]
-        set_params(self._self, values.ctypes.data_as(_FLOAT_POINTER))
+        set_params.argtypes = [ctypes.c_void_p, pointer]
+        set_params(self._self, values.ctypes.data_as(pointer))
 
     def reset(self) -> None:
         """Set the states to their start values; parameters stay as they are."""
         self._reset(self._self)
 
-    def update(self, inputs: npt.ArrayLike) -> npt.NDArray[np.float32]:
+    def update(self, inputs: npt.ArrayLike) -> npt.NDArray[np.floating[Any]]:
         """Run n updates: inputs (n, n_inputs) in their units -> outputs (n, n_outputs).
 
         Raises
@@ -103,15 +116,16 @@ class FloatCModel:
         ValueError
             The shape is wrong.
         """
-        records = np.ascontiguousarray(inputs, dtype=np.float32)
+        records = np.ascontiguousarray(inputs, dtype=self.precision.numpy)
         wanted = len(self.estimator.inputs)
         if records.ndim != 2 or records.shape[1] != wanted:
             raise ValueError(f"inputs must have shape (n, {wanted}), not {records.shape}")
-        outputs = np.empty((len(records), len(self.estimator.outputs)), dtype=np.float32)
+        outputs = np.empty((len(records), len(self.estimator.outputs)), dtype=self.precision.numpy)
+        pointer = _POINTERS[self.precision.type]
         self._run(
             self._self,
             len(records),
-            records.ctypes.data_as(_FLOAT_POINTER),
-            outputs.ctypes.data_as(_FLOAT_POINTER),
+            records.ctypes.data_as(pointer),
+            outputs.ctypes.data_as(pointer),
         )
         return outputs

@@ -1,7 +1,7 @@
-"""Writes an estimator as C99 in single precision, as one would write it by hand.
+"""Writes an estimator as C99 in single or double precision, as one would write it by hand.
 
-The mathematics is that of the float reference (`firmware.float_program`), with ``float`` for
-``double`` and the functions of ``math.h``. Units and formats are those of the estimator's
+The mathematics is that of the float reference (`firmware.float_program`), with the functions of
+``math.h``. Units and formats are those of the estimator's
 declarations: SI, angles in half turns. The interface has the form of the integer C's.
 """
 
@@ -10,21 +10,23 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from boresight.firmware.float_program import FloatProgram, trace_float
-from boresight.firmware.float_text import Expressions, float_helpers, float_literal
+from boresight.firmware.float_text import Expressions, float_helpers
 from boresight.firmware.layout import END, banner, block, join
 from boresight.firmware.names import comment, identifier
+from boresight.firmware.precision import SINGLE, Precision
 from boresight.model.estimator import Estimator
 
 __all__ = ["emit_float_c", "float_prefix"]
 
 
+_ADJECTIVE = {"float": "Single", "double": "Double"}
 #: Longest line inside a function's braces.
 _WIDTH = 92
 
 
-def float_prefix(estimator: Estimator) -> str:
+def float_prefix(estimator: Estimator, precision: Precision = SINGLE) -> str:
     """Name of the files and beginning of every public name."""
-    return f"{identifier(estimator.name)}_float"
+    return f"{identifier(estimator.name)}_{precision.type}"
 
 
 def _head(name: str, suffix: str, brief: str, estimator: Estimator) -> str:
@@ -58,7 +60,7 @@ def _struct(name: str, members: Iterable[tuple[str, str]], note: str) -> str:
     return f"// {note}\n{block('typedef struct', lines)} {name};"
 
 
-def _header(e: Estimator, name: str) -> str:
+def _header(e: Estimator, name: str, precision: Precision) -> str:
     guard = f"{name.upper()}_H"
 
     def ranges(declared: Iterable[object]) -> list[tuple[str, str]]:
@@ -68,7 +70,7 @@ def _header(e: Estimator, name: str) -> str:
         ]
 
     return join(
-        _head(name, ".h", "Single-precision estimator.", e),
+        _head(name, ".h", f"{_ADJECTIVE[precision.type]}-precision estimator.", e),
         f"#ifndef {guard}\n#define {guard}",
         banner("Definitions"),
         f"#define {name.upper()}_INPUTS {len(e.inputs)}\n"
@@ -93,8 +95,8 @@ def _header(e: Estimator, name: str) -> str:
     )
 
 
-def _source(program: FloatProgram, name: str) -> str:
-    e, x = program.estimator, Expressions(program)
+def _source(program: FloatProgram, name: str, precision: Precision) -> str:
+    e, x, literal = program.estimator, Expressions(program, precision), precision.literal
     body = x.statements()
     body += [f"out->{identifier(o)} = {x.text(v)};" for o, v in program.outputs.items()]
     body += [
@@ -104,10 +106,10 @@ def _source(program: FloatProgram, name: str) -> str:
     ]
     text = "\n".join(body)
     unused = [f"(void) {word};" for word in ("self", "in", "out") if f"{word}->" not in text]
-    states = [f"self->state.{identifier(s.name)} = {float_literal(s.initial)};" for s in e.states]
-    params = [f"self->params.{identifier(p.name)} = {float_literal(p.default)};" for p in e.params]
+    states = [f"self->state.{identifier(s.name)} = {literal(s.initial)};" for s in e.states]
+    params = [f"self->params.{identifier(p.name)} = {literal(p.default)};" for p in e.params]
     return join(
-        _head(name, ".c", "Single-precision estimator.", e),
+        _head(name, ".c", f"{_ADJECTIVE[precision.type]}-precision estimator.", e),
         banner("Includes"),
         f'#include "{name}.h"\n\n#include <math.h>\n#include <stdbool.h>',
         banner("Functions"),
@@ -123,16 +125,16 @@ def _source(program: FloatProgram, name: str) -> str:
     )
 
 
-def emit_float_c(estimator: Estimator) -> dict[str, str]:
-    """Texts of ``<name>_float.h`` and ``<name>_float.c`` by file name.
+def emit_float_c(estimator: Estimator, precision: Precision = SINGLE) -> dict[str, str]:
+    """Texts of ``<name>_float.h`` and ``<name>_float.c`` (or ``_double``) by file name.
 
     Raises
     ------
     TypeError
         The estimator's ``step`` uses something that cannot be recorded.
     """
-    name = float_prefix(estimator)
+    name = float_prefix(estimator, precision)
     return {
-        f"{name}.h": _header(estimator, name),
-        f"{name}.c": _source(trace_float(estimator), name),
+        f"{name}.h": precision.of_single(_header(estimator, name, precision)),
+        f"{name}.c": precision.of_single(_source(trace_float(estimator), name, precision)),
     }

@@ -4,19 +4,15 @@ from __future__ import annotations
 
 import re
 
-import numpy as np
-
 from boresight.firmware.float_program import FloatProgram
 from boresight.firmware.float_trace import CONDITIONS, Value
 from boresight.firmware.names import identifier
+from boresight.firmware.precision import SINGLE, Precision
 
-__all__ = ["Expressions", "float_helpers", "float_literal"]
+__all__ = ["Expressions", "float_helpers"]
 
 #: Longest expression that is written into the one that uses it.
 _INLINE = 60
-
-#: Least normal single-precision number: the stand-in for constants that would vanish.
-_LEAST = float(np.finfo(np.float32).tiny)
 
 # Precedences of C.
 _PRIMARY, _UNARY, _TIMES, _PLUS, _LESS, _AND, _OR, _CHOICE = range(16, 0, -2)
@@ -74,27 +70,6 @@ def float_helpers(text: str) -> str:
     return "\n\n".join(body for name, body in _HELPERS.items() if re.search(rf"\b{name}\(", text))
 
 
-def float_literal(number: float) -> str:
-    """The single-precision constant nearest to ``number``.
-
-    One that is smaller than every normal number becomes the least of these: it guards a division.
-
-    Raises
-    ------
-    ValueError
-        It is not finite, or too large.
-    """
-    if 0.0 < abs(number) < _LEAST:
-        number = float(np.copysign(_LEAST, number))
-    with np.errstate(over="ignore"):
-        single = np.float32(number)
-    if not np.isfinite(single):
-        raise ValueError(f"number must be finite in single precision, not {number!r}")
-    text = np.format_float_scientific(single, trim="-", exp_digits=1)
-    plain = np.format_float_positional(single, trim="0")
-    return (plain if len(plain) <= len(text) + 3 else text) + "f"
-
-
 class Expressions:
     """Which values get a variable, and the text of each.
 
@@ -105,10 +80,12 @@ class Expressions:
     ----------
     program : FloatProgram
         What to write.
+    precision : Precision
+        Of the constants; functions are named as for single precision (`Precision.of_single`).
     """
 
-    def __init__(self, program: FloatProgram) -> None:
-        self.program = program
+    def __init__(self, program: FloatProgram, precision: Precision = SINGLE) -> None:
+        self.program, self.precision = program, precision
         self._uses: dict[int, int] = {}
         for value in program.values:
             for arg in value.args:
@@ -136,7 +113,7 @@ class Expressions:
         lines: list[str] = []
         for value in self.program.values:
             if value.kind == "const":
-                self._text[value.index] = (float_literal(value.number), _PRIMARY)
+                self._text[value.index] = (self.precision.literal(value.number), _PRIMARY)
             elif not value.args:
                 group = {"input": "in->", "param": "self->params.", "state": "self->state."}[
                     value.kind

@@ -9,11 +9,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from boresight.model.declarations import Input, Output, Param, State, check_declared
 from boresight.model.errors import InputError
 from boresight.model.fixed import Arithmetic
 from boresight.model.graph import Graph, Node
@@ -36,73 +37,89 @@ FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Input:
-    """One word of every input record. ``low``/``high``: full scale, in ``unit``."""
-
-    name: str
-    low: float
-    high: float
-    unit: str
-
-
-@dataclass(frozen=True)
-class Param:
-    """A register that may be written while the estimator runs.
-
-    ``low``/``high`` are its legal range; ``meaning`` says what small and large values do.
-    """
-
-    name: str
-    default: float
-    low: float
-    high: float
-    unit: str
-    meaning: str
-
-
-@dataclass(frozen=True)
-class State:
-    """A value carried from sample to sample, with its range and start value.
-
-    Unit ``ht`` marks half turns (binary angle, wrapped).
-    """
-
-    name: str
-    low: float
-    high: float
-    unit: str
-    initial: float = 0.0
-
-
-@dataclass(frozen=True)
-class Output:
-    """One word of every output record."""
-
-    name: str
-    unit: str
-
-
-@dataclass(frozen=True)
 class FloatRun:
     """Result of a float run: ``outputs[name]`` has shape (steps, runs)."""
 
     outputs: dict[str, FloatArray]
 
 
+class _AllOutputs:
+    """Default of `Estimator.urgent`: as many as there are outputs."""
+
+    def __get__(self, instance: Estimator | None, owner: type[Estimator]) -> int:
+        return len((owner if instance is None else instance).outputs)
+
+
 class Estimator:
     """Base class of every estimator.
 
-    Class attributes describe the interface; `step` the mathematics. ``urgent`` is the number of
-    leading outputs that make up the attitude: the latency that counts ends with them.
+    Attributes describe the interface, `step` the mathematics. They stand on the class, or on the
+    object where its constructor makes them.
+
+    Attributes
+    ----------
+    name : str
+        By default the class's name in lower case.
+    summary : str
+        One line; by default the first one of the class's docstring.
+    inputs, params, states, outputs : tuple
+        Declarations, in the order of the words.
+    urgent : int
+        Leading outputs whose latency counts first; by default all.
     """
 
-    name: ClassVar[str]
-    summary: ClassVar[str]
-    inputs: ClassVar[tuple[Input, ...]]
-    params: ClassVar[tuple[Param, ...]]
-    states: ClassVar[tuple[State, ...]]
-    outputs: ClassVar[tuple[Output, ...]]
-    urgent: ClassVar[int]
+    name: str = "estimator"
+    summary: str = ""
+    inputs: tuple[Input, ...] = ()
+    params: tuple[Param, ...] = ()
+    states: tuple[State, ...] = ()
+    outputs: tuple[Output, ...] = ()
+    urgent: int = _AllOutputs()  # type: ignore[assignment]
+
+    def __init_subclass__(cls) -> None:
+        own = vars(cls)
+        if "name" not in own:
+            cls.name = cls.__name__.lower()
+        if "summary" not in own and (text := (own.get("__doc__") or "").strip()):
+            cls.summary = text.splitlines()[0].rstrip(".")
+
+    def check_declarations(self) -> None:
+        """Refuse declarations that contradict each other.
+
+        Raises
+        ------
+        InputError
+            A name twice or illegal, no output, ``urgent`` beyond the outputs, ``valid_of`` of no
+            input.
+        """
+        where = f"estimator {self.name}"
+        check_declared(
+            where,
+            ("estimator", (self,)),
+            ("input", self.inputs),
+            ("parameter", self.params),
+            ("state", self.states),
+            ("output", self.outputs),
+        )
+        if not self.outputs:
+            raise InputError.at(where, wanted="an output", found="none", fix="declare outputs")
+        if not 0 <= self.urgent <= len(self.outputs):
+            raise InputError.at(
+                where,
+                wanted=f"urgent of 0 to {len(self.outputs)}",
+                found=str(self.urgent),
+                fix="it counts the leading outputs whose latency counts first",
+            )
+        names = {i.name for i in self.inputs}
+        for flag in self.inputs:
+            unknown = [name for name in flag.flags if name not in names]
+            if unknown:
+                raise InputError.at(
+                    f"{where}, input {flag.name}",
+                    wanted="valid_of names of inputs",
+                    found=unknown[0],
+                    fix=f"choose of {', '.join(sorted(names - {flag.name}))}",
+                )
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         """One update: state ``x``, inputs ``u``, parameters ``p`` (attributes by name).

@@ -8,8 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from boresight.firmware.float_program import FloatProgram
-from boresight.firmware.float_text import Expressions, float_helpers, float_literal
+from boresight.firmware.float_text import Expressions, float_helpers
 from boresight.firmware.float_trace import Tape, Value
+from boresight.firmware.precision import SINGLE
 from boresight.model import ops
 from boresight.model.estimator import Estimator
 
@@ -33,19 +34,19 @@ def text_of(make) -> str:
 
 @given(st.floats(width=32, allow_nan=False, allow_infinity=False, allow_subnormal=False))
 def test_literal_is_the_number(number: float) -> None:
-    text = float_literal(number)
+    text = SINGLE.literal(number)
     assert text.endswith("f")
     assert "." in text or "e" in text
     assert np.float32(text[:-1]) == np.float32(number)
 
 
 def test_literals() -> None:
-    assert float_literal(1.0) == "1.0f"
-    assert float_literal(-0.5) == "-0.5f"
-    assert float_literal(1e-300) == "1.1754944e-38f"
-    assert float_literal(0.0) == "0.0f"
+    assert SINGLE.literal(1.0) == "1.0f"
+    assert SINGLE.literal(-0.5) == "-0.5f"
+    assert SINGLE.literal(1e-300) == "1.1754944e-38f"
+    assert SINGLE.literal(0.0) == "0.0f"
     with pytest.raises(ValueError, match="^number must be finite in single precision, not 1e"):
-        float_literal(1e39)
+        SINGLE.literal(1e39)
 
 
 @pytest.mark.parametrize(

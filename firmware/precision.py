@@ -1,0 +1,64 @@
+"""Single or double precision: type, literals and functions of the C that is written."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+__all__ = ["DOUBLE", "SINGLE", "Precision"]
+
+
+@dataclass(frozen=True)
+class Precision:
+    """A floating-point type of C.
+
+    Attributes
+    ----------
+    type : str
+        Its name in C.
+    numpy : type
+        Its counterpart in numpy.
+    suffix : str
+        Ends its literals and the names of its functions in ``math.h``.
+    """
+
+    type: str
+    numpy: Any
+    suffix: str
+
+    def literal(self, number: float) -> str:
+        """The constant nearest to ``number``, in the fewest digits.
+
+        One that is smaller than every normal number becomes the least of these: it guards a
+        division.
+
+        Raises
+        ------
+        ValueError
+            It is not finite, or too large.
+        """
+        least = float(np.finfo(self.numpy).tiny)
+        if 0.0 < abs(number) < least:
+            number = float(np.copysign(least, number))
+        with np.errstate(over="ignore"):
+            rounded = self.numpy(number)
+        if not np.isfinite(rounded):
+            raise ValueError(f"number must be finite in a {self.type}, not {number!r}")
+        text = np.format_float_scientific(rounded, trim="-", exp_digits=1)
+        plain = np.format_float_positional(rounded, trim="0")
+        return (plain if len(plain) <= len(text) + 3 else text) + self.suffix
+
+    def of_single(self, text: str) -> str:
+        """C that is written for ``float``, in this precision: type, literals, functions."""
+        if self.suffix == "f":
+            return text
+        text = re.sub(r"\bfloat\b", self.type, text)
+        text = re.sub(r"\b(\d+\.\d+)f\b", rf"\1{self.suffix}", text)
+        return re.sub(r"\b(fabs|sqrt|sin|cos|asin|atan2|floor)f\(", rf"\1{self.suffix}(", text)
+
+
+SINGLE = Precision("float", np.float32, "f")
+DOUBLE = Precision("double", np.float64, "")

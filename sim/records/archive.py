@@ -1,0 +1,138 @@
+"""``.npz`` archives: one array for each column, or the nine-axis form ``t, gyr, acc, mag``.
+
+The nine-axis form holds ``gyr``, ``acc``, ``mag`` (n, 3) and perhaps ``q`` (n, 4): they become
+the columns ``gx`` to ``mz`` and ``qw`` to ``qz``. With ``fs``, or ``restart``, there is a column
+``dt``: 1/fs or the differences of ``t``, and `RESTART_S` where a filter begins anew.
+"""
+
+from __future__ import annotations
+
+import io
+import zipfile
+import zlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.model.errors import InputError
+from boresight.sim.records.record import Record, columns_of, index_place
+from boresight.sim.records.steps import RESTART_S, steps_of
+
+__all__ = ["format_npz", "parse_npz"]
+
+#: Arrays of the nine-axis form, and their columns.
+_TRIPLES = {
+    "gyr": ("gx", "gy", "gz"),
+    "acc": ("ax", "ay", "az"),
+    "mag": ("mx", "my", "mz"),
+    "q": ("qw", "qx", "qy", "qz"),
+}
+#: What numpy, zipfile and zlib raise on bytes that are no archive, or a damaged one.
+_UNREADABLE = (
+    AttributeError,
+    EOFError,
+    KeyError,
+    MemoryError,
+    OSError,
+    RuntimeError,
+    ValueError,
+    zipfile.BadZipFile,
+    zlib.error,
+)
+
+
+def format_npz(record: Record) -> bytes:
+    """Pack a record: one array for each column."""
+    buffer = io.BytesIO()
+    arrays = {
+        name if column.unit is None else f"{name}[{column.unit}]": column.values
+        for name, column in record.columns.items()
+    }
+    np.savez_compressed(buffer, allow_pickle=False, **arrays)
+    return buffer.getvalue()
+
+
+def parse_npz(path: Path, content: bytes) -> Record:
+    """Unpack and check the content of an ``.npz`` log.
+
+    Parameters
+    ----------
+    path : Path
+        Names the record and the places in messages.
+    content : bytes
+        The file.
+
+    Raises
+    ------
+    InputError
+        It is no such archive; the message names the array and the index, from 0.
+    """
+    try:
+        archive = np.load(io.BytesIO(content), allow_pickle=False)
+        held = {key: archive[key] for key in archive.files}
+    except _UNREADABLE:
+        raise InputError.at(
+            str(path),
+            wanted="an .npz archive of plain arrays",
+            found="something that cannot be read as one",
+            fix="write it with numpy.savez; a CSV log must not be named .npz",
+        ) from None
+    if not held:
+        raise InputError.at(
+            str(path), wanted="arrays", found="an empty archive", fix="store one array per column"
+        )
+    columns = columns_of(str(path), _flattened(str(path), held))
+    return Record(path.stem, columns, index_place(str(path)))
+
+
+def _flattened(where: str, held: dict[str, npt.NDArray[Any]]) -> dict[str, npt.NDArray[Any]]:
+    """Arrays with triples taken apart, and ``fs`` and ``restart`` made a column ``dt``."""
+    flat: dict[str, npt.NDArray[Any]] = {}
+    rate, restart = held.pop("fs", None), held.pop("restart", None)
+    for key, array in held.items():
+        names = _TRIPLES.get(key)
+        if names is None or array.ndim == 1:
+            flat[key] = array
+        elif array.ndim == 2 and array.shape[1] == len(names):
+            flat.update({name: array[:, k] for k, name in enumerate(names)})
+        else:
+            raise InputError.at(
+                f"{where}, array {key}",
+                wanted=f"shape (n, {len(names)})",
+                found=repr(array.shape),
+                fix="store one row per sample",
+            )
+    if rate is None and restart is None:
+        return flat
+    if "t" not in flat or "dt" in flat:
+        raise InputError.at(
+            where,
+            wanted="t, and no dt, beside fs or restart",
+            found=", ".join(flat),
+            fix="give the times, or the steps themselves in dt",
+        )
+    dt = steps_of(where, flat["t"]) if rate is None else _steady(where, rate, len(flat["t"]))
+    if restart is not None:
+        if restart.shape != dt.shape or restart.dtype.kind not in "biu":
+            raise InputError.at(
+                f"{where}, array restart",
+                wanted=f"truth values, shape {dt.shape}",
+                found=f"{restart.dtype}, shape {restart.shape}",
+                fix="store one for each sample",
+            )
+        dt = np.where(restart != 0, RESTART_S, dt)
+    return {**flat, "dt": dt}
+
+
+def _steady(where: str, rate: npt.NDArray[Any], count: int) -> npt.NDArray[np.float64]:
+    number = rate.shape == () and rate.dtype.kind in "iuf"
+    if not (number and np.isfinite(rate) and rate > 0):
+        raise InputError.at(
+            f"{where}, fs",
+            wanted="one number above 0 (Hz)",
+            found=repr(rate.tolist())[:40],
+            fix="correct it, or leave it out to use the times",
+        )
+    return np.full(count, 1.0 / float(rate))

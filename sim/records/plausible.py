@@ -1,0 +1,88 @@
+"""Warnings, in words, where a sensor's values cannot be what their unit says.
+
+A wrong unit gives a bit-exact run of nonsense, so the values themselves are looked at: a gyro that
+turns ten times a second for minutes reads deg/s, a specific force whose length is one reads g. It
+is a guess, so it warns and never refuses.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.model.estimator import Estimator
+
+__all__ = ["warnings_of"]
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class _Rule:
+    """Of sensors with one unit: which typical lengths are odd, and what they look like."""
+
+    unit: str
+    odd: Callable[[float], bool]
+    looks: str
+    wants_triple: bool = False
+
+
+_RULES = (
+    # 10 rad/s is 95 turns a minute, in half of all samples.
+    _Rule("rad/s", lambda typical: typical > 10.0, "deg/s"),
+    _Rule("m/s^2", lambda typical: 0.9 < typical < 1.1, "g (g0 in a header)", wants_triple=True),
+    _Rule("m/s^2", lambda typical: 900.0 < typical < 1100.0, "mg", wants_triple=True),
+    # The Earth's field is 22 to 67 uT.
+    _Rule("uT", lambda typical: 0.15 < typical < 1.0, "gauss", wants_triple=True),
+    _Rule("uT", lambda typical: 150.0 < typical < 1000.0, "milligauss", wants_triple=True),
+    _Rule("uT", lambda typical: typical > 1e4, "nT", wants_triple=True),
+)
+
+
+def warnings_of(
+    estimator: Estimator, inputs: FloatArray, new: npt.NDArray[np.bool_]
+) -> tuple[str, ...]:
+    """One line for each sensor whose typical value is odd.
+
+    Parameters
+    ----------
+    inputs : (n, n_inputs)
+        In the declared units.
+    new : bool (n, n_inputs)
+        New samples; others do not count.
+    """
+    found = []
+    for names, columns in _sensors(estimator):
+        rows = new[:, columns].all(axis=1)
+        if not rows.any():
+            continue
+        unit = estimator.inputs[columns[0]].unit
+        typical = float(np.median(np.linalg.norm(inputs[rows][:, columns], axis=1)))
+        found += [
+            f"{' '.join(names)}: typically {typical:.3g} {unit}, which looks like {rule.looks}"
+            for rule in _RULES
+            if rule.unit == unit
+            and (len(columns) == 3 or not rule.wants_triple)
+            and rule.odd(typical)
+        ]
+    dt = next((k for k, i in enumerate(estimator.inputs) if i.name == "dt"), None)
+    if dt is not None and np.median(inputs[:, dt]) >= estimator.inputs[dt].high:
+        found.append("dt: at the end of its range in most rows; is t in seconds?")
+    return tuple(found)
+
+
+def _sensors(estimator: Estimator) -> list[tuple[list[str], list[int]]]:
+    """Inputs of one unit whose names differ in a last x, y, z together, others alone."""
+    groups: dict[tuple[str, str], tuple[list[str], list[int]]] = {}
+    for k, declared in enumerate(estimator.inputs):
+        if declared.flags:
+            continue
+        axis = declared.name[-1:] in ("x", "y", "z")
+        key = (declared.name[:-1] if axis else declared.name, declared.unit)
+        names, columns = groups.setdefault(key, ([], []))
+        names.append(declared.name)
+        columns.append(k)
+    return list(groups.values())

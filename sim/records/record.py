@@ -1,0 +1,190 @@
+"""A record: columns by name, in their units, one value per sample."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.model.errors import InputError
+
+__all__ = ["TRUTH", "Column", "Record", "index_place"]
+
+FloatArray = npt.NDArray[np.float64]
+
+#: End of the name of a column that is the truth of an output.
+TRUTH = "_true"
+
+#: Names a value for a message: (row, column) -> "a.csv, line 7, column gx".
+Place = Callable[[int, str], str]
+
+
+@dataclass(frozen=True, eq=False)
+class Column:
+    """Values of one name: NaN where there is no new sample. ``unit`` is None where none is said."""
+
+    values: FloatArray
+    unit: str | None = None
+
+
+def index_place(where: str) -> Place:
+    """Names values by array and index from 0: ``<where>, gx[12]``."""
+    return lambda row, column: f"{where}, {column}[{row}]"
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """Samples of named quantities.
+
+    Attributes
+    ----------
+    name : str
+        For reports; that of the file without suffix.
+    columns : mapping of str to Column
+        Each with one value for each sample; ``t`` is the time, in seconds where no unit is said.
+        ``NAME_true`` is the truth of output NAME.
+    place : callable
+        Names a value for a message.
+
+    Raises
+    ------
+    InputError
+        No column, columns of different lengths, an infinite value, a time that is missing or does
+        not increase.
+    """
+
+    name: str
+    columns: Mapping[str, Column]
+    place: Place = field(default=index_place("record"))
+
+    def __post_init__(self) -> None:
+        lengths = {len(c.values) for c in self.columns.values()}
+        if len(lengths) != 1 or not lengths.copy().pop():
+            raise InputError.at(
+                f"record {self.name!r}",
+                wanted="columns with one value for each sample, at least one",
+                found=f"lengths {sorted(lengths)}" if lengths else "no column",
+                fix="give every column the same number of values",
+            )
+        for name, column in self.columns.items():
+            infinite = np.isinf(column.values)
+            if infinite.any():
+                self._refuse(int(np.argmax(infinite)), name, "a finite number", "an infinite one")
+        if "t" in self.columns:
+            self._check_time()
+
+    def _check_time(self) -> None:
+        t = self.columns["t"].values
+        if np.isnan(t).any():
+            self._refuse(int(np.argmax(np.isnan(t))), "t", "a time in every row", "no value")
+        late = np.diff(t) <= 0
+        if late.any():
+            row = int(np.argmax(late)) + 1
+            raise InputError.at(
+                self.place(row, "t"),
+                wanted=f"a time above {t[row - 1]!r}, that of the row before",
+                found=repr(float(t[row])),
+                fix="sort the rows and remove repeated ones",
+            )
+
+    def _refuse(self, row: int, column: str, wanted: str, found: str) -> None:
+        raise InputError.at(
+            self.place(row, column), wanted=wanted, found=found, fix="correct or remove the row"
+        )
+
+    def __len__(self) -> int:
+        """Count the samples."""
+        return len(next(iter(self.columns.values())).values)
+
+    def head(self, steps: int | None) -> Record:
+        """The leading samples; all of them for None."""
+        if steps is None or steps >= len(self):
+            return self
+        cut = {n: Column(c.values[:steps], c.unit) for n, c in self.columns.items()}
+        return Record(self.name, cut, self.place)
+
+    @classmethod
+    def of(cls, data: Any, *, name: str = "record") -> Record:
+        """A record of data in memory, or of a file.
+
+        Parameters
+        ----------
+        data : Record, path, mapping of arrays, structured array, or table
+            A mapping gives arrays (n,) by column name; a table is anything with ``columns`` and
+            ``data[column]`` (pandas, polars). Names may carry a unit, ``gx[deg/s]``.
+
+        Raises
+        ------
+        InputError
+            It is none of these, or a column holds no numbers.
+        """
+        if isinstance(data, Record):
+            return data
+        if isinstance(data, str | Path):
+            from boresight.sim.records.files import read_record
+
+            return read_record(data)
+        names = getattr(getattr(data, "dtype", None), "names", None)
+        if names is None and isinstance(data, Mapping):
+            names = list(data)
+        elif names is None:
+            names = getattr(data, "columns", None)
+        if names is None:
+            raise InputError.at(
+                name,
+                wanted="a path, arrays by column name, or a table with named columns",
+                found=type(data).__name__,
+                fix='give for example {"t": t, "z": z}',
+            )
+        return cls(
+            name, columns_of(name, {str(n): np.asarray(data[n]) for n in names}), index_place(name)
+        )
+
+
+def columns_of(where: str, arrays: Mapping[str, npt.NDArray[Any]]) -> dict[str, Column]:
+    """Columns of arrays by name, units in brackets taken off.
+
+    Raises
+    ------
+    InputError
+        Not one-dimensional, no numbers, or two of one name.
+    """
+    columns: dict[str, Column] = {}
+    for head, array in arrays.items():
+        name, unit = split_header(where, head)
+        if name in columns:
+            raise InputError.at(
+                where, wanted="every column once", found=f"two named {name}", fix="keep one"
+            )
+        if array.ndim != 1 or array.dtype.kind not in "biuf":
+            raise InputError.at(
+                f"{where}, column {name}",
+                wanted="real numbers, shape (n,)",
+                found=f"{array.dtype}, shape {array.shape}",
+                fix="convert it",
+            )
+        columns[name] = Column(array.astype(np.float64), unit)
+    return columns
+
+
+def split_header(where: str, head: str) -> tuple[str, str | None]:
+    """Name and unit of ``gx[deg/s]``; no unit where there are no brackets.
+
+    Raises
+    ------
+    InputError
+        Brackets that do not match, no name, or a unit that nobody knows.
+    """
+    name, bracket, rest = head.strip().partition("[")
+    name, unit = name.strip(), rest.strip()
+    if not bracket:
+        unit = "]"
+    if not name or not unit.endswith("]") or any(c in "[]" for c in unit[:-1] + name):
+        raise InputError.at(
+            where, wanted="column names like gx or gx[deg/s]", found=repr(head), fix="correct it"
+        )
+    return name, unit[:-1].strip() if bracket else None

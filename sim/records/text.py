@@ -1,0 +1,160 @@
+"""CSV: one header, one line per sample, every fault named by line and column.
+
+Comment lines (``#``) may stand above the header. A header field is ``NAME`` or ``NAME[unit]``; an
+empty field says that there is no new sample.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.model.errors import InputError
+from boresight.sim.records.record import Column, Record, split_header
+
+__all__ = ["format_csv", "parse_csv"]
+
+FloatArray = npt.NDArray[np.float64]
+
+
+def format_csv(record: Record) -> str:
+    """Write the shortest digits that give each float64 back; NaN becomes an empty field."""
+    header = ",".join(
+        name if column.unit is None else f"{name}[{column.unit}]"
+        for name, column in record.columns.items()
+    )
+    rows = np.column_stack([c.values for c in record.columns.values()]).tolist()
+    body = "\n".join(",".join(map(repr, row)) for row in rows)
+    return f"{header}\n{body}\n".replace("nan", "")
+
+
+def parse_csv(path: Path, content: bytes) -> Record:
+    """Parse and check the content of a CSV log.
+
+    Parameters
+    ----------
+    path : Path
+        Names the record and the places in messages.
+    content : bytes
+        The file.
+
+    Raises
+    ------
+    InputError
+        It is no such table; the message names the line and the column.
+    """
+    lines = _text_lines(path, content)
+    top = next((k for k, s in enumerate(lines) if s.strip() and not s.startswith("#")), None)
+    if top is None:
+        raise InputError.at(
+            str(path),
+            wanted="a header of column names",
+            found="only blank lines and comments" if content.strip() else "an empty file",
+            fix="write the header and one line per sample",
+        )
+    heads = _header(f"{path}, line {top + 1}", lines[top])
+    rows = lines[top + 1 :]
+    while rows and not rows[-1].strip():
+        rows.pop()
+    if not rows:
+        raise InputError.at(
+            f"{path}, line {top + 1}",
+            wanted="rows of samples below the header",
+            found="none",
+            fix="write one line per sample",
+        )
+    table = _table(path, top + 2, [name for name, _ in heads], rows)
+    columns = {name: Column(table[:, k], unit) for k, (name, unit) in enumerate(heads)}
+    return Record(path.stem, columns, lambda row, column: _place(path, row + top + 2, column))
+
+
+def _place(path: Path, line: int, column: str) -> str:
+    return f"{path}, line {line}, column {column}"
+
+
+def _text_lines(path: Path, content: bytes) -> list[str]:
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = "\0"
+    if "\0" in text:
+        raise InputError.at(
+            str(path),
+            wanted="a CSV log in UTF-8 text",
+            found="binary data",
+            fix="export it as text; an archive of arrays must be named .npz",
+        )
+    return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+
+
+def _header(where: str, line: str) -> list[tuple[str, str | None]]:
+    heads = [split_header(where, field) for field in line.split(",")]
+    names = [name for name, _ in heads]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise InputError.at(
+            where,
+            wanted="every column once",
+            found=f"{names.count(twice)} columns {twice}",
+            fix="keep one of them",
+        )
+    if all(_number(name) is not None for name in names):
+        raise InputError.at(
+            where,
+            wanted="a header of column names",
+            found="numbers only",
+            fix="write the names of the columns above the first sample",
+        )
+    return heads
+
+
+def _table(path: Path, first_line: int, names: list[str], rows: list[str]) -> FloatArray:
+    width = len(names)
+    counts = np.array([row.count(",") for row in rows]) + 1
+    if (counts != width).any():
+        row = int(np.argmax(counts != width))
+        raise InputError.at(
+            f"{path}, line {row + first_line}",
+            wanted=f"{width} fields, as in the header",
+            found=str(counts[row]) if rows[row].strip() else "an empty line",
+            fix="complete or remove the line",
+        )
+    body = ",".join(rows)
+    fields = body.split(",")
+    table = _numbers(body, fields).reshape(-1, width)
+    bad = np.isinf(table)
+    if bad.any():
+        row, column = divmod(int(np.argmax(bad)), width)
+        field = fields[row * width + column].strip()
+        raise InputError.at(
+            _place(path, row + first_line, names[column]),
+            wanted="a finite number, or nothing",
+            found=repr(field if len(field) <= 40 else f"{field[:37]}..."),
+            fix="correct or remove the line",
+        )
+    return table
+
+
+def _numbers(body: str, fields: list[str]) -> FloatArray:
+    """Value of each field: NaN if it is empty, infinity if it is not a finite number."""
+    # Only what cannot be mistaken goes the fast way: float() also takes "nan" (which would pass
+    # for empty), "1_000", and digits of other scripts.
+    plain = not body.encode().translate(None, delete=b"0123456789+-.eE, \t")
+    if plain:
+        try:
+            return np.array([float(field or "nan") for field in fields])
+        except ValueError:
+            pass  # the caller needs to know which field, so look at each
+    values = (_number(field.strip()) if field.strip() else np.nan for field in fields)
+    return np.array([np.inf if value is None else value for value in values])
+
+
+def _number(field: str) -> float | None:
+    """A finite number, or None."""
+    try:
+        value = float(field) if field.isascii() and "_" not in field else np.inf
+    except ValueError:
+        return None
+    return value if np.isfinite(value) else None

@@ -1,0 +1,65 @@
+"""From one unit to another.
+
+`pint` knows the units; here are the few that the field writes otherwise: ``ht`` (half turns),
+``uT``, ``g0`` (standard gravity; plain ``g`` is a gram and is refused by its dimension).
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+__all__ = ["UnitError", "known", "linear"]
+
+
+class UnitError(ValueError):
+    """A unit that is not known, or one of another dimension; the message says which."""
+
+
+@cache
+def _registry() -> Any:
+    import pint  # half a second: only where a header asks for it
+
+    registry: Any = pint.UnitRegistry()
+    registry.define("half_turn = pi * radian = ht")
+    registry.define("g0 = 9.80665 * meter / second ** 2")
+    return registry
+
+
+@cache
+def linear(given: str, wanted: str) -> tuple[float, float]:
+    """``(factor, offset)`` of ``value_in_wanted = factor * value_in_given + offset``.
+
+    Raises
+    ------
+    UnitError
+        Unknown, or of another dimension.
+    """
+    if given == wanted:
+        return 1.0, 0.0
+    registry = _registry()
+    quantity, target = registry.Quantity, _parsed(wanted)
+    source = _parsed(given)
+    try:
+        zero = float(quantity(0.0, source).to(target).magnitude)
+        one = float(quantity(1.0, source).to(target).magnitude)
+    except Exception:  # pint's errors share no base class
+        raise UnitError(f"{given} is no {wanted or 'plain number'}") from None
+    return one - zero, zero
+
+
+def known(unit: str) -> bool:
+    """Whether a unit can be read."""
+    try:
+        _parsed(unit)
+    except UnitError:
+        return False
+    return True
+
+
+def _parsed(unit: str) -> Any:
+    text = unit.replace("µ", "u").replace("²", "^2").replace("·", "*")
+    try:
+        return _registry().parse_units(text)
+    except Exception:  # undefined, not a text of units, or its evaluation failed
+        raise UnitError(f"unit {unit!r} is not known") from None
