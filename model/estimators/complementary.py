@@ -21,7 +21,8 @@ import math
 from typing import Any
 
 from boresight.model import ops
-from boresight.model.estimator import Estimator, Input, Output, Param, State
+from boresight.model.estimator import Estimator, Param, State
+from boresight.model.estimators.nine_axis import INPUTS, OUTPUTS
 
 __all__ = ["STATUS_BITS", "Complementary", "ComplementaryAsPrinted", "per_sample_gains"]
 
@@ -67,12 +68,7 @@ class Complementary(Estimator):
 
     name = "complementary"
     summary = "Euler-angle complementary filter (Ma Long 2014), consistent z-x'-y'' kinematics"
-    inputs = (
-        Input("dt", -0.25, 0.2499, "s"),
-        *(Input(f"g{axis}", -40.0, 40.0, "rad/s") for axis in "xyz"),
-        *(Input(f"m{axis}", -256.0, 255.9, "uT") for axis in "xyz"),
-        *(Input(f"a{axis}", -160.0, 160.0, "m/s^2") for axis in "xyz"),
-    )
+    inputs = INPUTS
     params = (
         _gain(
             "kp_pitch_per_s",
@@ -152,16 +148,7 @@ class Complementary(Estimator):
         State("since_mag", 0.0, 0.999, "s"),
         State("field_sq", FIELD_UNKNOWN, 2e5, "uT^2", FIELD_UNKNOWN),
     )
-    outputs = (
-        Output("pitch", "ht"),
-        Output("roll", "ht"),
-        Output("heading", "ht"),
-        Output("qw", ""),
-        Output("qx", ""),
-        Output("qy", ""),
-        Output("qz", ""),
-        Output("status", "bits"),
-    )
+    outputs = OUTPUTS
     urgent = 7  # Euler angles and quaternion; the status word may follow
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:

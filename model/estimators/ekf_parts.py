@@ -11,7 +11,8 @@ from typing import Any
 
 from boresight.model import ops
 from boresight.model.covariance import BELOW_ONE, Symmetric, bounded_element, congruence, symmetric
-from boresight.model.estimator import Input, Output, Param, State
+from boresight.model.estimator import Param, State
+from boresight.model.estimators.nine_axis import INPUTS, OUTPUTS
 from boresight.model.quaternion import dot, euler_ht, increment, left_matrix, matrix, multiply
 
 __all__ = [
@@ -54,22 +55,6 @@ MOVE_LIMIT = 128.0  #: largest innovation over its scaled standard deviation.
 ALIGN_NOISE = 2.0**-6  #: measurement noise while aligning, scaled.
 ALIGN_P = 0.15  #: variances of the attitude while aligning, scaled; their sum is below the limit.
 
-INPUTS = (
-    Input("dt", -0.25, 0.2499, "s"),
-    *(Input(f"g{axis}", -40.0, 40.0, "rad/s") for axis in "xyz"),
-    *(Input(f"m{axis}", -256.0, 255.9, "uT") for axis in "xyz"),
-    *(Input(f"a{axis}", -160.0, 160.0, "m/s^2") for axis in "xyz"),
-)
-OUTPUTS = (
-    Output("pitch", "ht"),
-    Output("roll", "ht"),
-    Output("heading", "ht"),
-    Output("qw", ""),
-    Output("qx", ""),
-    Output("qy", ""),
-    Output("qz", ""),
-    Output("status", "bits"),
-)
 SCALE = Param(
     "scale",
     8.0,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from boresight.model.estimator import Param, State
-from boresight.model.estimators.complementary import Complementary
+from boresight.model.estimators.nine_axis import INPUTS, OUTPUTS
 
 __all__ = [
     "AXES",
@@ -27,9 +27,6 @@ PAIRS = tuple((i, j) for i in range(6) for j in range(i, 6))
 
 #: Attitude from which every alignment starts: half a turn away from none that people stand at.
 START = (0.5377, 0.3126, -0.2871, 0.7285)
-
-INPUTS = Complementary.inputs
-OUTPUTS = Complementary.outputs
 
 #: Bits of the output ``status``.
 STATUS_BITS = {
