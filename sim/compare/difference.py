@@ -1,0 +1,165 @@
+"""One output beside its reference: how far apart, where, and whether that is accepted.
+
+Values are compared in the output's unit; half turns modulo 2; words of flags bit by bit; outputs
+named ``qw qx qy qz`` with the sign that brings the quaternions together, and besides as the angle
+between the attitudes, in degrees.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.model.attitude import quaternion_conjugate, quaternion_multiply
+from boresight.model.declarations import EXACT_UNITS, Output
+
+__all__ = ["ATTITUDE", "QUATERNION", "Difference", "differences"]
+
+FloatArray = npt.NDArray[np.float64]
+
+#: Outputs that together are an attitude.
+QUATERNION = ("qw", "qx", "qy", "qz")
+#: Name of the difference between attitudes.
+ATTITUDE = "attitude"
+
+
+@dataclass(frozen=True)
+class Difference:
+    """How far an output lies from its reference.
+
+    Attributes
+    ----------
+    output, unit : str
+        ``ATTITUDE`` in deg is the angle between two quaternions; of flags the unit is "words".
+    samples : int
+        Compared; samples without a reference are left out.
+    largest, rms : float
+        NaN where a value is none.
+    at_step : int or None
+        Sample of the largest.
+    tolerance : float or None
+        None: shown, not judged.
+    """
+
+    output: str
+    unit: str
+    samples: int
+    largest: float
+    rms: float
+    at_step: int | None
+    tolerance: float | None
+
+    @property
+    def good(self) -> bool:
+        """Not judged, or within the tolerance over at least one sample; NaN is beyond any."""
+        return self.tolerance is None or (self.samples > 0 and self.largest <= self.tolerance)
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain data."""
+        return {
+            "output": self.output,
+            "unit": self.unit,
+            "samples": self.samples,
+            "max": self.largest if math.isfinite(self.largest) else None,
+            "rms": self.rms if math.isfinite(self.rms) else None,
+            "at_step": self.at_step,
+            "tolerance": self.tolerance,
+            "good": self.good,
+        }
+
+    def line(self) -> str:
+        """One line for people."""
+        unit = f" {self.unit}" if self.unit else ""
+        if self.tolerance is None:
+            verdict = "not judged"
+        else:
+            verdict = f"{'within' if self.good else 'BEYOND'} {self.tolerance:.3g}"
+        where = "" if self.at_step is None else f" in step {self.at_step}"
+        return (
+            f"{self.output:12s} max {self.largest:.3g}{unit}{where}, rms {self.rms:.3g}: {verdict}"
+        )
+
+
+def differences(
+    outputs: Sequence[Output],
+    found: Mapping[str, FloatArray],
+    reference: Mapping[str, FloatArray],
+    *,
+    judged: bool = True,
+) -> list[Difference]:
+    """Compare outputs with their references.
+
+    Parameters
+    ----------
+    outputs : sequence of Output
+        Those without a reference are left out.
+    found, reference : mapping of str to float64 (n,)
+        By name, in the outputs' units; NaN in the reference: none there.
+    judged : bool
+        Whether tolerances count (they are of fixed point against float, not against truth).
+    """
+    by_name = {o.name: o for o in outputs}
+    whole = all(name in by_name and name in reference for name in QUATERNION)
+    turned = dict(reference)
+    if whole:
+        q, r = (np.stack([x[n] for n in QUATERNION], axis=-1) for x in (found, reference))
+        sign = np.where((q * r).sum(axis=-1) < 0.0, -1.0, 1.0)
+        turned |= {n: reference[n] * sign for n in QUATERNION}
+    out = []
+    for output in outputs:
+        if output.name not in reference:
+            continue
+        exact = output.unit in EXACT_UNITS
+        apart = _apart(output.unit, found[output.name], turned[output.name])
+        tolerance = (0.0 if exact else output.tolerance) if judged else None
+        unit = "words" if exact else output.unit
+        out.append(_difference(output.name, unit, apart, turned[output.name], tolerance))
+    if whole:
+        limits = [by_name[n].tolerance for n in QUATERNION] if judged else [None]
+        # An angle a differs by a/2 in the quaternion, whose length is at most twice a component's.
+        limit = (
+            None if None in limits else math.degrees(4.0 * max(x for x in limits if x is not None))
+        )
+        angle = np.degrees(_angle(q, r))
+        out.append(_difference(ATTITUDE, "deg", angle, r.sum(axis=-1), limit))
+    return out
+
+
+def _apart(unit: str, found: FloatArray, reference: FloatArray) -> FloatArray:
+    if unit in EXACT_UNITS:
+        return np.where(
+            np.isnan(found) | np.isnan(reference), np.nan, np.rint(found) != np.rint(reference)
+        )
+    apart = np.abs(found - reference)
+    return np.abs((apart + 1.0) % 2.0 - 1.0) if unit == "ht" else apart
+
+
+def _angle(q: FloatArray, r: FloatArray) -> FloatArray:
+    """Angle [rad] of the rotation between quaternions (n, 4), which need not be of norm 1."""
+    w, *v = np.moveaxis(quaternion_multiply(q, quaternion_conjugate(r)), -1, 0)
+    return np.asarray(2.0 * np.arctan2(np.linalg.norm(v, axis=0), np.abs(w)), dtype=np.float64)
+
+
+def _difference(
+    name: str, unit: str, apart: FloatArray, reference: FloatArray, tolerance: float | None
+) -> Difference:
+    there = ~np.isnan(reference)
+    if not there.any():
+        return Difference(name, unit, 0, math.nan, math.nan, None, tolerance)
+    seen = apart[there]
+    broken = np.isnan(seen)
+    k = int(np.argmax(broken if broken.any() else seen))
+    return Difference(
+        name,
+        unit,
+        int(there.sum()),
+        float(seen[k]),
+        float(np.sqrt(np.mean(seen**2))),
+        int(np.flatnonzero(there)[k]),
+        tolerance,
+    )

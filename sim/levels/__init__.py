@@ -1,0 +1,12 @@
+"""Levels: one estimator in its forms, behind one protocol.
+
+======== =========================================================================================
+module   what it holds
+======== =========================================================================================
+level    the protocol: `reset`, `step` for closed loops, `run` for records; what a run gives
+floating float64 with numpy (the reference as written), and compiled from C
+integer  the integer interpreter, and the emitted C
+rtl      the core's Verilog: replayed for records, live for closed loops
+registry levels by name
+======== =========================================================================================
+"""
