@@ -70,7 +70,7 @@ class CompiledFloat:
 
     def run(self, records: FloatArray) -> Run:
         """Updates, one after the other."""
-        found = self._model.update(records)
+        found = self._model.update(records).astype(np.float64)
         return Run({o.name: found[:, k].copy() for k, o in enumerate(self.estimator.outputs)})
 
     def close(self) -> None:

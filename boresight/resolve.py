@@ -1,0 +1,234 @@
+"""From what a user writes to an object: ``mekf``, ``file.py:Class``, ``file.py:Class(sites=2)``.
+
+A name stands for one of ours or for an entry point of an installed package; a file may hold several
+classes, and needs no class name where it holds one. Classes and objects stand for themselves.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import importlib.util
+import sys
+import traceback
+from collections.abc import Iterable, Mapping
+from importlib import metadata
+from pathlib import Path
+from types import ModuleType
+from typing import Any, TypeVar
+
+from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator
+from boresight.model.estimators import ESTIMATORS
+
+__all__ = ["ESTIMATOR_GROUP", "estimator_of", "load", "names_of_entry_points", "split_names"]
+
+#: Entry points of installed packages that are estimators.
+ESTIMATOR_GROUP = "boresight.estimators"
+
+T = TypeVar("T")
+
+
+def estimator_of(what: str | type[Estimator] | Estimator) -> Estimator:
+    """The estimator that is meant, its declarations checked.
+
+    Parameters
+    ----------
+    what : str, class or Estimator
+        See the module.
+
+    Raises
+    ------
+    InputError
+        Nothing of that name; a file that does not exist, does not import, or holds no estimator
+        or several; arguments that its constructor does not take; declarations that contradict
+        each other.
+    """
+    found = load(what, Estimator, "estimator", ESTIMATORS, ESTIMATOR_GROUP)
+    found.check_declarations()
+    return found
+
+
+def split_names(*texts: str) -> list[str]:
+    """Names of texts that hold one or several with commas, but for commas in brackets."""
+    out = []
+    for text in texts:
+        depth, start = 0, 0
+        for k, c in enumerate(text):
+            depth += (c in "([{") - (c in ")]}")
+            if c == "," and depth == 0:
+                out.append(text[start:k])
+                start = k + 1
+        out.append(text[start:])
+    return out
+
+
+def names_of_entry_points(group: str) -> list[str]:
+    """Names that installed packages offer."""
+    return sorted({point.name for point in metadata.entry_points(group=group)})
+
+
+def load(what: Any, base: type[T], kind: str, known: Mapping[str, type[T]], group: str) -> T:
+    """An object of class ``base``: see `estimator_of`.
+
+    Parameters
+    ----------
+    kind : str
+        For messages: "estimator", "world".
+    known : mapping
+        Ours, by name.
+    group : str
+        Group of entry points.
+    """
+    if isinstance(what, base):
+        return what
+    if isinstance(what, type) and issubclass(what, base):
+        return _made(what, what.__name__, (), {})
+    if not isinstance(what, str):
+        raise InputError.at(
+            kind,
+            wanted=f"a name, file.py:Class, a class or an object of {base.__name__}",
+            found=type(what).__name__,
+            fix=f"derive the class from boresight.{base.__name__}",
+        )
+    path, colon, rest = what.rpartition(":") if ".py:" in what else (what, "", "")
+    if not colon and not what.endswith(".py"):
+        return _made(_named(what, kind, known, group), what, (), {})
+    module = _module(Path(path), kind)
+    name, args, options = _call(rest, what) if colon else ("", (), {})
+    return _made(_class(module, name, base, kind, path), what, args, options)
+
+
+def _named(name: str, kind: str, known: Mapping[str, type[T]], group: str) -> type[T]:
+    if name in known:
+        return known[name]
+    for point in metadata.entry_points(group=group):
+        if point.name == name:
+            try:
+                return point.load()  # type: ignore[no-any-return]
+            except Exception as error:
+                raise InputError.at(
+                    f"{kind} {name}",
+                    wanted=f"an entry point that imports ({point.value})",
+                    found=f"{type(error).__name__}: {error}",
+                    fix="mend or remove the package that offers it",
+                ) from error
+    offered = [*known, *names_of_entry_points(group)]
+    raise InputError.at(
+        kind,
+        wanted=f"one of {', '.join(offered)}, or file.py:Class",
+        found=repr(name),
+        fix="boresight list shows them all",
+    )
+
+
+def _module(path: Path, kind: str) -> ModuleType:
+    """The file as a module; imported once for each content."""
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise InputError.at(
+            str(path),
+            wanted=f"a Python file with an {kind}"
+            if kind[0] in "aeio"
+            else f"a Python file with a {kind}",
+            found=(error.strerror or type(error).__name__).lower(),
+            fix="check the path",
+        ) from None
+    place = path.resolve()
+    name = f"_boresight_{hashlib.sha256(str(place).encode() + content).hexdigest()[:16]}"
+    if name in sys.modules:
+        return sys.modules[name]
+    spec = importlib.util.spec_from_file_location(name, place)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    if str(place.parent) not in sys.path:  # so that it finds the modules beside it
+        sys.path.append(str(place.parent))
+    try:
+        spec.loader.exec_module(module)
+    except InputError:
+        del sys.modules[name]
+        raise
+    except (Exception, SystemExit) as error:
+        del sys.modules[name]
+        raise InputError.at(
+            _place(error, place, path),
+            wanted="a file that imports",
+            found=f"{type(error).__name__}: {error}".splitlines()[0][:200],
+            fix="correct it",
+        ) from error
+    return module
+
+
+def _place(error: BaseException, place: Path, path: Path) -> str:
+    """File and line of an error, as far as it happened in the user's file."""
+    if isinstance(error, SyntaxError) and error.lineno is not None:
+        return f"{path}, line {error.lineno}"
+    lines = [
+        f.lineno for f in traceback.extract_tb(error.__traceback__) if f.filename == str(place)
+    ]
+    return f"{path}, line {lines[-1]}" if lines else str(path)
+
+
+def _call(text: str, what: str) -> tuple[str, tuple[Any, ...], dict[str, Any]]:
+    """``Class`` or ``Class(1, n=2)`` as name and literal arguments."""
+    try:
+        node = ast.parse(text, mode="eval").body
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
+            options = {str(k.arg): ast.literal_eval(k.value) for k in node.keywords if k.arg}
+            if len(options) == len(node.keywords):
+                return node.func.id, tuple(map(ast.literal_eval, node.args)), options
+        elif isinstance(node, ast.Name):
+            return node.id, (), {}
+    except (SyntaxError, ValueError, TypeError, MemoryError, RecursionError):
+        pass
+    raise InputError.at(
+        repr(what),
+        wanted="file.py:Class or file.py:Class(NAME=VALUE)",
+        found=repr(text),
+        fix="give numbers and texts as arguments, in quotes for the shell",
+    )
+
+
+def _class(module: ModuleType, name: str, base: type[T], kind: str, path: str) -> type[T]:
+    own: dict[str, type[T]] = {
+        n: c
+        for n, c in vars(module).items()
+        if isinstance(c, type) and issubclass(c, base) and c.__module__ == module.__name__
+    }
+    if name in own:
+        return own[name]
+    if name and name in vars(module):
+        found = f"{name}, which is no {base.__name__}"
+    else:
+        found = _listed(own) if own or not name else f"no {name}"
+    if not name and len(own) == 1:
+        return next(iter(own.values()))
+    raise InputError.at(
+        path,
+        wanted=f"a class {name} derived from boresight.{base.__name__}"
+        if name
+        else f"one class derived from boresight.{base.__name__}",
+        found=found,
+        fix=f"name one: {path}:{next(iter(own))}" if own else f"write an {kind} in it",
+    )
+
+
+def _listed(names: Iterable[str]) -> str:
+    return ", ".join(names) or "none"
+
+
+def _made(cls: type[T], what: str, args: tuple[Any, ...], options: dict[str, Any]) -> T:
+    try:
+        made = cls(*args, **options)
+    except InputError:
+        raise
+    except Exception as error:
+        raise InputError.at(
+            what,
+            wanted=f"arguments that {cls.__name__} takes",
+            found=f"{type(error).__name__}: {error}".splitlines()[0][:200],
+            fix=f"write {cls.__name__}(NAME=VALUE, ...)",
+        ) from error
+    return made

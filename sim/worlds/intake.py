@@ -1,0 +1,96 @@
+"""One record of a world as an estimator's inputs, checked sample by sample."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator
+
+__all__ = ["Intake"]
+
+
+class Intake:
+    """Turns a world's records into input vectors, as `sim.records.feed` does with a log's.
+
+    Parameters
+    ----------
+    estimator : Estimator
+    where : str
+        World, for messages.
+
+    Attributes
+    ----------
+    clamped : dict of str to int
+        Samples beyond the range of inputs that are declared to be clamped.
+    """
+
+    def __init__(self, estimator: Estimator, where: str) -> None:
+        self.estimator, self.where = estimator, where
+        self.clamped: dict[str, int] = {}
+        self._held: dict[str, float] = {}
+        self._steps = 0
+
+    def take(self, record: Mapping[str, float]) -> npt.NDArray[np.float64]:
+        """Inputs (n_inputs,) of one record.
+
+        Raises
+        ------
+        InputError
+            An input is not there, is no number, is missing where it may not be, or lies outside
+            its declared range.
+        """
+        values, new = [], {}
+        for declared in self.estimator.inputs:
+            if declared.flags:
+                values.append(0.0)
+                continue
+            value = self._number(record, declared.name)
+            new[declared.name] = not math.isnan(value)
+            if math.isnan(value):
+                value = self._missing(declared.name, declared.missing)
+            self._held[declared.name] = value
+            inside = min(max(value, declared.low), declared.high)
+            if inside != value:
+                if not declared.clamp:
+                    raise self._error(
+                        declared.name,
+                        f"{declared.low:g} to {declared.high:g} {declared.unit}".rstrip(),
+                        f"{value:.6g}",
+                    )
+                self.clamped[declared.name] = self.clamped.get(declared.name, 0) + 1
+            values.append(inside)
+        for k, declared in enumerate(self.estimator.inputs):
+            if declared.flags:
+                valid = all(new[name] for name in declared.flags)
+                values[k] = declared.high if valid else max(declared.low, 0.0)
+        self._steps += 1
+        return np.array(values)
+
+    def _number(self, record: Mapping[str, float], name: str) -> float:
+        if name not in record:
+            raise self._error(name, f"a value for every input of {self.estimator.name}", "none")
+        try:
+            value = float(record[name])
+        except (TypeError, ValueError):
+            raise self._error(name, "a number", type(record[name]).__name__) from None
+        return value
+
+    def _missing(self, name: str, rule: float | str | None) -> float:
+        if rule == "hold" and name in self._held:
+            return self._held[name]
+        if rule is None or isinstance(rule, str):
+            raise self._error(name, "a number", "no value")
+        return rule
+
+    def _error(self, name: str, wanted: str, found: str) -> InputError:
+        return InputError.at(
+            f"{self.where}, step {self._steps}, {name}",
+            wanted=wanted,
+            found=found,
+            fix="correct the record that the world returns",
+        )

@@ -1,0 +1,46 @@
+"""What a world is: it is asked for the next record and told the last outputs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+__all__ = ["World"]
+
+
+class World:
+    """Base class of closed loops.
+
+    A world gives records to an estimator and hears what it answered. It is deterministic: after
+    `start` the same answers give the same records, bit by bit, so that levels can be compared.
+
+    Attributes
+    ----------
+    name : str
+        By default the class's name in lower case.
+    """
+
+    name: str = "world"
+
+    def __init_subclass__(cls) -> None:
+        if "name" not in vars(cls):
+            cls.name = cls.__name__.lower()
+
+    def start(self) -> None:
+        """Begin anew: whatever the world remembers goes back to its start."""
+
+    def record(self, outputs: Mapping[str, float] | None) -> Mapping[str, float] | None:
+        """The next record.
+
+        Parameters
+        ----------
+        outputs : mapping of str to float, or None
+            What the estimator answered to the last record, by output name, in the outputs' units;
+            None before the first.
+
+        Returns
+        -------
+        mapping of str to float, or None
+            Values by input name, in the inputs' units (NaN: no new sample), and perhaps truths
+            under ``NAME_true``; None when the world has come to its end.
+        """
+        raise NotImplementedError
