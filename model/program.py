@@ -13,6 +13,7 @@ import json
 from collections.abc import Iterator
 from dataclasses import dataclass, field, fields, is_dataclass
 from enum import Enum, StrEnum
+from functools import cached_property
 from typing import Any
 
 from boresight.model.fixed import Arithmetic, Format
@@ -206,7 +207,7 @@ class Program:
             table_memory=tuple(d["table_memory"]),
         )
 
-    @property
+    @cached_property
     def digest(self) -> str:
         """The identity that reports and the core's build register carry: a SHA-256.
 
