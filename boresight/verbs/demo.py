@@ -77,7 +77,7 @@ def demo(
                     at_hand, estimator, area=area, check=result, log=log, comparison=True
                 )
                 page = f"report-{estimator.name}.html"
-                (folder / page).write_text(render_html(report))
+                (folder / page).write_text(render_html(report), encoding="utf-8")
                 reports.append(report)
                 rows.append(_row(report, good=result.good, page=str(target / page)))
             data = together(core, reports)
