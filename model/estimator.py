@@ -6,8 +6,10 @@ reference); `Estimator.compile` runs it once on tracing scalars and gives the `P
 
 from __future__ import annotations
 
+import traceback
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -200,7 +202,16 @@ class Estimator:
         Raises
         ------
         InputError
-            Width outside 18 to 32, or a value that fixed point cannot hold (named).
+            Width outside 18 to 32, declarations that contradict each other, a step that raises or
+            returns other than its states and outputs, or a value that fixed point cannot hold
+            (named).
+        """
+        return self.compile_traced(word=word)[0]
+
+    def compile_traced(self, *, word: int = 32) -> tuple[Program, dict[int, Node]]:
+        """`compile`, and the traced node that each value of the program holds, by value number.
+
+        Values that belong to no node (constants, parts of a function) are left out.
         """
         if not 18 <= word <= 32:
             raise InputError.at(
@@ -209,6 +220,7 @@ class Estimator:
                 found=str(word),
                 fix="choose a width inside the range",
             )
+        self.check_declarations()
         g = Graph(self.name)
         u = [g.leaf("input", i.name, i.low, i.high, i.unit) for i in self.inputs]
         p = [g.leaf("param", i.name, i.low, i.high, i.unit) for i in self.params]
@@ -217,16 +229,9 @@ class Estimator:
         def by_name(nodes: Sequence[Node]) -> SimpleNamespace:
             return SimpleNamespace(**{n.label: n for n in nodes})
 
-        after, out = self.step(by_name(x), by_name(u), by_name(p))
-        if set(out) != {o.name for o in self.outputs}:
-            raise ValueError(
-                f"step of {self.name} must return the declared outputs, not {sorted(out)}"
-            )
-        if set(after) != {s.name for s in self.states}:
-            raise ValueError(
-                f"step of {self.name} must return the declared states, not {sorted(after)}"
-            )
-        return lower(
+        after, out = self.checked_step(by_name(x), by_name(u), by_name(p))
+        nodes: dict[int, Node] = {}
+        program = lower(
             self.name,
             arithmetic=Arithmetic(word=word),
             inputs=u,
@@ -235,7 +240,58 @@ class Estimator:
                 (n, s.initial, g.lift(after[s.name])) for n, s in zip(x, self.states, strict=True)
             ],
             outputs={o.name: g.lift(out[o.name]) for o in self.outputs},
+            nodes=nodes,
         )
+        return program, nodes
+
+    def checked_step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+        """`step`, whose mistakes become one line with the place where they happened.
+
+        Raises
+        ------
+        InputError
+            It raises, or returns other than two dictionaries of the declared states and outputs.
+        """
+        try:
+            result = self.step(x, u, p)
+        except InputError:
+            raise
+        except Exception as error:
+            raise InputError.at(
+                place_of(error),
+                wanted=f"a step of {self.name} that computes",
+                found=f"{type(error).__name__}: {error}".splitlines()[0],
+                fix="use + - * /, comparisons and boresight.ops",
+            ) from error
+        if not (isinstance(result, tuple) and len(result) == 2):
+            raise InputError.at(
+                f"step of {self.name}",
+                wanted="two dictionaries: next states, outputs",
+                found=f"{type(result).__name__}",
+                fix="return {states by name}, {outputs by name}",
+            )
+        for kind, declared, given in (
+            ("state", self.states, result[0]),
+            ("output", self.outputs, result[1]),
+        ):
+            names = {d.name for d in declared}
+            wrong = sorted(names ^ set(given))
+            if wrong:
+                found = "none" if wrong[0] in names else "one that is not declared"
+                raise InputError.at(
+                    f"step of {self.name}, {kind} {wrong[0]}",
+                    wanted=f"each declared {kind} once: {', '.join(d.name for d in declared)}",
+                    found=found,
+                    fix=f"return it with the {kind}s, or change the declaration",
+                )
+        return result
+
+
+def place_of(error: BaseException) -> str:
+    """File and line where an error happened, outside the tracer's own files."""
+    frames = traceback.extract_tb(error.__traceback__)
+    theirs = [f for f in frames if Path(f.filename).parent != Path(__file__).parent] or frames
+    return f"{Path(theirs[-1].filename).name}, line {theirs[-1].lineno}"
 
 
 def input_words(program: Program, inputs: FloatArray) -> npt.NDArray[np.int64]:

@@ -8,8 +8,11 @@ be bounded by its author (`model.ops.bounded`).
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
+from types import FrameType
 from typing import Any
 
 from boresight.model import rounded
@@ -25,7 +28,8 @@ LEAVES = ("input", "param", "state", "const")
 class Node:
     """One expression.
 
-    ``signs`` belongs to kind "sum"; ``value`` to "const"; ``quarter`` to "sin" (cosine).
+    ``signs`` belongs to kind "sum"; ``value`` to "const"; ``quarter`` to "sin" (cosine). ``line``
+    is where its author wrote it: "file.py, line 41".
     """
 
     graph: Graph
@@ -41,6 +45,7 @@ class Node:
     unit: str = ""
     name: str | None = None
     uses: int = 0
+    line: str = ""
 
     #: numpy's scalars and arrays leave the operators to this class.
     __array_ufunc__ = None
@@ -139,6 +144,22 @@ _FUNCTIONS: dict[str, Callable[[float], float]] = {
 }
 
 
+#: Files whose lines nobody wrote an estimator in.
+_OWN = frozenset({__file__, str(Path(__file__).with_name("ops.py"))})
+
+
+def _author_line() -> str:
+    """The line that asks for a node: the innermost one outside the tracer."""
+    frame: FrameType | None = sys._getframe(2)
+    while frame is not None and (
+        frame.f_code.co_filename in _OWN or frame.f_code.co_filename.startswith("<")
+    ):
+        frame = frame.f_back
+    if frame is None:
+        return ""
+    return f"{frame.f_code.co_filename.rpartition('/')[2]}, line {frame.f_lineno}"
+
+
 class Graph:
     """Builds nodes; one graph per trace."""
 
@@ -153,7 +174,7 @@ class Graph:
         key = (kind, tuple(a.number for a in args), key)
         if key in self._unique:
             return self._unique[key]
-        node = Node(self, len(self.nodes), kind, args, **attributes)
+        node = Node(self, len(self.nodes), kind, args, line=_author_line(), **attributes)
         self.nodes.append(node)
         self._unique[key] = node
         return node

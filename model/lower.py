@@ -36,6 +36,10 @@ class _Lowering:
         self._of_node: dict[int, int] = {}
         self._copies: dict[tuple[int, int], int] = {}
 
+    def held(self, node: Node) -> int:
+        """The value that holds a node; -1 if none does."""
+        return self._of_node.get(node.number, -1)
+
     def leaf(self, node: Node, kind: Kind, default: float = 0.0) -> int:
         """The value of an input, parameter or state."""
         fmt = Format.for_range(self.groups.arith.word, node.low, node.high)
@@ -316,8 +320,8 @@ def _power_of_two(c: float) -> bool:
     return math.frexp(abs(c))[0] == 0.5
 
 
-def _pruned(program: Program) -> Program:
-    """``program`` without the operations and constants that nothing needs."""
+def _pruned(program: Program) -> tuple[Program, dict[int, int]]:
+    """``program`` without what nothing needs, and the new numbers of the values that stay."""
     used = {*program.outputs, *(after for _, after in program.states)}
     ops: list[Op] = []
     for op in reversed(program.ops):
@@ -334,7 +338,7 @@ def _pruned(program: Program) -> Program:
         flag, norm, index = (None if v is None else new[v] for v in (op.flag, op.norm, op.index))
         return replace(op, dest=new[op.dest], terms=terms, flag=flag, norm=norm, index=index)
 
-    return replace(
+    pruned = replace(
         program,
         values=tuple(program.values[n] for n in keep),
         ops=tuple(renumber(op) for op in reversed(ops)),
@@ -342,6 +346,7 @@ def _pruned(program: Program) -> Program:
         outputs=tuple(new[n] for n in program.outputs),
         states=tuple((new[a], new[b]) for a, b in program.states),
     )
+    return pruned, new
 
 
 def _count_uses(roots: Sequence[Node]) -> None:
@@ -370,6 +375,7 @@ def lower(
     params: Sequence[tuple[Node, float]],
     states: Sequence[tuple[Node, float, Node]],
     outputs: Mapping[str, Node],
+    nodes: dict[int, Node] | None = None,
 ) -> Program:
     """Compile a traced step.
 
@@ -378,6 +384,8 @@ def lower(
     inputs, params, states, outputs
         Leaves in stream order; each parameter with its default; each state with its initial value
         and the node that replaces it; named results in stream order.
+    nodes : dict, optional
+        Takes the node of each value of the program that holds one, by value number.
 
     Raises
     ------
@@ -395,7 +403,7 @@ def lower(
         (s, low.word(nxt, frac=low.groups.frac(s)))
         for s, (_, _, nxt) in zip(state_values, states, strict=True)
     )
-    return _pruned(
+    program, new = _pruned(
         Program(
             name,
             arithmetic,
@@ -408,3 +416,8 @@ def lower(
             tables.table_memory(arithmetic),
         )
     )
+    if nodes is not None and outputs:
+        graph = next(iter(outputs.values())).graph
+        held = ((low.held(node), node) for node in graph.nodes)
+        nodes.update({new[n]: node for n, node in held if n in new})
+    return program
