@@ -145,7 +145,9 @@ _FUNCTIONS: dict[str, Callable[[float], float]] = {
 
 
 #: Files whose lines nobody wrote an estimator in.
-_OWN = frozenset({__file__, str(Path(__file__).with_name("ops.py"))})
+_OWN = frozenset(str(Path(__file__).with_name(name)) for name in ("graph.py", "ops.py", "lower.py"))
+#: The file that makes the leaves, which have no line: their declarations say what they are.
+_CALLER = str(Path(__file__).with_name("estimator.py"))
 
 
 def _author_line() -> str:
@@ -155,7 +157,7 @@ def _author_line() -> str:
         frame.f_code.co_filename in _OWN or frame.f_code.co_filename.startswith("<")
     ):
         frame = frame.f_back
-    if frame is None:
+    if frame is None or frame.f_code.co_filename == _CALLER:
         return ""
     return f"{frame.f_code.co_filename.rpartition('/')[2]}, line {frame.f_lineno}"
 
