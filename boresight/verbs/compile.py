@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -28,8 +29,11 @@ from boresight.sharing import estimator_names, params_of_each
 from boresight.sim.check_shared import shared_core
 from boresight.sim.report_data import report_data
 from boresight.soc_project import SOC_CLOCK_HZ, soc_verilog, write_soc
+from boresight.verbs.options import Outcome, model_options, params_of, progress_of
 
 __all__ = [
+    "add_arguments",
+    "call",
     "check_board",
     "compile",
     "core_for",
@@ -291,3 +295,64 @@ def together(core: Core, reports: Sequence[dict[str, Any]]) -> dict[str, Any]:
         },
         "programs": dict(zip(core.names, reports, strict=True)),
     }
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """What the command line takes."""
+    parser.add_argument(
+        "estimators",
+        nargs="+",
+        metavar="ESTIMATOR",
+        help="several: one core that holds them all, a register says which runs",
+    )
+    model_options(parser)
+    parser.add_argument("--board", help="also write an ISE project: mimas or sk-xc6slx9")
+    parser.add_argument(
+        "--top",
+        default="sensors",
+        help="what that is: sensors, the complete system, "
+        "or records, the core alone, fed by the host",
+    )
+    parser.add_argument(
+        "--with-cpu",
+        action="store_true",
+        help="and a soft core with its firmware (needs the RISC-V compiler)",
+    )
+    parser.add_argument("--synth", action="store_true", help="also estimate area and clock (yosys)")
+    parser.add_argument("--urgent", type=int, help="leading outputs whose latency counts first")
+    parser.add_argument("-o", "--output", default="build", metavar="DIR")
+
+
+def call(args: Namespace) -> Outcome:
+    """Do it; see `Outcome`."""
+    names = estimator_names(*args.estimators)
+    data = compile(
+        *names,
+        config=args.config,
+        board=args.board,
+        word=args.word,
+        synth=args.synth,
+        output=args.output,
+        params=params_of(args, names),
+        urgent=args.urgent,
+        top=args.top,
+        with_cpu=args.with_cpu,
+        progress=progress_of(args),
+    )
+    lines = []
+    for name, report in data.get("programs", {"": data}).items():
+        timing = report["timing"]["latency_cycles_by_output"]
+        lines.append(
+            f"{args.output}: {name and name + ': '}"
+            + ", ".join(f"{k} {v}" for k, v in timing.items())
+            + " cycles"
+        )
+    if "system" in data:
+        whole = data["system"]
+        clock = whole["clock_mhz_estimate"]
+        lines.append(
+            f"complete system: {whole['lut']} LUT, {whole['ff']} FF, {whole['dsp']} "
+            f"DSP48A1, {whole['ramb16']:g} RAMB16; clock {clock['median']} MHz (estimate, "
+            f"-2, median nets; {clock['p75']} with 75th percentile nets)"
+        )
+    return 0, data, "\n".join(lines)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 from boresight.gateware.system.programs import system_core
+from boresight.model.errors import InputError
 from boresight.model.estimators import estimator as find_estimator
 from boresight.output import output_folder
 from boresight.sim.bundled import bundled
@@ -17,9 +19,10 @@ from boresight.sim.log import read_log
 from boresight.sim.report_data import report_data
 from boresight.sim.report_html import render_html
 from boresight.verbs.compile import estimate_core, together, write_core, write_system
+from boresight.verbs.options import Outcome, progress_of
 from boresight.verbs.simulate import simulate, simulate_text
 
-__all__ = ["FILTERS", "RECORDING", "STEPS", "demo", "summary_table"]
+__all__ = ["FILTERS", "RECORDING", "STEPS", "add_arguments", "call", "demo", "summary_table"]
 
 RECORDING = "ximu_walk"
 #: Programs of the core, by number.
@@ -177,3 +180,22 @@ def summary_table(data: dict[str, Any]) -> str:
     if "board" in data:
         text += "\n\ncomplete board in simulation, small\n" + simulate_text({"runs": data["board"]})
     return text
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """What the command line takes."""
+    parser.add_argument("-o", "--output", default="build", metavar="DIR")
+    parser.add_argument("--steps", type=int, default=STEPS, help="leading samples of the recording")
+
+
+def call(args: Namespace) -> Outcome:
+    """Do it; see `Outcome`."""
+    if args.steps < 1:
+        raise InputError.at(
+            "--steps", wanted="1 or more", found=str(args.steps), fix="give more steps"
+        )
+    data = demo(output=args.output, steps=args.steps, progress=progress_of(args))
+    text = (
+        summary_table(data) + "\n\n" + "\n".join(f"report: {r['report']}" for r in data["filters"])
+    )
+    return 0 if data["good"] else 1, data, text

@@ -5,6 +5,7 @@ from __future__ import annotations
 import platform
 import shutil
 import subprocess
+from argparse import ArgumentParser, Namespace
 from importlib import metadata
 from typing import Any
 
@@ -14,8 +15,9 @@ from boresight.gateware.synthesis.yosys import find_tool
 from boresight.model.errors import ToolMissing
 from boresight.sim.formal.tools import solver_version
 from boresight.sim.simulators import available, version
+from boresight.verbs.options import Outcome
 
-__all__ = ["doctor"]
+__all__ = ["add_arguments", "call", "doctor"]
 
 #: Python packages that must be there.
 PACKAGES = (
@@ -114,3 +116,20 @@ def doctor() -> dict[str, Any]:
         }
     )
     return {"tools": tools, "good": all(t["version"] or not t["needed"] for t in tools)}
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """What the command line takes."""
+
+
+def call(args: Namespace) -> Outcome:
+    """Do it; see `Outcome`."""
+    data = doctor()
+    lines = [
+        f"{t['tool']:16s} {t['version']}"
+        if t["version"]
+        else f"{t['tool']:16s} {'MISSING' if t['needed'] else 'not here'}: {t['advice']}"
+        for t in data["tools"]
+        if not args.quiet or (t["needed"] and not t["version"])
+    ]
+    return 0 if data["good"] else 1, data, "\n".join(lines)

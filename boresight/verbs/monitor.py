@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from argparse import ArgumentParser, Namespace
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
@@ -14,8 +15,10 @@ from boresight.gateware.system.attitude_frame import Attitude
 from boresight.model.errors import InputError
 from boresight.monitor_plot import save_plot
 from boresight.output import write_file
+from boresight.terminal import say
+from boresight.verbs.options import Outcome
 
-__all__ = ["Track", "attitude_line", "monitor", "track_of"]
+__all__ = ["Track", "add_arguments", "attitude_line", "call", "monitor", "track_of"]
 
 _COLUMNS = (
     "number",
@@ -245,3 +248,62 @@ def monitor(
         "written": {r["name"]: word & 0xFFFF_FFFF for r, word in words},
         "registers": registers,
     }
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """What the command line takes."""
+    parser.add_argument("source", metavar="PORT|CAPTURE")
+    parser.add_argument("--baud", type=int, default=921_600, help="bits per second")
+    parser.add_argument("--count", type=int, help="attitudes to take; default: all, or for ever")
+    parser.add_argument("--csv", metavar="OUT.csv", help="write a table")
+    parser.add_argument("--plot", metavar="OUT.png", help="write a picture: .png, .svg or .pdf")
+    parser.add_argument(
+        "--read",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="read a register, by name or address, repeatable",
+    )
+    parser.add_argument(
+        "--write",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="write a register, before any is read, repeatable",
+    )
+    parser.add_argument("--map", metavar="REGISTERS.json", help="register map of the bitstream")
+
+
+def call(args: Namespace) -> Outcome:
+    """Do it; see `Outcome`."""
+    each = None if args.json or args.quiet else lambda a: say(attitude_line(a))
+    data = monitor(
+        args.source,
+        baud=args.baud,
+        count=args.count,
+        csv=args.csv,
+        plot=args.plot,
+        reads=args.read,
+        writes=args.write,
+        register_map=args.map,
+        each=each,
+    )
+    lines = [f"{name} = 0x{word:08x} written" for name, word in data["written"].items()]
+    for name, register in data["registers"].items():
+        value = register["value"]
+        shown = (
+            ", ".join(f"{k} {v}" for k, v in value.items())
+            if isinstance(value, dict)
+            else f"{value:.9g}"
+            if isinstance(value, float)
+            else str(value)
+        )
+        lines.append(
+            f"{name} = {shown} {register['unit']}".rstrip() + f"  (0x{register['word']:08x})"
+        )
+    if data["attitudes"] or not lines:
+        lines.append(
+            f"{len(data['attitudes'])} attitudes, {data['missing']} missing, "
+            f"{data['bad']} frames or lines damaged"
+        )
+    return 0, data, "\n".join(lines)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -22,8 +23,9 @@ from boresight.sim.cosim import RtlSimulation
 from boresight.sim.feed import attitude_of, euler_deg_of, inputs_of, named_outputs, status_of
 from boresight.sim.log import read_log
 from boresight.sim.segments import interpret
+from boresight.verbs.options import Outcome, model_options, params_of
 
-__all__ = ["LEVELS", "run"]
+__all__ = ["LEVELS", "add_arguments", "call", "run"]
 
 LEVELS = ("float", "fixed", "c", "rtl")
 
@@ -123,3 +125,36 @@ def run(
         "status": status,
         "rmse_deg": rmse,
     }
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """What the command line takes."""
+    parser.add_argument("estimator")
+    parser.add_argument("log")
+    parser.add_argument("--on", default="fixed", help="float, fixed, c or rtl")
+    model_options(parser)
+    parser.add_argument("--steps", type=int)
+    parser.add_argument("-o", "--output", metavar="OUT.csv")
+
+
+def call(args: Namespace) -> Outcome:
+    """Do it; see `Outcome`."""
+    if args.output is None and not args.json:
+        args.output = f"{args.estimator}-{args.on}.csv"
+    data = run(
+        args.estimator,
+        args.log,
+        on=args.on,
+        config=args.config,
+        word=args.word,
+        params=params_of(args, [args.estimator]),
+        steps=args.steps,
+        output=args.output,
+    )
+    plain = {k: v.tolist() if hasattr(v, "tolist") else v for k, v in data.items()}
+    text = f"{len(data['t'])} rows to {args.output}"
+    if data["rmse_deg"]:
+        text += ", RMSE against the log's reference, deg: " + ", ".join(
+            f"{k} {v:.3f}" for k, v in data["rmse_deg"].items()
+        )
+    return 0, plain, text

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -26,8 +27,9 @@ from boresight.sim.board.setup import REAL
 from boresight.sim.board.spans import timeline_of
 from boresight.sim.log import Log, read_log
 from boresight.sim.synthetic import synthetic_log
+from boresight.verbs.options import Outcome, progress_of
 
-__all__ = ["faults_text", "simulate", "simulate_faults", "simulate_text"]
+__all__ = ["add_arguments", "call", "faults_text", "simulate", "simulate_faults", "simulate_text"]
 
 #: Samples of the runs that only show how long things take.
 _SHORT = 24
@@ -281,3 +283,42 @@ def faults_text(data: dict[str, Any]) -> str:
             + ("" if t["seen_as"] or not t["good"] else "no effect")
         )
     return "\n".join(lines)
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """What the command line takes."""
+    parser.add_argument("filter", nargs="?", help="of the long run; default: mekf")
+    parser.add_argument("log", nargs="?", help="log with attitude; default: a synthetic motion")
+    parser.add_argument("--config", default="small", help="small (one lane) or fast (two lanes)")
+    parser.add_argument("--seconds", type=float, default=1.0, help="of the long run")
+    parser.add_argument("--source", default="heading", help="the compass sends heading or counts")
+    parser.add_argument(
+        "--faults",
+        action="store_true",
+        help="every fault of both sensors instead: when seen, what it does",
+    )
+    parser.add_argument("-o", "--output", default="build", metavar="DIR")
+
+
+def call(args: Namespace) -> Outcome:
+    """Do it; see `Outcome`."""
+    if args.faults:
+        if args.log is not None:
+            raise InputError.at(
+                "--faults",
+                wanted="no log: the trials have a motion of their own",
+                found=args.log,
+                fix="leave it out",
+            )
+        data = simulate_faults(args.filter, progress=progress_of(args))
+        return 0 if data["good"] else 1, data, faults_text(data)
+    data = simulate(
+        args.filter,
+        args.log,
+        config=args.config,
+        seconds=args.seconds,
+        source=args.source,
+        output=args.output,
+        progress=progress_of(args),
+    )
+    return 0 if data["good"] else 1, data, f"{simulate_text(data)}\n{args.output}/board.html"

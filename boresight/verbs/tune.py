@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -19,8 +20,9 @@ from boresight.sim.log import read_log
 from boresight.sim.scoring import Scorer, has_truth
 from boresight.sim.tuning import Fold, Tuned, deal_folds, pattern_search, sensitivities, tunable
 from boresight.verbs.check import log_files
+from boresight.verbs.options import Outcome, number_options, params_of, progress_of
 
-__all__ = ["tune", "tuning_text"]
+__all__ = ["add_arguments", "call", "tune", "tuning_text"]
 
 #: What the figures are, for people.
 SOURCE = (
@@ -274,3 +276,45 @@ def tuning_text(data: Mapping[str, Any]) -> str:
     if data["without_truth"]:
         lines.append("  left out, no truth: " + ", ".join(data["without_truth"]))
     return "\n".join(lines)
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """What the command line takes."""
+    parser.add_argument("estimator")
+    parser.add_argument("logs", nargs="+", metavar="LOG", help="logs, or folders of logs")
+    parser.add_argument("--folds", type=int, default=3, help="of the cross-validation; 1: none")
+    parser.add_argument(
+        "--seed", type=int, help="shuffle the trials before they are dealt to folds"
+    )
+    parser.add_argument("--only", metavar="A,B,...", help="parameters to tune; default: all")
+    parser.add_argument("--rounds", type=int, default=12, help="most rounds of a search")
+    parser.add_argument(
+        "--detune",
+        type=float,
+        default=1.0,
+        metavar="FACTOR",
+        help="start off by this factor, so that folds do not inherit the start",
+    )
+    parser.add_argument("--jobs", type=int, help="threads; default: one for each processor")
+    number_options(parser)
+    parser.add_argument("-o", "--output", metavar="PARAMS.json", help="result, for --params")
+
+
+def call(args: Namespace) -> Outcome:
+    """Do it; see `Outcome`."""
+    data = tune(
+        args.estimator,
+        *args.logs,
+        folds=args.folds,
+        seed=args.seed,
+        names=None if args.only is None else args.only.split(","),
+        rounds=args.rounds,
+        detune=args.detune,
+        params=params_of(args, [args.estimator]),
+        word=args.word,
+        jobs=args.jobs,
+        output=args.output,
+        progress=progress_of(args),
+    )
+    text = tuning_text(data)
+    return 0, data, text if args.output is None else f"{text}\n  written: {args.output}"

@@ -1,0 +1,99 @@
+"""What an exception means for the person at the terminal: a line, and an exit code."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from boresight.model.errors import InputError, ToolMissing
+from boresight.terminal import ClosedPipe, abandon, tell
+
+__all__ = ["DEBUG", "code_of", "interruptible"]
+
+#: Set in the environment, this shows the traceback of a bug.
+DEBUG = "BORESIGHT_DEBUG"
+#: Longest message of a bug, in characters.
+_LONGEST = 160
+
+
+def code_of(error: BaseException) -> int:
+    """Tell about an exception in one line, and give the exit code.
+
+    2: bad input. 1: a tool is missing or failed, or memory ran out. 130: Ctrl-C. 141: standard
+    output is a pipe that nobody reads any more. 3: a bug of Boresight.
+    """
+    if isinstance(error, ClosedPipe):
+        abandon()
+        return 128 + signal.SIGPIPE
+    if isinstance(error, KeyboardInterrupt):
+        tell("interrupted")
+        return 128 + signal.SIGINT
+    if isinstance(error, MemoryError):
+        tell("error: memory ran out; give less at a time, or use a computer with more")
+        return 1
+    if isinstance(error, InputError) or _is_schedule_error(error):
+        tell(f"error: {error}")
+        return 2
+    if isinstance(error, ToolMissing) or _is_tool_failure(error):
+        tell(f"error: {str(error).splitlines()[0]}")
+        return 1
+    if isinstance(error, OSError) and error.strerror:
+        what = "" if error.filename is None else f"{InputError(str(error.filename))}: "
+        tell(f"error: {what}{error.strerror.lower()}")
+        return 2
+    return _bug(error)
+
+
+def _is_schedule_error(error: BaseException) -> bool:
+    from boresight.gateware.slots import ScheduleError
+
+    return isinstance(error, ScheduleError)
+
+
+def _is_tool_failure(error: BaseException) -> bool:
+    from boresight.firmware.soc.image import ImageError
+    from boresight.gateware.synthesis.yosys import SynthesisError
+    from boresight.sim.cosim import SimulationFailed
+
+    return isinstance(error, ImageError | SimulationFailed | SynthesisError)
+
+
+def _bug(error: BaseException) -> int:
+    if os.environ.get(DEBUG):
+        tell("".join(traceback.format_exception(error)).rstrip())
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    what = " ".join(f"{type(error).__name__}: {error}".split())
+    what = what if len(what) <= _LONGEST else f"{what[:_LONGEST]}..."
+    tell(
+        f"error: a bug of Boresight, {what} ({Path(last.filename).name}, line {last.lineno}); "
+        f"please report it with the traceback, which {DEBUG}=1 shows"
+    )
+    return 3
+
+
+@contextmanager
+def interruptible() -> Iterator[None]:
+    """The first Ctrl-C raises KeyboardInterrupt; a second one, while that cleans up, ends at once.
+
+    Only a main thread that Ctrl-C reaches is changed: a process told to ignore it still does.
+    """
+    usual = signal.default_int_handler
+    main = threading.current_thread() is threading.main_thread()
+    if not main or signal.getsignal(signal.SIGINT) is not usual:
+        yield
+        return
+
+    def stop(number: int, frame: object) -> None:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+        raise KeyboardInterrupt
+
+    signal.signal(signal.SIGINT, stop)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, usual)
