@@ -9,11 +9,12 @@ import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from boresight.model.errors import InputError, ToolMissing
 from boresight.terminal import ClosedPipe, abandon, tell
 
-__all__ = ["DEBUG", "code_of", "interruptible"]
+__all__ = ["DEBUG", "Terminated", "code_of", "interruptible"]
 
 #: Set in the environment, this shows the traceback of a bug.
 DEBUG = "BORESIGHT_DEBUG"
@@ -25,11 +26,14 @@ def code_of(error: BaseException) -> int:
     """Tell about an exception in one line, and give the exit code.
 
     2: bad input. 1: a tool is missing or failed, or memory ran out. 130: Ctrl-C. 141: standard
-    output is a pipe that nobody reads any more. 3: a bug of Boresight.
+    output is a pipe that nobody reads any more. 143, 129: SIGTERM, SIGHUP. 3: a bug of Boresight.
     """
-    if isinstance(error, ClosedPipe):
+    if isinstance(error, ClosedPipe | BrokenPipeError):
         abandon()
         return 128 + signal.SIGPIPE
+    if isinstance(error, Terminated):
+        tell("terminated")
+        return 128 + int(error.args[0])
     if isinstance(error, KeyboardInterrupt):
         tell("interrupted")
         return 128 + signal.SIGINT
@@ -78,22 +82,34 @@ def _bug(error: BaseException) -> int:
 
 @contextmanager
 def interruptible() -> Iterator[None]:
-    """The first Ctrl-C raises KeyboardInterrupt; a second one, while that cleans up, ends at once.
+    """The first Ctrl-C, SIGTERM or SIGHUP interrupts; a second one ends at once.
 
-    Only a main thread that Ctrl-C reaches is changed: a process told to ignore it still does.
+    What was begun is cleaned up in between. Only a main thread that such a signal reaches is
+    changed: a process told to ignore one still does.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        Ctrl-C.
+    Terminated
+        The others: ended as by Ctrl-C.
     """
-    usual = signal.default_int_handler
-    main = threading.current_thread() is threading.main_thread()
-    if not main or signal.getsignal(signal.SIGINT) is not usual:
-        yield
-        return
+    usual: dict[signal.Signals, Any] = {}
 
     def stop(number: int, frame: object) -> None:
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
-        raise KeyboardInterrupt
+        signal.signal(number, signal.SIG_DFL)
+        raise KeyboardInterrupt if number == signal.SIGINT else Terminated(number)
 
-    signal.signal(signal.SIGINT, stop)
+    if threading.current_thread() is threading.main_thread():
+        for each in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            if signal.getsignal(each) in (signal.default_int_handler, signal.SIG_DFL):
+                usual[each] = signal.signal(each, stop)
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, usual)
+        for each, handler in usual.items():
+            signal.signal(each, handler)
+
+
+class Terminated(KeyboardInterrupt):
+    """Asked to end by another process; the number of the signal is its argument."""

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from boresight.disk.output import output_folder
 from boresight.model.errors import InputError
 from boresight.model.estimators import ESTIMATORS
-from boresight.output import output_folder
 from boresight.parameters import values_for
 from boresight.sharing import params_for_each
 from boresight.sim.accuracy import AttitudeRmse
@@ -307,7 +307,8 @@ def accuracy(
 
     if output is None:
         return work()
-    with output_folder(Path(output)) as folder:
+    files = ("accuracy.html", "accuracy.json")
+    with output_folder(output, "accuracy", files=files, inputs=log_files(logs)) as folder:
         data = work()
         (folder / "accuracy.json").write_text(json.dumps(data, indent=1) + "\n")
         (folder / "accuracy.html").write_text(render_page(data), encoding="utf-8")

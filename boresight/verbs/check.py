@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from boresight.disk.output import OutputFile, free_name
 from boresight.model.errors import InputError
 from boresight.model.estimators import estimator as find_estimator
 from boresight.sharing import estimator_names, params_of_each
@@ -19,6 +20,9 @@ from boresight.terminal import say
 from boresight.verbs.options import Outcome, model_options, params_of, progress_of
 
 __all__ = ["add_arguments", "call", "check", "log_files"]
+
+#: Where a difference is kept, unless said otherwise.
+REPRODUCER = "reproducer.json"
 
 
 def log_files(paths: Iterable[str | Path]) -> list[Path]:
@@ -73,7 +77,11 @@ def check(
     names = estimator_names(name)
     estimators = [find_estimator(n) for n in names]
     chosen = params_of_each(names, params)
-    read = [read_log(path) for path in log_files(logs)]
+    files = log_files(logs)
+    target = None
+    if reproducer is not None:
+        target = OutputFile(reproducer, "check", of=name, inputs=files, option="--reproducer")
+    read = [read_log(path) for path in files]
     if not read:
         raise InputError.at("logs", wanted="at least one log", found="none", fix="name a log file")
     results = []
@@ -106,7 +114,7 @@ def check(
                     levels=levels,
                     simulator=simulator,
                     params=chosen[0],
-                    reproducer=None if reproducer is None else Path(reproducer),
+                    reproducer=target,
                     progress=say,
                 )
             ]
@@ -114,6 +122,8 @@ def check(
         if each is not None:
             for result in found:
                 each(result)
+    if target is not None and target.written and progress is not None:
+        progress(f"the difference, to run again: {reproducer}")
     return results
 
 
@@ -131,9 +141,9 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--simulator", help="verilator or icarus; default: what is there")
     parser.add_argument(
         "--reproducer",
-        default="reproducer.json",
         metavar="FILE",
-        help="written when a level differs; run it with: boresight check replay FILE",
+        help=f"written when a level differs; run it with: boresight check replay FILE; default: "
+        f"{REPRODUCER}, or one with a number where a file of yours has that name",
     )
 
 
@@ -164,6 +174,9 @@ def call(args: Namespace) -> Outcome:
         )
 
     names = estimator_names(args.estimator)
+    reproducer = args.reproducer
+    if reproducer is None:
+        reproducer = free_name(REPRODUCER, "check", option="--reproducer")
     results = check(
         args.estimator,
         *args.logs,
@@ -173,7 +186,7 @@ def call(args: Namespace) -> Outcome:
         levels=tuple(args.levels.split(",")),
         simulator=args.simulator,
         params=params_of(args, names),
-        reproducer=args.reproducer,
+        reproducer=reproducer,
         progress=progress_of(args),
         each=show,
     )

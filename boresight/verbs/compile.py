@@ -9,6 +9,8 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from boresight.core_files import core_files, project_files
+from boresight.disk.output import output_folder
 from boresight.firmware.emit import emit_c
 from boresight.firmware.soc.image import find_cross_compiler
 from boresight.gateware.boards.board import BOARDS
@@ -24,7 +26,6 @@ from boresight.gateware.verilog import to_verilog
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.estimators import estimator as find_estimator
-from boresight.output import output_folder
 from boresight.sharing import estimator_names, params_of_each
 from boresight.sim.check_shared import shared_core
 from boresight.sim.report_data import report_data
@@ -155,7 +156,10 @@ def compile(
         )
     if with_cpu:
         find_cross_compiler()  # before any work
-    with output_folder(Path(output)) as folder:
+    expected = core_files(names)
+    if board is not None:
+        expected += project_files(board, system=top == "sensors")
+    with output_folder(output, "compile", of=",".join(names), files=expected) as folder:
         start = time.perf_counter()
         core = shared_core(
             estimators,

@@ -8,8 +8,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from boresight.disk.output import output_folder
 from boresight.model.errors import InputError
-from boresight.output import output_folder
 from boresight.sim.experiments import ma2014
 from boresight.sim.experiments.ma2014_html import render
 from boresight.verbs.options import Outcome, progress_of
@@ -60,7 +60,8 @@ def experiment(
             fix="choose one of these",
         )
     run, page = EXPERIMENTS[name]
-    with output_folder(Path(output)) as folder:
+    files = (f"{name}.html", f"{name}.json")
+    with output_folder(output, f"experiment {name}", files=files) as folder:
         data = run(seed=seed, runs=runs, progress=progress)
         (folder / f"{name}.json").write_text(json.dumps(data, allow_nan=False) + "\n")
         (folder / f"{name}.html").write_text(page(data), encoding="utf-8")

@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from boresight.board_line import BoardLine, Listener, RegisterTable
+from boresight.disk.output import OutputFile, apart
 from boresight.gateware.boards.frames import Kind
 from boresight.gateware.system.attitude_frame import Attitude
 from boresight.model.errors import InputError
-from boresight.monitor_plot import save_plot
-from boresight.output import write_file
+from boresight.monitor_plot import plot_image
 from boresight.terminal import say
 from boresight.verbs.options import Outcome
 
@@ -182,6 +182,12 @@ def monitor(
             found=str(plot),
             fix="give such a name",
         )
+    apart(csv=csv, plot=plot)
+    inputs = [source] if register_map is None else [source, register_map]
+    table_file, picture_file = (
+        None if path is None else OutputFile(path, "monitor", inputs=inputs, option=option)
+        for path, option in ((csv, "--csv"), (plot, "--plot"))
+    )
     table = RegisterTable(register_map)
     to_write = [(table.find(name), value) for name, value in map(_assignment, writes)]
     words = [(register, table.word_of(register, value)) for register, value in to_write]
@@ -224,9 +230,9 @@ def monitor(
             pass
         bad = line.listener.bad
     track = track_of(attitudes, clock_hz=table.clock_hz)
-    if csv is not None:
-        write_file(Path(csv), _csv(track))
-    if plot is not None:
+    if table_file is not None:
+        table_file.write(_csv(track))
+    if picture_file is not None and plot is not None:
         if not attitudes:
             raise InputError.at(
                 source,
@@ -234,12 +240,14 @@ def monitor(
                 found="none",
                 fix="check --baud and register output_mode",
             )
-        save_plot(
-            track.time_s or track.number,
-            attitudes,
-            track.gaps,
-            Path(plot),
-            timed=track.time_s is not None,
+        picture_file.write(
+            plot_image(
+                track.time_s or track.number,
+                attitudes,
+                track.gaps,
+                Path(plot).suffix[1:],
+                timed=track.time_s is not None,
+            )
         )
     return {
         "attitudes": [asdict(a) for a in attitudes],

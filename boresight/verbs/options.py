@@ -6,6 +6,7 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias
 
+from boresight.disk.place import refuse_inputs
 from boresight.parameters import values_for
 from boresight.sharing import params_for_each
 from boresight.terminal import tell
@@ -42,7 +43,15 @@ def model_options(parser: ArgumentParser) -> None:
 
 
 def params_of(args: Namespace, names: Sequence[str]) -> dict[str, Any]:
-    """Parameter values of the only estimator, or by estimator."""
+    """Parameter values of the only estimator, or by estimator.
+
+    Raises
+    ------
+    InputError
+        A wrong name or value, a bad file, or one that is also the output.
+    """
+    for option, name in (("-o", "output"), ("--reproducer", "reproducer")):
+        refuse_inputs(getattr(args, name, None) or "", args.params, option)
     if len(names) > 1:
         return dict(params_for_each(names, args.params, args.param))
     return dict(values_for(names[0], args.params, args.param))

@@ -8,10 +8,10 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from boresight.disk.output import output_folder
 from boresight.gateware.core import Core
 from boresight.gateware.synthesis.estimate import Estimate
 from boresight.model.estimators import estimator as find_estimator
-from boresight.output import output_folder
 from boresight.sim.check import CheckResult
 from boresight.sim.check import check as check_log
 from boresight.sim.log import Log, read_log
@@ -70,7 +70,8 @@ def report(
     say = progress or (lambda text: None)
     estimator = find_estimator(name)
     log = read_log(log_path)
-    with output_folder(Path(output)) as folder:
+    files = ("report.html", "report.json")
+    with output_folder(output, "report", of=name, files=files, inputs=[log_path]) as folder:
         core = core_for(name, config=config, word=word, params=params)
         result = check_log(
             estimator,

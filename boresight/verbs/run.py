@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
+from boresight.disk.output import OutputFile
 from boresight.firmware.build import CModel
 from boresight.gateware.core import build_core
 from boresight.model.errors import InputError
 from boresight.model.estimator import input_words
 from boresight.model.estimators import estimator as find_estimator
-from boresight.output import write_file
 from boresight.sim.accuracy import attitude_rmse
 from boresight.sim.check import with_params
 from boresight.sim.cosim import RtlSimulation
@@ -67,6 +67,7 @@ def run(
             "on", wanted=f"one of {', '.join(LEVELS)}", found=repr(on), fix="choose one of these"
         )
     estimator = find_estimator(name)
+    target = None if output is None else OutputFile(output, "run", of=name, inputs=[log_path])
     log = read_log(log_path)
     real = inputs_of(estimator, log)[:steps]
     if on == "float":
@@ -99,7 +100,7 @@ def run(
     if log.q is not None:
         mov = log.mov[:n] if log.mov is not None else np.ones(n, dtype=bool)
         rmse = attitude_rmse(q, log.q[:n], mov)._asdict()
-    if output is not None:
+    if target is not None:
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(
@@ -114,7 +115,7 @@ def run(
                     int(status[k]),
                 ]
             )
-        write_file(Path(output), text.getvalue())
+        target.write(text.getvalue())
     return {
         "estimator": name,
         "on": on,

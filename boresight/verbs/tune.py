@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from boresight.disk.output import OutputFile
 from boresight.model.errors import InputError
 from boresight.model.estimators import estimator as find_estimator
-from boresight.output import write_file
 from boresight.sim.accuracy import AttitudeRmse
 from boresight.sim.bundled import is_comparison
 from boresight.sim.log import read_log
@@ -122,9 +122,9 @@ def tune(
         )
     if seed is not None and seed < 0:
         raise InputError.at("seed", wanted="0 or more", found=str(seed), fix="choose another")
-    read = sorted(
-        ((read_log(p), is_comparison(p)) for p in log_files(logs)), key=lambda pair: pair[0].name
-    )
+    files = log_files(logs)
+    target = None if output is None else OutputFile(output, "tune", of=name, inputs=files)
+    read = sorted(((read_log(p), is_comparison(p)) for p in files), key=lambda pair: pair[0].name)
     trials = [log for log, other in read if has_truth(log) and not other]
     if not trials:
         raise InputError.at(
@@ -234,8 +234,8 @@ def tune(
             "source": "mean over all trials, each with parameters tuned on the other folds",
         },
     }
-    if output is not None:
-        write_file(Path(output), json.dumps(data, indent=1) + "\n")
+    if target is not None:
+        target.write(json.dumps(data, indent=1) + "\n")
     return data
 
 

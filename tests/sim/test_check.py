@@ -9,6 +9,7 @@ import pytest
 
 import boresight.sim.check
 import boresight.sim.segments
+from boresight.disk.output import OutputFile
 from boresight.model.errors import InputError
 from boresight.model.estimators import estimator
 from boresight.sim.bundled import bundled
@@ -62,7 +63,7 @@ def test_a_wrong_table_word_is_found_by_name_step_and_cycle(log, tmp_path):
         steps=30,
         simulator="verilator",
         verilog_hook=hook,
-        reproducer=file,
+        reproducer=OutputFile(file, "check"),
     )
     assert not result.good
     rtl = result.levels[-1]
