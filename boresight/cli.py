@@ -17,6 +17,7 @@ from boresight.gateware.slots import ScheduleError
 from boresight.gateware.synthesis.yosys import SynthesisError
 from boresight.model.errors import InputError, ToolMissing
 from boresight.model.estimators import ESTIMATORS
+from boresight.model.tool_failure import ToolFailed
 from boresight.parameters import values_for
 from boresight.sharing import estimator_names, params_for_each
 from boresight.sim.check import LEVELS, CheckResult
@@ -586,7 +587,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except (InputError, ScheduleError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
-    except (ToolMissing, ImageError, SimulationFailed, SynthesisError) as error:
+    except (ToolMissing, ToolFailed, ImageError, SimulationFailed, SynthesisError) as error:
         print(f"error: {str(error).splitlines()[0]}", file=sys.stderr)
         return 1
     except BrokenPipeError:

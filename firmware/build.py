@@ -20,6 +20,8 @@ from boresight.firmware.emit import emit_c
 from boresight.model.errors import ToolMissing
 from boresight.model.fixed import IntArray
 from boresight.model.program import Kind, Program
+from boresight.model.tool_failure import ToolFailed, failure
+from boresight.model.user_folders import cache_folder
 
 __all__ = [
     "CFLAGS",
@@ -60,18 +62,7 @@ def _version(compiler: str) -> str:
 
 def default_cache() -> Path:
     """``boresight`` in the user's cache folder; a temporary folder if that cannot be written."""
-    base = os.environ.get("XDG_CACHE_HOME")
-    folder = (Path(base) if base else Path.home() / ".cache") / "boresight"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError:
-        return _temporary_cache()
-    return folder if os.access(folder, os.W_OK) else _temporary_cache()
-
-
-@functools.cache
-def _temporary_cache() -> Path:
-    return Path(tempfile.mkdtemp(prefix="boresight-"))
+    return cache_folder("boresight")
 
 
 def build_library(
@@ -130,7 +121,7 @@ def compile_library(
         command = [compiler, *flags, source, "-o", library.name, *libraries]
         done = subprocess.run(command, cwd=work, capture_output=True, text=True)
         if done.returncode != 0:
-            raise RuntimeError(f"{' '.join(command)} failed:\n{done.stderr}")
+            raise ToolFailed(failure(f"{' '.join(command)} failed", done.stderr))
         folder.mkdir(exist_ok=True)
         for file in (*files, library.name):  # the library last: its presence means complete
             os.replace(Path(work) / file, folder / file)

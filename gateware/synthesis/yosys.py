@@ -21,6 +21,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from boresight.model.errors import ToolMissing
+from boresight.model.tool_failure import failure
+from boresight.model.user_folders import tool_environment
 
 __all__ = ["OLDEST", "Synthesis", "SynthesisError", "Tool", "find_tool", "synthesise"]
 
@@ -100,11 +102,18 @@ def find_tool() -> Tool:
 def _version_line(argv: tuple[str, ...]) -> str:
     """Return the last line that ``yosys -V`` prints, or an empty string if it fails."""
     try:
-        run = subprocess.run([*argv, "-V"], capture_output=True, text=True, timeout=300)
+        run = subprocess.run(
+            [*argv, "-V"], env=_environment(), capture_output=True, text=True, timeout=300
+        )
     except (OSError, subprocess.TimeoutExpired):
         return ""
     lines = [line for line in run.stdout.splitlines() if line.startswith("Yosys ")]
     return lines[-1].strip() if run.returncode == 0 and lines else ""
+
+
+def _environment() -> dict[str, str]:
+    """Yosys keeps its machine code below the home, or where the home is closed, elsewhere."""
+    return {**os.environ, **tool_environment()}
 
 
 def _version_number(line: str) -> tuple[int, int] | None:
@@ -199,6 +208,7 @@ def _run(
             run = subprocess.run(
                 [*tool.argv, "-q", "-p", script],
                 cwd=folder,
+                env=_environment(),
                 capture_output=True,
                 text=True,
                 timeout=timeout_s,
@@ -212,17 +222,12 @@ def _run(
         written = folder / "netlist.json"
         if run.returncode != 0 or not written.exists():
             raise SynthesisError(
-                f"{tool.name} failed on {top} (exit code {run.returncode}): "
-                + _complaint(run.stdout + "\n" + run.stderr)
+                failure(
+                    f"{tool.name} failed on {top} (exit code {run.returncode})",
+                    run.stdout + run.stderr,
+                )
             )
         return _only_top(json.loads(written.read_text(encoding="utf-8")), top)
-
-
-def _complaint(output: str) -> str:
-    """Return the errors in what yosys printed, or its last lines."""
-    lines = [line.strip() for line in output.splitlines() if line.strip()]
-    errors = [line for line in lines if "ERROR" in line]
-    return "; ".join(errors or lines[-5:]) or "no message"
 
 
 def _only_top(data: dict[str, Any], top: str) -> dict[str, Any]:

@@ -17,6 +17,7 @@ from boresight.model.errors import ToolMissing
 from boresight.model.fixed import Arithmetic
 from boresight.model.interpreter import Interpreter
 from boresight.model.program import Kind, Op, Overflow, Program, Term, Value
+from boresight.model.tool_failure import ToolFailed
 from boresight.sim.random_program import random_inputs, random_program
 
 
@@ -207,7 +208,7 @@ def test_missing_compiler(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def test_compiler_that_fails(tmp_path: Path) -> None:
-    with pytest.raises(RuntimeError, match=r"(?s)-no-such-flag.* failed:\n.*-no-such-flag"):
+    with pytest.raises(ToolFailed, match=r"failed: gcc: error: .*-no-such-flag.* \(log: .*\)$"):
         build_library(random_program(1, n_ops=2), cache=tmp_path, cflags=("-no-such-flag",))
     assert list(tmp_path.iterdir()) == []
 

@@ -10,7 +10,9 @@ from boresight.gateware.synthesis import yosys
 from boresight.gateware.synthesis.yosys import SynthesisError, Tool, find_tool, synthesise
 from boresight.model.errors import ToolMissing
 
-FAKE = """#!{python}
+FAKE = """#!/bin/sh
+'''exec' '{python}' "$0" "$@"
+' '''
 import json, sys, pathlib
 if "-V" in sys.argv:
     print("Yosys {version} (git sha1 0)")
@@ -108,13 +110,16 @@ def test_damaged_cache_is_ignored(fake, tmp_path):
 def test_failure_carries_the_message(fake):
     act = "print('fine'); print('ERROR: Module `\\\\sub is missing', file=sys.stderr); sys.exit(1)"
     with pytest.raises(
-        SynthesisError, match=r"^yosys failed on top \(exit code 1\): ERROR: Module .* is missing$"
+        SynthesisError,
+        match=r"^yosys failed on top \(exit code 1\): ERROR: Module .* is missing \(log: .*\)$",
     ):
         synthesise("", top="top", tool=fake(act=act))
 
 
 def test_a_netlist_with_a_bad_exit_code_is_not_trusted(fake):
-    with pytest.raises(SynthesisError, match=r"^yosys failed on top \(exit code 3\): half done$"):
+    with pytest.raises(
+        SynthesisError, match=r"^yosys failed on top \(exit code 3\): half done \(log: .*\)$"
+    ):
         synthesise("", top="top", tool=fake(act=WRITE + "print('half done'); sys.exit(3)"))
 
 
