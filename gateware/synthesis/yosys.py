@@ -44,10 +44,14 @@ class SynthesisError(RuntimeError):
 class Tool:
     """A way to start yosys.
 
-    Attributes:
-        name: what to call it in a command line that people read
-        argv: what to start
-        version: the line that it prints about itself
+    Attributes
+    ----------
+    name : str
+        What to call it in a command line that people read.
+    argv : tuple of str
+        What to start.
+    version : str
+        The line that it prints about itself.
     """
 
     name: str
@@ -59,11 +63,16 @@ class Tool:
 class Synthesis:
     """The outcome of one run.
 
-    Attributes:
-        netlist: decoded ``write_json`` output, the top module only
-        version: version line of the yosys that made it
-        command: command line of the run, relative to a directory with the source files
-        cached: True if it was read from the cache
+    Attributes
+    ----------
+    netlist : dict
+        Decoded ``write_json`` output, the top module only.
+    version : str
+        Version line of the yosys that made it.
+    command : str
+        Command line of the run, relative to a directory with the source files.
+    cached : bool
+        True if it was read from the cache.
     """
 
     netlist: dict[str, Any]
@@ -76,8 +85,10 @@ class Synthesis:
 def find_tool() -> Tool:
     """Return the yosys to use: a recent native one first, then the PyPI package.
 
-    Raises:
-        ToolMissing: neither is there.
+    Raises
+    ------
+    ToolMissing
+        Neither is there.
     """
     found = ""
     native = shutil.which("yosys")
@@ -132,18 +143,28 @@ def synthesise(
 ) -> Synthesis:
     """Map Verilog to Spartan-6 primitives, flattened and without I/O buffers.
 
-    Parameters:
-        verilog: the text, or file name -> text. Files that are not Verilog (``.hex`` for
-            ``$readmemh``) are laid beside the others
-        top: name of the top module
-        options: further options of ``synth_xilinx``, e.g. ``("-nodsp",)``
-        cache_dir: folder that keeps results, made if need be; None keeps nothing
-        tool: yosys to use; None looks for one
-        timeout_s: longest run allowed, seconds
+    Parameters
+    ----------
+    verilog : str or mapping
+        The text, or file name -> text. Files that are not Verilog (``.hex`` for
+        ``$readmemh``) are laid beside the others.
+    top : str
+        Name of the top module.
+    options : tuple of str
+        Further options of ``synth_xilinx``, e.g. ``("-nodsp",)``.
+    cache_dir : path, optional
+        Folder that keeps results, made if need be; None keeps nothing.
+    tool : Tool, optional
+        Yosys to use; None looks for one.
+    timeout_s : float
+        Longest run allowed, seconds.
 
-    Raises:
-        ToolMissing: no yosys was found.
-        SynthesisError: yosys failed; the message ends with what it said.
+    Raises
+    ------
+    ToolMissing
+        No yosys was found.
+    SynthesisError
+        Yosys failed; the message ends with what it said.
     """
     files = _checked_files(verilog)
     if not _IDENTIFIER.fullmatch(top):
