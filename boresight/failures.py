@@ -62,9 +62,10 @@ def _is_schedule_error(error: BaseException) -> bool:
 def _is_tool_failure(error: BaseException) -> bool:
     from boresight.firmware.soc.image import ImageError
     from boresight.gateware.synthesis.yosys import SynthesisError
+    from boresight.model.tool_failure import ToolFailed
     from boresight.sim.cosim import SimulationFailed
 
-    return isinstance(error, ImageError | SimulationFailed | SynthesisError)
+    return isinstance(error, ImageError | SimulationFailed | SynthesisError | ToolFailed)
 
 
 def _bug(error: BaseException) -> int:

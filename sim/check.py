@@ -18,6 +18,7 @@ from boresight.model.errors import InputError, ToolMissing
 from boresight.model.estimator import Estimator, input_words, with_params
 from boresight.model.fixed import IntArray
 from boresight.model.program import Program
+from boresight.model.tool_failure import ToolFailed
 from boresight.sim.accuracy import largest_turn_deg
 from boresight.sim.cosim import RtlRun, RtlSimulation, SimulationFailed
 from boresight.sim.divergence import Divergence, first_divergence_rtl, write_reproducer
@@ -325,7 +326,7 @@ def _check_c(
     try:
         plain, flags = CModel(program).update(words)
         full, _ = CModel(with_state_outputs(program)).update(words)
-    except ToolMissing as error:
+    except (ToolMissing, ToolFailed) as error:
         return LevelResult("c", "gcc", len(words), 0, 0.0, error=str(error))
     n_out = len(program.outputs)
     wrong = (

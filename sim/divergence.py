@@ -116,8 +116,11 @@ def first_divergence_rtl(
 def write_reproducer(
     file: OutputFile, program: Program, inputs: IntArray, step: int, *, config: str, level: str
 ) -> None:
-    """One file that shows the difference again: the program with the states before ``step`` as its
-    start, one input record, the words that the integer model gives."""
+    """One file that shows the difference again.
+
+    It holds the program with the states before ``step`` as its start, one input record, and the
+    words that the integer model gives.
+    """
     at_step, _ = words_of_step(program, inputs, step)
     outputs, saturated = Interpreter(at_step).update(inputs[step][:, None])
     file.write(

@@ -17,6 +17,8 @@ _BUSY = (errno.EAGAIN, errno.EACCES, errno.EWOULDBLOCK)
 class Claim:
     """A lock on a folder, held until `release`, the end of the object or that of the process.
 
+    A process of ours that forks shares it with its child.
+
     Parameters
     ----------
     descriptor : int
@@ -46,8 +48,9 @@ class Claim:
 def claim(folder: Path, *, shared: bool = False, wait: bool = False) -> Claim | None:
     """Lock a folder, for this process alone or shared; None if it is not to be had.
 
-    Without ``wait`` that is so when somebody holds it, or when this file system knows no locks:
-    then nobody can tell. With ``wait`` such a file system gives a claim that holds nobody off.
+    That is so, without ``wait``, when somebody holds it. On a file system that knows no locks
+    nobody can tell: it gives shared claims and those waited for, which hold nobody off, and no
+    others.
 
     Raises
     ------
@@ -59,7 +62,7 @@ def claim(folder: Path, *, shared: bool = False, wait: bool = False) -> Claim | 
     try:
         fcntl.flock(found.descriptor, how if wait else how | fcntl.LOCK_NB)
     except OSError as error:
-        if not wait or error.errno in _BUSY:
+        if error.errno in _BUSY or not (wait or shared):
             found.release()
             return None
     except BaseException:

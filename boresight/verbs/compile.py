@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from boresight.core_files import core_files, project_files
+from boresight.disk.cache import Cache
 from boresight.disk.output import output_folder
 from boresight.firmware.emit import emit_c
 from boresight.firmware.soc.image import find_cross_compiler
@@ -77,7 +78,7 @@ def core_for(
 
 def estimate_core(core: Core) -> Estimate:
     """Area and clock estimate of a core (yosys and our timing analysis)."""
-    return estimate(core.verilog(instances=True), "core")
+    return estimate(core.verilog(instances=True), "core", cache_dir=Cache().root)
 
 
 def compile(
@@ -192,7 +193,7 @@ def compile(
                     verilog = to_verilog(write_system(place, board, made), "system", instances=True)
                 if synth:
                     say("synthesis of the complete system")
-                    whole = figures_of(estimate(verilog, "system"))
+                    whole = figures_of(estimate(verilog, "system", cache_dir=Cache().root))
         area = None
         if synth:
             say("synthesis (yosys) and clock estimate")
