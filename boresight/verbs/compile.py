@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import time
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -161,7 +160,6 @@ def compile(
     if board is not None:
         expected += project_files(board, system=top == "sensors")
     with output_folder(output, "compile", of=",".join(names), files=expected) as folder:
-        start = time.perf_counter()
         core = shared_core(
             estimators,
             config=config,
@@ -171,7 +169,6 @@ def compile(
         )
         say(f"{', '.join(names)} for {config}: Verilog")
         write_core(folder, core, estimators)
-        seconds = time.perf_counter() - start
         if board is not None:
             say(f"ISE project for {board}: {top}")
             if top == "records":
@@ -202,8 +199,7 @@ def compile(
         data = together(core, reports)
         if whole is not None:
             data["system"] = whole
-        data["compile_seconds"] = round(seconds, 2)
-        (folder / "report.json").write_text(json.dumps(data, indent=1) + "\n")
+        _write(folder / "report.json", json.dumps(data, indent=1) + "\n")
     return data
 
 
@@ -235,7 +231,7 @@ def write_system(folder: Path, board: str, core: Core) -> AttitudeSystem:
     # 100 MHz whatever the oscillator.
     write_ise_project(make, board, folder, clock_hz=SYSTEM_CLOCK_HZ)
     for file, text in files_of(made[-1].map(_meanings(core))).items():
-        (folder / file).write_text(text)
+        _write(folder / file, text)
     return made[-1]
 
 
@@ -247,22 +243,27 @@ def _meanings(core: Core) -> dict[str, str]:
 
 def write_core(folder: Path, core: Core, estimators: Sequence[Estimator]) -> None:
     """Write Verilog, microcode, programs, schedules, C and register map of a core."""
-    (folder / "core.v").write_text(core.verilog(instances=True))
-    (folder / "core_sim.v").write_text(core.verilog(instances=False))
+    _write(folder / "core.v", core.verilog(instances=True))
+    _write(folder / "core_sim.v", core.verilog(instances=False))
     (folder / "firmware").mkdir()
     for number in range(len(core.parts)):
         _write_program(folder, core.select(number))
     _write_registers(folder, core, estimators)
 
 
+def _write(file: Path, text: str) -> None:
+    """The same bytes whatever the system's encoding and line ends."""
+    file.write_text(text, encoding="utf-8", newline="\n")
+
+
 def _write_program(folder: Path, core: Core) -> None:
     """Microcode, program, schedule and C of the program at hand."""
     of = f"-{core.program.name}" if len(core.parts) > 1 else ""
-    (folder / f"microcode{of}.lst").write_text(core.listing)
-    (folder / f"program{of}.json").write_text(core.program.to_json() + "\n")
-    (folder / f"schedule{of}.json").write_text(core.schedule.to_json() + "\n")
+    _write(folder / f"microcode{of}.lst", core.listing)
+    _write(folder / f"program{of}.json", core.program.to_json() + "\n")
+    _write(folder / f"schedule{of}.json", core.schedule.to_json() + "\n")
     for file, text in emit_c(core.program).items():
-        (folder / "firmware" / file).write_text(text)
+        _write(folder / "firmware" / file, text)
 
 
 def _write_registers(folder: Path, core: Core, estimators: Sequence[Estimator]) -> None:
@@ -273,7 +274,7 @@ def _write_registers(folder: Path, core: Core, estimators: Sequence[Estimator]) 
         for p in e.params
     }
     for file, text in register_map_files(core, meanings=meanings).items():
-        (folder / file).write_text(text)
+        _write(folder / file, text)
 
 
 def together(core: Core, reports: Sequence[dict[str, Any]]) -> dict[str, Any]:

@@ -131,7 +131,7 @@ def _prove(
             say(f"  {level.line()}")
         report = report_data(at_hand, estimator, area=area, check=result, log=log, comparison=True)
         page = f"report-{estimator.name}.html"
-        (folder / page).write_text(render_html(report))
+        (folder / page).write_text(render_html(report), encoding="utf-8")
         reports.append(report)
         rows.append(_row(report, good=result.good, page=str(shown / page)))
     data = together(core, reports)

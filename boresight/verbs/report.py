@@ -38,7 +38,7 @@ def write_report(
         core, find_estimator(name), area=area, check=result, log=log, comparison=comparison
     )
     (folder / "report.json").write_text(json.dumps(data, indent=1) + "\n")
-    (folder / "report.html").write_text(render_html(data))
+    (folder / "report.html").write_text(render_html(data), encoding="utf-8")
     return data
 
 
