@@ -57,10 +57,7 @@ def run_under_cocotb(
         simulator_environment("verilator"),
     ):
         folder = Path(temporary)
-        texts = {
-            name: text.replace("always @*", "always_comb")
-            for name, text in board_sources(board).items()
-        }
+        texts = board_sources(board)
         for name, text in {**texts, **files}.items():
             (folder / name).write_text(text)
         runner = get_runner("verilator")
