@@ -191,8 +191,7 @@ def build(
         The build failed.
     """
     main = _MAIN.replace("RESET_CYCLES", str(RESET_CYCLES))
-    # Logic that depends on constants alone must run at time 0, as it does in hardware.
-    texts = {name: text.replace("always @*", "always_comb") for name, text in sources.items()}
+    texts = dict(sources)
     given = [f"-G{name}={value}" for name, value in (parameters or {}).items()]
     require("verilator")
     identity = repr((top, texts, given, main, _ARGS, version("verilator")))

@@ -56,10 +56,7 @@ def run_under_cocotb(
     files, arguments = files_and_arguments(board, what, updates, settings, faults or {})
     with tempfile.TemporaryDirectory(prefix="boresight-board-") as temporary:
         folder = Path(temporary)
-        texts = {
-            name: text.replace("always @*", "always_comb")
-            for name, text in board_sources(board).items()
-        }
+        texts = board_sources(board)
         for name, text in files.items():
             (folder / name).write_text(text)
         given = [f"-G{name}={value}" for name, value in board_parameters(board.setup).items()]
