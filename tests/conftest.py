@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 from amaranth.sim import Simulator
 
-#: Cycles after which a bench has failed, and their length as all benches have it.
-CYCLES, PERIOD_S = 200_000, 1e-8
+#: Cycles after which a bench has failed, and the simulator's steps in each: two edges.
+CYCLES, STEPS = 200_000, 2
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -27,15 +27,13 @@ def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, Any, Any]:
     """
     marker = item.get_closest_marker("cycles")
     limit = marker.args[0] if marker else CYCLES
-    plain = Simulator.run
 
     def run(simulator: Simulator) -> None:
-        async def watch(ctx: Any) -> None:
-            await ctx.delay(limit * PERIOD_S)
-            raise TimeoutError(f"the bench has not ended after {limit} cycles")
-
-        simulator.add_testbench(watch, background=True)
-        plain(simulator)
+        steps = 0
+        while simulator.advance():
+            steps += 1
+            if steps > STEPS * limit:
+                raise TimeoutError(f"the bench has not ended after {limit} cycles")
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Simulator, "run", run)
