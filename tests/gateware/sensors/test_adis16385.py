@@ -7,7 +7,7 @@ import pytest
 from boresight.gateware.sensors.adis16385 import Adis16385
 from boresight.gateware.sensors.adis16385_frames import CONFIG_FRAMES, RUN_FRAMES
 from boresight.gateware.verilog import to_verilog
-from boresight.sim.devices.adis16385 import PERIOD, SCALED, ReaderBench, scaled_reader
+from tests.support.devices.adis16385_bench import PERIOD, SCALED, ReaderBench, scaled_reader
 
 
 @pytest.fixture(scope="module")

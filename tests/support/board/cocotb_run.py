@@ -79,7 +79,7 @@ def run_under_cocotb(
             runner.test(
                 hdl_toplevel="bench",
                 hdl_toplevel_lang="verilog",
-                test_module="boresight.sim.board.cocotb_bench",
+                test_module="tests.support.board.cocotb_bench",
                 build_dir=folder / "build",
                 results_xml=str(folder / "results.xml"),
                 test_dir=str(folder),
