@@ -31,8 +31,11 @@ _ARGS = (
     "--x-assign",
     "unique",
     "--no-timing",
+    # One unit, lightly optimised: half of the time to build, and runs within a tenth as fast.
+    "--output-split",
+    "0",
     "-CFLAGS",
-    "-O3",
+    "-O1",
     "--prefix",
     "Vbench",
 )

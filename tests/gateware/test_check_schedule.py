@@ -17,7 +17,7 @@ from boresight.gateware.microcode import assemble
 from boresight.gateware.schedule import Schedule, ScheduleError, Slot, schedule
 from boresight.model.interpreter import Interpreter
 from boresight.model.program import Kind, Program, Term
-from boresight.sim.random_program import random_inputs, random_program
+from tests.support.random_program import random_inputs, random_program
 
 MACHINES = pytest.mark.parametrize("machine", CONFIGS.values(), ids=CONFIGS)
 Made = tuple[Schedule, Allocation]

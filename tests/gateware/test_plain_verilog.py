@@ -17,7 +17,8 @@ from boresight.gateware.registers import PROGRAM
 from boresight.model.estimators import estimator
 from boresight.model.interpreter import Interpreter
 from boresight.sim.check_shared import shared_core
-from boresight.sim.simulators import BUILD_ARGS, simulator_environment
+from boresight.sim.simulators import BUILD_ARGS, require
+from boresight.sim.verilator import build_program
 
 BENCH = Path(__file__).with_name("plain_bench.v")
 MODES = ("2001", "2005", "2005-sv", "2009", "2012")
@@ -170,10 +171,10 @@ def test_icarus(name: str, mode: str, tmp_path: Path) -> None:
     """No bit is unknown after the first reset, though nothing is driven for 20 cycles before it."""
     host = scenario(core_of(name), seed=MODES.index(mode))
     files(tmp_path, host)
-    with simulator_environment("icarus"):
-        build = ["iverilog", f"-g{mode}", "-DWORD=32", "-DBEFORE=20", "-o", "bench"]
-        told([*build, "core_sim.v", "plain_bench.v"], tmp_path)
-        assert told(["vvp", "-n", "bench"], tmp_path) == host.lines
+    require("icarus")
+    build = ["iverilog", f"-g{mode}", "-DWORD=32", "-DBEFORE=20", "-o", "bench"]
+    told([*build, "core_sim.v", "plain_bench.v"], tmp_path)
+    assert told(["vvp", "-n", "bench"], tmp_path) == host.lines
 
 
 @CORE
@@ -181,11 +182,10 @@ def test_verilator(name: str, tmp_path: Path) -> None:
     """Random start values of everything that has none."""
     host = scenario(core_of(name), seed=10)
     files(tmp_path, host)
-    with simulator_environment("verilator"):
-        # Two cycles: so early nothing that is asked at random can be granted.
-        build = ["verilator", "--binary", "--timing", "-DWORD=32", "-DBEFORE=2", "-o", "bench"]
-        sources = ["core_sim.v", "plain_bench.v", "--top-module", "plain_bench"]
-        told([*build, *BUILD_ARGS["verilator"], "-O0", *sources], tmp_path)
-        for seed in (1, 2, 3, 4):
-            run = ["obj_dir/bench", "+verilator+rand+reset+2", f"+verilator+seed+{seed}"]
-            assert told(run, tmp_path) == host.lines, f"seed {seed}"
+    # Two cycles: so early nothing that is asked at random can be granted.
+    build = ["--main", "--timing", "-DWORD=32", "-DBEFORE=2", *BUILD_ARGS["verilator"], "-O0"]
+    sources = {name: (tmp_path / name).read_text() for name in ("core_sim.v", "plain_bench.v")}
+    build_program(tmp_path / "bench", sources, build, top="plain_bench")
+    for seed in (1, 2, 3, 4):
+        run = ["./bench", "+verilator+rand+reset+2", f"+verilator+seed+{seed}"]
+        assert told(run, tmp_path) == host.lines, f"seed {seed}"

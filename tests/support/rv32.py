@@ -57,7 +57,9 @@ def _encode(parts: list[str], here: int, labels: Mapping[str, int]) -> list[int]
         return int(text.removeprefix("x"))
 
     def at(text: str) -> tuple[int, int]:
-        offset, base = re.fullmatch(r"(-?\w+)\((x\d+)\)", text).groups()
+        found = re.fullmatch(r"(-?\w+)\((x\d+)\)", text)
+        assert found is not None, text
+        offset, base = found.groups()
         return int(offset, 0) & 0xFFF, register(base)
 
     if name == ".word":

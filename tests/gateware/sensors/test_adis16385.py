@@ -13,7 +13,7 @@ from boresight.gateware.sensors.adis16385_frames import (
     write,
 )
 from boresight.gateware.verilog import to_verilog
-from boresight.sim.devices.adis16385 import PERIOD, SCALED, ReaderBench, scaled_reader
+from tests.support.devices.adis16385_bench import PERIOD, SCALED, ReaderBench, scaled_reader
 
 
 @pytest.fixture(scope="module")

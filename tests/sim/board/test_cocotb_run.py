@@ -1,10 +1,10 @@
 """The complete board under cocotb: Python hears the attitude on the host's line."""
 
 from boresight.sim.board.build import make_board
-from boresight.sim.board.cocotb_run import run_under_cocotb
 from boresight.sim.board.run import judge, stimulus
 from boresight.sim.board.setup import SCALED
 from boresight.sim.synthetic import synthetic_log
+from tests.support.board.cocotb_run import run_under_cocotb
 
 UPDATES = 100
 
