@@ -184,6 +184,7 @@ def test_verilator(name: str, tmp_path: Path) -> None:
     files(tmp_path, host)
     # Two cycles: so early nothing that is asked at random can be granted.
     build = ["--main", "--timing", "-DWORD=32", "-DBEFORE=2", *BUILD_ARGS["verilator"], "-O0"]
+    build += ["-CFLAGS", "-fcoroutines"]
     sources = {name: (tmp_path / name).read_text() for name in ("core_sim.v", "plain_bench.v")}
     build_program(tmp_path / "bench", sources, build, top="plain_bench")
     for seed in (1, 2, 3, 4):
