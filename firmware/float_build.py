@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from boresight.firmware.build import CFLAGS, compile_library
+from boresight.firmware.build import CFLAGS, compiled_library
 from boresight.firmware.float_emit import emit_float_c, float_prefix
 from boresight.firmware.names import identifier
 from boresight.model.estimator import Estimator
@@ -67,15 +67,15 @@ class FloatCModel:
         self.estimator = estimator
         name = float_prefix(estimator)
         files = {**emit_float_c(estimator), f"{name}_host.c": _host_source(estimator)}
-        self.library = compile_library(
+        with compiled_library(
             files,
             name=name,
             source=f"{name}_host.c",
             cflags=cflags,
             libraries=("-lm",),
             cache=cache,
-        )
-        library = ctypes.CDLL(str(self.library))
+        ) as self.library:
+            library = ctypes.CDLL(str(self.library))
         self._run = getattr(library, f"{name}_run")
         self._run.argtypes = [ctypes.c_void_p, ctypes.c_size_t, _FLOAT_POINTER, _FLOAT_POINTER]
         self._run.restype = None

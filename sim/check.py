@@ -6,12 +6,12 @@ import dataclasses
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from boresight.disk.output import OutputFile
 from boresight.firmware.build import CModel
 from boresight.gateware.core import Core, build_core
 from boresight.model.errors import InputError, ToolMissing
@@ -177,7 +177,7 @@ def check(
     levels: Sequence[str] = ("fixed", "c", "rtl"),
     simulator: str | None = None,
     params: Mapping[str, float] | None = None,
-    reproducer: Path | None = None,
+    reproducer: OutputFile | None = None,
     verilog_hook: Callable[[str], str] | None = None,
     core: Core | None = None,
     progress: Progress | None = None,
@@ -193,7 +193,7 @@ def check(
     simulator : str, optional
         "verilator" or "icarus"; by default Verilator, and Icarus too (about `ICARUS_CYCLES`,
         not all updates) where it is installed.
-    reproducer : Path, optional
+    reproducer : OutputFile, optional
         Where to write a reproducer on the first mismatch.
     verilog_hook : callable, optional
         Changes the core's Verilog before it is simulated: for tests that must see a failure.

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import fcntl
-import hashlib
 import importlib.metadata
 import os
 import tempfile
@@ -16,7 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from boresight.firmware.build import default_cache
+from boresight.disk.cache import Cache
 from boresight.model.fixed import IntArray
 from boresight.model.tool_failure import failure
 from boresight.sim.memories import split_memories
@@ -107,34 +105,27 @@ class RtlSimulation:
     ) -> None:
         self.simulator = simulator
         self.word, self.n_inputs, self.n_outputs = word, n_inputs, n_outputs
-        # Simulators wait for a change before they first run `always @*`, and with initialised
-        # variables none may come: `always_comb` runs at time 0, as the logic does.
-        text, self._memories = split_memories(verilog.replace("always @*", "always_comb"))
+        text, self._memories = split_memories(verilog)
         # Names inside the core exist for each lane only: the harness is cut to the lanes there are.
         harness = Path(__file__).with_name("replay.sv").read_text()
         harness = harness.replace("//SECOND", "" if lanes == 2 else "//")
         require(simulator)
         tools = (version(simulator), importlib.metadata.version("cocotb"))
         identity = repr((text, harness, simulator, tools, BUILD_ARGS[simulator], word))
-        digest = hashlib.sha256(identity.encode()).hexdigest()[:24]
-        self.build = (cache or default_cache()) / f"rtl-{simulator}-{digest}"
-        self.build.mkdir(parents=True, exist_ok=True)
-        with (self.build / "lock").open("w") as lock:
-            fcntl.flock(lock, fcntl.LOCK_EX)
-            if not (self.build / "done").exists():
-                self._build(text, harness)
-                (self.build / "done").touch()
+        self._entry = Cache(cache).get(
+            f"rtl-{simulator}", identity, lambda folder: self._build(folder, text, harness)
+        )
 
     def _runner(self) -> Any:
         from cocotb_tools.runner import get_runner
 
         return get_runner(self.simulator)
 
-    def _build(self, text: str, harness: str) -> None:
+    def _build(self, folder: Path, text: str, harness: str) -> None:
         sources = {"core.sv": text, "replay.sv": harness}
         if self.simulator == "verilator":
             build_program(
-                self.build / "build" / "replay",
+                folder / "replay",
                 sources,
                 [*BUILD_ARGS["verilator"], *TIMESCALE, f"-GWORD={self.word}"],
                 top="replay",
@@ -142,13 +133,13 @@ class RtlSimulation:
             )
             return
         for name, source in sources.items():
-            (self.build / name).write_text(source)
-        with quiet(self.build / "build.log", f"{self.simulator} build"):
+            (folder / name).write_text(source)
+        with quiet(folder / "build.log", f"{self.simulator} build"):
             self._runner().build(
-                sources=[self.build / name for name in sources],
+                sources=[folder / name for name in sources],
                 hdl_toplevel="replay",
                 build_args=BUILD_ARGS[self.simulator],
-                build_dir=self.build / "build",
+                build_dir=folder,
                 parameters={"WORD": self.word},
                 always=True,
                 timescale=("1ns", "1ps"),
@@ -226,7 +217,7 @@ class RtlSimulation:
                 hdl_toplevel="replay",
                 hdl_toplevel_lang="verilog",
                 test_module="boresight.sim.replay_bench",
-                build_dir=self.build / "build",
+                build_dir=self._entry.path,
                 results_xml=str(folder / "results.xml"),
                 test_dir=str(folder),
                 seed=1,

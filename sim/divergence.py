@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from boresight.disk.output import OutputFile
 from boresight.firmware.build import CModel
 from boresight.gateware.core import Core, build_core
 from boresight.model.errors import InputError
@@ -113,7 +114,7 @@ def first_divergence_rtl(
 
 
 def write_reproducer(
-    path: Path, program: Program, inputs: IntArray, step: int, *, config: str, level: str
+    file: OutputFile, program: Program, inputs: IntArray, step: int, *, config: str, level: str
 ) -> None:
     """One file that shows the difference again.
 
@@ -122,7 +123,7 @@ def write_reproducer(
     """
     at_step, _ = words_of_step(program, inputs, step)
     outputs, saturated = Interpreter(at_step).update(inputs[step][:, None])
-    path.write_text(
+    file.write(
         json.dumps(
             {
                 "boresight_reproducer": 1,

