@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import errno
+import os
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from boresight.arguments import check_choice, check_machine, check_number
 from boresight.model.errors import InputError
 from boresight.model.estimators import estimator as find_estimator
 from boresight.sharing import estimator_names, params_of_each
 from boresight.sim.check import LEVELS, CheckResult
 from boresight.sim.check import check as check_log
 from boresight.sim.check_shared import check_shared, shared_core
-from boresight.sim.divergence import replay_reproducer
+from boresight.sim.divergence import load_reproducer, replay_reproducer
 from boresight.sim.log import read_log
+from boresight.sim.simulators import SIMULATORS
 from boresight.terminal import say
 from boresight.verbs.options import Outcome, model_options, params_of, progress_of
 
@@ -46,6 +50,37 @@ def log_files(paths: Iterable[str | Path]) -> list[Path]:
     return out
 
 
+def check_options(
+    *, config: str, word: int, steps: int | None, levels: Sequence[str], simulator: str | None
+) -> None:
+    """Raise InputError for what no check can be told, whatever its levels use of it."""
+    check_machine(config, word)
+    if steps is not None:
+        check_number("steps", steps, 1)
+    for level in levels:
+        check_choice("levels", level, LEVELS)
+    if simulator is not None:
+        check_choice("simulator", simulator, SIMULATORS)
+
+
+def _check_reproducer(path: Path) -> None:
+    """Raise InputError unless a reproducer could be written there: it may come after hours."""
+    try:
+        if path.is_dir():
+            raise IsADirectoryError(errno.EISDIR, "is a folder")
+        if not path.parent.is_dir():
+            raise NotADirectoryError(errno.ENOTDIR, "no folder to put it in")
+        if not os.access(path if path.exists() else path.parent, os.W_OK):
+            raise PermissionError(errno.EACCES, "permission denied")
+    except OSError as error:
+        raise InputError.at(
+            f"--reproducer {path}",
+            wanted="a file that can be written",
+            found=(error.strerror or type(error).__name__).lower(),
+            fix="choose another place",
+        ) from None
+
+
 def check(
     name: str,
     *logs: str | Path,
@@ -73,6 +108,11 @@ def check(
     names = estimator_names(name)
     estimators = [find_estimator(n) for n in names]
     chosen = params_of_each(names, params)
+    for estimator, values in zip(estimators, chosen, strict=True):
+        estimator.param_values(values)
+    check_options(config=config, word=word, steps=steps, levels=levels, simulator=simulator)
+    if reproducer is not None:
+        _check_reproducer(Path(reproducer))
     read = [read_log(path) for path in log_files(logs)]
     if not read:
         raise InputError.at("logs", wanted="at least one log", found="none", fix="name a log file")
@@ -140,7 +180,21 @@ def add_arguments(parser: ArgumentParser) -> None:
 def call(args: Namespace) -> Outcome:
     """Do it; see `Outcome`."""
     if args.estimator == "replay":
-        lines = [line for f in args.logs for line in replay_reproducer(Path(f))]
+        check_options(
+            config=args.config,
+            word=args.word,
+            steps=args.steps,
+            levels=args.levels.split(","),
+            simulator=args.simulator,
+        )
+        for file in args.logs:
+            load_reproducer(Path(file))  # all are good before the first is run
+        simulator = args.simulator or "verilator"
+        lines = [
+            line
+            for file in args.logs
+            for line in replay_reproducer(Path(file), simulator=simulator)
+        ]
         return int(bool(lines)), {"differences": lines}, "\n".join(lines) or "no difference"
 
     def show(result: CheckResult) -> None:

@@ -8,8 +8,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from boresight.arguments import check_number
 from boresight.gateware.system.programs import system_core
-from boresight.model.errors import InputError
 from boresight.model.estimators import estimator as find_estimator
 from boresight.output import output_folder
 from boresight.sim.bundled import bundled
@@ -48,6 +48,7 @@ def demo(
     """
     say = progress or (lambda text: None)
     estimators = [find_estimator(name) for name in names]
+    check_number("steps", steps, 1)
     log = read_log(Path(bundled(RECORDING)))
     cores, rows, systems = [], [], []
     for config in ("small", "fast"):
@@ -190,10 +191,6 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def call(args: Namespace) -> Outcome:
     """Do it; see `Outcome`."""
-    if args.steps < 1:
-        raise InputError.at(
-            "--steps", wanted="1 or more", found=str(args.steps), fix="give more steps"
-        )
     data = demo(output=args.output, steps=args.steps, progress=progress_of(args))
     text = (
         summary_table(data) + "\n\n" + "\n".join(f"report: {r['report']}" for r in data["filters"])

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from boresight.model.errors import InputError
+from boresight.arguments import check_choice, check_number
 from boresight.output import output_folder
 from boresight.sim.experiments import ma2014
 from boresight.sim.experiments.ma2014_html import render
@@ -52,13 +52,9 @@ def experiment(
     InputError
         Unknown name, seed out of range, folder that cannot be written.
     """
-    if name not in EXPERIMENTS:
-        raise InputError.at(
-            "experiment",
-            wanted=f"one of {', '.join(EXPERIMENTS)}",
-            found=repr(name),
-            fix="choose one of these",
-        )
+    check_choice("experiment", name, EXPERIMENTS)
+    check_number("seed", seed, 0, 2**31)
+    check_number("runs", runs, 2, 1000)
     run, page = EXPERIMENTS[name]
     with output_folder(Path(output)) as folder:
         data = run(seed=seed, runs=runs, progress=progress)
