@@ -7,7 +7,7 @@ import signal
 import threading
 import traceback
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from boresight.model.errors import InputError, ToolMissing
@@ -29,10 +29,10 @@ def code_of(error: BaseException) -> int:
     """
     if isinstance(error, ClosedPipe):
         abandon()
-        return 128 + signal.SIGPIPE
+        return 141
     if isinstance(error, KeyboardInterrupt):
         tell("interrupted")
-        return 128 + signal.SIGINT
+        return 130
     if isinstance(error, MemoryError):
         tell("error: memory ran out; give less at a time, or use a computer with more")
         return 1
@@ -76,9 +76,19 @@ def _bug(error: BaseException) -> int:
     return 3
 
 
+def _descendants(process: int) -> list[int]:
+    """Processes that this one began, and those that they began (Linux; elsewhere none)."""
+    found: list[int] = []
+    for file in Path(f"/proc/{process}/task").glob("*/children"):
+        with suppress(OSError):
+            for child in map(int, file.read_text().split()):
+                found += [child, *_descendants(child)]
+    return found
+
+
 @contextmanager
 def interruptible() -> Iterator[None]:
-    """The first Ctrl-C raises KeyboardInterrupt; a second one, while that cleans up, ends at once.
+    """The first Ctrl-C ends all children and raises KeyboardInterrupt; a second one ends at once.
 
     Only a main thread that Ctrl-C reaches is changed: a process told to ignore it still does.
     """
@@ -90,6 +100,9 @@ def interruptible() -> Iterator[None]:
 
     def stop(number: int, frame: object) -> None:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
+        for child in _descendants(os.getpid()):
+            with suppress(OSError):
+                os.kill(child, signal.SIGTERM)
         raise KeyboardInterrupt
 
     signal.signal(signal.SIGINT, stop)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-__all__ = ["InputError", "ToolMissing", "shortened"]
+import difflib
+from collections.abc import Iterable
+
+__all__ = ["InputError", "ToolMissing", "closest", "shortened"]
 
 #: Most characters of a message's parts.
 _WHERE, _WANTED, _FOUND = 120, 130, 60
@@ -14,6 +17,11 @@ def shortened(text: str, most: int) -> str:
         return text
     end = 2 * (most - 3) // 3  # the end of a path, and the line behind it, say most
     return f"{text[: most - 3 - end]}...{text[len(text) - end :]}"
+
+
+def closest(name: str, known: Iterable[str], most: int = 4) -> list[str]:
+    """The ``most`` names that are most like ``name``, to be shown where it is unknown."""
+    return difflib.get_close_matches(name[:100], list(known), most, 0.0)
 
 
 def _printable(text: str) -> str:

@@ -147,8 +147,8 @@ def read_log(path: str | os.PathLike[str]) -> Log:
         If the file cannot be read or does not hold a log; the one-line message names the file,
         the line and the column (for ``.npz`` the array and the index, counted from 0).
     """
-    path = Path(path)
     content = read_bytes(path, "a log file that can be read")
+    path = Path(path)
     parse = parse_npz if _is_npz(path) else parse_csv
     arrays = parse(path, content)
     name = path.stem.encode("utf-8", "surrogateescape").decode("utf-8", "replace")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import stat
@@ -19,6 +20,8 @@ _JSON_MOST = 64 << 20
 
 def reason(error: OSError) -> str:
     """Why a file could not be used, for ``found`` of an `InputError`."""
+    if error.errno == errno.EISDIR:
+        return "a folder"
     return (error.strerror or type(error).__name__).lower()
 
 
