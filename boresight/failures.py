@@ -43,9 +43,15 @@ def code_of(error: BaseException) -> int:
         tell(f"error: {str(error).splitlines()[0]}")
         return 1
     if isinstance(error, OSError) and error.strerror:
-        what = "" if error.filename is None else f"{InputError(str(error.filename))}: "
-        tell(f"error: {what}{error.strerror.lower()}")
-        return 2
+        where = "a file" if error.filename is None else os.fsdecode(error.filename)
+        return code_of(
+            InputError.at(
+                where or "''",
+                wanted="something that can be used",
+                found=error.strerror.lower(),
+                fix="check the path",
+            )
+        )
     return _bug(error)
 
 

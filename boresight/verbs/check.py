@@ -18,6 +18,7 @@ from boresight.sim.check import check as check_log
 from boresight.sim.check_shared import check_shared, shared_core
 from boresight.sim.divergence import load_reproducer, replay_reproducer
 from boresight.sim.log import read_log
+from boresight.sim.reading import reason
 from boresight.sim.simulators import SIMULATORS
 from boresight.terminal import say
 from boresight.verbs.options import Outcome, model_options, params_of, progress_of
@@ -34,20 +35,32 @@ def log_files(paths: Iterable[str | Path]) -> list[Path]:
         A folder without logs.
     """
     out: list[Path] = []
-    for path in map(Path, paths):
-        if path.is_dir():
-            found = sorted(p for p in path.rglob("*") if p.suffix in (".csv", ".npz"))
-            if not found:
-                raise InputError.at(
-                    str(path),
-                    wanted="a log, or a folder with .csv or .npz logs",
-                    found="a folder without any",
-                    fix="name a log file",
-                )
-            out += found
-        else:
-            out.append(path)
+    for path in paths:
+        try:
+            found = _logs_below(Path(path))
+        except OSError as error:
+            raise InputError.at(
+                str(path) or "''",
+                wanted="a log, or a folder of logs",
+                found=reason(error),
+                fix="check the path",
+            ) from None
+        if not found:
+            raise InputError.at(
+                str(path),
+                wanted="a log, or a folder with .csv or .npz logs",
+                found="a folder without any",
+                fix="name a log file",
+            )
+        out += found
     return out
+
+
+def _logs_below(path: Path) -> list[Path]:
+    """The path itself, or every log in that folder."""
+    if not path.is_dir():
+        return [path]
+    return sorted(p for p in path.rglob("*") if p.suffix in (".csv", ".npz"))
 
 
 def check_options(
