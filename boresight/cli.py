@@ -15,7 +15,7 @@ from typing import Any
 
 import boresight
 from boresight.failures import code_of, interruptible
-from boresight.terminal import say
+from boresight.terminal import say, tell
 
 __all__ = ["main"]
 
@@ -50,6 +50,9 @@ class _Parser(argparse.ArgumentParser):
         text = " ".join(message.split()).encode("utf-8", "backslashreplace").decode()
         text = text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
         self.exit(2, f"error: {text} (see {self.prog} --help)\n")
+
+    def _print_message(self, message: str, file: Any = None) -> None:
+        (tell if file is sys.stderr else say)(message.rstrip("\n"))
 
 
 class _VerbParser(_Parser):
