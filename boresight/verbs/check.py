@@ -80,7 +80,7 @@ def _check_reproducer(path: Path) -> None:
     """Raise InputError unless a reproducer could be written there: it may come after hours."""
     try:
         if path.is_dir():
-            raise IsADirectoryError(errno.EISDIR, "is a folder")
+            raise IsADirectoryError(errno.EISDIR, "a folder")
         if not path.parent.is_dir():
             raise NotADirectoryError(errno.ENOTDIR, "no folder to put it in")
         if not os.access(path if path.exists() else path.parent, os.W_OK):
