@@ -47,7 +47,13 @@ class _Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> Any:
         """Print one line, exit 2."""
-        text = " ".join(message.split()).encode("utf-8", "backslashreplace").decode()
+        for kind, wanted in (("int", "a whole number"), ("float", "a number")):
+            message = message.replace(f"invalid {kind} value:", f"wanted {wanted}, found")
+        text = (
+            " ".join(message.removeprefix("argument ").split())
+            .encode("utf-8", "backslashreplace")
+            .decode()
+        )
         text = text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
         self.exit(2, f"error: {text} (see {self.prog} --help)\n")
 

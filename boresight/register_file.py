@@ -65,7 +65,7 @@ def read_registers(path: str | Path) -> dict[str, Any]:
         return InputError.at(
             f"{path}{where}",
             wanted=_WANTED,
-            found=kind_of(value),
+            found=f"{kind_of(value)} there" if where else kind_of(value),
             fix="give the file of this board's bitstream",
         )
 

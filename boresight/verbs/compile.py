@@ -147,7 +147,7 @@ def compile(
     check_choice("top", top, TOPS)
     check_machine(config, word)
     if board is not None and top == "sensors":
-        check_number("word", word, SYSTEM_WORD_LEAST, 32)
+        check_number("word of a complete system", word, SYSTEM_WORD_LEAST, 32)
     if urgent is not None:
         check_number("urgent", urgent, 1, min(len(e.outputs) for e in estimators))
     if with_cpu and (board is None or top != "sensors"):

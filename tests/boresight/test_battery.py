@@ -51,7 +51,19 @@ SEAMS = (
     "boresight.sim.divergence.CModel",
     "boresight.sim.divergence.build_core",
     "boresight.verbs.accuracy.benchmark",
+    "boresight.verbs.covariance.covariance_trial",
+    "boresight.verbs.covariance.manoeuvre",
+    "boresight.verbs.demo.read_log",
     "boresight.verbs.doctor.doctor",
+)
+
+
+#: Where a core is built.
+CORES = (
+    "boresight.sim.check.build_core",
+    "boresight.sim.divergence.build_core",
+    "boresight.verbs.check.shared_core",
+    "boresight.verbs.run.build_core",
 )
 
 
@@ -74,8 +86,7 @@ def quick(monkeypatch):
         return known(type(self), word if word in (18, 32) else 32)
 
     monkeypatch.setattr(Estimator, "compile", compile_once)
-    for place in ("boresight.verbs.run.build_core", "boresight.sim.check.build_core",
-                  "boresight.verbs.check.shared_core"):  # fmt: skip
+    for place in CORES:
         monkeypatch.setattr(place, begin)
 
 

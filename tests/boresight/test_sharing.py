@@ -55,7 +55,7 @@ def test_parameters_by_estimator(tmp_path):
         (
             "kp_roll_per_s=1",
             r"^--param kp_roll_per_s: wanted parameters of complementary, "
-            r"complementary_as_printed, found those of nobody; write for example "
+            r"complementary_as_printed, found no estimator's name; write for example "
             r"--param complementary\.NAME=NUMBER$",
         ),
         ("mekf.x=1", r"^--param mekf\.x: wanted .*, found those of mekf; .*$"),

@@ -52,24 +52,27 @@ _PATHS = st.sampled_from(
     [*FILES, "folder", "nosuch", "nosuch/log.csv", "log.csv/x", ".", "n" * 300, "n/" * 2500,
      "/dev/null", "/dev/zero", "loop", "gone", "pipe.csv/"]
 )  # fmt: skip
-_OUTPUTS = st.sampled_from(["out", "new/out", "log.csv/out", "n" * 300, "folder"])
+_OUTPUTS = st.sampled_from(["out", "new/out", "log.csv/out", "n" * 300])
 
 
 def _mostly(*good: str) -> st.SearchStrategy[str]:
     """One of the good words, less often anything."""
     right = st.sampled_from(good)
-    return st.integers(0, 5).flatmap(lambda k: st.one_of(_TEXTS, _NUMBERS) if k == 5 else right)
+    return st.integers(0, 9).flatmap(lambda k: st.one_of(_TEXTS, _NUMBERS) if k == 9 else right)
 
 
 def _number(*good: str) -> st.SearchStrategy[str]:
-    return st.one_of(st.sampled_from(good), _NUMBERS)
+    right = st.sampled_from(good)
+    return st.integers(0, 3).flatmap(lambda k: _NUMBERS if k == 3 else right)
 
 
 _NAMES = _mostly("complementary", "mekf", *ESTIMATORS)
 _SEVERAL = st.one_of(
     _NAMES, st.lists(st.sampled_from([*ESTIMATORS, "vqf", ""]), max_size=3).map(",".join)
 )
-_LOGS = st.one_of(st.just("log.csv"), st.just("log.npz"), _PATHS, _TEXTS)
+_LOGS = st.integers(0, 5).flatmap(
+    lambda k: st.one_of(_PATHS, _TEXTS) if k == 5 else st.sampled_from(["log.csv", "log.npz"])
+)
 _SETTINGS = st.builds(
     "{}={}".format,
     _mostly("kp_roll_per_s", "complementary.kp_roll_per_s", "mekf.p0_bias", "p0_tilt"),
