@@ -14,6 +14,7 @@ from boresight.gateware.boards.board import BOARDS
 from boresight.gateware.boards.ise import write_ise_project
 from boresight.gateware.boards.top import records_design
 from boresight.gateware.core import Core
+from boresight.gateware.core_text import core_text
 from boresight.gateware.image import rom_pieces
 from boresight.gateware.register_map import files_of, register_map_files
 from boresight.gateware.synthesis.estimate import Estimate, estimate
@@ -238,8 +239,9 @@ def _meanings(core: Core) -> dict[str, str]:
 
 def write_core(folder: Path, core: Core, estimators: Sequence[Estimator]) -> None:
     """Write Verilog, microcode, programs, schedules, C and register map of a core."""
-    (folder / "core.v").write_text(core.verilog(instances=True))
-    (folder / "core_sim.v").write_text(core.verilog(instances=False))
+    for file, instances in (("core.v", True), ("core_sim.v", False)):
+        text = core_text(core, instances=instances) + core.verilog(instances=instances)
+        (folder / file).write_text(text)
     (folder / "firmware").mkdir()
     for number in range(len(core.parts)):
         _write_program(folder, core.select(number))

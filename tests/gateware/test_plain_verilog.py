@@ -12,12 +12,13 @@ import numpy as np
 import pytest
 
 from boresight.gateware.core import Core
+from boresight.gateware.core_text import core_text
 from boresight.gateware.microcode import decode
 from boresight.gateware.registers import PROGRAM
 from boresight.model.estimators import estimator
 from boresight.model.interpreter import Interpreter
 from boresight.sim.check_shared import shared_core
-from boresight.sim.simulators import BUILD_ARGS, simulator_environment
+from boresight.sim.simulators import available, simulator_environment
 
 BENCH = Path(__file__).with_name("plain_bench.v")
 MODES = ("2001", "2005", "2005-sv", "2009", "2012")
@@ -151,8 +152,9 @@ def scenario(core: Core, seed: int) -> Host:
 
 
 def files(folder: Path, host: Host) -> None:
-    """Core, bench and commands, as a user has them: file names, no options for the core."""
-    (folder / "core_sim.v").write_text(host.core.verilog(instances=False))
+    """Core as `boresight compile` writes it, bench, commands."""
+    text = core_text(host.core, instances=False) + host.core.verilog(instances=False)
+    (folder / "core_sim.v").write_text(text)
     (folder / "plain_bench.v").write_text(BENCH.read_text())
     commands = [*host.commands, *[0] * (1024 - len(host.commands))]
     (folder / "commands.hex").write_text("".join(f"{c:016x}\n" for c in commands))
@@ -164,14 +166,15 @@ def told(command: list[str], folder: Path) -> list[str]:
     return [line for line in done.stdout.splitlines() if not line.startswith("- ")]
 
 
-@CORE
+@pytest.mark.skipif(not available("icarus"), reason="Icarus Verilog: apt-get install iverilog")
+@pytest.mark.parametrize(("name", "before"), [("one", 0), ("one", 20), ("several", 20)])
 @pytest.mark.parametrize("mode", MODES)
-def test_icarus(name: str, mode: str, tmp_path: Path) -> None:
-    """No bit is unknown after the first reset, though nothing is driven for 20 cycles before it."""
+def test_icarus(name: str, mode: str, before: int, tmp_path: Path) -> None:
+    """No bit is unknown after the first reset, whatever was not driven before it."""
     host = scenario(core_of(name), seed=MODES.index(mode))
     files(tmp_path, host)
     with simulator_environment("icarus"):
-        build = ["iverilog", f"-g{mode}", "-DWORD=32", "-DBEFORE=20", "-o", "bench"]
+        build = ["iverilog", f"-g{mode}", "-DWORD=32", f"-DBEFORE={before}", "-o", "bench"]
         told([*build, "core_sim.v", "plain_bench.v"], tmp_path)
         assert told(["vvp", "-n", "bench"], tmp_path) == host.lines
 
@@ -183,9 +186,10 @@ def test_verilator(name: str, tmp_path: Path) -> None:
     files(tmp_path, host)
     with simulator_environment("verilator"):
         # Two cycles: so early nothing that is asked at random can be granted.
-        build = ["verilator", "--binary", "--timing", "-DWORD=32", "-DBEFORE=2", "-o", "bench"]
-        sources = ["core_sim.v", "plain_bench.v", "--top-module", "plain_bench"]
-        told([*build, *BUILD_ARGS["verilator"], "-O0", *sources], tmp_path)
+        build = ["verilator", "--binary", "--timing", "-Wno-fatal", "-DWORD=32", "-DBEFORE=2"]
+        random_start = ["--x-initial", "unique", "--x-assign", "unique"]
+        cpp = ["-CFLAGS", "-std=c++20 -O0", "-o", "bench", "--top-module", "plain_bench"]
+        told([*build, *random_start, *cpp, "core_sim.v", "plain_bench.v"], tmp_path)
         for seed in (1, 2, 3, 4):
             run = ["obj_dir/bench", "+verilator+rand+reset+2", f"+verilator+seed+{seed}"]
             assert told(run, tmp_path) == host.lines, f"seed {seed}"
