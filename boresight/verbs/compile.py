@@ -18,6 +18,7 @@ from boresight.gateware.boards.board import BOARDS
 from boresight.gateware.boards.ise import write_ise_project
 from boresight.gateware.boards.top import records_design
 from boresight.gateware.core import Core
+from boresight.gateware.core_text import core_text
 from boresight.gateware.image import rom_pieces
 from boresight.gateware.register_map import files_of, register_map_files
 from boresight.gateware.synthesis.estimate import Estimate, estimate
@@ -240,8 +241,9 @@ def _meanings(core: Core) -> dict[str, str]:
 
 def write_core(folder: Path, core: Core, estimators: Sequence[Estimator]) -> None:
     """Write Verilog, microcode, programs, schedules, C and register map of a core."""
-    _write(folder / "core.v", core.verilog(instances=True))
-    _write(folder / "core_sim.v", core.verilog(instances=False))
+    for file, instances in (("core.v", True), ("core_sim.v", False)):
+        text = core_text(core, instances=instances) + core.verilog(instances=instances)
+        _write(folder / file, text)
     (folder / "firmware").mkdir()
     for number in range(len(core.parts)):
         _write_program(folder, core.select(number))
