@@ -31,9 +31,7 @@ def test_round_trip(tmp_path: Path) -> None:
     manifest = Manifest.load(tmp_path)
     assert set(manifest.by("verb")) == {"a", "b/c"} and not manifest.by("other")
     assert Manifest._parse(json.loads(manifest.to_json())) == manifest
-    assert digest(tmp_path / NAME) == hashlib.sha256(
-        (tmp_path / NAME).read_bytes()
-    ).hexdigest()
+    assert digest(tmp_path / NAME) == hashlib.sha256((tmp_path / NAME).read_bytes()).hexdigest()
 
 
 def test_states(tmp_path: Path) -> None:
