@@ -58,7 +58,7 @@ def _set(draw: st.DrawFn, _: list[list[str]], row: list[str], column: int) -> No
     row[column : column + 1] = [draw(st.sampled_from(FIELDS) | st.text(max_size=5))]
 
 
-_CSV: dict[str, Callable[..., None]] = {
+_CSV: dict[str, Callable[..., object]] = {
     "field": _set,
     "more": lambda draw, _, row, column: row.insert(column, draw(st.sampled_from(FIELDS))),
     "less": lambda _, table, row, column: row.__delitem__(slice(column, column + 1)),
