@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
+import io
 import math
 from collections.abc import Sequence
-from pathlib import Path
-from typing import Any
 
 from boresight.gateware.system.attitude_frame import Attitude
-from boresight.model.errors import InputError
 from boresight.sim.plotting import COLOUR, INK, figure_and_axes, settings
 
-__all__ = ["save_plot"]
+__all__ = ["plot_image"]
 
 
 def _broken(values: Sequence[float], gaps: set[int]) -> list[float]:
@@ -34,15 +32,15 @@ def _times(values: Sequence[float], times: Sequence[float], gaps: set[int]) -> l
     return out
 
 
-def save_plot(
+def plot_image(
     times: Sequence[float],
     attitudes: Sequence[Attitude],
     gaps: Sequence[tuple[int, int]],
-    path: Path,
+    format: str,
     *,
     timed: bool,
-) -> None:
-    """Heading, pitch and roll over time, one under the other; missing frames are grey.
+) -> bytes:
+    """An image of heading, pitch and roll over time, one under the other; missing frames are grey.
 
     Parameters
     ----------
@@ -52,13 +50,8 @@ def save_plot(
         As many.
     gaps : sequence of (int, int)
         Index of the attitude before a gap, frames missing there.
-    path : Path
-        Where to; the suffix says which format.
-
-    Raises
-    ------
-    InputError
-        The file cannot be written.
+    format : str
+        "png", "svg" or "pdf".
     """
     holes = {index for index, _ in gaps}
     with settings():
@@ -80,17 +73,6 @@ def save_plot(
             note += f", {missing} missing (grey)"
         axes[0].set_title(note, loc="left", color=INK, fontsize=9.0)
         axes[-1].set_xlabel("time since the first [s]" if timed else "number of the update")
-        _save(figure, path)
-
-
-def _save(figure: Any, path: Path) -> None:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path, dpi=130)
-    except OSError as error:
-        raise InputError.at(
-            str(path),
-            wanted="a place that can be written",
-            found=error.strerror or type(error).__name__,
-            fix="choose another with --plot",
-        ) from error
+        image = io.BytesIO()
+        figure.savefig(image, format=format, dpi=130)
+    return image.getvalue()

@@ -4,31 +4,31 @@ from __future__ import annotations
 
 import ctypes
 import functools
-import hashlib
-import os
 import shutil
 import subprocess
-import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from boresight.disk.cache import Cache
 from boresight.firmware.emit import emit_c
 from boresight.model.errors import ToolMissing
 from boresight.model.fixed import IntArray
 from boresight.model.program import Kind, Program
+from boresight.model.tool_failure import ToolFailed, failure
 
 __all__ = [
     "CFLAGS",
     "CModel",
     "WordRanges",
     "build_library",
-    "compile_library",
-    "default_cache",
+    "compiled_library",
     "find_compiler",
+    "program_library",
 ]
 
 #: Flags for speed; the others are fixed in `build_library`.
@@ -58,30 +58,14 @@ def _version(compiler: str) -> str:
     ).stdout
 
 
-def default_cache() -> Path:
-    """``boresight`` in the user's cache folder; a temporary folder if that cannot be written."""
-    base = os.environ.get("XDG_CACHE_HOME")
-    folder = (Path(base) if base else Path.home() / ".cache") / "boresight"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError:
-        return _temporary_cache()
-    return folder if os.access(folder, os.W_OK) else _temporary_cache()
-
-
-@functools.cache
-def _temporary_cache() -> Path:
-    return Path(tempfile.mkdtemp(prefix="boresight-"))
-
-
 def build_library(
     program: Program, *, cflags: Sequence[str] = CFLAGS, cache: Path | None = None
 ) -> Path:
     """Shared library of a program, compiled unless the cache has it.
 
-    The library stands beside its sources in a folder whose name is the hash of the sources (and
-    with them of the program), the compiler and the flags. Several processes may build at the
-    same time: each compiles in a folder of its own and renames complete files into place.
+    The library stands beside its sources, in an entry of the build cache (`boresight.disk.cache`)
+    whose name is the hash of the sources (and with them of the program), the compiler and the
+    flags.
 
     Parameters
     ----------
@@ -90,19 +74,32 @@ def build_library(
     cflags : sequence of str
         Flags beside those that make a shared library of C99.
     cache : Path or None
-        Where to keep libraries; None: `default_cache`.
+        Folder of the cache; None: that of the user.
 
     Raises
     ------
     ToolMissing
         If there is no compiler.
     """
+    with program_library(program, cflags=cflags, cache=cache) as library:
+        return library
+
+
+@contextmanager
+def program_library(
+    program: Program, *, cflags: Sequence[str] = CFLAGS, cache: Path | None = None
+) -> Iterator[Path]:
+    """As `build_library`; the file stays in the cache at least until the end of the block."""
     files = emit_c(program)
     name = next(iter(files)).removesuffix(".h")
-    return compile_library(files, name=name, source=f"{name}_host.c", cflags=cflags, cache=cache)
+    with compiled_library(
+        files, name=name, source=f"{name}_host.c", cflags=cflags, cache=cache
+    ) as library:
+        yield library
 
 
-def compile_library(
+@contextmanager
+def compiled_library(
     files: Mapping[str, str],
     *,
     name: str,
@@ -110,31 +107,23 @@ def compile_library(
     cflags: Sequence[str] = CFLAGS,
     libraries: Sequence[str] = (),
     cache: Path | None = None,
-) -> Path:
-    """Shared library ``name`` of a C99 source and its ``libraries``; see `build_library`."""
+) -> Iterator[Path]:
+    """Shared library ``name`` of a C99 source and its ``libraries``; see `program_library`."""
     compiler = find_compiler()
     flags = [*_FIXED_FLAGS, *cflags]
-    identity = "\0".join(
-        [compiler, _version(compiler), source, *flags, *libraries, *files.values()]
-    )
-    key = hashlib.sha256(identity.encode()).hexdigest()[:32]
-    root = default_cache() if cache is None else Path(cache)
-    folder = root / f"{name[:40]}-{key}"
-    library = folder / f"{name}.so"
-    if library.exists():
-        return library
-    root.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=root, prefix="build-") as work:
+    identity = repr([compiler, _version(compiler), name, source, flags, libraries, dict(files)])
+
+    def make(folder: Path) -> None:
         for file, text in files.items():
-            (Path(work) / file).write_text(text, encoding="utf-8")
-        command = [compiler, *flags, source, "-o", library.name, *libraries]
-        done = subprocess.run(command, cwd=work, capture_output=True, text=True)
+            (folder / file).write_text(text, encoding="utf-8")
+        command = [compiler, *flags, source, "-o", f"{name}.so", *libraries]
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
         if done.returncode != 0:
-            raise RuntimeError(f"{' '.join(command)} failed:\n{done.stderr}")
-        folder.mkdir(exist_ok=True)
-        for file in (*files, library.name):  # the library last: its presence means complete
-            os.replace(Path(work) / file, folder / file)
-    return library
+            raise ToolFailed(failure(f"{' '.join(command)} failed", done.stderr))
+
+    entry = Cache(cache).get(name, identity, make)
+    yield entry.path / f"{name}.so"
+    del entry  # which kept it in use
 
 
 class WordRanges(NamedTuple):
@@ -174,9 +163,9 @@ class CModel:
     ) -> None:
         self.program = program
         self.cflags = tuple(cflags)
-        self.library = build_library(program, cflags=cflags, cache=cache)
         self._params = {program.values[n].name: n for n in program.of_kind(Kind.PARAM)}
-        library = ctypes.CDLL(str(self.library))
+        with program_library(program, cflags=cflags, cache=cache) as self.library:
+            library = ctypes.CDLL(str(self.library))
         name = self.library.stem
         pointer = ctypes.c_void_p
         self._reset = getattr(library, f"{name}_reset")

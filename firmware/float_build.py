@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from boresight.firmware.build import CFLAGS, compile_library
+from boresight.firmware.build import CFLAGS, compiled_library
 from boresight.firmware.float_emit import emit_float_c, float_prefix
 from boresight.firmware.names import identifier
 from boresight.firmware.precision import SINGLE, Precision
@@ -80,15 +80,15 @@ class FloatCModel:
             **emit_float_c(estimator, precision),
             f"{name}_host.c": _host_source(estimator, precision),
         }
-        self.library = compile_library(
+        with compiled_library(
             files,
             name=name,
             source=f"{name}_host.c",
             cflags=(*cflags, *_PLAIN),
             libraries=("-lm",),
             cache=cache,
-        )
-        library = ctypes.CDLL(str(self.library))
+        ) as self.library:
+            library = ctypes.CDLL(str(self.library))
         self._run = getattr(library, f"{name}_run")
         self._run.argtypes = [ctypes.c_void_p, ctypes.c_size_t, pointer, pointer]
         self._run.restype = None

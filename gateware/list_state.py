@@ -94,8 +94,7 @@ class ListState:
         heappush(self.asleep, (self.fit(node, NOTHING)[0][0] - dummies, node))
 
     def fit(self, node: int, need: Need) -> list[Fit]:
-        """Ways to place a node, the shortest first, each longer one only if it starts so early
-        that it ends first."""
+        """Ways to place a node, the shortest first; a longer one only if it ends before it."""
         found = self.fits.get((node, need))
         if found is None:
             found = []

@@ -6,18 +6,19 @@ import dataclasses
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from boresight.disk.output import OutputFile
 from boresight.firmware.build import CModel
 from boresight.gateware.core import Core, build_core
 from boresight.model.errors import InputError, ToolMissing
 from boresight.model.estimator import Estimator, input_words, with_params
 from boresight.model.fixed import IntArray
 from boresight.model.program import Program
+from boresight.model.tool_failure import ToolFailed
 from boresight.sim.accuracy import largest_turn_deg
 from boresight.sim.cosim import RtlRun, RtlSimulation, SimulationFailed
 from boresight.sim.divergence import Divergence, first_divergence_rtl, write_reproducer
@@ -176,7 +177,7 @@ def check(
     levels: Sequence[str] = ("fixed", "c", "rtl"),
     simulator: str | None = None,
     params: Mapping[str, float] | None = None,
-    reproducer: Path | None = None,
+    reproducer: OutputFile | None = None,
     verilog_hook: Callable[[str], str] | None = None,
     core: Core | None = None,
     progress: Progress | None = None,
@@ -192,7 +193,7 @@ def check(
     simulator : str, optional
         "verilator" or "icarus"; by default Verilator, and Icarus too (about `ICARUS_CYCLES`,
         not all updates) where it is installed.
-    reproducer : Path, optional
+    reproducer : OutputFile, optional
         Where to write a reproducer on the first mismatch.
     verilog_hook : callable, optional
         Changes the core's Verilog before it is simulated: for tests that must see a failure.
@@ -325,7 +326,7 @@ def _check_c(
     try:
         plain, flags = CModel(program).update(words)
         full, _ = CModel(with_state_outputs(program)).update(words)
-    except ToolMissing as error:
+    except (ToolMissing, ToolFailed) as error:
         return LevelResult("c", "gcc", len(words), 0, 0.0, error=str(error))
     n_out = len(program.outputs)
     wrong = (

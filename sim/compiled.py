@@ -7,17 +7,15 @@ exactly the inputs ``clk`` and ``rst``; it reads ``$value$plusargs``, prints, an
 
 from __future__ import annotations
 
-import fcntl
-import hashlib
 import subprocess
 import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from boresight.firmware.build import default_cache
-from boresight.sim.cosim import SimulationFailed
-from boresight.sim.simulators import simulator_environment, version
+from boresight.disk.cache import Cache, Entry
+from boresight.sim.simulators import SimulationFailed, require, version
+from boresight.sim.verilator import build_program
 
 __all__ = ["RESET_CYCLES", "Compiled", "CompletedRun", "build"]
 
@@ -25,9 +23,6 @@ __all__ = ["RESET_CYCLES", "Compiled", "CompletedRun", "build"]
 RESET_CYCLES = 4
 
 _ARGS = (
-    "--cc",
-    "--exe",
-    "--build",
     "-O3",
     "-Wno-fatal",
     "-Wno-lint",
@@ -36,10 +31,13 @@ _ARGS = (
     "--x-assign",
     "unique",
     "--no-timing",
+    # One unit, lightly optimised: half of the time to build, and runs within a tenth as fast.
+    "--output-split",
+    "0",
     "-CFLAGS",
-    "-O3",
-    "-j",
-    "2",
+    "-O1",
+    "--prefix",
+    "Vbench",
 )
 
 #: Drives the clock; says how many cycles ran and how long they took.
@@ -106,7 +104,12 @@ class CompletedRun:
 class Compiled:
     """A built bench, run as often as wanted."""
 
-    program: Path
+    entry: Entry
+
+    @property
+    def program(self) -> Path:
+        """What runs."""
+        return self.entry.path / "bench"
 
     def run(
         self,
@@ -191,42 +194,12 @@ def build(
         The build failed.
     """
     main = _MAIN.replace("RESET_CYCLES", str(RESET_CYCLES))
-    # Logic that depends on constants alone must run at time 0, as it does in hardware.
-    texts = {name: text.replace("always @*", "always_comb") for name, text in sources.items()}
+    texts = dict(sources)
     given = [f"-G{name}={value}" for name, value in (parameters or {}).items()]
-    with simulator_environment("verilator"):
-        identity = repr((top, texts, given, main, _ARGS, version("verilator")))
-        digest = hashlib.sha256(identity.encode()).hexdigest()[:24]
-        folder = (cache or default_cache()) / f"compiled-{digest}"
-        folder.mkdir(parents=True, exist_ok=True)
-        with (folder / "lock").open("w") as lock:
-            fcntl.flock(lock, fcntl.LOCK_EX)
-            if not (folder / "done").exists():
-                for name, text in {**texts, "main.cpp": main}.items():
-                    (folder / name).write_text(text)
-                done = subprocess.run(
-                    [
-                        "verilator",
-                        *_ARGS,
-                        "--prefix",
-                        "Vbench",
-                        "--top-module",
-                        top,
-                        *given,
-                        "--Mdir",
-                        "obj",
-                        "-o",
-                        "bench",
-                        *texts,
-                        "main.cpp",
-                    ],
-                    cwd=folder,
-                    capture_output=True,
-                    text=True,
-                    check=False,
-                )
-                if done.returncode:
-                    tail = "\n".join((done.stdout + done.stderr).splitlines()[-30:])
-                    raise SimulationFailed(f"verilator build of {top} failed\n{tail}")
-                (folder / "done").touch()
-    return Compiled(folder / "obj" / "bench")
+    require("verilator")
+    identity = repr((top, texts, given, main, _ARGS, version("verilator")))
+
+    def make(folder: Path) -> None:
+        build_program(folder / "bench", {**texts, "main.cpp": main}, [*_ARGS, *given], top=top)
+
+    return Compiled(Cache(cache).get("compiled", identity, make))

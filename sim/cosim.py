@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-import fcntl
-import hashlib
+import importlib.metadata
 import os
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -15,19 +14,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from boresight.firmware.build import default_cache
+from boresight.disk.cache import Cache
 from boresight.model.fixed import IntArray
+from boresight.model.tool_failure import failure
 from boresight.sim.memories import split_memories
-from boresight.sim.simulators import BUILD_ARGS, simulator_environment, version
+from boresight.sim.simulators import BUILD_ARGS, TIMESCALE, SimulationFailed, require, version
+from boresight.sim.verilator import build_program, cocotb_environment
 
 __all__ = ["BusWrite", "RegisterWrite", "RtlRun", "RtlSimulation", "SimulationFailed", "quiet"]
-
-
-class SimulationFailed(RuntimeError):
-    """The simulation did not end, or showed an unknown value: never a pass.
-
-    The first line says what; further lines are the tool's own words.
-    """
 
 
 @dataclass(frozen=True)
@@ -111,42 +105,41 @@ class RtlSimulation:
     ) -> None:
         self.simulator = simulator
         self.word, self.n_inputs, self.n_outputs = word, n_inputs, n_outputs
-        # Simulators wait for a change before they first run `always @*`, and with initialised
-        # variables none may come: `always_comb` runs at time 0, as the logic does.
-        text, self._memories = split_memories(verilog.replace("always @*", "always_comb"))
+        text, self._memories = split_memories(verilog)
         # Names inside the core exist for each lane only: the harness is cut to the lanes there are.
         harness = Path(__file__).with_name("replay.sv").read_text()
         harness = harness.replace("//SECOND", "" if lanes == 2 else "//")
-        with simulator_environment(simulator):
-            identity = repr(
-                (text, harness, simulator, version(simulator), BUILD_ARGS[simulator], word)
-            )
-        digest = hashlib.sha256(identity.encode()).hexdigest()[:24]
-        self.build = (cache or default_cache()) / f"rtl-{simulator}-{digest}"
-        self.build.mkdir(parents=True, exist_ok=True)
-        with (self.build / "lock").open("w") as lock:
-            fcntl.flock(lock, fcntl.LOCK_EX)
-            if not (self.build / "done").exists():
-                self._build(text, harness)
-                (self.build / "done").touch()
+        require(simulator)
+        tools = (version(simulator), importlib.metadata.version("cocotb"))
+        identity = repr((text, harness, simulator, tools, BUILD_ARGS[simulator], word))
+        self._entry = Cache(cache).get(
+            f"rtl-{simulator}", identity, lambda folder: self._build(folder, text, harness)
+        )
 
     def _runner(self) -> Any:
         from cocotb_tools.runner import get_runner
 
         return get_runner(self.simulator)
 
-    def _build(self, text: str, harness: str) -> None:
-        (self.build / "core.sv").write_text(text)
-        (self.build / "replay.sv").write_text(harness)
-        with (
-            quiet(self.build / "build.log", f"{self.simulator} build"),
-            simulator_environment(self.simulator),
-        ):
+    def _build(self, folder: Path, text: str, harness: str) -> None:
+        sources = {"core.sv": text, "replay.sv": harness}
+        if self.simulator == "verilator":
+            build_program(
+                folder / "replay",
+                sources,
+                [*BUILD_ARGS["verilator"], *TIMESCALE, f"-GWORD={self.word}"],
+                top="replay",
+                cocotb=True,
+            )
+            return
+        for name, source in sources.items():
+            (folder / name).write_text(source)
+        with quiet(folder / "build.log", f"{self.simulator} build"):
             self._runner().build(
-                sources=[self.build / "core.sv", self.build / "replay.sv"],
+                sources=[folder / name for name in sources],
                 hdl_toplevel="replay",
                 build_args=BUILD_ARGS[self.simulator],
-                build_dir=self.build / "build",
+                build_dir=folder,
                 parameters={"WORD": self.word},
                 always=True,
                 timescale=("1ns", "1ps"),
@@ -219,15 +212,12 @@ class RtlSimulation:
     ) -> None:
         limit = (steps + 4) * max_interval * (16 if stall else 1) + 64 * writes + 1000
         root = str(Path(__file__).parents[2])
-        with (
-            quiet(folder / "run.log", f"{self.simulator} run"),
-            simulator_environment(self.simulator),
-        ):
+        with quiet(folder / "run.log", f"{self.simulator} run"):
             self._runner().test(
                 hdl_toplevel="replay",
                 hdl_toplevel_lang="verilog",
                 test_module="boresight.sim.replay_bench",
-                build_dir=self.build / "build",
+                build_dir=self._entry.path,
                 results_xml=str(folder / "results.xml"),
                 test_dir=str(folder),
                 seed=1,
@@ -246,6 +236,7 @@ class RtlSimulation:
                     ),
                 ],
                 extra_env={
+                    **cocotb_environment(),
                     "REPLAY_MAX_CYCLES": str(limit),
                     "PYTHONPATH": os.pathsep.join([root, os.environ.get("PYTHONPATH", "")]),
                 },
@@ -308,7 +299,7 @@ def _register_writes(lines: list[str]) -> tuple[RegisterWrite, ...]:
 
 @contextlib.contextmanager
 def quiet(log: Path, what: str) -> Iterator[None]:
-    """Keep the tools' chatter in a file; say its end when something fails."""
+    """Keep the tools' chatter in a file; when something fails, say why, and keep it for good."""
     failed: BaseException | None = None
     with log.open("w") as file:
         saved = os.dup(1), os.dup(2)
@@ -324,5 +315,5 @@ def quiet(log: Path, what: str) -> Iterator[None]:
             os.close(saved[0])
             os.close(saved[1])
     if failed is not None:
-        tail = "\n".join(log.read_text(errors="replace").splitlines()[-30:])
-        raise SimulationFailed(f"{what} failed: {failed}\n{tail}") from failed
+        said = f"{log.read_text(errors='replace')}\n{failed}"
+        raise SimulationFailed(failure(f"{what} failed", said)) from failed

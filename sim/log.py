@@ -17,12 +17,14 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from boresight.disk.output import OutputFile
 from boresight.model.errors import InputError
 from boresight.sim.log_checks import check_samples, clean_arrays, clean_rate, index_place
 from boresight.sim.log_csv import format_csv, parse_csv
 from boresight.sim.log_npz import format_npz, parse_npz
+from boresight.sim.reading import read_bytes, reason
 
-__all__ = ["RESTART_S", "Log", "read_log", "write_log"]
+__all__ = ["RESTART_S", "Log", "log_content", "read_log", "write_log"]
 
 RESTART_S = -0.25  #: s, a time step that restarts every filter.
 
@@ -146,14 +148,12 @@ def read_log(path: str | os.PathLike[str]) -> Log:
         If the file cannot be read or does not hold a log; the one-line message names the file,
         the line and the column (for ``.npz`` the array and the index, counted from 0).
     """
+    content = read_bytes(path, "a log file that can be read")
     path = Path(path)
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise _unusable(path, "a log file that can be read", error) from None
     parse = parse_npz if _is_npz(path) else parse_csv
     arrays = parse(path, content)
-    return Log(name=path.stem, mag_new=~np.isnan(arrays["mag"][:, 0]), **arrays)
+    name = path.stem.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
+    return Log(name=name, mag_new=~np.isnan(arrays["mag"][:, 0]), **arrays)
 
 
 def write_log(path: str | os.PathLike[str], log: Log) -> None:
@@ -170,27 +170,34 @@ def write_log(path: str | os.PathLike[str], log: Log) -> None:
     Raises
     ------
     InputError
-        If the format cannot hold the log, or the file cannot be written.
+        If the format cannot hold the log, the file cannot be written, or one is there that this
+        function did not write (`boresight.disk.output`).
+    """
+    OutputFile(path, "write_log").write(log_content(path, log))
+
+
+def log_content(path: str | os.PathLike[str], log: Log) -> bytes:
+    """What `write_log` writes: in the format that the path's suffix says.
+
+    Raises
+    ------
+    InputError
+        The format cannot hold the log.
     """
     path = Path(path)
     keys = ("t", "gyr", "acc", "mag", "q", "mov", "restart", "fs")
     held = {key: getattr(log, key) for key in keys if getattr(log, key) is not None}
     if _is_npz(path):
-        content = format_npz(held)
-    else:
-        extra = [key for key in ("mov", "restart", "fs") if key in held]
-        if extra:
-            raise InputError.at(
-                str(path),
-                wanted="a log without mov, restart and fs, for which CSV has no column",
-                found=" and ".join(extra),
-                fix="write an .npz file, or leave them out with dataclasses.replace",
-            )
-        content = format_csv(held).encode()
-    try:
-        path.write_bytes(content)
-    except OSError as error:
-        raise _unusable(path, "a file that can be written", error) from None
+        return format_npz(held)
+    extra = [key for key in ("mov", "restart", "fs") if key in held]
+    if extra:
+        raise InputError.at(
+            str(path),
+            wanted="a log without mov, restart and fs, for which CSV has no column",
+            found=" and ".join(extra),
+            fix="write an .npz file, or leave them out with dataclasses.replace",
+        )
+    return format_csv(held).encode()
 
 
 def _is_npz(path: Path) -> bool:
@@ -198,5 +205,4 @@ def _is_npz(path: Path) -> bool:
 
 
 def _unusable(path: Path, wanted: str, error: OSError) -> InputError:
-    found = (error.strerror or type(error).__name__).lower()
-    return InputError.at(str(path), wanted=wanted, found=found, fix="check the path")
+    return InputError.at(str(path), wanted=wanted, found=reason(error), fix="check the path")

@@ -93,8 +93,10 @@ def first_attitude(log: Log) -> FloatArray:
 
 
 def dip_rad(log: Log) -> float:
-    """Dip of the field [rad]: from the field in the reference's axes, component by component the
-    median; without reference, the median angle below the plane across the specific force.
+    """Dip of the field [rad].
+
+    From the field in the reference's axes, component by component the median; without reference,
+    the median angle below the plane across the specific force.
     """
     rows = log.mag_new if log.q is None else log.mag_new & ~np.isnan(log.q).any(axis=1)
     if log.q is not None and rows.any():

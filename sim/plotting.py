@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import io
+import os
 import re
 from typing import Any
+
+from boresight.model.user_folders import matplotlib_environment
 
 __all__ = ["COLOUR", "INK", "figure_and_axes", "legend", "settings", "svg"]
 
@@ -22,11 +25,22 @@ COLOUR = {
 INK = "#222222"
 
 
+def _matplotlib() -> Any:
+    """The package, with a folder for its list of fonts where the home is closed."""
+    wanted = matplotlib_environment()
+    os.environ.update(wanted)
+    try:
+        import matplotlib
+        import matplotlib.font_manager  # asks for the folder once more
+    finally:
+        for name in wanted:
+            del os.environ[name]
+    return matplotlib
+
+
 def settings() -> Any:
     """The style, as a context."""
-    import matplotlib
-
-    return matplotlib.rc_context(
+    return _matplotlib().rc_context(
         {
             "svg.fonttype": "none",
             "font.size": 9.0,
@@ -48,6 +62,7 @@ def figure_and_axes(
     height: float, rows: int = 1, columns: int = 1, **keywords: Any
 ) -> tuple[Any, Any]:
     """A figure as wide as the page, ``height`` inches high, and its axes (one, or an array)."""
+    _matplotlib()
     from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
 
@@ -74,10 +89,8 @@ def legend(axes: Any, columns: int) -> None:
 
 def svg(figure: Any, salt: str) -> str:
     """A figure as an SVG element for HTML: no XML head, no metadata, no outside address."""
-    import matplotlib
-
     text = io.StringIO()
-    with matplotlib.rc_context({"svg.hashsalt": salt}):
+    with _matplotlib().rc_context({"svg.hashsalt": salt}):
         figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None})
     out = text.getvalue()
     out = out[out.index("<svg") :]

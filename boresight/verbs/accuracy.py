@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import json
 import math
+from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from boresight.arguments import JOBS_MOST, check_number, check_word
+from boresight.disk.output import output_folder
 from boresight.model.errors import InputError
 from boresight.model.estimators import ESTIMATORS
-from boresight.output import output_folder
 from boresight.parameters import values_for
 from boresight.sharing import params_for_each
 from boresight.sim.accuracy import AttitudeRmse
@@ -23,8 +25,16 @@ from boresight.sim.log import read_log
 from boresight.sim.peers import PEERS, require_peers
 from boresight.sim.scoring import has_truth
 from boresight.verbs.check import log_files
+from boresight.verbs.options import Outcome, number_options, progress_of
 
-__all__ = ["accuracy", "accuracy_text", "params_by_estimator", "read_trials"]
+__all__ = [
+    "accuracy",
+    "accuracy_text",
+    "add_arguments",
+    "call",
+    "params_by_estimator",
+    "read_trials",
+]
 
 SOURCE = (
     "RMSE in degrees by the method of the BROAD benchmark (doi 10.3390/data6070072) over "
@@ -237,8 +247,8 @@ def accuracy(
         The package of a published filter is not here.
     """
     ours, others = _chosen(estimators, peers)
-    if jobs is not None and jobs < 1:
-        raise InputError.at("jobs", wanted="1 or more", found=str(jobs), fix="give more")
+    check_word(word)
+    check_number("jobs", 1 if jobs is None else jobs, 1, JOBS_MOST)
     if peers:
         require_peers([PEERS[name] for name in {*others, STAND_IN}])
     for name in ours:
@@ -298,7 +308,8 @@ def accuracy(
 
     if output is None:
         return work()
-    with output_folder(Path(output)) as folder:
+    files = ("accuracy.html", "accuracy.json")
+    with output_folder(output, "accuracy", files=files, inputs=log_files(logs)) as folder:
         data = work()
         (folder / "accuracy.json").write_text(json.dumps(data, indent=1) + "\n")
         (folder / "accuracy.html").write_text(render_page(data), encoding="utf-8")
@@ -402,3 +413,42 @@ def accuracy_text(data: Mapping[str, Any]) -> str:
     if data["left_out"]:
         lines += ["", "left out, no reference: " + ", ".join(data["left_out"])]
     return "\n".join(lines)
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """What the command line takes."""
+    parser.add_argument(
+        "logs", nargs="*", metavar="LOG", help="logs, or folders of logs; default: the bundled logs"
+    )
+    parser.add_argument("--estimators", metavar="A,B,...", help="ours and published; default: all")
+    parser.add_argument("--no-peers", action="store_true", help="without the published ones")
+    parser.add_argument("--no-float", action="store_true", help="fixed point only")
+    parser.add_argument(
+        "--comparison",
+        metavar="LOG,...",
+        default="",
+        help="logs whose reference is another device's estimate, not truth",
+    )
+    parser.add_argument("--jobs", type=int, help="processes; default: one for each processor")
+    number_options(parser)
+    parser.add_argument("-o", "--output", metavar="DIR", help="also write accuracy.html and .json")
+
+
+def call(args: Namespace) -> Outcome:
+    """Do it; see `Outcome`."""
+    names = None if args.estimators is None else args.estimators.split(",")
+    ours = [n for n in ESTIMATORS if names is None or n in names]
+    data = accuracy(
+        *args.logs,
+        estimators=names,
+        peers=not args.no_peers,
+        floating=not args.no_float,
+        comparisons=[name for name in args.comparison.split(",") if name],
+        params=params_by_estimator(ours, args.params, args.param),
+        word=args.word,
+        jobs=args.jobs,
+        output=args.output,
+        progress=progress_of(args),
+    )
+    text = accuracy_text(data)
+    return 0, data, text if args.output is None else f"{text}\n\n{args.output}/accuracy.html"

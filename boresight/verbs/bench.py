@@ -3,22 +3,31 @@
 from __future__ import annotations
 
 import time
+from argparse import ArgumentParser, Namespace
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from boresight.arguments import check_number
 from boresight.firmware.build import CModel
 from boresight.gateware.core import build_core
 from boresight.model.estimator import input_words
 from boresight.model.estimators import estimator as find_estimator
 from boresight.model.interpreter import Interpreter
+from boresight.sharing import estimator_names
 from boresight.sim.bundled import bundled
 from boresight.sim.feed import inputs_of
 from boresight.sim.log import read_log
+from boresight.verbs.demo import FILTERS
+from boresight.verbs.options import Outcome, progress_of
 
-__all__ = ["bench", "random_inputs"]
+__all__ = ["add_arguments", "bench", "call", "random_inputs"]
+
+
+#: Most updates of a comparison: all their words are held in memory.
+_MOST = 100_000_000
 
 
 def random_inputs(n: int, count: int, word: int, rng: np.random.Generator) -> np.ndarray:
@@ -49,6 +58,7 @@ def bench(
     """
     say = progress or (lambda text: None)
     estimator = find_estimator(name)
+    check_number("updates", updates, 1, _MOST)
     start = time.process_time()
     program = estimator.compile()
     core = build_core(program, "fast", urgent=estimator.urgent)
@@ -100,3 +110,27 @@ def bench(
         "compile_seconds": round(compile_seconds, 2),
         "source": "boresight bench, CPU time of one core",
     }
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """What the command line takes."""
+    parser.add_argument(
+        "estimators",
+        nargs="*",
+        metavar="ESTIMATOR",
+        help="which; by default those of the main job, one after the other",
+    )
+    parser.add_argument("--updates", type=int, default=10_000_000)
+
+
+def call(args: Namespace) -> Outcome:
+    """Do it; see `Outcome`."""
+    names = estimator_names(*(args.estimators or FILTERS))
+    results = [bench(name, updates=args.updates, progress=progress_of(args)) for name in names]
+    text = "\n\n".join(
+        "\n".join(
+            f"{k:28s} {v:,}" if isinstance(v, int) else f"{k:28s} {v}" for k, v in data.items()
+        )
+        for data in results
+    )
+    return int(any(data["mismatches"] for data in results)), {"results": results}, text

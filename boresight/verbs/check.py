@@ -2,19 +2,30 @@
 
 from __future__ import annotations
 
+from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from boresight.arguments import check_choice, check_machine, check_number
+from boresight.disk.output import OutputFile, free_name
 from boresight.model.errors import InputError
 from boresight.model.estimators import estimator as find_estimator
 from boresight.sharing import estimator_names, params_of_each
-from boresight.sim.check import CheckResult
+from boresight.sim.check import LEVELS, CheckResult
 from boresight.sim.check import check as check_log
 from boresight.sim.check_shared import check_shared, shared_core
+from boresight.sim.divergence import load_reproducer, replay_reproducer
 from boresight.sim.log import read_log
+from boresight.sim.reading import reason
+from boresight.sim.simulators import SIMULATORS
+from boresight.terminal import say
+from boresight.verbs.options import Outcome, model_options, params_of, progress_of
 
-__all__ = ["check", "log_files"]
+__all__ = ["add_arguments", "call", "check", "log_files"]
+
+#: Where a difference is kept, unless said otherwise.
+REPRODUCER = "reproducer.json"
 
 
 def log_files(paths: Iterable[str | Path]) -> list[Path]:
@@ -26,20 +37,45 @@ def log_files(paths: Iterable[str | Path]) -> list[Path]:
         A folder without logs.
     """
     out: list[Path] = []
-    for path in map(Path, paths):
-        if path.is_dir():
-            found = sorted(p for p in path.rglob("*") if p.suffix in (".csv", ".npz"))
-            if not found:
-                raise InputError.at(
-                    str(path),
-                    wanted="a log, or a folder with .csv or .npz logs",
-                    found="a folder without any",
-                    fix="name a log file",
-                )
-            out += found
-        else:
-            out.append(path)
+    for path in paths:
+        try:
+            found = _logs_below(Path(path))
+        except OSError as error:
+            raise InputError.at(
+                str(path) or "''",
+                wanted="a log, or a folder of logs",
+                found=reason(error),
+                fix="check the path",
+            ) from None
+        if not found:
+            raise InputError.at(
+                str(path),
+                wanted="a log, or a folder with .csv or .npz logs",
+                found="a folder without any",
+                fix="name a log file",
+            )
+        out += found
     return out
+
+
+def _logs_below(path: Path) -> list[Path]:
+    """The path itself, or every log in that folder."""
+    if not path.is_dir():
+        return [path]
+    return sorted(p for p in path.rglob("*") if p.suffix in (".csv", ".npz"))
+
+
+def check_options(
+    *, config: str, word: int, steps: int | None, levels: Sequence[str], simulator: str | None
+) -> None:
+    """Raise InputError for what no check can be told, whatever its levels use of it."""
+    check_machine(config, word)
+    if steps is not None:
+        check_number("steps", steps, 1)
+    for level in levels:
+        check_choice("levels", level, LEVELS)
+    if simulator is not None:
+        check_choice("simulator", simulator, SIMULATORS)
 
 
 def check(
@@ -69,7 +105,14 @@ def check(
     names = estimator_names(name)
     estimators = [find_estimator(n) for n in names]
     chosen = params_of_each(names, params)
-    read = [read_log(path) for path in log_files(logs)]
+    for estimator, values in zip(estimators, chosen, strict=True):
+        estimator.param_values(values)
+    check_options(config=config, word=word, steps=steps, levels=levels, simulator=simulator)
+    files = log_files(logs)
+    target = None
+    if reproducer is not None:
+        target = OutputFile(reproducer, "check", of=name, inputs=files, option="--reproducer")
+    read = [read_log(path) for path in files]
     if not read:
         raise InputError.at("logs", wanted="at least one log", found="none", fix="name a log file")
     results = []
@@ -102,7 +145,7 @@ def check(
                     levels=levels,
                     simulator=simulator,
                     params=chosen[0],
-                    reproducer=None if reproducer is None else Path(reproducer),
+                    reproducer=target,
                     progress=say,
                 )
             ]
@@ -110,4 +153,91 @@ def check(
         if each is not None:
             for result in found:
                 each(result)
+    if target is not None and target.written and progress is not None:
+        progress(f"the difference, to run again: {reproducer}")
     return results
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """What the command line takes."""
+    parser.add_argument(
+        "estimator",
+        metavar="ESTIMATOR[,ESTIMATOR...]",
+        help="estimator; several: all in one core, in turns; or the word replay",
+    )
+    parser.add_argument("logs", nargs="+", metavar="LOG", help="logs, or folders of logs")
+    model_options(parser)
+    parser.add_argument("--steps", type=int, help="leading samples of each log")
+    parser.add_argument("--levels", default="fixed,c,rtl", help=f"some of {','.join(LEVELS)}")
+    parser.add_argument("--simulator", help="verilator or icarus; default: what is there")
+    parser.add_argument(
+        "--reproducer",
+        metavar="FILE",
+        help=f"written when a level differs; run it with: boresight check replay FILE; default: "
+        f"{REPRODUCER}, or one with a number where a file of yours has that name",
+    )
+
+
+def call(args: Namespace) -> Outcome:
+    """Do it; see `Outcome`."""
+    if args.estimator == "replay":
+        check_options(
+            config=args.config,
+            word=args.word,
+            steps=args.steps,
+            levels=args.levels.split(","),
+            simulator=args.simulator,
+        )
+        for file in args.logs:
+            load_reproducer(Path(file))  # all are good before the first is run
+        simulator = args.simulator or "verilator"
+        lines = [
+            line
+            for file in args.logs
+            for line in replay_reproducer(Path(file), simulator=simulator)
+        ]
+        return int(bool(lines)), {"differences": lines}, "\n".join(lines) or "no difference"
+
+    def show(result: CheckResult) -> None:
+        if args.json:
+            return
+        say(f"{result.estimator} on {result.log}, {result.config}, W = {result.word}")
+        for level in result.levels:
+            say(f"  {level.line()}")
+        say(
+            f"  fixed against float64: {result.vs_float_until_80_deg:.6f} deg until |pitch| "
+            f"first passes 80 deg, {result.vs_float_max_deg:.6f} deg over all (Euler angles)"
+        )
+        turn = (
+            ""
+            if result.vs_float_attitude_deg is None
+            else f"{result.vs_float_attitude_deg:.6f} deg between the attitudes, "
+        )
+        say(
+            f"  {turn}{result.status_changed} status words differ, "
+            f"{result.saturated_updates} updates saturated"
+        )
+
+    names = estimator_names(args.estimator)
+    reproducer = args.reproducer
+    if reproducer is None:
+        reproducer = free_name(REPRODUCER, "check", option="--reproducer")
+    results = check(
+        args.estimator,
+        *args.logs,
+        config=args.config,
+        word=args.word,
+        steps=args.steps,
+        levels=tuple(args.levels.split(",")),
+        simulator=args.simulator,
+        params=params_of(args, names),
+        reproducer=reproducer,
+        progress=progress_of(args),
+        each=show,
+    )
+    good = all(r.good for r in results)
+    return (
+        0 if good else 1,
+        {"good": good, "results": [r.to_json() for r in results]},
+        "good" if good else "FAILED",
+    )

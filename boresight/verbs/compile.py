@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import json
+from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from boresight.arguments import check_choice, check_machine, check_number
+from boresight.core_files import core_files, project_files
+from boresight.disk.cache import Cache
+from boresight.disk.output import output_folder
 from boresight.firmware.emit import emit_c
 from boresight.firmware.soc.image import find_cross_compiler
 from boresight.gateware.boards.board import BOARDS
 from boresight.gateware.boards.ise import write_ise_project
 from boresight.gateware.boards.top import records_design
 from boresight.gateware.core import Core
+from boresight.gateware.core_text import core_text
 from boresight.gateware.image import rom_pieces
 from boresight.gateware.register_map import files_of, register_map_files
 from boresight.gateware.synthesis.estimate import Estimate, estimate
@@ -22,13 +28,15 @@ from boresight.gateware.verilog import to_verilog
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.estimators import estimator as find_estimator
-from boresight.output import output_folder
 from boresight.sharing import estimator_names, params_of_each
 from boresight.sim.check_shared import shared_core
 from boresight.sim.report_data import report_data
 from boresight.soc_project import SOC_CLOCK_HZ, soc_verilog, write_soc
+from boresight.verbs.options import Outcome, model_options, params_of, progress_of
 
 __all__ = [
+    "add_arguments",
+    "call",
     "check_board",
     "compile",
     "core_for",
@@ -42,17 +50,14 @@ __all__ = [
 TOPS = ("sensors", "records")
 #: Clock of complete systems, Hz.
 SYSTEM_CLOCK_HZ = 100_000_000
+#: Least width of its words, bits (`gateware.system.programs.system_core`).
+SYSTEM_WORD_LEAST = 26
 
 
 def check_board(board: str | None) -> None:
     """Raise InputError unless ``board`` is None or known."""
-    if board is not None and board not in BOARDS:
-        raise InputError.at(
-            "board",
-            wanted=f"one of {', '.join(BOARDS)}",
-            found=repr(board),
-            fix="choose one of these, or leave --board out",
-        )
+    if board is not None:
+        check_choice("board", board, BOARDS)
 
 
 def core_for(
@@ -71,7 +76,7 @@ def core_for(
 
 def estimate_core(core: Core) -> Estimate:
     """Area and clock estimate of a core (yosys and our timing analysis)."""
-    return estimate(core.verilog(instances=True), "core")
+    return estimate(core.verilog(instances=True), "core", cache_dir=Cache().root)
 
 
 def compile(
@@ -136,11 +141,16 @@ def compile(
     whole: dict[str, Any] | None = None
     names = estimator_names(name, *others)
     estimators = [find_estimator(n) for n in names]
+    chosen = params_of_each(names, params)
+    for estimator, values in zip(estimators, chosen, strict=True):
+        estimator.param_values(values)
     check_board(board)
-    if top not in TOPS:
-        raise InputError.at(
-            "top", wanted=f"one of {', '.join(TOPS)}", found=repr(top), fix="choose one of these"
-        )
+    check_choice("top", top, TOPS)
+    check_machine(config, word)
+    if board is not None and top == "sensors":
+        check_number("word of a complete system", word, SYSTEM_WORD_LEAST, 32)
+    if urgent is not None:
+        check_number("urgent", urgent, 1, min(len(e.outputs) for e in estimators))
     if with_cpu and (board is None or top != "sensors"):
         raise InputError.at(
             "with-cpu",
@@ -150,14 +160,11 @@ def compile(
         )
     if with_cpu:
         find_cross_compiler()  # before any work
-    with output_folder(Path(output)) as folder:
-        core = shared_core(
-            estimators,
-            config=config,
-            word=word,
-            urgent=urgent,
-            params=params_of_each(names, params),
-        )
+    expected = core_files(names)
+    if board is not None:
+        expected += project_files(board, system=top == "sensors")
+    with output_folder(output, "compile", of=",".join(names), files=expected) as folder:
+        core = shared_core(estimators, config=config, word=word, urgent=urgent, params=chosen)
         say(f"{', '.join(names)} for {config}: Verilog")
         write_core(folder, core, estimators)
         if board is not None:
@@ -165,7 +172,7 @@ def compile(
             if top == "records":
                 write_ise_project(records_design(core), board, folder / f"ise-{board}")
             else:
-                given = dict(zip(names, params_of_each(names, params), strict=True))
+                given = dict(zip(names, chosen, strict=True))
                 clock_hz = SOC_CLOCK_HZ if with_cpu else SYSTEM_CLOCK_HZ
                 made = system_core(
                     names,
@@ -181,7 +188,7 @@ def compile(
                     verilog = to_verilog(write_system(place, board, made), "system", instances=True)
                 if synth:
                     say("synthesis of the complete system")
-                    whole = figures_of(estimate(verilog, "system"))
+                    whole = figures_of(estimate(verilog, "system", cache_dir=Cache().root))
         area = None
         if synth:
             say("synthesis (yosys) and clock estimate")
@@ -234,8 +241,9 @@ def _meanings(core: Core) -> dict[str, str]:
 
 def write_core(folder: Path, core: Core, estimators: Sequence[Estimator]) -> None:
     """Write Verilog, microcode, programs, schedules, C and register map of a core."""
-    _write(folder / "core.v", core.verilog(instances=True))
-    _write(folder / "core_sim.v", core.verilog(instances=False))
+    for file, instances in (("core.v", True), ("core_sim.v", False)):
+        text = core_text(core, instances=instances) + core.verilog(instances=instances)
+        _write(folder / file, text)
     (folder / "firmware").mkdir()
     for number in range(len(core.parts)):
         _write_program(folder, core.select(number))
@@ -292,3 +300,64 @@ def together(core: Core, reports: Sequence[dict[str, Any]]) -> dict[str, Any]:
         },
         "programs": dict(zip(core.names, reports, strict=True)),
     }
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """What the command line takes."""
+    parser.add_argument(
+        "estimators",
+        nargs="+",
+        metavar="ESTIMATOR",
+        help="several: one core that holds them all, a register says which runs",
+    )
+    model_options(parser)
+    parser.add_argument("--board", help="also write an ISE project: mimas or sk-xc6slx9")
+    parser.add_argument(
+        "--top",
+        default="sensors",
+        help="what that is: sensors, the complete system, "
+        "or records, the core alone, fed by the host",
+    )
+    parser.add_argument(
+        "--with-cpu",
+        action="store_true",
+        help="and a soft core with its firmware (needs the RISC-V compiler)",
+    )
+    parser.add_argument("--synth", action="store_true", help="also estimate area and clock (yosys)")
+    parser.add_argument("--urgent", type=int, help="leading outputs whose latency counts first")
+    parser.add_argument("-o", "--output", default="build", metavar="DIR")
+
+
+def call(args: Namespace) -> Outcome:
+    """Do it; see `Outcome`."""
+    names = estimator_names(*args.estimators)
+    data = compile(
+        *names,
+        config=args.config,
+        board=args.board,
+        word=args.word,
+        synth=args.synth,
+        output=args.output,
+        params=params_of(args, names),
+        urgent=args.urgent,
+        top=args.top,
+        with_cpu=args.with_cpu,
+        progress=progress_of(args),
+    )
+    lines = []
+    for name, report in data.get("programs", {"": data}).items():
+        timing = report["timing"]["latency_cycles_by_output"]
+        lines.append(
+            f"{args.output}: {name and name + ': '}"
+            + ", ".join(f"{k} {v}" for k, v in timing.items())
+            + " cycles"
+        )
+    if "system" in data:
+        whole = data["system"]
+        clock = whole["clock_mhz_estimate"]
+        lines.append(
+            f"complete system: {whole['lut']} LUT, {whole['ff']} FF, {whole['dsp']} "
+            f"DSP48A1, {whole['ramb16']:g} RAMB16; clock {clock['median']} MHz (estimate, "
+            f"-2, median nets; {clock['p75']} with 75th percentile nets)"
+        )
+    return 0, data, "\n".join(lines)

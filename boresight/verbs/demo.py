@@ -3,27 +3,36 @@
 from __future__ import annotations
 
 import json
+from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from boresight.arguments import check_number
+from boresight.core_files import core_files, project_files
+from boresight.disk.output import output_folder
+from boresight.gateware.core import Core
+from boresight.gateware.synthesis.estimate import Estimate
 from boresight.gateware.system.programs import system_core
+from boresight.model.estimator import Estimator
 from boresight.model.estimators import estimator as find_estimator
-from boresight.output import output_folder
+from boresight.sim.board.setup import REAL
 from boresight.sim.bundled import bundled
 from boresight.sim.check import check as check_log
 from boresight.sim.check_shared import shared_core
-from boresight.sim.log import read_log
+from boresight.sim.log import Log, read_log
 from boresight.sim.report_data import report_data
 from boresight.sim.report_html import render_html
 from boresight.verbs.compile import estimate_core, together, write_core, write_system
-from boresight.verbs.simulate import simulate, simulate_text
+from boresight.verbs.options import Outcome, progress_of
+from boresight.verbs.simulate import BOARD_FILES, default_log, simulate_text, write_board
 
-__all__ = ["FILTERS", "RECORDING", "STEPS", "demo", "summary_table"]
+__all__ = ["FILTERS", "RECORDING", "STEPS", "add_arguments", "call", "demo", "summary_table"]
 
 RECORDING = "ximu_walk"
 #: Programs of the core, by number.
 FILTERS = ("complementary", "ekf_quaternion", "ekf_bias", "mekf")
+CONFIGS = ("small", "fast")
 #: Leading samples of the recording that every level runs.
 STEPS = 4000
 #: Simulated time of the complete board, s.
@@ -45,69 +54,104 @@ def demo(
     """
     say = progress or (lambda text: None)
     estimators = [find_estimator(name) for name in names]
+    check_number("steps", steps, 1)
     log = read_log(Path(bundled(RECORDING)))
     cores, rows, systems = [], [], []
-    for config in ("small", "fast"):
-        target = Path(output) / f"core-{config}"
-        with output_folder(target) as folder:
+    with output_folder(output, "demo", of=",".join(names), files=_files(names)) as folder:
+        for config in CONFIGS:
+            place = folder / f"core-{config}"
+            place.mkdir()
             say(f"{config}: {', '.join(names)} in one core")
             core = shared_core(estimators, config=config)
-            write_core(folder, core, estimators)
-            system = system_core(names, config=config)
-            write_system(folder / "ise-mimas", "mimas", system)
-            systems.append(system)
+            write_core(place, core, estimators)
+            systems.append(system_core(names, config=config))
+            write_system(place / "ise-mimas", "mimas", systems[-1])
             say("synthesis (yosys) and clock estimate")
             area = estimate_core(core)
-            reports = []
-            for number, estimator in enumerate(estimators):
-                at_hand = core.select(number)
-                say(f"{config}: {estimator.name}")
-                result = check_log(
-                    estimator,
-                    log,
-                    config=config,
-                    steps=steps,
-                    core=at_hand,
-                    simulator="verilator",
-                    progress=say,
-                )
-                for level in result.levels:
-                    say(f"  {level.line()}")
-                report = report_data(
-                    at_hand, estimator, area=area, check=result, log=log, comparison=True
-                )
-                page = f"report-{estimator.name}.html"
-                (folder / page).write_text(render_html(report), encoding="utf-8")
-                reports.append(report)
-                rows.append(_row(report, good=result.good, page=str(target / page)))
-            data = together(core, reports)
-            (folder / "report.json").write_text(json.dumps(data, indent=1) + "\n")
-        fmax = area.corner(grade=2, nets="median").fmax_mhz
-        cores.append(
-            {
-                "config": config,
-                "words": len(core.image.rom),
-                "lut": area.area.lut,
-                "ff": area.area.ff,
-                "dsp": area.area.dsp,
-                "ramb16": area.area.ramb16,
-                "clock_mhz_estimate": None if fmax is None else round(fmax, 1),
-            }
+            cores.append(_figures(core, area))
+            shown = Path(output) / place.name
+            rows += _prove(place, shown, core, estimators, log, area, steps=steps, say=say)
+        say("the complete board, both sensors at its pins")
+        (folder / "board").mkdir()
+        updates = round(BOARD_S * REAL.rate_hz)
+        board = write_board(
+            folder / "board", names[-1], systems[0], default_log(updates), updates=updates, say=say
         )
-    say("the complete board, both sensors at its pins")
-    board = simulate(
-        names[-1], core=systems[0], seconds=BOARD_S, output=Path(output) / "board", progress=say
-    )
-    summary = {
-        "log": RECORDING,
-        "good": all(r["good"] for r in rows) and board["good"],
-        "cores": cores,
-        "filters": rows,
-        "board": board["runs"],
-    }
-    with output_folder(Path(output)) as folder:
+        summary = {
+            "log": RECORDING,
+            "good": all(r["good"] for r in rows) and board["good"],
+            "cores": cores,
+            "filters": rows,
+            "board": board["runs"],
+        }
         (folder / "summary.json").write_text(json.dumps(summary, indent=1) + "\n")
     return summary
+
+
+def _files(names: Sequence[str]) -> list[str]:
+    """What is written."""
+    core = [*core_files(names), *project_files("mimas", system=True)]
+    core += [f"report-{name}.html" for name in names]
+    return [
+        *(f"core-{config}/{name}" for config in CONFIGS for name in core),
+        *(f"board/{name}" for name in BOARD_FILES),
+        "summary.json",
+    ]
+
+
+def _prove(
+    folder: Path,
+    shown: Path,
+    core: Core,
+    estimators: Sequence[Estimator],
+    log: Log,
+    area: Estimate,
+    *,
+    steps: int,
+    say: Callable[[str], None],
+) -> list[dict[str, Any]]:
+    """Every filter of a core on the recording: its page, report.json, a row for each.
+
+    ``shown`` is the folder's name when all is done.
+    """
+    config = core.machine.name
+    rows, reports = [], []
+    for number, estimator in enumerate(estimators):
+        at_hand = core.select(number)
+        say(f"{config}: {estimator.name}")
+        result = check_log(
+            estimator,
+            log,
+            config=config,
+            steps=steps,
+            core=at_hand,
+            simulator="verilator",
+            progress=say,
+        )
+        for level in result.levels:
+            say(f"  {level.line()}")
+        report = report_data(at_hand, estimator, area=area, check=result, log=log, comparison=True)
+        page = f"report-{estimator.name}.html"
+        (folder / page).write_text(render_html(report), encoding="utf-8")
+        reports.append(report)
+        rows.append(_row(report, good=result.good, page=str(shown / page)))
+    data = together(core, reports)
+    (folder / "report.json").write_text(json.dumps(data, indent=1) + "\n")
+    return rows
+
+
+def _figures(core: Core, area: Estimate) -> dict[str, Any]:
+    """The figures of a core as a whole."""
+    fmax = area.corner(grade=2, nets="median").fmax_mhz
+    return {
+        "config": core.machine.name,
+        "words": len(core.image.rom),
+        "lut": area.area.lut,
+        "ff": area.area.ff,
+        "dsp": area.area.dsp,
+        "ramb16": area.area.ramb16,
+        "clock_mhz_estimate": None if fmax is None else round(fmax, 1),
+    }
 
 
 def _row(report: dict[str, Any], *, good: bool, page: str) -> dict[str, Any]:
@@ -177,3 +221,18 @@ def summary_table(data: dict[str, Any]) -> str:
     if "board" in data:
         text += "\n\ncomplete board in simulation, small\n" + simulate_text({"runs": data["board"]})
     return text
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """What the command line takes."""
+    parser.add_argument("-o", "--output", default="build", metavar="DIR")
+    parser.add_argument("--steps", type=int, default=STEPS, help="leading samples of the recording")
+
+
+def call(args: Namespace) -> Outcome:
+    """Do it; see `Outcome`."""
+    data = demo(output=args.output, steps=args.steps, progress=progress_of(args))
+    text = (
+        summary_table(data) + "\n\n" + "\n".join(f"report: {r['report']}" for r in data["filters"])
+    )
+    return 0 if data["good"] else 1, data, text

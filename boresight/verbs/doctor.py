@@ -5,17 +5,20 @@ from __future__ import annotations
 import platform
 import shutil
 import subprocess
+from argparse import ArgumentParser, Namespace
 from importlib import metadata
 from typing import Any
 
+from boresight.disk.cache import LIMIT_VARIABLE, Cache
 from boresight.firmware.soc.image import PACKAGES as PACKAGES_CROSS
 from boresight.firmware.soc.image import find_cross_compiler
 from boresight.gateware.synthesis.yosys import find_tool
 from boresight.model.errors import ToolMissing
 from boresight.sim.formal.tools import solver_version
 from boresight.sim.simulators import available, version
+from boresight.verbs.options import Outcome
 
-__all__ = ["doctor"]
+__all__ = ["add_arguments", "call", "clear_cache", "doctor"]
 
 #: Python packages that must be there.
 PACKAGES = (
@@ -28,6 +31,7 @@ PACKAGES = (
     "vqf",
     "ahrs",
     "pyserial",
+    "filelock",
     "pythondata-cpu-vexriscv",
 )
 
@@ -44,7 +48,8 @@ def doctor() -> dict[str, Any]:
     Returns
     -------
     dict
-        ``tools``: name, version, needed, advice; ``good``: nothing needed is missing.
+        ``tools``: name, version, needed, advice; ``cache``: path, entries, bytes, limit_bytes of
+        the build cache; ``good``: nothing needed is missing.
     """
     tools = [{"tool": "python", "version": platform.python_version(), "needed": True, "advice": ""}]
     for name in PACKAGES:
@@ -113,4 +118,64 @@ def doctor() -> dict[str, Any]:
             "version": "present" if shutil.which("xst") else "",
         }
     )
-    return {"tools": tools, "good": all(t["version"] or not t["needed"] for t in tools)}
+    usage = Cache().usage()
+    return {
+        "tools": tools,
+        "cache": {
+            "path": str(usage.path),
+            "entries": usage.entries,
+            "bytes": usage.size,
+            "limit_bytes": usage.limit,
+        },
+        "good": all(t["version"] or not t["needed"] for t in tools),
+    }
+
+
+def clear_cache() -> dict[str, Any]:
+    """Empty the build cache; what a running process uses stays.
+
+    Returns
+    -------
+    dict
+        ``path``, and how much went: ``entries``, ``bytes``; ``in_use``: entries that stayed.
+    """
+    cache = Cache()
+    cleared = cache.clear()
+    return {
+        "path": str(cache.root),
+        "entries": cleared.entries,
+        "bytes": cleared.size,
+        "in_use": cleared.in_use,
+    }
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """What the command line takes."""
+    parser.add_argument(
+        "--clear-cache", action="store_true", help="empty the build cache, and nothing else"
+    )
+
+
+def call(args: Namespace) -> Outcome:
+    """Do it; see `Outcome`."""
+    if args.clear_cache:
+        data = clear_cache()
+        stayed = f"; {data['in_use']} in use stayed" if data["in_use"] else ""
+        text = f"{data['entries']} entries, {data['bytes'] / 1e6:.1f} MB removed from the cache"
+        return 0, data, f"{text} in {data['path']}{stayed}"
+    data = doctor()
+    lines = [
+        f"{t['tool']:16s} {t['version']}"
+        if t["version"]
+        else f"{t['tool']:16s} {'MISSING' if t['needed'] else 'not here'}: {t['advice']}"
+        for t in data["tools"]
+        if not args.quiet or (t["needed"] and not t["version"])
+    ]
+    if not args.quiet:
+        cache = data["cache"]
+        lines.append(
+            f"{'build cache':16s} {cache['path']}: {cache['entries']} entries, "
+            f"{cache['bytes'] / 1e6:.1f} of {cache['limit_bytes'] / 1e6:g} MB "
+            f"(limit: {LIMIT_VARIABLE}; to empty it: boresight doctor --clear-cache)"
+        )
+    return 0 if data["good"] else 1, data, "\n".join(lines)

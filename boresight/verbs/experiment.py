@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import json
+from argparse import ArgumentParser, Namespace
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from boresight.model.errors import InputError
-from boresight.output import output_folder
+from boresight.arguments import check_choice, check_number
+from boresight.disk.output import output_folder
 from boresight.sim.experiments import ma2014
 from boresight.sim.experiments.ma2014_html import render
+from boresight.verbs.options import Outcome, progress_of
 
-__all__ = ["EXPERIMENTS", "experiment", "target_lines"]
+__all__ = ["EXPERIMENTS", "add_arguments", "call", "experiment", "target_lines"]
 
 #: Name: what runs it, what renders its page.
 EXPERIMENTS = {"ma2014": (ma2014.run, render)}
@@ -50,15 +52,12 @@ def experiment(
     InputError
         Unknown name, seed out of range, folder that cannot be written.
     """
-    if name not in EXPERIMENTS:
-        raise InputError.at(
-            "experiment",
-            wanted=f"one of {', '.join(EXPERIMENTS)}",
-            found=repr(name),
-            fix="choose one of these",
-        )
+    check_choice("experiment", name, EXPERIMENTS)
+    check_number("seed", seed, 0, 2**31)
+    check_number("runs", runs, 2, 1000)
     run, page = EXPERIMENTS[name]
-    with output_folder(Path(output)) as folder:
+    files = (f"{name}.html", f"{name}.json")
+    with output_folder(output, f"experiment {name}", files=files) as folder:
         data = run(seed=seed, runs=runs, progress=progress)
         (folder / f"{name}.json").write_text(json.dumps(data, allow_nan=False) + "\n")
         (folder / f"{name}.html").write_text(page(data), encoding="utf-8")
@@ -73,3 +72,23 @@ def target_lines(data: dict[str, Any]) -> list[str]:
         + (f" {t['unit']}" if t["unit"] else "")
         for t in data["targets"]
     ]
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """What the command line takes."""
+    parser.add_argument("name", help=f"one of: {', '.join(EXPERIMENTS)}")
+    parser.add_argument("--seed", type=int, default=1, help="of the first run")
+    parser.add_argument("-o", "--output", default="build", metavar="DIR")
+
+
+def call(args: Namespace) -> Outcome:
+    """Do it; see `Outcome`."""
+    data = experiment(args.name, output=args.output, seed=args.seed, progress=progress_of(args))
+    met = sum(t["good"] for t in data["targets"])
+    lines = [
+        *target_lines(data),
+        f"targets met: {met} of {len(data['targets'])}",
+        f"{args.output}/{args.name}.html",
+    ]
+    lines += [f"FAILED: {c['claim']}" for c in data["claims"] if not c["good"]]
+    return 0 if data["good"] else 1, data, "\n".join(lines)

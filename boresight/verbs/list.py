@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from argparse import ArgumentParser, Namespace
 from typing import Any
 
 from boresight.gateware.machine import CONFIGS
 from boresight.model.estimators import ESTIMATORS
+from boresight.verbs.options import Outcome
 
-__all__ = ["list_estimators"]
+__all__ = ["add_arguments", "call", "list_estimators"]
 
 
 def list_estimators() -> dict[str, Any]:
@@ -37,3 +39,27 @@ def list_estimators() -> dict[str, Any]:
         ],
         "configs": [{"name": m.name, "lanes": m.lanes} for m in CONFIGS.values()],
     }
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """What the command line takes."""
+
+
+def call(args: Namespace) -> Outcome:
+    """Do it; see `Outcome`."""
+    data = list_estimators()
+    lines = []
+    for e in data["estimators"]:
+        lines.append(f"{e['name']}: {e['summary']}")
+        lines += [
+            f"    {p['name']:20s} {p['default']:<10g} {p['unit']:12s} [{p['low']:g}, {p['high']:g}]"
+            for p in e["parameters"]
+        ]
+    lines.append(
+        "configurations: "
+        + ", ".join(
+            f"{c['name']} ({c['lanes']} lane{'s' if c['lanes'] > 1 else ''})"
+            for c in data["configs"]
+        )
+    )
+    return 0, data, "\n".join(lines)

@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+from argparse import ArgumentParser, Namespace
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from boresight.arguments import check_number
 from boresight.board_line import BoardLine, Listener, RegisterTable
+from boresight.disk.output import OutputFile, apart
 from boresight.gateware.boards.frames import Kind
 from boresight.gateware.system.attitude_frame import Attitude
 from boresight.model.errors import InputError
-from boresight.monitor_plot import save_plot
-from boresight.output import write_file
+from boresight.monitor_plot import plot_image
+from boresight.terminal import say
+from boresight.verbs.options import Outcome
 
-__all__ = ["Track", "attitude_line", "monitor", "track_of"]
+__all__ = ["Track", "add_arguments", "attitude_line", "call", "monitor", "track_of"]
 
+#: Most bits per second.
+_BAUD_MOST = 100_000_000
 _COLUMNS = (
     "number",
     "time_s",
@@ -113,6 +119,15 @@ def _assignment(text: str) -> tuple[str, str]:
     return name, value
 
 
+def _nothing(source: str, bad: int) -> InputError:
+    return InputError.at(
+        source,
+        wanted="attitudes, in frames or lines of text",
+        found=f"none, and {bad:,} damaged pieces" if bad else "none",
+        fix="check --baud and register output_mode, and that this came from the board",
+    )
+
+
 def monitor(
     source: str,
     *,
@@ -163,15 +178,8 @@ def monitor(
     InputError
         Wrong argument, no such register, or a line that cannot be read.
     """
-    if count is not None and count < 1:
-        raise InputError.at("--count", wanted="1 or more", found=str(count), fix="give more")
-    if not isinstance(baud, int) or baud < 1:
-        raise InputError.at(
-            "--baud",
-            wanted="bits per second",
-            found=str(baud),
-            fix="give that of the bitstream, 921600 if nobody changed it",
-        )
+    check_number("--count", 1 if count is None else count, 1)
+    check_number("--baud", baud, 1, _BAUD_MOST)
     if plot is not None and Path(plot).suffix not in (".png", ".svg", ".pdf"):
         raise InputError.at(
             "--plot",
@@ -179,6 +187,12 @@ def monitor(
             found=str(plot),
             fix="give such a name",
         )
+    apart(csv=csv, plot=plot)
+    inputs = [source] if register_map is None else [source, register_map]
+    table_file, picture_file = (
+        None if path is None else OutputFile(path, "monitor", inputs=inputs, option=option)
+        for path, option in ((csv, "--csv"), (plot, "--plot"))
+    )
     table = RegisterTable(register_map)
     to_write = [(table.find(name), value) for name, value in map(_assignment, writes)]
     words = [(register, table.word_of(register, value)) for register, value in to_write]
@@ -220,23 +234,22 @@ def monitor(
         except KeyboardInterrupt:
             pass
         bad = line.listener.bad
+        if not line.is_port and not attitudes:
+            raise _nothing(source, bad)
     track = track_of(attitudes, clock_hz=table.clock_hz)
-    if csv is not None:
-        write_file(Path(csv), _csv(track))
-    if plot is not None:
+    if table_file is not None:
+        table_file.write(_csv(track))
+    if picture_file is not None and plot is not None:
         if not attitudes:
-            raise InputError.at(
-                source,
-                wanted="attitudes to plot",
-                found="none",
-                fix="check --baud and register output_mode",
+            raise _nothing(source, bad)
+        picture_file.write(
+            plot_image(
+                track.time_s or track.number,
+                attitudes,
+                track.gaps,
+                Path(plot).suffix[1:],
+                timed=track.time_s is not None,
             )
-        save_plot(
-            track.time_s or track.number,
-            attitudes,
-            track.gaps,
-            Path(plot),
-            timed=track.time_s is not None,
         )
     return {
         "attitudes": [asdict(a) for a in attitudes],
@@ -245,3 +258,62 @@ def monitor(
         "written": {r["name"]: word & 0xFFFF_FFFF for r, word in words},
         "registers": registers,
     }
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """What the command line takes."""
+    parser.add_argument("source", metavar="PORT|CAPTURE")
+    parser.add_argument("--baud", type=int, default=921_600, help="bits per second")
+    parser.add_argument("--count", type=int, help="attitudes to take; default: all, or for ever")
+    parser.add_argument("--csv", metavar="OUT.csv", help="write a table")
+    parser.add_argument("--plot", metavar="OUT.png", help="write a picture: .png, .svg or .pdf")
+    parser.add_argument(
+        "--read",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="read a register, by name or address, repeatable",
+    )
+    parser.add_argument(
+        "--write",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="write a register, before any is read, repeatable",
+    )
+    parser.add_argument("--map", metavar="REGISTERS.json", help="register map of the bitstream")
+
+
+def call(args: Namespace) -> Outcome:
+    """Do it; see `Outcome`."""
+    each = None if args.json or args.quiet else lambda a: say(attitude_line(a))
+    data = monitor(
+        args.source,
+        baud=args.baud,
+        count=args.count,
+        csv=args.csv,
+        plot=args.plot,
+        reads=args.read,
+        writes=args.write,
+        register_map=args.map,
+        each=each,
+    )
+    lines = [f"{name} = 0x{word:08x} written" for name, word in data["written"].items()]
+    for name, register in data["registers"].items():
+        value = register["value"]
+        shown = (
+            ", ".join(f"{k} {v}" for k, v in value.items())
+            if isinstance(value, dict)
+            else f"{value:.9g}"
+            if isinstance(value, float)
+            else str(value)
+        )
+        lines.append(
+            f"{name} = {shown} {register['unit']}".rstrip() + f"  (0x{register['word']:08x})"
+        )
+    if data["attitudes"] or not lines:
+        lines.append(
+            f"{len(data['attitudes'])} attitudes, {data['missing']} missing, "
+            f"{data['bad']} frames or lines damaged"
+        )
+    return 0, data, "\n".join(lines)

@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 import json
+from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from boresight.arguments import check_machine, check_number
+from boresight.disk.output import output_folder
 from boresight.gateware.core import Core
 from boresight.gateware.synthesis.estimate import Estimate
 from boresight.model.estimators import estimator as find_estimator
-from boresight.output import output_folder
 from boresight.sim.check import CheckResult
 from boresight.sim.check import check as check_log
 from boresight.sim.log import Log, read_log
 from boresight.sim.report_data import report_data
 from boresight.sim.report_html import render_html
 from boresight.verbs.compile import core_for, estimate_core
+from boresight.verbs.options import Outcome, model_options, params_of, progress_of
 
-__all__ = ["report", "write_report"]
+__all__ = ["add_arguments", "call", "report", "write_report"]
 
 
 def write_report(
@@ -67,8 +70,13 @@ def report(
     """
     say = progress or (lambda text: None)
     estimator = find_estimator(name)
+    check_machine(config, word)
+    if steps is not None:
+        check_number("steps", steps, 1)
+    estimator.param_values(params)
     log = read_log(log_path)
-    with output_folder(Path(output)) as folder:
+    files = ("report.html", "report.json")
+    with output_folder(output, "report", of=name, files=files, inputs=[log_path]) as folder:
         core = core_for(name, config=config, word=word, params=params)
         result = check_log(
             estimator,
@@ -85,3 +93,36 @@ def report(
             say("synthesis (yosys) and clock estimate")
             area = estimate_core(core)
         return write_report(folder, name, core, result, log, area, comparison=comparison)
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """What the command line takes."""
+    parser.add_argument("estimator")
+    parser.add_argument("log")
+    model_options(parser)
+    parser.add_argument("--steps", type=int)
+    parser.add_argument("--no-synth", action="store_true", help="leave area and clock out")
+    parser.add_argument(
+        "--comparison",
+        action="store_true",
+        help="the log's reference is another device's estimate, not truth",
+    )
+    parser.add_argument("-o", "--output", default="build", metavar="DIR")
+
+
+def call(args: Namespace) -> Outcome:
+    """Do it; see `Outcome`."""
+    data = report(
+        args.estimator,
+        args.log,
+        config=args.config,
+        word=args.word,
+        steps=args.steps,
+        synth=not args.no_synth,
+        output=args.output,
+        comparison=args.comparison,
+        params=params_of(args, [args.estimator]),
+        progress=progress_of(args),
+    )
+    good = all(v.get("good", True) for v in data["verification"])
+    return 0 if good else 1, data, f"{args.output}/report.html"

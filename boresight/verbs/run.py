@@ -4,26 +4,28 @@ from __future__ import annotations
 
 import csv
 import io
+from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from boresight.arguments import check_choice, check_machine, check_number
+from boresight.disk.output import OutputFile
 from boresight.firmware.build import CModel
 from boresight.gateware.core import build_core
-from boresight.model.errors import InputError
 from boresight.model.estimator import input_words
 from boresight.model.estimators import estimator as find_estimator
-from boresight.output import write_file
 from boresight.sim.accuracy import attitude_rmse
 from boresight.sim.check import with_params
 from boresight.sim.cosim import RtlSimulation
 from boresight.sim.feed import attitude_of, euler_deg_of, inputs_of, named_outputs, status_of
 from boresight.sim.log import read_log
 from boresight.sim.segments import interpret
+from boresight.verbs.options import Outcome, model_options, params_of
 
-__all__ = ["LEVELS", "run"]
+__all__ = ["LEVELS", "add_arguments", "call", "run"]
 
 LEVELS = ("float", "fixed", "c", "rtl")
 
@@ -60,11 +62,13 @@ def run(
     InputError
         Unknown estimator or level, bad log, output that cannot be written.
     """
-    if on not in LEVELS:
-        raise InputError.at(
-            "on", wanted=f"one of {', '.join(LEVELS)}", found=repr(on), fix="choose one of these"
-        )
     estimator = find_estimator(name)
+    check_choice("on", on, LEVELS)
+    check_machine(config, word)
+    if steps is not None:
+        check_number("steps", steps, 1)
+    estimator.param_values(params)
+    target = None if output is None else OutputFile(output, "run", of=name, inputs=[log_path])
     log = read_log(log_path)
     real = inputs_of(estimator, log)[:steps]
     if on == "float":
@@ -97,7 +101,7 @@ def run(
     if log.q is not None:
         mov = log.mov[:n] if log.mov is not None else np.ones(n, dtype=bool)
         rmse = attitude_rmse(q, log.q[:n], mov)._asdict()
-    if output is not None:
+    if target is not None:
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(
@@ -112,7 +116,7 @@ def run(
                     int(status[k]),
                 ]
             )
-        write_file(Path(output), text.getvalue())
+        target.write(text.getvalue())
     return {
         "estimator": name,
         "on": on,
@@ -123,3 +127,36 @@ def run(
         "status": status,
         "rmse_deg": rmse,
     }
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """What the command line takes."""
+    parser.add_argument("estimator")
+    parser.add_argument("log")
+    parser.add_argument("--on", default="fixed", help="float, fixed, c or rtl")
+    model_options(parser)
+    parser.add_argument("--steps", type=int)
+    parser.add_argument("-o", "--output", metavar="OUT.csv")
+
+
+def call(args: Namespace) -> Outcome:
+    """Do it; see `Outcome`."""
+    if args.output is None and not args.json:
+        args.output = f"{args.estimator}-{args.on}.csv"
+    data = run(
+        args.estimator,
+        args.log,
+        on=args.on,
+        config=args.config,
+        word=args.word,
+        params=params_of(args, [args.estimator]),
+        steps=args.steps,
+        output=args.output,
+    )
+    plain = {k: v.tolist() if hasattr(v, "tolist") else v for k, v in data.items()}
+    text = f"{len(data['t'])} rows to {args.output}"
+    if data["rmse_deg"]:
+        text += ", RMSE against the log's reference, deg: " + ", ".join(
+            f"{k} {v:.3f}" for k, v in data["rmse_deg"].items()
+        )
+    return 0, plain, text

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import json
+from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from boresight.arguments import check_choice
+from boresight.disk.output import output_folder
 from boresight.gateware.core import Core
+from boresight.gateware.machine import CONFIGS
 from boresight.gateware.system.programs import FILTERS, system_core
 from boresight.model.errors import InputError
-from boresight.output import output_folder
 from boresight.sim.board.build import Board, make_board
 from boresight.sim.board.faults import (
     COMPASS_FAULTS,
@@ -26,13 +29,30 @@ from boresight.sim.board.setup import REAL
 from boresight.sim.board.spans import timeline_of
 from boresight.sim.log import Log, read_log
 from boresight.sim.synthetic import synthetic_log
+from boresight.verbs.options import Outcome, progress_of
 
-__all__ = ["faults_text", "simulate", "simulate_faults", "simulate_text"]
+__all__ = [
+    "BOARD_FILES",
+    "add_arguments",
+    "call",
+    "default_log",
+    "faults_text",
+    "simulate",
+    "simulate_faults",
+    "simulate_text",
+    "write_board",
+]
 
+#: What is written.
+BOARD_FILES = ("board.html", "board.json")
+#: Source of the compass: its number and the compass' mode.
+_SOURCES = {"counts": (1, 2), "heading": (2, 1)}
 #: Samples of the runs that only show how long things take.
 _SHORT = 24
 #: Longest simulated time, s: cycles are counted in 32 bits.
 _LONGEST_S = 20.0
+#: What the compass sends: the settings ``magnetic_source`` and ``compass_mode`` for it.
+_SOURCES = {"counts": (1, 2), "heading": (2, 1)}
 
 
 def simulate(
@@ -76,23 +96,9 @@ def simulate(
     """
     say = progress or (lambda text: None)
     name = _filter(name)
-    sources = {"counts": (1, 2), "heading": (2, 1)}
-    if source not in sources:
-        raise InputError.at(
-            "source",
-            wanted=f"one of {', '.join(sources)}",
-            found=repr(source),
-            fix="choose one of these",
-        )
-    if not 0.05 <= seconds <= _LONGEST_S:
-        raise InputError.at(
-            "seconds",
-            wanted=f"0.05 to {_LONGEST_S:g}",
-            found=f"{seconds:g}",
-            fix="choose a length inside the range",
-        )
+    check_options(config=config, seconds=seconds, source=source)
     updates = round(seconds * REAL.rate_hz)
-    given = _default_log(updates) if log is None else read_log(Path(log))
+    given = default_log(updates) if log is None else read_log(Path(log))
     if len(given) < max(updates, _SHORT):
         raise InputError.at(
             f"log {given.name!r}",
@@ -100,64 +106,87 @@ def simulate(
             found=str(len(given)),
             fix="give a longer log, or fewer --seconds",
         )
-    with output_folder(Path(output)) as folder:
+    inputs = () if log is None else (log,)
+    with output_folder(output, "simulate", of=name, files=BOARD_FILES, inputs=inputs) as folder:
         if core is None:
             say(f"core with {', '.join(FILTERS)} and the calibration, {config}")
             core = system_core(config=config)
-        board = make_board(REAL, core=core)
-        filters = board.system.plan.names[: board.system.plan.filters]
-        what = stimulus(given, board)
-        number, mode = sources[source]
-        runs, timelines = [], []
-        for filter, each in enumerate(filters):
-            length = updates if each == name else _SHORT
-            say(
-                f"{each}: {length} samples, {length * board.setup.period_cycles / 1e6:.1f} million "
-                "cycles"
-            )
-            run = run_board(
-                board,
-                what,
-                updates=length,
-                settings={
-                    "filter": filter,
-                    "magnetic_source": number,
-                    "compass_mode": mode,
-                    "output_divider": 1,
-                },
-            )
-            verdict = judge(board, what, run, filter=filter, source=number)
-            runs.append(_row(board, each, filter, run, verdict))
-            timelines.append(timeline_of(board, run, filter=filter, update=_SHORT // 2))
-        data = {
-            "config": core.machine.name,
-            "source": source,
-            "log": given.name,
-            "clock_mhz": board.setup.clock_hz / 1e6,
-            "good": all(r["good"] for r in runs),
-            "runs": runs,
-            "timelines": [asdict(t) for t in timelines],
-            "setup": asdict(board.setup),
-            "build": f"{board.system.build:016x}",
-        }
-        (folder / "board.json").write_text(json.dumps(data, allow_nan=False) + "\n")
-        (folder / "board.html").write_text(render_page(data, timelines), encoding="utf-8")
+        return write_board(folder, name, core, given, updates=updates, source=source, say=say)
+
+
+def write_board(
+    folder: Path,
+    name: str,
+    core: Core,
+    log: Log,
+    *,
+    updates: int,
+    source: str = "heading",
+    say: Callable[[str], None],
+) -> dict[str, Any]:
+    """Run the board with every filter, ``name`` for long; write `BOARD_FILES` into a folder."""
+    board = make_board(REAL, core=core)
+    filters = board.system.plan.names[: board.system.plan.filters]
+    what = stimulus(log, board)
+    number, mode = _SOURCES[source]
+    runs, timelines = [], []
+    for filter, each in enumerate(filters):
+        length = updates if each == name else _SHORT
+        say(
+            f"{each}: {length} samples, {length * board.setup.period_cycles / 1e6:.1f} million "
+            "cycles"
+        )
+        run = run_board(
+            board,
+            what,
+            updates=length,
+            settings={
+                "filter": filter,
+                "magnetic_source": number,
+                "compass_mode": mode,
+                "output_divider": 1,
+            },
+        )
+        verdict = judge(board, what, run, filter=filter, source=number)
+        runs.append(_row(board, each, filter, run, verdict))
+        timelines.append(timeline_of(board, run, filter=filter, update=_SHORT // 2))
+    data = {
+        "config": core.machine.name,
+        "source": source,
+        "log": log.name,
+        "clock_mhz": board.setup.clock_hz / 1e6,
+        "good": all(r["good"] for r in runs),
+        "runs": runs,
+        "timelines": [asdict(t) for t in timelines],
+        "setup": asdict(board.setup),
+        "build": f"{board.system.build:016x}",
+    }
+    (folder / "board.json").write_text(json.dumps(data, allow_nan=False) + "\n")
+    (folder / "board.html").write_text(render_page(data, timelines), encoding="utf-8")
     return data
+
+
+def check_options(*, config: str, seconds: float, source: str) -> None:
+    """Raise InputError for what no simulation can be told."""
+    check_choice("config", config, CONFIGS)
+    check_choice("source", source, _SOURCES)
+    if not 0.05 <= seconds <= _LONGEST_S:
+        raise InputError.at(
+            "seconds",
+            wanted=f"0.05 to {_LONGEST_S:g}",
+            found=f"{seconds:g}",
+            fix="choose a length inside the range",
+        )
 
 
 def _filter(name: str | None) -> str:
     name = name or "mekf"
-    if name not in FILTERS:
-        raise InputError.at(
-            "filter",
-            wanted=f"one of {', '.join(FILTERS)}",
-            found=repr(name),
-            fix="choose one of these",
-        )
+    check_choice("filter", name, FILTERS)
     return name
 
 
-def _default_log(updates: int) -> Log:
+def default_log(updates: int) -> Log:
+    """A synthetic motion of so many samples."""
     return synthetic_log(
         seconds=max(updates + 64, 128) / REAL.rate_hz,
         rate_hz=REAL.rate_hz,
@@ -243,13 +272,7 @@ def simulate_faults(
         f"hmr.{fault}" for fault in COMPASS_FAULTS
     ]
     for fault in faults or ():
-        if fault not in every:
-            raise InputError.at(
-                "fault",
-                wanted=f"one of {', '.join(every)}",
-                found=repr(fault),
-                fix="choose one of these",
-            )
+        check_choice("fault", fault, every)
     board, log = fault_board([name]), trial_log()
     trials = [
         fault_trial(board, *fault.split("."), log=log, progress=progress)
@@ -281,3 +304,43 @@ def faults_text(data: dict[str, Any]) -> str:
             + ("" if t["seen_as"] or not t["good"] else "no effect")
         )
     return "\n".join(lines)
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """What the command line takes."""
+    parser.add_argument("filter", nargs="?", help="of the long run; default: mekf")
+    parser.add_argument("log", nargs="?", help="log with attitude; default: a synthetic motion")
+    parser.add_argument("--config", default="small", help="small (one lane) or fast (two lanes)")
+    parser.add_argument("--seconds", type=float, default=1.0, help="of the long run")
+    parser.add_argument("--source", default="heading", help="the compass sends heading or counts")
+    parser.add_argument(
+        "--faults",
+        action="store_true",
+        help="every fault of both sensors instead: when seen, what it does",
+    )
+    parser.add_argument("-o", "--output", default="build", metavar="DIR")
+
+
+def call(args: Namespace) -> Outcome:
+    """Do it; see `Outcome`."""
+    check_options(config=args.config, seconds=args.seconds, source=args.source)
+    if args.faults:
+        if args.log is not None:
+            raise InputError.at(
+                "--faults",
+                wanted="no log: the trials have a motion of their own",
+                found=args.log,
+                fix="leave it out",
+            )
+        data = simulate_faults(args.filter, progress=progress_of(args))
+        return 0 if data["good"] else 1, data, faults_text(data)
+    data = simulate(
+        args.filter,
+        args.log,
+        config=args.config,
+        seconds=args.seconds,
+        source=args.source,
+        output=args.output,
+        progress=progress_of(args),
+    )
+    return 0 if data["good"] else 1, data, f"{simulate_text(data)}\n{args.output}/board.html"

@@ -4,23 +4,26 @@ from __future__ import annotations
 
 import json
 import time
+from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from boresight.arguments import JOBS_MOST, check_number, check_word
+from boresight.disk.output import OutputFile
 from boresight.model.errors import InputError
 from boresight.model.estimators import estimator as find_estimator
-from boresight.output import write_file
 from boresight.sim.accuracy import AttitudeRmse
 from boresight.sim.bundled import is_comparison
 from boresight.sim.log import read_log
 from boresight.sim.scoring import Scorer, has_truth
 from boresight.sim.tuning import Fold, Tuned, deal_folds, pattern_search, sensitivities, tunable
 from boresight.verbs.check import log_files
+from boresight.verbs.options import Outcome, number_options, params_of, progress_of
 
-__all__ = ["tune", "tuning_text"]
+__all__ = ["add_arguments", "call", "tune", "tuning_text"]
 
 #: What the figures are, for people.
 SOURCE = (
@@ -108,9 +111,11 @@ def tune(
     estimator = find_estimator(name)
     given = estimator.param_values(params)
     tuned_params = tunable(estimator, given, names)
-    for what, value in (("rounds", rounds), ("jobs", 1 if jobs is None else jobs)):
-        if value < 1:
-            raise InputError.at(what, wanted="1 or more", found=str(value), fix="give more")
+    check_word(word)
+    check_number("folds", folds, 1)
+    check_number("rounds", rounds, 1)
+    check_number("jobs", 1 if jobs is None else jobs, 1, JOBS_MOST)
+    check_number("seed", 0 if seed is None else seed, 0)
     if not 1.0 <= detune <= 1000.0:
         raise InputError.at(
             "detune",
@@ -118,11 +123,9 @@ def tune(
             found=f"{detune:g}",
             fix="choose a factor inside the range",
         )
-    if seed is not None and seed < 0:
-        raise InputError.at("seed", wanted="0 or more", found=str(seed), fix="choose another")
-    read = sorted(
-        ((read_log(p), is_comparison(p)) for p in log_files(logs)), key=lambda pair: pair[0].name
-    )
+    files = log_files(logs)
+    target = None if output is None else OutputFile(output, "tune", of=name, inputs=files)
+    read = sorted(((read_log(p), is_comparison(p)) for p in files), key=lambda pair: pair[0].name)
     trials = [log for log, other in read if has_truth(log) and not other]
     if not trials:
         raise InputError.at(
@@ -232,8 +235,8 @@ def tune(
             "source": "mean over all trials, each with parameters tuned on the other folds",
         },
     }
-    if output is not None:
-        write_file(Path(output), json.dumps(data, indent=1) + "\n")
+    if target is not None:
+        target.write(json.dumps(data, indent=1) + "\n")
     return data
 
 
@@ -274,3 +277,45 @@ def tuning_text(data: Mapping[str, Any]) -> str:
     if data["without_truth"]:
         lines.append("  left out, no truth: " + ", ".join(data["without_truth"]))
     return "\n".join(lines)
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """What the command line takes."""
+    parser.add_argument("estimator")
+    parser.add_argument("logs", nargs="+", metavar="LOG", help="logs, or folders of logs")
+    parser.add_argument("--folds", type=int, default=3, help="of the cross-validation; 1: none")
+    parser.add_argument(
+        "--seed", type=int, help="shuffle the trials before they are dealt to folds"
+    )
+    parser.add_argument("--only", metavar="A,B,...", help="parameters to tune; default: all")
+    parser.add_argument("--rounds", type=int, default=12, help="most rounds of a search")
+    parser.add_argument(
+        "--detune",
+        type=float,
+        default=1.0,
+        metavar="FACTOR",
+        help="start off by this factor, so that folds do not inherit the start",
+    )
+    parser.add_argument("--jobs", type=int, help="threads; default: one for each processor")
+    number_options(parser)
+    parser.add_argument("-o", "--output", metavar="PARAMS.json", help="result, for --params")
+
+
+def call(args: Namespace) -> Outcome:
+    """Do it; see `Outcome`."""
+    data = tune(
+        args.estimator,
+        *args.logs,
+        folds=args.folds,
+        seed=args.seed,
+        names=None if args.only is None else args.only.split(","),
+        rounds=args.rounds,
+        detune=args.detune,
+        params=params_of(args, [args.estimator]),
+        word=args.word,
+        jobs=args.jobs,
+        output=args.output,
+        progress=progress_of(args),
+    )
+    text = tuning_text(data)
+    return 0, data, text if args.output is None else f"{text}\n  written: {args.output}"

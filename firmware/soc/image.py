@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from boresight.model.errors import ToolMissing
+from boresight.model.tool_failure import failure
 
 __all__ = [
     "CFLAGS",
@@ -235,9 +236,5 @@ def _arguments(sources: Sequence[str], ram: int, stack: int, optimise: str) -> l
 def _run(command: Sequence[str], folder: Path) -> str:
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     if done.returncode:
-        said = [line for line in done.stderr.splitlines() if "rror" in line or "full" in line]
-        raise ImageError(
-            f"{Path(command[0]).name} failed: "
-            + "; ".join(said[:5] or done.stderr.splitlines()[-3:])
-        )
+        raise ImageError(failure(f"{Path(command[0]).name} failed", done.stderr))
     return done.stdout

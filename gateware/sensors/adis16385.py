@@ -238,9 +238,10 @@ class Adis16385(wiring.Component):
         return self.spi.stall_cycles - _JUDGE
 
     def check_cycles(self, period: int) -> int:
-        """Most clock cycles until a fault that spoils answers has spoilt a check, with a sample
-        each ``period`` cycles. For a fault in one of the `CHECKED` registers alone, as many periods
-        more as there are others.
+        """Most clock cycles until a fault that spoils answers has spoilt a check.
+
+        With a sample each ``period`` cycles. For a fault in one of the `CHECKED` registers alone,
+        as many periods more as there are others.
         """
         return period + self.burst_cycles
 
@@ -258,17 +259,17 @@ class Adis16385(wiring.Component):
         return ((self.timeout_ticks + 1) * self.tick_cycles << decimation) + 1
 
     def detection_cycles(self, decimation: int = 0) -> int:
-        """Most clock cycles from the edge of a good sample until ``bad_limit`` missing ones have
-        led to a restart.
+        """Most clock cycles from a good sample to a restart after ``bad_limit`` missing ones.
 
         See `check_cycles` for faults that spoil answers.
         """
         return self.burst_cycles + self.bad_limit * self.timeout_cycles(decimation) + 8
 
     def recovery_cycles(self, period: int, decimation: int = 0) -> int:
-        """Most clock cycles from the end of a fault to the next good sample, of a device that
-        brings one each ``period`` cycles: a start that has just begun in vain is given up, the
-        next one succeeds.
+        """Most clock cycles from the end of a fault to the next good sample.
+
+        Of a device that brings one each ``period`` cycles: a start that has just begun in vain is
+        given up, the next one succeeds.
         """
         bad = self.bad_limit * max(self.timeout_cycles(decimation), period) + self.burst_cycles
         return 2 * self.start_cycles + bad + (len(CHECKED) + 1) * period + self.burst_cycles

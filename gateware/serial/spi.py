@@ -38,12 +38,12 @@ def cycles_for(*, clock_hz: float, seconds: float) -> int:
 
 
 class SpiController(wiring.Component):
-    """One frame per command word; the word that comes back belongs to the same frame.
+    r"""One frame per command word; the word that comes back belongs to the same frame.
 
     A frame is a row of equal half periods, counted down by one counter::
 
-        cs_n  ----\\_____________________ ... ________/-------------
-        sclk  ----------\\____/----\\____ ... __/-------------------
+        cs_n  ----\_____________________ ... ________/-------------
+        sclk  ----------\____/----\____ ... __/-------------------
         mosi       x 15        x 14           x 0      x
                   setup  low  high  low          high  stall      next
 

@@ -59,8 +59,10 @@ class Inside:
 class CellTiming:
     """All timing of one cell.
 
-    Attributes:
-        node_of: (output port, bit) -> node name; an output bit not listed is untimed
+    Attributes
+    ----------
+    node_of : dict
+        (output port, bit) -> node name; an output bit not listed is untimed.
     """
 
     node_of: dict[tuple[str, int], str] = field(default_factory=dict)

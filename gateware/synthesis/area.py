@@ -28,19 +28,30 @@ __all__ = ["Area", "count_area"]
 class Area:
     """Primitive counts of one netlist.
 
-    Attributes:
-        lut_logic: LUT1 to LUT6
-        lut_inv: inverters left in the netlist; each needs a LUT where it feeds a carry chain or
-            a register, so each is counted as one
-        lut_srl: shift-register LUTs
-        lut_ram: LUTs taken by distributed RAM
-        route_through: carry or F7 inputs without a LUT in front. Those inputs have no other
-            entry, so ISE spends a LUT on each. Not part of ``lut``.
-        ff: flip-flops and latches
-        carry4, muxf7, muxf8, dsp: cells of that kind
-        ramb16_cells, ramb8_cells: block RAM cells as mapped
-        special: clock, I/O and configuration cells by type
-        cells: every cell type and its count
+    Attributes
+    ----------
+    lut_logic : int
+        LUT1 to LUT6.
+    lut_inv : int
+        Inverters left in the netlist; each needs a LUT where it feeds a carry chain or
+        a register, so each is counted as one.
+    lut_srl : int
+        Shift-register LUTs.
+    lut_ram : int
+        LUTs taken by distributed RAM.
+    route_through : int
+        Carry or F7 inputs without a LUT in front. Those inputs have no other
+        entry, so ISE spends a LUT on each. Not part of ``lut``.
+    ff : int
+        Flip-flops and latches.
+    carry4, muxf7, muxf8, dsp : int
+        Cells of that kind.
+    ramb16_cells, ramb8_cells : int
+        Block RAM cells as mapped.
+    special : mapping
+        Clock, I/O and configuration cells by type.
+    cells : mapping
+        Every cell type and its count.
     """
 
     lut_logic: int
@@ -93,8 +104,10 @@ class Area:
 def count_area(netlist: Netlist) -> Area:
     """Count the primitives of ``netlist``.
 
-    Raises:
-        UnknownCell: the netlist holds a type that is not a known Spartan-6 primitive.
+    Raises
+    ------
+    UnknownCell
+        The netlist holds a type that is not a known Spartan-6 primitive.
     """
     count = Counter(cell.type for cell in netlist.cells.values())
     known = {*LUTS, *FLIP_FLOPS, *LATCHES, *SHIFT_REGISTERS, *LUTRAMS, *BLOCK_RAMS, *SPECIALS}

@@ -31,10 +31,14 @@ NET_MODELS: Final = ("median", "p75")
 class Delay:
     """One timing constant.
 
-    Attributes:
-        ns: nanoseconds, >= 0
-        source: where it comes from
-        guessed: True if no timing report showed it
+    Attributes
+    ----------
+    ns : float
+        Nanoseconds, >= 0.
+    source : str
+        Where it comes from.
+    guessed : bool
+        True if no timing report showed it.
     """
 
     ns: float
@@ -45,9 +49,12 @@ class Delay:
 class DelayTable(Mapping[str, Delay]):
     """All constants of one grade and one net model, by name.
 
-    Attributes:
-        grade: speed grade, 2 or 3
-        nets: net model, ``median`` or ``p75``
+    Attributes
+    ----------
+    grade : int
+        Speed grade, 2 or 3.
+    nets : str
+        Net model, ``median`` or ``p75``.
     """
 
     def __init__(self, *, grade: int, nets: str, delays: Mapping[str, Delay]) -> None:

@@ -15,10 +15,14 @@ __all__ = ["XC6SLX9", "Device", "Resource"]
 class Resource:
     """How many of one primitive the part holds.
 
-    Attributes:
-        count: number on the die, >= 1
-        unit: what is counted, in words
-        source: where the number was read
+    Attributes
+    ----------
+    count : int
+        Number on the die, >= 1.
+    unit : str
+        What is counted, in words.
+    source : str
+        Where the number was read.
     """
 
     count: int
@@ -30,12 +34,18 @@ class Resource:
 class Device:
     """One FPGA part.
 
-    Attributes:
-        name: part name without grade or package, lower case
-        resources: keys ``lut``, ``lut_ram``, ``ff``, ``carry4``, ``dsp``, ``ramb16``, ``bufg``
-        packages: package name -> user I/O pins, None where no source gave the number
-        grades: speed grades for which this toolkit holds delays (2 is slower than 3)
-        package_source: where packages and grades were read
+    Attributes
+    ----------
+    name : str
+        Part name without grade or package, lower case.
+    resources : mapping
+        Keys ``lut``, ``lut_ram``, ``ff``, ``carry4``, ``dsp``, ``ramb16``, ``bufg``.
+    packages : mapping
+        Package name -> user I/O pins, None where no source gave the number.
+    grades : tuple of int
+        Speed grades for which this toolkit holds delays (2 is slower than 3).
+    package_source : str
+        Where packages and grades were read.
     """
 
     name: str

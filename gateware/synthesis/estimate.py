@@ -22,13 +22,20 @@ _THIN: Final = 60
 class Estimate:
     """What yosys and the delay tables say about a design.
 
-    Attributes:
-        top: module name
-        device: the part
-        area: primitive counts
-        timing: one result per speed grade and net model
-        command, version: how the netlist was made, and by what
-        warnings: what a reader of the figures has to know
+    Attributes
+    ----------
+    top : str
+        Module name.
+    device : Device
+        The part.
+    area : Area
+        Primitive counts.
+    timing : tuple of Timing
+        One result per speed grade and net model.
+    command, version : str
+        How the netlist was made, and by what.
+    warnings : tuple of str
+        What a reader of the figures has to know.
     """
 
     top: str
@@ -107,17 +114,27 @@ def estimate(
 ) -> Estimate:
     """Synthesise ``verilog`` and estimate its area and its timing at all four corners.
 
-    Parameters:
-        verilog: Verilog text that holds the module ``top`` and all it uses
-        top: top module
-        cache_dir: folder that keeps netlists between calls; None keeps nothing
-        clock_mhz: clock that slacks refer to; None: at each corner the clock that just works
-        device: part whose capacity is compared with
+    Parameters
+    ----------
+    verilog : str
+        Verilog text that holds the module ``top`` and all it uses.
+    top : str
+        Top module.
+    cache_dir : path, optional
+        Folder that keeps netlists between calls; None keeps nothing.
+    clock_mhz : float, optional
+        Clock that slacks refer to; None: at each corner the clock that just works.
+    device : Device
+        Part whose capacity is compared with.
 
-    Raises:
-        ToolMissing: no yosys was found.
-        SynthesisError: yosys refused the design.
-        UnknownCell, NetlistError: the netlist holds what this package cannot time.
+    Raises
+    ------
+    ToolMissing
+        No yosys was found.
+    SynthesisError
+        Yosys refused the design.
+    UnknownCell, NetlistError
+        The netlist holds what this package cannot time.
     """
     made = synthesise(verilog, top=top, cache_dir=cache_dir)
     netlist = Netlist.from_json(made.netlist, top=top)

@@ -66,11 +66,16 @@ class Endpoint:
 class Graph:
     """All that timing needs of a netlist.
 
-    Attributes:
-        order: nodes, each after every node that feeds it
-        incoming: node -> edges into it
-        starts: node -> registers that drive it
-        clocks: nets that clock something, by name
+    Attributes
+    ----------
+    order : list of int
+        Nodes, each after every node that feeds it.
+    incoming : list of list of Edge
+        Node -> edges into it.
+    starts : list of list of Start
+        Node -> registers that drive it.
+    clocks : tuple of str
+        Nets that clock something, by name.
     """
 
     netlist: Netlist
@@ -84,8 +89,10 @@ class Graph:
 def cell_timing(cell: Cell) -> CellTiming:
     """Return the timing of any primitive.
 
-    Raises:
-        UnknownCell: there is no data for its type.
+    Raises
+    ------
+    UnknownCell
+        There is no data for its type.
     """
     timing = slice_timing(cell)
     if timing is not None:
@@ -102,9 +109,12 @@ def cell_timing(cell: Cell) -> CellTiming:
 def build_graph(netlist: Netlist) -> Graph:
     """Build the timing graph of ``netlist``.
 
-    Raises:
-        UnknownCell: a cell type without data.
-        NetlistError: a combinational loop, a latch, a falling clock edge.
+    Raises
+    ------
+    UnknownCell
+        A cell type without data.
+    NetlistError
+        A combinational loop, a latch, a falling clock edge.
     """
     return _Builder(netlist).graph
 

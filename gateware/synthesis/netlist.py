@@ -30,12 +30,18 @@ class Pin(NamedTuple):
 class Cell:
     """One instance.
 
-    Attributes:
-        name: instance name
-        type: primitive name, e.g. ``LUT6``
-        inputs, outputs: port name -> bits, least significant first
-        params: parameter name -> value as yosys wrote it
-        src: first source location outside the yosys library, or an empty string
+    Attributes
+    ----------
+    name : str
+        Instance name.
+    type : str
+        Primitive name, e.g. ``LUT6``.
+    inputs, outputs : mapping
+        Port name -> bits, least significant first.
+    params : mapping
+        Parameter name -> value as yosys wrote it.
+    src : str
+        First source location outside the yosys library, or an empty string.
     """
 
     name: str
@@ -72,11 +78,16 @@ class Cell:
 class Netlist:
     """The top module.
 
-    Attributes:
-        top: module name
-        cells: instance name -> cell, bookkeeping cells of yosys left out
-        output_bits: net bits that leave through a port of the module
-        names: net bit -> readable name
+    Attributes
+    ----------
+    top : str
+        Module name.
+    cells : mapping
+        Instance name -> cell, bookkeeping cells of yosys left out.
+    output_bits : tuple of int
+        Net bits that leave through a port of the module.
+    names : mapping
+        Net bit -> readable name.
     """
 
     top: str
@@ -129,9 +140,12 @@ class Netlist:
     def from_json(cls, data: Mapping[str, Any], *, top: str | None = None) -> "Netlist":
         """Read the object that yosys ``write_json`` makes.
 
-        Parameters:
-            data: the decoded JSON
-            top: module to take; None takes the one with the ``top`` attribute
+        Parameters
+        ----------
+        data : mapping
+            The decoded JSON.
+        top : str, optional
+            Module to take; None takes the one with the ``top`` attribute.
         """
         modules = data.get("modules")
         if not isinstance(modules, Mapping) or not modules:

@@ -23,10 +23,14 @@ _DSP_CASCADES = {"PCOUT": "PCIN", "BCOUT": "B", "CARRYOUT": "CARRYIN"}
 class Hop:
     """One net from driver to load.
 
-    Attributes:
-        net: name of the net delay, empty for a wire inside a slice
-        entry: delays of logic that the load needs in front of it
-        in_slice: the driver's LUT sits in the load's slice
+    Attributes
+    ----------
+    net : str
+        Name of the net delay, empty for a wire inside a slice.
+    entry : Keys
+        Delays of logic that the load needs in front of it.
+    in_slice : bool
+        The driver's LUT sits in the load's slice.
     """
 
     net: str
@@ -37,8 +41,10 @@ class Hop:
 def route(netlist: Netlist, bit: int, driver: Pin, load: Pin, *, fanout: int) -> Hop:
     """Return how the net ``bit`` gets from ``driver`` to ``load``.
 
-    Parameters:
-        fanout: pins on the net, absorbed inverters looked through
+    Parameters
+    ----------
+    fanout : int
+        Pins on the net, absorbed inverters looked through.
     """
     source = netlist.cells[driver.cell].type
     target = netlist.cells[load.cell].type

@@ -23,15 +23,24 @@ NOTE = "estimate, not ISE; sign-off needs trce"
 class PathPoint:
     """One step of a path.
 
-    Attributes:
-        cell, type: instance and primitive; an empty cell for clock uncertainty
-        entry, exit: pins through which the path comes and leaves, with bit index
-        net: name of the net that leads here, empty at a start
-        fanout: pins on that net
-        net_ns, cell_ns: delay of the net, then of the cell
-        total_ns: sum from the start up to here
-        src: source location of the cell, where yosys kept it
-        keys: names of the delays in this step
+    Attributes
+    ----------
+    cell, type : str
+        Instance and primitive; an empty cell for clock uncertainty.
+    entry, exit : str
+        Pins through which the path comes and leaves, with bit index.
+    net : str
+        Name of the net that leads here, empty at a start.
+    fanout : int
+        Pins on that net.
+    net_ns, cell_ns : float
+        Delay of the net, then of the cell.
+    total_ns : float
+        Sum from the start up to here.
+    src : str
+        Source location of the cell, where yosys kept it.
+    keys : tuple of str
+        Names of the delays in this step.
     """
 
     cell: str
@@ -51,13 +60,19 @@ class PathPoint:
 class TimingPath:
     """A path from register to register.
 
-    Attributes:
-        start, end: ``name.register`` of both ends, the name a net's where the cell has none
-        group: kind of end, e.g. ``FDRE.D``
-        delay_ns: clock-to-output, logic, nets, setup and clock uncertainty; inside one cell, as
-            the cell's own limit states it, without uncertainty
-        slack_ns: period asked for minus ``delay_ns``
-        points: the steps; empty for paths that were not traced
+    Attributes
+    ----------
+    start, end : str
+        ``name.register`` of both ends, the name a net's where the cell has none.
+    group : str
+        Kind of end, e.g. ``FDRE.D``.
+    delay_ns : float
+        Clock-to-output, logic, nets, setup and clock uncertainty; inside one cell, as
+        the cell's own limit states it, without uncertainty.
+    slack_ns : float
+        Period asked for minus ``delay_ns``.
+    points : tuple of PathPoint
+        The steps; empty for paths that were not traced.
     """
 
     start: str
@@ -92,14 +107,24 @@ class Group:
 class Timing:
     """Timing of a netlist at one corner. An estimate: see :data:`NOTE`.
 
-    Attributes:
-        grade, nets: speed grade and net model
-        period_ns: clock period that slacks refer to
-        worst: the longest path, traced; None if no register feeds a register
-        ends: the longest path to each of the worst endpoints, longest first, not traced
-        groups: by kind of endpoint, worst first
-        guessed: delays on the longest path that are guesses, by name
-        clocks: names of the clock nets
+    Attributes
+    ----------
+    grade : int
+        Speed grade.
+    nets : str
+        Net model.
+    period_ns : float
+        Clock period that slacks refer to.
+    worst : TimingPath or None
+        The longest path, traced; None if no register feeds a register.
+    ends : tuple of TimingPath
+        The longest path to each of the worst endpoints, longest first, not traced.
+    groups : tuple of Group
+        By kind of endpoint, worst first.
+    guessed : dict
+        Delays on the longest path that are guesses, by name.
+    clocks : tuple of str
+        Names of the clock nets.
     """
 
     grade: int
@@ -137,13 +162,20 @@ def analyse(
 ) -> Timing:
     """Estimate the timing of ``netlist``.
 
-    Parameters:
-        netlist: a netlist, or its graph if several corners are wanted
-        grade: speed grade, 2 or 3
-        nets: net model, ``median`` or ``p75``
-        clock_mhz: clock that slacks refer to, > 0; None: the clock that just works
-        top: how many endpoints to list, >= 1
-        table: delays to use in place of those of ``grade`` and ``nets``
+    Parameters
+    ----------
+    netlist : Netlist or Graph
+        A netlist, or its graph if several corners are wanted.
+    grade : int
+        Speed grade, 2 or 3.
+    nets : str
+        Net model, ``median`` or ``p75``.
+    clock_mhz : float, optional
+        Clock that slacks refer to, > 0; None: the clock that just works.
+    top : int
+        How many endpoints to list, >= 1.
+    table : DelayTable, optional
+        Delays to use in place of those of ``grade`` and ``nets``.
     """
     if clock_mhz is not None and not clock_mhz > 0:
         raise ValueError(f"clock_mhz must be above 0, not {clock_mhz!r}")

@@ -5,7 +5,6 @@ runs in a sandbox that sees little outside its working directory, so every run h
 directory of its own and uses plain file names.
 """
 
-import hashlib
 import importlib.util
 import json
 import os
@@ -14,13 +13,16 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
+from boresight.disk.cache import Cache
 from boresight.model.errors import ToolMissing
+from boresight.model.tool_failure import failure
+from boresight.model.user_folders import yosys_environment
 
 __all__ = ["OLDEST", "Synthesis", "SynthesisError", "Tool", "find_tool", "synthesise"]
 
@@ -28,6 +30,7 @@ __all__ = ["OLDEST", "Synthesis", "SynthesisError", "Tool", "find_tool", "synthe
 OLDEST: Final = (0, 35)
 #: Part of the cache key; raise it when the stored form changes.
 _CACHE_FORMAT: Final = 1
+_NETLIST: Final = "netlist.json"
 _VERILOG: Final = (".v", ".sv", ".vh", ".svh")
 _FILE_NAME: Final = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")
 _IDENTIFIER: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_$]*")
@@ -42,10 +45,14 @@ class SynthesisError(RuntimeError):
 class Tool:
     """A way to start yosys.
 
-    Attributes:
-        name: what to call it in a command line that people read
-        argv: what to start
-        version: the line that it prints about itself
+    Attributes
+    ----------
+    name : str
+        What to call it in a command line that people read.
+    argv : tuple of str
+        What to start.
+    version : str
+        The line that it prints about itself.
     """
 
     name: str
@@ -57,11 +64,16 @@ class Tool:
 class Synthesis:
     """The outcome of one run.
 
-    Attributes:
-        netlist: decoded ``write_json`` output, the top module only
-        version: version line of the yosys that made it
-        command: command line of the run, relative to a directory with the source files
-        cached: True if it was read from the cache
+    Attributes
+    ----------
+    netlist : dict
+        Decoded ``write_json`` output, the top module only.
+    version : str
+        Version line of the yosys that made it.
+    command : str
+        Command line of the run, relative to a directory with the source files.
+    cached : bool
+        True if it was read from the cache.
     """
 
     netlist: dict[str, Any]
@@ -74,8 +86,10 @@ class Synthesis:
 def find_tool() -> Tool:
     """Return the yosys to use: a recent native one first, then the PyPI package.
 
-    Raises:
-        ToolMissing: neither is there.
+    Raises
+    ------
+    ToolMissing
+        Neither is there.
     """
     found = ""
     native = shutil.which("yosys")
@@ -100,11 +114,18 @@ def find_tool() -> Tool:
 def _version_line(argv: tuple[str, ...]) -> str:
     """Return the last line that ``yosys -V`` prints, or an empty string if it fails."""
     try:
-        run = subprocess.run([*argv, "-V"], capture_output=True, text=True, timeout=300)
+        run = subprocess.run(
+            [*argv, "-V"], env=_environment(), capture_output=True, text=True, timeout=300
+        )
     except (OSError, subprocess.TimeoutExpired):
         return ""
     lines = [line for line in run.stdout.splitlines() if line.startswith("Yosys ")]
     return lines[-1].strip() if run.returncode == 0 and lines else ""
+
+
+def _environment() -> dict[str, str]:
+    """Yosys keeps its machine code below the home, or where the home is closed, elsewhere."""
+    return {**os.environ, **yosys_environment()}
 
 
 def _version_number(line: str) -> tuple[int, int] | None:
@@ -123,18 +144,28 @@ def synthesise(
 ) -> Synthesis:
     """Map Verilog to Spartan-6 primitives, flattened and without I/O buffers.
 
-    Parameters:
-        verilog: the text, or file name -> text. Files that are not Verilog (``.hex`` for
-            ``$readmemh``) are laid beside the others
-        top: name of the top module
-        options: further options of ``synth_xilinx``, e.g. ``("-nodsp",)``
-        cache_dir: folder that keeps results, made if need be; None keeps nothing
-        tool: yosys to use; None looks for one
-        timeout_s: longest run allowed, seconds
+    Parameters
+    ----------
+    verilog : str or mapping
+        The text, or file name -> text. Files that are not Verilog (``.hex`` for
+        ``$readmemh``) are laid beside the others.
+    top : str
+        Name of the top module.
+    options : tuple of str
+        Further options of ``synth_xilinx``, e.g. ``("-nodsp",)``.
+    cache_dir : path, optional
+        Build cache that keeps results (`boresight.disk.cache`); None keeps nothing.
+    tool : Tool, optional
+        Yosys to use; None looks for one.
+    timeout_s : float
+        Longest run allowed, seconds.
 
-    Raises:
-        ToolMissing: no yosys was found.
-        SynthesisError: yosys failed; the message ends with what it said.
+    Raises
+    ------
+    ToolMissing
+        No yosys was found.
+    SynthesisError
+        Yosys failed; the message ends with what it said.
     """
     files = _checked_files(verilog)
     if not _IDENTIFIER.fullmatch(top):
@@ -145,18 +176,18 @@ def synthesise(
     chosen = tool if tool is not None else find_tool()
     script = _script(files, top=top, options=options)
     command = f'{chosen.name} -q -p "{script}"'
-    store = None
-    if cache_dir is not None:
-        digest = _digest(files, script=script, version=chosen.version)
-        store = Path(cache_dir) / f"{digest}.json"
-        kept = _load(store, version=chosen.version, command=command)
-        if kept is not None:
-            return kept
-    netlist = _run(chosen, files, script=script, top=top, timeout_s=timeout_s)
-    result = Synthesis(netlist=netlist, version=chosen.version, command=command, cached=False)
-    if store is not None:
-        _save(store, result)
-    return result
+
+    def result() -> dict[str, Any]:
+        return _run(chosen, files, script=script, top=top, timeout_s=timeout_s)
+
+    if cache_dir is None:
+        made = _Made(result(), False)
+    else:
+        identity = json.dumps([_CACHE_FORMAT, chosen.version, script, sorted(files.items())])
+        made = _kept(Cache(Path(cache_dir)), top, identity, result)
+    return Synthesis(
+        netlist=made.netlist, version=chosen.version, command=command, cached=made.cached
+    )
 
 
 def _checked_files(verilog: str | Mapping[str, str]) -> dict[str, str]:
@@ -183,11 +214,6 @@ def _script(files: Mapping[str, str], *, top: str, options: tuple[str, ...]) -> 
     return "; ".join(steps)
 
 
-def _digest(files: Mapping[str, str], *, script: str, version: str) -> str:
-    whole = json.dumps([_CACHE_FORMAT, version, script, sorted(files.items())])
-    return hashlib.sha256(whole.encode()).hexdigest()
-
-
 def _run(
     tool: Tool, files: Mapping[str, str], *, script: str, top: str, timeout_s: float
 ) -> dict[str, Any]:
@@ -199,6 +225,7 @@ def _run(
             run = subprocess.run(
                 [*tool.argv, "-q", "-p", script],
                 cwd=folder,
+                env=_environment(),
                 capture_output=True,
                 text=True,
                 timeout=timeout_s,
@@ -209,20 +236,15 @@ def _run(
             raise SynthesisError(
                 f"synthesis of {top} must end within {timeout_s:g} s, and did not"
             ) from error
-        written = folder / "netlist.json"
+        written = folder / _NETLIST
         if run.returncode != 0 or not written.exists():
             raise SynthesisError(
-                f"{tool.name} failed on {top} (exit code {run.returncode}): "
-                + _complaint(run.stdout + "\n" + run.stderr)
+                failure(
+                    f"{tool.name} failed on {top} (exit code {run.returncode})",
+                    run.stdout + run.stderr,
+                )
             )
         return _only_top(json.loads(written.read_text(encoding="utf-8")), top)
-
-
-def _complaint(output: str) -> str:
-    """Return the errors in what yosys printed, or its last lines."""
-    lines = [line.strip() for line in output.splitlines() if line.strip()]
-    errors = [line for line in lines if "ERROR" in line]
-    return "; ".join(errors or lines[-5:]) or "no message"
 
 
 def _only_top(data: dict[str, Any], top: str) -> dict[str, Any]:
@@ -230,24 +252,22 @@ def _only_top(data: dict[str, Any], top: str) -> dict[str, Any]:
     return {"creator": data.get("creator", ""), "modules": {top: data["modules"][top]}}
 
 
-def _load(store: Path, *, version: str, command: str) -> Synthesis | None:
-    """Return a kept result, or None if there is none that can be read."""
-    try:
-        data = json.loads(store.read_text(encoding="utf-8"))
-        netlist = data["netlist"]
-    except (OSError, ValueError, KeyError, TypeError):
-        return None
-    return Synthesis(netlist=netlist, version=version, command=command, cached=True)
+class _Made(NamedTuple):
+    """A netlist, and whether it was in the cache."""
+
+    netlist: dict[str, Any]
+    cached: bool
 
 
-def _save(store: Path, result: Synthesis) -> None:
-    """Write beside the final name, then rename: a reader never sees half a file."""
-    store.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(dir=store.parent, suffix=".tmp")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            json.dump({"version": result.version, "netlist": result.netlist}, file)
-        os.replace(name, store)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
+def _kept(cache: Cache, top: str, identity: str, result: Callable[[], dict[str, Any]]) -> _Made:
+    """The netlist from the cache, made if it is not there."""
+    made: list[dict[str, Any]] = []
+
+    def make(folder: Path) -> None:
+        made.append(result())
+        (folder / _NETLIST).write_text(json.dumps(made[0]), encoding="utf-8")
+
+    entry = cache.get(f"netlist-{top}", identity, make)
+    if made:
+        return _Made(made[0], False)
+    return _Made(json.loads((entry.path / _NETLIST).read_text(encoding="utf-8")), True)

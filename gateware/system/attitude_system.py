@@ -35,13 +35,13 @@ _BLINK_BIT = 25
 
 
 class AttitudeSystem(wiring.Component):
-    """Readers, core, registers and output: what the bitstream of a board is.
+    r"""Readers, core, registers and output: what the bitstream of a board is.
 
     ::
 
-        ADIS16385 -- Adis16385 --\\                   /-- results -- SystemBus -- Bridge -- host
+        ADIS16385 -- Adis16385 --\                   /-- results -- SystemBus -- Bridge -- host
                                   AttitudeCore ------<               |
-        HMR3300 ---- Hmr3300 ----/                    \\-- AttitudeOutput --------/
+        HMR3300 ---- Hmr3300 ----/                    \-- AttitudeOutput --------/
                                                                      Wishbone slave
 
     All in one clock domain; every asynchronous input goes through two flip-flops. What the host

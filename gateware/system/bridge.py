@@ -20,13 +20,13 @@ __all__ = ["Bridge"]
 
 
 class Bridge(wiring.Component):
-    """READ and WRITE frames to the register bus; answers and pushed bodies to the host.
+    r"""READ and WRITE frames to the register bus; answers and pushed bodies to the host.
 
     ::
 
         rx -> Receiver -> Unpacker -> Dispatcher -> bus
                                           | answers
-                                        Packer -\\
+                                        Packer -\
                                               i --> Framer -> Transmitter -> tx
 
     `gateware.boards.frames` says what the frames look like. Answers and pushed bodies (or lines of

@@ -1,0 +1,1 @@
+"""Bundled logs, as files of this package; read them through `boresight.sim.bundled`."""

@@ -14,9 +14,10 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from boresight.disk.output import OutputFile
 from boresight.model.attitude import quaternion_conjugate, quaternion_multiply, quaternion_normalise
 from boresight.model.errors import InputError
-from boresight.sim.log import Log, write_log
+from boresight.sim.log import Log, log_content
 from boresight.sim.synthetic import GRAVITY
 
 __all__ = ["convert", "main"]
@@ -131,11 +132,12 @@ def main(arguments: list[str]) -> int:
         return 2
     folder, out = map(Path, arguments)
     try:
-        write_log(out, convert(folder))
+        given = folder.glob("*.csv") if folder.is_dir() else ()
+        file = OutputFile(out, "convert_ximu", inputs=given, option="OUT.csv")
+        file.write(_NOTE.encode() + log_content(out, convert(folder)))
     except InputError as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
-    out.write_text(_NOTE + out.read_text(encoding="utf-8"), encoding="utf-8")
     return 0
 
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import sys
 
+from boresight.disk.output import OutputFile
 from boresight.model.errors import InputError
-from boresight.sim.log import Log, write_log
+from boresight.sim.log import Log, log_content
 from boresight.sim.synthetic import SensorError, synthetic_log
 
 __all__ = ["synthetic_60s"]
@@ -32,7 +33,8 @@ def main(arguments: list[str]) -> int:
         print("error: usage: python -m boresight.sim.data.make_synthetic OUT.csv", file=sys.stderr)
         return 2
     try:
-        write_log(arguments[0], synthetic_60s())
+        file = OutputFile(arguments[0], "make_synthetic", option="OUT.csv")
+        file.write(log_content(arguments[0], synthetic_60s()))
     except InputError as error:
         print(f"error: {error}", file=sys.stderr)
         return 2

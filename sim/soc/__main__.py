@@ -6,14 +6,14 @@ import argparse
 import json
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
+from boresight.disk.output import output_folder
 from boresight.firmware.soc.image import ImageError
 from boresight.model.errors import InputError, ToolMissing
 from boresight.sim.bundled import bundled
 from boresight.sim.cosim import SimulationFailed
-from boresight.sim.log import read_log
+from boresight.sim.log import Log, read_log
 from boresight.sim.soc.board import soc_board
 from boresight.sim.soc.comparison import ESTIMATORS, compare
 from boresight.sim.soc.offload import offload
@@ -46,6 +46,29 @@ def table(rows: Sequence[dict[str, Any]]) -> str:
     return "\n".join(lines)
 
 
+def _measure(args: argparse.Namespace, log: Log, updates: int) -> dict[str, Any]:
+    """The report, printed as far as it is there."""
+    rows = compare(
+        log,
+        names=args.estimator or ESTIMATORS,
+        updates=updates,
+        progress=lambda text: print(text, file=sys.stderr),
+    )
+    print(table(rows))
+    report: dict[str, Any] = {"software": rows}
+    if args.board:
+        print("the complete board with a soft core, mekf in hardware", file=sys.stderr)
+        report["offload"] = row = offload(soc_board(filters=("mekf",)), log, updates=updates)
+        print(
+            f"offload: {row['in_memory']} of {row['updates']} updates in memory, "
+            f"{row['mismatches']} differ; sample to update "
+            f"{row['sample_to_update_cycles']['max']} cycles, to memory "
+            f"{row['update_to_memory_cycles']['median']} more "
+            f"(at most {row['update_to_memory_cycles']['max']})"
+        )
+    return report
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit code 1: not equal, 2: wrong use or no compiler."""
     parser = argparse.ArgumentParser(prog="python -m boresight.sim.soc", description=__doc__)
@@ -58,7 +81,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         "--board", action="store_true", help="also the hardware's attitude on the complete board"
     )
     parser.add_argument(
-        "-o", "--output", type=Path, default=None, help="folder for report.json, firmware.html"
+        "-o", "--output", default=None, help="folder for report.json, firmware.html"
     )
     args = parser.parse_args(argv)
     try:
@@ -66,35 +89,21 @@ def main(argv: Sequence[str] | None = None) -> int:
             raise InputError.at(
                 "--updates", wanted="2 or more", found=str(args.updates), fix="ask for more"
             )
-        log = read_log(bundled("ximu_walk") if args.log is None else args.log)
-        rows = compare(
-            log,
-            names=args.estimator or ESTIMATORS,
-            updates=min(args.updates, len(log)),
-            progress=lambda text: print(text, file=sys.stderr),
-        )
-        print(table(rows))
-        report: dict[str, Any] = {"software": rows}
-        if args.board:
-            print("the complete board with a soft core, mekf in hardware", file=sys.stderr)
-            report["offload"] = row = offload(
-                soc_board(filters=("mekf",)), log, updates=min(args.updates, len(log))
-            )
-            print(
-                f"offload: {row['in_memory']} of {row['updates']} updates in memory, "
-                f"{row['mismatches']} differ; sample to update "
-                f"{row['sample_to_update_cycles']['max']} cycles, to memory "
-                f"{row['update_to_memory_cycles']['median']} more "
-                f"(at most {row['update_to_memory_cycles']['max']})"
-            )
-        if args.output is not None:
-            args.output.mkdir(parents=True, exist_ok=True)
-            (args.output / "report.json").write_text(json.dumps(report, indent=1) + "\n")
-            (args.output / "firmware.html").write_text(render_page(report), encoding="utf-8")
+        path = bundled("ximu_walk") if args.log is None else args.log
+        log = read_log(path)
+        updates = min(args.updates, len(log))
+        if args.output is None:
+            report = _measure(args, log, updates)
+        else:
+            files = ("firmware.html", "report.json")
+            with output_folder(args.output, "firmware", files=files, inputs=[path]) as folder:
+                report = _measure(args, log, updates)
+                (folder / "report.json").write_text(json.dumps(report, indent=1) + "\n")
+                (folder / "firmware.html").write_text(render_page(report), encoding="utf-8")
     except (InputError, ToolMissing, ImageError, SimulationFailed, OSError) as error:
         print(f"error: {' '.join(str(error).split())}", file=sys.stderr)
         return 2
-    same = all(line.endswith("yes") for line in table(rows).splitlines()[1:])
+    same = all(line.endswith("yes") for line in table(report["software"]).splitlines()[1:])
     return 0 if same and not report.get("offload", {}).get("mismatches") else 1
 
 

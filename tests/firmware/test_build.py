@@ -12,12 +12,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from boresight.firmware.build import CModel, build_library, default_cache, find_compiler
+from boresight.firmware.build import CModel, build_library, find_compiler
 from boresight.model.errors import ToolMissing
 from boresight.model.fixed import Arithmetic
 from boresight.model.interpreter import Interpreter
 from boresight.model.program import Kind, Op, Overflow, Program, Term, Value
-from boresight.sim.random_program import random_inputs, random_program
+from boresight.model.tool_failure import ToolFailed
+from tests.support.random_program import random_inputs, random_program
 
 
 @pytest.mark.parametrize("word", [18, 24, 32])
@@ -177,9 +178,10 @@ def test_cache_is_used_and_keyed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
         build_library(replace(program, outputs=(0,), output_names=("o",)), cache=tmp_path),
     }
     assert len({library, *others}) == 3
-    assert sorted(p.suffix for p in library.parent.iterdir()) == [".c", ".c", ".h", ".so"]
+    suffixes = sorted(p.suffix for p in library.parent.iterdir())
+    assert suffixes == [".c", ".c", ".h", ".json", ".so"]
     with monkeypatch.context() as patch:
-        patch.setattr("tempfile.TemporaryDirectory", None)
+        patch.setattr("subprocess.run", None)
         assert build_library(program, cache=tmp_path) == library
 
 
@@ -188,16 +190,7 @@ def test_many_builders_at_once(tmp_path: Path) -> None:
     with ThreadPoolExecutor(6) as pool:
         paths = set(pool.map(lambda _: build_library(program, cache=tmp_path), range(6)))
     assert len(paths) == 1
-    assert [p for p in tmp_path.iterdir()] == [paths.pop().parent]
-
-
-def test_default_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "new"))
-    assert default_cache() == tmp_path / "new" / "boresight"
-    (tmp_path / "file").write_text("")
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
-    folder = default_cache()
-    assert folder.is_dir() and folder == default_cache()
+    assert {p for p in tmp_path.iterdir()} == {paths.pop().parent, tmp_path / "locks"}
 
 
 def test_missing_compiler(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -207,9 +200,9 @@ def test_missing_compiler(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def test_compiler_that_fails(tmp_path: Path) -> None:
-    with pytest.raises(RuntimeError, match=r"(?s)-no-such-flag.* failed:\n.*-no-such-flag"):
+    with pytest.raises(ToolFailed, match=r"failed: gcc: error: .*-no-such-flag.* \(log: .*\)$"):
         build_library(random_program(1, n_ops=2), cache=tmp_path, cflags=("-no-such-flag",))
-    assert list(tmp_path.iterdir()) == []
+    assert [p.name for p in tmp_path.iterdir()] == ["locks"]
 
 
 def everything_used(program: Program) -> Program:

@@ -173,9 +173,10 @@ def test_directory_is_named(tmp_path: Path) -> None:
 
 
 def test_unwritable_place_is_named(tmp_path: Path) -> None:
-    message = r"^.*a\.csv: wanted a file that can be written, found no such file .*; check .*$"
+    (tmp_path / "file").touch()
+    message = r"^.*a\.csv: wanted a place that can be written, found not a directory; choose .*$"
     with pytest.raises(InputError, match=message):
-        write_log(tmp_path / "none" / "a.csv", noisy())
+        write_log(tmp_path / "file" / "a.csv", noisy())
 
 
 def test_faults_carry_the_path(tmp_path: Path) -> None:

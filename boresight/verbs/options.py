@@ -1,0 +1,62 @@
+"""What verbs share: options of the command line, and what they become."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from collections.abc import Callable, Sequence
+from typing import Any, TypeAlias
+
+from boresight.disk.place import refuse_inputs
+from boresight.parameters import values_for
+from boresight.sharing import params_for_each
+from boresight.terminal import tell
+
+__all__ = ["Outcome", "model_options", "number_options", "params_of", "progress_of"]
+
+#: Exit code, data for ``--json``, text for people.
+Outcome: TypeAlias = tuple[int, Any, str]
+
+
+def number_options(parser: ArgumentParser) -> None:
+    """Word width and parameter values."""
+    parser.add_argument("--word", type=int, default=32, help="word width, 18 to 32 bits")
+    parser.add_argument(
+        "--params",
+        action="append",
+        default=[],
+        metavar="FILE.json",
+        help="parameter values, as tune writes them, repeatable",
+    )
+    parser.add_argument(
+        "--param",
+        action="append",
+        default=[],
+        metavar="NAME=NUMBER",
+        help="parameter value, repeatable, on top of the files",
+    )
+
+
+def model_options(parser: ArgumentParser) -> None:
+    """Configuration of the core, word width, parameter values."""
+    parser.add_argument("--config", default="small", help="small (one lane) or fast (two lanes)")
+    number_options(parser)
+
+
+def params_of(args: Namespace, names: Sequence[str]) -> dict[str, Any]:
+    """Parameter values of the only estimator, or by estimator.
+
+    Raises
+    ------
+    InputError
+        A wrong name or value, a bad file, or one that is also the output.
+    """
+    for option, name in (("-o", "output"), ("--reproducer", "reproducer")):
+        refuse_inputs(getattr(args, name, None) or "", args.params, option)
+    if len(names) > 1:
+        return dict(params_for_each(names, args.params, args.param))
+    return dict(values_for(names[0], args.params, args.param))
+
+
+def progress_of(args: Namespace) -> Callable[[str], None] | None:
+    """What progress is told to: stderr, unless ``--quiet`` or ``--json``."""
+    return None if args.quiet or args.json else tell
