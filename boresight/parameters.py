@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from boresight.model.errors import InputError
-from boresight.model.estimators import estimator as find_estimator
+from boresight.model.resolve import Named
+from boresight.model.resolve import estimator_of as find_estimator
 from boresight.sim.reading import kind_of, read_json
 
 __all__ = ["parse_settings", "read_params", "values_for"]
@@ -73,7 +74,7 @@ def _number(where: str, value: Any) -> float:
 
 
 def values_for(
-    estimator: str, files: Sequence[str | Path] = (), settings: Sequence[str] = ()
+    estimator: Named, files: Sequence[str | Path] = (), settings: Sequence[str] = ()
 ) -> dict[str, float]:
     """Values for one estimator: files in order, then ``NAME=NUMBER`` texts on top.
 
@@ -86,10 +87,10 @@ def values_for(
     target = find_estimator(estimator)
     for path in files:
         name, values = read_params(path)
-        if name is not None and name != estimator:
+        if name is not None and name != target.name:
             raise InputError.at(
                 str(path),
-                wanted=f"parameters of {estimator}",
+                wanted=f"parameters of {target.name}",
                 found=f"those of {name}",
                 fix="choose the file that fits",
             )

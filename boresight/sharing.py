@@ -7,13 +7,14 @@ from pathlib import Path
 from typing import Any
 
 from boresight.model.errors import InputError
-from boresight.model.estimators import estimator as find_estimator
+from boresight.model.resolve import Named, split_names
+from boresight.model.resolve import estimator_of as find_estimator
 from boresight.parameters import parse_settings, read_params
 
 __all__ = ["estimator_names", "params_for_each", "params_of_each"]
 
 
-def estimator_names(*texts: str) -> list[str]:
+def estimator_names(*texts: Named) -> list[Named]:
     """Names of estimators, each text one or several with commas.
 
     Raises
@@ -21,21 +22,25 @@ def estimator_names(*texts: str) -> list[str]:
     InputError
         Unknown name, or one that is named twice.
     """
-    names = [name for text in texts for name in text.split(",")]
-    for k, name in enumerate(names):
-        find_estimator(name)
-        if name in names[:k]:
+    names: list[Named] = []
+    for each in texts:
+        names += split_names(each) if isinstance(each, str) else [each]
+    known: list[str] = []
+    for text in names:
+        name = find_estimator(text).name
+        if name in known:
             raise InputError.at(
                 "estimators",
                 wanted="each name once",
                 found=f"{name} twice",
                 fix="leave one out: a core holds one program of each",
             )
+        known.append(name)
     return names
 
 
 def params_of_each(
-    names: Sequence[str], params: Mapping[str, Any] | None
+    names: Sequence[Named], params: Mapping[str, Any] | None
 ) -> list[Mapping[str, float] | None]:
     """Parameter values of each estimator.
 
@@ -51,19 +56,20 @@ def params_of_each(
     """
     if len(names) == 1 or not params:
         return [params for _ in names]
+    owners = [find_estimator(n).name for n in names]
     for name, values in params.items():
-        if name not in names or not isinstance(values, Mapping):
+        if name not in owners or not isinstance(values, Mapping):
             raise InputError.at(
                 "parameters",
-                wanted=f"values of {', '.join(names)}",
+                wanted=f"values of {', '.join(owners)}",
                 found=name,
-                fix=f"write for example --param {names[0]}.NAME=NUMBER",
+                fix=f"write for example --param {owners[0]}.NAME=NUMBER",
             )
-    return [params.get(name) for name in names]
+    return [params.get(name) for name in owners]
 
 
 def params_for_each(
-    names: Sequence[str], files: Sequence[str | Path], settings: Sequence[str]
+    names: Sequence[Named], files: Sequence[str | Path], settings: Sequence[str]
 ) -> dict[str, dict[str, float]]:
     """Values by estimator: of files that name theirs, then of ``ESTIMATOR.NAME=NUMBER`` texts.
 
@@ -73,14 +79,15 @@ def params_for_each(
         Whose values they are is not said, or it is none of ``names``; a bad file, name or value.
     """
     out: dict[str, dict[str, float]] = {}
+    known = {e.name: e for e in map(find_estimator, names)}
 
     def take(where: str, owner: str | None, values: Mapping[str, float]) -> None:
-        if owner not in names:
+        if owner not in known:
             raise InputError.at(
                 where,
-                wanted=f"parameters of {', '.join(names)}",
+                wanted=f"parameters of {', '.join(known)}",
                 found="no estimator's name" if owner is None else f"those of {owner}",
-                fix=f"write for example --param {names[0]}.NAME=NUMBER",
+                fix=f"write for example --param {next(iter(known))}.NAME=NUMBER",
             )
         assert owner is not None
         out[owner] = out.get(owner, {}) | dict(values)
@@ -91,5 +98,5 @@ def params_for_each(
         owner, dot, name = full.partition(".")
         take(f"--param {full}", owner if dot else None, {name: value})
     for owner, values in out.items():
-        find_estimator(owner).param_values(values)
+        known[owner].param_values(values)
     return out

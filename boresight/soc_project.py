@@ -28,7 +28,7 @@ def soc_verilog(soc: AttitudeSoc) -> str:
     return "\n".join((to_verilog(soc, "system", instances=True), memory, cpu_verilog()))
 
 
-def write_soc(folder: Path, board: str, core: Core, meanings: dict[str, str]) -> AttitudeSoc:
+def write_soc(folder: Path, board: str, core: Core) -> AttitudeSoc:
     """Write the ISE project, the register map, and the firmware's sources ready to build.
 
     Raises
@@ -49,7 +49,7 @@ def write_soc(folder: Path, board: str, core: Core, meanings: dict[str, str]) ->
         clock_hz=SOC_CLOCK_HZ,
         files={"VexRiscv.v": cpu_verilog(), "ram.v": ram_verilog(), "firmware.hex": image.hex},
     )
-    for name, text in files_of(system.map(meanings)).items():
+    for name, text in files_of(system.map()).items():
         (folder / name).write_text(text, encoding="utf-8")
     place = folder / "firmware"
     place.mkdir()

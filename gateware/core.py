@@ -138,7 +138,8 @@ def build_core(
     program: Program, config: str, *, urgent: int | None = None, restarts: int | None = None
 ) -> Core:
     """Compile a program for a configuration; see `build_shared_core`."""
-    return build_shared_core([program], config, urgents=[urgent], restarts=restarts)
+    chosen = program.urgent if urgent is None else urgent
+    return build_shared_core([program], config, urgents=[chosen], restarts=restarts)
 
 
 def build_shared_core(
@@ -155,7 +156,8 @@ def build_shared_core(
     programs : sequence of Program
         All with the same arithmetic and the same function tables.
     urgents : sequence of int or None, optional
-        For each program, the leading outputs whose latency counts first; all by default.
+        For each program, the leading outputs whose latency counts first; by default as its
+        program says.
     restarts : int, optional
         Effort of the scheduler; by default as much as takes a few seconds.
 
@@ -173,7 +175,7 @@ def build_shared_core(
     plans = [
         schedule(program, machine, urgent=urgent, restarts=restarts, state_room=room)
         for program, urgent, room in zip(
-            programs, urgents or [None] * len(programs), rooms, strict=True
+            programs, urgents or [p.urgent for p in programs], rooms, strict=True
         )
     ]
     words = sum(plan.length for plan in plans)

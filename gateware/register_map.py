@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 from boresight.gateware.core import Core
 from boresight.gateware.register_header import to_header
 from boresight.gateware.register_model import RegisterMap, register_map
@@ -13,17 +11,9 @@ from boresight.gateware.register_svd import to_svd
 __all__ = ["RegisterMap", "files_of", "register_map", "register_map_files"]
 
 
-def register_map_files(core: Core, *, meanings: Mapping[str, str] | None = None) -> dict[str, str]:
-    """The register map of a core as files; see `files_of`.
-
-    Parameters
-    ----------
-    core : Core
-        The compiled core.
-    meanings : mapping, optional
-        What each parameter does, by name: ``{p.name: p.meaning for p in Estimator.params}``.
-    """
-    return files_of(register_map(core, meanings=meanings))
+def register_map_files(core: Core) -> dict[str, str]:
+    """The register map of a core as files; see `files_of`."""
+    return files_of(register_map(core))
 
 
 def files_of(registers: RegisterMap) -> dict[str, str]:

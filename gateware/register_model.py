@@ -7,7 +7,6 @@ the bus into a memory, word address k stands at byte 4 k, in the low W bits of 3
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from enum import StrEnum
 
@@ -186,26 +185,15 @@ class RegisterMap:
         )
 
 
-def register_map(core: Core, *, meanings: Mapping[str, str] | None = None) -> RegisterMap:
-    """The register map of a compiled core.
-
-    Parameters
-    ----------
-    core : Core
-        The core.
-    meanings : mapping, optional
-        What each parameter does, by the register's name: with one program
-        ``{p.name: p.meaning for p in Estimator.params}``.
-    """
+def register_map(core: Core) -> RegisterMap:
+    """The register map of a compiled core."""
     word, several = core.machine.arithmetic.word, len(core.parts) > 1
     mask = (1 << word) - 1
     parameters = []
     for number, part in enumerate(core.parts):
         for name, address in core.select(number).parameter_addresses.items():
             full = f"{part.program.name}.{name}" if several else name
-            parameters.append(
-                _parameter(part.program, name, address, full, (meanings or {}).get(full, ""))
-            )
+            parameters.append(_parameter(part.program, name, address, full))
     choice = Register(
         "program", PROGRAM, Access.READ_WRITE, "number of the program that runs", names=core.names
     )
@@ -219,14 +207,14 @@ def register_map(core: Core, *, meanings: Mapping[str, str] | None = None) -> Re
     )
 
 
-def _parameter(program: Program, name: str, address: int, full: str, meaning: str) -> Register:
+def _parameter(program: Program, name: str, address: int, full: str) -> Register:
     number = program.find(name)
     value, form = program.values[number], program.format(number)
     return Register(
         full,
         address,
         Access.WRITE_ONLY,
-        meaning or "parameter",
+        value.meaning or "parameter",
         unit=value.unit,
         frac=value.frac,
         low=value.low,
@@ -239,13 +227,15 @@ def _parameter(program: Program, name: str, address: int, full: str, meaning: st
 
 def _streams(program: Program) -> Streams:
     outputs = zip(program.output_names, program.outputs, strict=True)
+    units = {port.name: port.unit for port in program.ports}
     return Streams(
         program.name,
         program.digest,
         tuple(_port(program, program.values[n].name, n) for n in program.inputs),
-        tuple(_port(program, name, n) for name, n in outputs),
+        tuple(_port(program, name, n, units.get(name)) for name, n in outputs),
     )
 
 
-def _port(program: Program, name: str, number: int) -> Port:
-    return Port(name, program.values[number].frac, program.values[number].unit)
+def _port(program: Program, name: str, number: int, unit: str | None = None) -> Port:
+    value = program.values[number]
+    return Port(name, value.frac, value.unit if unit is None else unit)

@@ -21,7 +21,7 @@ from boresight.model.errors import InputError, closest
 from boresight.model.fixed import Arithmetic
 from boresight.model.graph import Graph, Node
 from boresight.model.lower import lower
-from boresight.model.program import Kind, Program
+from boresight.model.program import Kind, Port, Program
 
 __all__ = [
     "Estimator",
@@ -235,14 +235,15 @@ class Estimator:
             self.name,
             arithmetic=Arithmetic(word=word),
             inputs=u,
-            params=[(n, i.default) for n, i in zip(p, self.params, strict=True)],
+            params=[(n, i.default, i.meaning) for n, i in zip(p, self.params, strict=True)],
             states=[
                 (n, s.initial, g.lift(after[s.name])) for n, s in zip(x, self.states, strict=True)
             ],
             outputs={o.name: g.lift(out[o.name]) for o in self.outputs},
             nodes=nodes,
         )
-        return program, nodes
+        ports = tuple(Port(o.name, o.unit, o.tolerance, o.meaning) for o in self.outputs)
+        return replace(program, ports=ports, urgent=self.urgent), nodes
 
     def checked_step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         """`step`, whose mistakes become one line with the place where they happened.

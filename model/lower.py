@@ -40,7 +40,7 @@ class _Lowering:
         """The value that holds a node; -1 if none does."""
         return self._of_node.get(node.number, -1)
 
-    def leaf(self, node: Node, kind: Kind, default: float = 0.0) -> int:
+    def leaf(self, node: Node, kind: Kind, default: float = 0.0, meaning: str = "") -> int:
         """The value of an input, parameter or state."""
         fmt = Format.for_range(self.groups.arith.word, node.low, node.high)
         if node.unit == "ht" and node.low >= -1.0 and node.high <= 1.0:
@@ -55,6 +55,7 @@ class _Lowering:
                 node.source,
                 node.unit,
                 int(fmt.quantise(default)),
+                meaning,
             )
         )
         self._of_node[node.number] = number
@@ -372,7 +373,7 @@ def lower(
     *,
     arithmetic: Arithmetic,
     inputs: Sequence[Node],
-    params: Sequence[tuple[Node, float]],
+    params: Sequence[tuple[Node, float, str]],
     states: Sequence[tuple[Node, float, Node]],
     outputs: Mapping[str, Node],
     nodes: dict[int, Node] | None = None,
@@ -382,8 +383,8 @@ def lower(
     Parameters
     ----------
     inputs, params, states, outputs
-        Leaves in stream order; each parameter with its default; each state with its initial value
-        and the node that replaces it; named results in stream order.
+        Leaves in stream order; each parameter with its default and meaning; each state with its
+        initial value and the node that replaces it; named results in stream order.
     nodes : dict, optional
         Takes the node of each value of the program that holds one, by value number.
 
@@ -395,8 +396,8 @@ def lower(
     low = _Lowering(name, arithmetic)
     _count_uses([*outputs.values(), *(nxt for _, _, nxt in states)])
     input_values = tuple(low.leaf(n, Kind.INPUT) for n in inputs)
-    for node, default in params:
-        low.leaf(node, Kind.PARAM, default)
+    for node, default, meaning in params:
+        low.leaf(node, Kind.PARAM, default, meaning)
     state_values = [low.leaf(n, Kind.STATE, initial) for n, initial, _ in states]
     output_values = tuple(low.word(n) for n in outputs.values())
     next_values = tuple(

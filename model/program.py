@@ -11,14 +11,14 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass, field, fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from enum import Enum, StrEnum
 from functools import cached_property
 from typing import Any
 
 from boresight.model.fixed import Arithmetic, Format
 
-__all__ = ["Kind", "Negate", "Op", "Overflow", "Program", "Scale", "Term", "Value", "When"]
+__all__ = ["Kind", "Negate", "Op", "Overflow", "Port", "Program", "Scale", "Term", "Value", "When"]
 
 
 class Kind(StrEnum):
@@ -81,6 +81,7 @@ class Value:
     range_source: str
     unit: str = ""
     initial: int = 0
+    meaning: str = ""
 
 
 @dataclass(frozen=True)
@@ -136,12 +137,26 @@ class Op:
 
 
 @dataclass(frozen=True)
+class Port:
+    """What is said of an output: it changes nothing that the hardware does.
+
+    ``tolerance`` is the largest difference to float64 that its author accepts, in ``unit``.
+    """
+
+    name: str
+    unit: str = ""
+    tolerance: float | None = None
+    meaning: str = ""
+
+
+@dataclass(frozen=True)
 class Program:
     """A compiled estimator.
 
     ``inputs`` and ``outputs`` list values in stream order; ``states`` maps each state value to the
     value that replaces it at the end of an update (possibly itself). ``table_memory`` is the flat
-    function table (W-bit words, a multiple of 512).
+    function table (W-bit words, a multiple of 512). ``ports`` say more of the outputs, ``urgent``
+    of how many leading ones the latency counts first (None: all); neither is part of the `digest`.
     """
 
     name: str
@@ -153,7 +168,8 @@ class Program:
     output_names: tuple[str, ...]
     states: tuple[tuple[int, int], ...]
     table_memory: tuple[int, ...]
-    meta: dict[str, Any] = field(default_factory=dict, compare=False)
+    ports: tuple[Port, ...] = ()
+    urgent: int | None = None
 
     def format(self, value: int) -> Format:
         """Format of a value."""
@@ -205,6 +221,8 @@ class Program:
             output_names=tuple(d["output_names"]),
             states=tuple((a, b) for a, b in d["states"]),
             table_memory=tuple(d["table_memory"]),
+            ports=tuple(Port(**port) for port in d.get("ports", ())),
+            urgent=d.get("urgent"),
         )
 
     @cached_property
@@ -215,7 +233,8 @@ class Program:
         and what its ports mean (names, units, declared ranges). It does not cover what is only said
         about values in between: their names, and ranges that follow from those of the ports.
         """
-        text = json.dumps({**_plain(self), "values": [_identity(v) for v in self.values]})
+        plain = {**_plain(self), "values": [_identity(v) for v in self.values]}
+        text = json.dumps({key: plain[key] for key in plain if key not in ("ports", "urgent")})
         return hashlib.sha256(text.encode()).hexdigest()
 
 
@@ -230,7 +249,7 @@ def _plain(x: Any) -> Any:
     if isinstance(x, tuple):
         return [_plain(y) for y in x]
     if is_dataclass(x):
-        names = sorted(f.name for f in fields(x) if f.name != "meta")
+        names = sorted(f.name for f in fields(x))
         return {name: _plain(getattr(x, name)) for name in names}
     return x
 

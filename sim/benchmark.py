@@ -24,7 +24,7 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model.estimator import Estimator
-from boresight.model.estimators import estimator as find_estimator
+from boresight.model.resolve import estimator_of as find_estimator
 from boresight.sim.accuracy import AttitudeRmse, attitude_rmse, largest_turn_deg
 from boresight.sim.feed import attitude_of, inputs_of, named_outputs, status_of
 from boresight.sim.log import Log

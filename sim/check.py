@@ -15,16 +15,20 @@ from boresight.disk.output import OutputFile
 from boresight.firmware.build import CModel
 from boresight.gateware.core import Core, build_core
 from boresight.model.errors import InputError, ToolMissing
-from boresight.model.estimator import Estimator, input_words, with_params
+from boresight.model.estimator import Estimator, with_params
 from boresight.model.fixed import IntArray
 from boresight.model.program import Program
 from boresight.model.tool_failure import ToolFailed
-from boresight.sim.accuracy import largest_turn_deg
+from boresight.sim.compare.verdict import Accuracy, judge_accuracy
 from boresight.sim.cosim import RtlRun, RtlSimulation, SimulationFailed
 from boresight.sim.divergence import Divergence, first_divergence_rtl, write_reproducer
-from boresight.sim.feed import attitude_of, inputs_of, named_outputs, status_of
+from boresight.sim.feed import named_outputs
+from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.log import Log
-from boresight.sim.segments import interpret
+from boresight.sim.records.feed import feed
+from boresight.sim.records.nine_axis import record_of
+from boresight.sim.records.record import Record
+from boresight.sim.segments import SegmentedRun, interpret
 from boresight.sim.sharing import selection
 from boresight.sim.simulators import SIMULATORS, available
 
@@ -106,12 +110,11 @@ class LevelResult:
 
 @dataclass(frozen=True)
 class CheckResult:
-    """All levels on one log, and the float comparison that goes with them.
+    """All levels on one record, and the float comparison that goes with them.
 
-    ``vs_float_max_deg``: largest difference of each Euler angle and sample between fixed and
-    float64. ``vs_float_attitude_deg``: largest angle between the attitudes, None for an estimator
-    without a quaternion. ``status_changed``: updates whose status word, and so some decision,
-    differs. ``outputs`` (steps, n_outputs) and ``saturated`` (steps,) are the interpreter's.
+    ``outputs`` (steps, n_outputs) and ``saturated`` (steps,) are the interpreter's, and
+    ``float_outputs`` those of float64. ``warnings`` say what in the record cannot be what its unit
+    says.
     """
 
     estimator: str
@@ -119,19 +122,21 @@ class CheckResult:
     config: str
     word: int
     levels: tuple[LevelResult, ...]
-    vs_float_max_deg: float
-    vs_float_until_80_deg: float
-    vs_float_attitude_deg: float | None
-    status_changed: int
-    saturated_updates: int
+    accuracy: Accuracy
+    warnings: tuple[str, ...]
     outputs: IntArray = field(repr=False)
     saturated: npt.NDArray[np.bool_] = field(repr=False)
     float_outputs: Mapping[str, npt.NDArray[np.float64]] = field(repr=False)
 
     @property
-    def good(self) -> bool:
-        """Every level is good."""
+    def exact(self) -> bool:
+        """Every level ran and equals the integer model."""
         return bool(self.levels) and all(level.good for level in self.levels)
+
+    @property
+    def good(self) -> bool:
+        """Every level is exact, and fixed point is as near to float64 as its author accepts."""
+        return self.exact and self.accuracy.good
 
     def to_json(self) -> dict[str, Any]:
         """Plain data for --json."""
@@ -141,35 +146,16 @@ class CheckResult:
             "config": self.config,
             "word": self.word,
             "good": self.good,
-            "accuracy": {
-                "vs_float_max_deg": self.vs_float_max_deg,
-                "vs_float_until_80_deg": self.vs_float_until_80_deg,
-                "vs_float_attitude_deg": self.vs_float_attitude_deg,
-                "status_changed": self.status_changed,
-                "source": "fixed against float64, every sample: Euler angles, angle "
-                "between the attitudes, status words",
-            },
-            "saturated_updates": self.saturated_updates,
+            "exact": self.exact,
+            "accuracy": self.accuracy.to_json(),
+            "warnings": list(self.warnings),
             "verification": [{**dataclasses.asdict(x), "good": x.good} for x in self.levels],
         }
 
 
-def euler_difference_deg(
-    program: Program, outputs: IntArray, reference: Mapping[str, npt.NDArray[np.float64]]
-) -> npt.NDArray[np.float64]:
-    """Largest wrapped difference of pitch, roll and heading [deg], (steps,)."""
-    worst = np.zeros(len(outputs))
-    for name in ("pitch", "roll", "heading"):
-        k = program.output_names.index(name)
-        fixed = program.format(program.outputs[k]).real(outputs[:, k])
-        d = np.abs((fixed - reference[name] + 1.0) % 2.0 - 1.0) * 180.0
-        worst = np.maximum(worst, d)
-    return worst
-
-
 def check(
     estimator: Estimator,
-    log: Log,
+    record: Record | Log,
     *,
     config: str = "small",
     word: int = 32,
@@ -182,7 +168,7 @@ def check(
     core: Core | None = None,
     progress: Progress | None = None,
 ) -> CheckResult:
-    """Run every level on a log.
+    """Run every level on a record, and judge fixed point against float64.
 
     Parameters
     ----------
@@ -197,12 +183,68 @@ def check(
         Where to write a reproducer on the first mismatch.
     verilog_hook : callable, optional
         Changes the core's Verilog before it is simulated: for tests that must see a failure.
+    core : Core, optional
+        The core, if it is there already.
 
     Raises
     ------
     InputError
-        Unknown level or simulator, steps below 1, or an estimator without attitude.
+        Unknown level or simulator, steps below 1, a record that does not feed the estimator.
     """
+    _refuse_options(levels, simulator, steps)
+    say = progress or (lambda text: None)
+    given = feed(estimator, record_of(record).head(steps))
+    for text in given.warnings:
+        say(f"warning: {text}")
+    program, nodes = estimator.compile_traced(word=word)
+    program = with_params(program, estimator, params)
+    words = given.words(program)
+    say(f"float64 and integer interpreter, {len(words)} updates")
+    reference = CompiledFloat(estimator, params).run(given.inputs).outputs
+    start = time.perf_counter()
+    run = interpret(program, words)
+    results = []
+    if "fixed" in levels:
+        results.append(_fixed_level(run, len(words), time.perf_counter() - start))
+    if "c" in levels:
+        say("C")
+        results.append(_check_c(program, words, run.outputs, run.states, run.saturated))
+    if "rtl" in levels:
+        if core is None or core.program != program:
+            say("compiling the core")
+            core = build_core(program, config, urgent=estimator.urgent)
+        results += _rtl_levels(core, estimator, words, run, simulator, verilog_hook, say)
+    bad = next((r for r in results if r.first_wrong is not None), None)
+    if bad is not None and bad.first_wrong is not None and reproducer is not None:
+        write_reproducer(
+            reproducer, program, words, bad.first_wrong, config=config, level=bad.level
+        )
+    accuracy = judge_accuracy(
+        estimator.outputs,
+        named_outputs(program, run.outputs),
+        reference,
+        program=program,
+        nodes=nodes,
+        inputs=words,
+        states=run.states,
+        saturated=run.saturated,
+        clamped=given.clamped,
+    )
+    return CheckResult(
+        estimator.name,
+        record.name,
+        config,
+        word,
+        tuple(results),
+        accuracy,
+        given.warnings,
+        run.outputs,
+        run.saturated,
+        reference,
+    )
+
+
+def _refuse_options(levels: Sequence[str], simulator: str | None, steps: int | None) -> None:
     for level in levels:
         if level not in LEVELS:
             raise InputError.at(
@@ -220,92 +262,40 @@ def check(
         )
     if steps is not None and steps < 1:
         raise InputError.at("steps", wanted="1 or more", found=str(steps), fix="give more steps")
-    if not {"pitch", "roll", "heading"} <= {o.name for o in estimator.outputs}:
-        raise InputError.at(
-            estimator.name,
-            wanted="outputs pitch, roll, heading",
-            found="others",
-            fix="this estimator cannot be checked against float in degrees",
-        )
-    say = progress or (lambda text: None)
-    program = with_params(estimator.compile(word=word), estimator, params)
-    real = inputs_of(estimator, log)[:steps]
-    words = input_words(program, real[:, :, None])[:, :, 0]
-    n = len(words)
 
-    say(f"float reference, {n} updates")
-    reference = {
-        k: v[:, 0] for k, v in estimator.run_float(real[:, :, None], params=params).outputs.items()
-    }
-    say("integer interpreter")
-    start = time.perf_counter()
-    run = interpret(program, words)
+
+def _fixed_level(run: SegmentedRun, updates: int, seconds: float) -> LevelResult:
+    broken = run.broken_at
+    text = "" if broken is None else f"fixed: states differ from C after step {broken}"
+    return LevelResult(
+        "fixed",
+        "interpreter",
+        updates,
+        int(broken is not None),
+        seconds,
+        divergence=text,
+        first_wrong=broken,
+    )
+
+
+def _rtl_levels(
+    core: Core,
+    estimator: Estimator,
+    words: IntArray,
+    run: SegmentedRun,
+    simulator: str | None,
+    hook: Callable[[str], str] | None,
+    say: Progress,
+) -> list[LevelResult]:
     results = []
-    if "fixed" in levels:
-        divergence = ""
-        if run.broken_at is not None:
-            divergence = f"fixed: states differ from C after step {run.broken_at}"
+    for name in (simulator,) if simulator else default_simulators():
+        few = max(1, ICARUS_CYCLES // core.schedule.interval)
+        m = len(words) if name == "verilator" or simulator else min(len(words), few)
+        say(f"RTL in {name}, {m} updates")
         results.append(
-            LevelResult(
-                "fixed",
-                "interpreter",
-                n,
-                int(run.broken_at is not None),
-                time.perf_counter() - start,
-                divergence=divergence,
-                first_wrong=run.broken_at,
-            )
+            _check_rtl(core, estimator, words[:m], run.outputs[:m], run.saturated[:m], name, hook)
         )
-    if "c" in levels:
-        say("C")
-        results.append(_check_c(program, words, run.outputs, run.states, run.saturated))
-    if "rtl" in levels:
-        if core is None or core.program != program:
-            say("compiling the core")
-            core = build_core(program, config, urgent=estimator.urgent)
-        for name in (simulator,) if simulator else default_simulators():
-            few = max(1, ICARUS_CYCLES // core.schedule.interval)
-            m = n if name == "verilator" or simulator else min(n, few)
-            say(f"RTL in {name}, {m} updates")
-            results.append(
-                _check_rtl(
-                    core,
-                    estimator,
-                    words[:m],
-                    run.outputs[:m],
-                    run.saturated[:m],
-                    name,
-                    verilog_hook,
-                )
-            )
-    bad = next((r for r in results if r.first_wrong is not None), None)
-    if bad is not None and bad.first_wrong is not None and reproducer is not None:
-        write_reproducer(
-            reproducer, program, words, bad.first_wrong, config=config, level=bad.level
-        )
-    difference = euler_difference_deg(program, run.outputs, reference)
-    steep = np.abs(reference["pitch"]) * 180.0 > 80.0
-    until = int(np.argmax(steep)) if steep.any() else n
-    fixed = named_outputs(program, run.outputs)
-    turn = largest_turn_deg(attitude_of(fixed), attitude_of(reference)) if "qw" in fixed else None
-    changed = (
-        int(np.count_nonzero(status_of(fixed) != status_of(reference))) if "status" in fixed else 0
-    )
-    return CheckResult(
-        estimator.name,
-        log.name,
-        config,
-        word,
-        tuple(results),
-        float(difference.max()),
-        float(difference[:until].max()) if until else 0.0,
-        turn,
-        changed,
-        int(run.saturated.sum()),
-        run.outputs,
-        run.saturated,
-        reference,
-    )
+    return results
 
 
 def default_simulators() -> list[str]:

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 
 from boresight.gateware.core import Core, build_shared_core
 from boresight.model.errors import ToolMissing
-from boresight.model.estimator import Estimator, input_words
+from boresight.model.estimator import Estimator
 from boresight.model.fixed import IntArray
 from boresight.sim.check import (
     ICARUS_CYCLES,
@@ -23,8 +23,10 @@ from boresight.sim.check import (
     with_params,
 )
 from boresight.sim.cosim import SimulationFailed
-from boresight.sim.feed import inputs_of
 from boresight.sim.log import Log
+from boresight.sim.records.feed import feed
+from boresight.sim.records.nine_axis import record_of
+from boresight.sim.records.record import Record
 from boresight.sim.sharing import run_in_turns
 
 __all__ = ["check_shared", "shared_core"]
@@ -58,7 +60,7 @@ def shared_core(
 
 def check_shared(
     estimators: Sequence[Estimator],
-    log: Log,
+    record: Record | Log,
     *,
     config: str = "small",
     word: int = 32,
@@ -98,7 +100,7 @@ def check_shared(
         results.append(
             check(
                 estimator,
-                log,
+                record,
                 config=config,
                 word=word,
                 steps=steps,
@@ -114,7 +116,9 @@ def check_shared(
         say("compiling the core")
         core = shared_core(estimators, config=config, word=word, params=chosen)
     streams = [
-        input_words(part.program, inputs_of(e, log)[:steps, :, None])[:, :, 0]
+        feed(e, (record_of(record) if isinstance(record, Log) else record).head(steps)).words(
+            part.program
+        )
         for e, part in zip(estimators, core.parts, strict=True)
     ]
     for name in (simulator,) if simulator else default_simulators():

@@ -171,6 +171,7 @@ def build(
     sources: Mapping[str, str],
     *,
     parameters: Mapping[str, int] | None = None,
+    main: str = "",
     cache: Path | None = None,
 ) -> Compiled:
     """Build a bench with Verilator, or find it in the cache.
@@ -183,6 +184,8 @@ def build(
         Texts by file name (``.sv``, ``.v``: compiled in this order).
     parameters : mapping, optional
         Parameters of ``top``.
+    main : str, optional
+        C++ of another main program, which drives ``Vbench``; the module may then have any ports.
     cache : Path, optional
         Folder for builds; the user's cache by default.
 
@@ -193,7 +196,7 @@ def build(
     SimulationFailed
         The build failed.
     """
-    main = _MAIN.replace("RESET_CYCLES", str(RESET_CYCLES))
+    main = main or _MAIN.replace("RESET_CYCLES", str(RESET_CYCLES))
     texts = dict(sources)
     given = [f"-G{name}={value}" for name, value in (parameters or {}).items()]
     require("verilator")

@@ -14,8 +14,9 @@ from boresight.arguments import check_number
 from boresight.firmware.build import CModel
 from boresight.gateware.core import build_core
 from boresight.model.estimator import input_words
-from boresight.model.estimators import estimator as find_estimator
 from boresight.model.interpreter import Interpreter
+from boresight.model.resolve import Named
+from boresight.model.resolve import estimator_of as find_estimator
 from boresight.sharing import estimator_names
 from boresight.sim.bundled import bundled
 from boresight.sim.feed import inputs_of
@@ -40,7 +41,7 @@ def random_inputs(n: int, count: int, word: int, rng: np.random.Generator) -> np
 
 
 def bench(
-    name: str = "complementary",
+    name: Named = "complementary",
     *,
     updates: int = 10_000_000,
     runs: int = 20_000,
@@ -101,7 +102,7 @@ def bench(
     model.update(long)
     c_rate = len(long) / (time.process_time() - start)
     return {
-        "estimator": name,
+        "estimator": estimator.name,
         "updates_compared": steps * runs,
         "mismatches": mismatches,
         "interpreter_updates_per_s": round(steps * runs / seconds),

@@ -10,14 +10,15 @@ from typing import Any
 from boresight.arguments import check_choice, check_machine, check_number
 from boresight.disk.output import OutputFile, free_name
 from boresight.model.errors import InputError
-from boresight.model.estimators import estimator as find_estimator
+from boresight.model.resolve import Named
+from boresight.model.resolve import estimator_of as find_estimator
 from boresight.sharing import estimator_names, params_of_each
 from boresight.sim.check import LEVELS, CheckResult
 from boresight.sim.check import check as check_log
 from boresight.sim.check_shared import check_shared, shared_core
 from boresight.sim.divergence import load_reproducer, replay_reproducer
-from boresight.sim.log import read_log
 from boresight.sim.reading import reason
+from boresight.sim.records.files import read_record
 from boresight.sim.simulators import SIMULATORS
 from boresight.terminal import say
 from boresight.verbs.options import Outcome, model_options, params_of, progress_of
@@ -79,7 +80,7 @@ def check_options(
 
 
 def check(
-    name: str,
+    name: Named,
     *logs: str | Path,
     config: str = "small",
     word: int = 32,
@@ -111,8 +112,14 @@ def check(
     files = log_files(logs)
     target = None
     if reproducer is not None:
-        target = OutputFile(reproducer, "check", of=name, inputs=files, option="--reproducer")
-    read = [read_log(path) for path in files]
+        target = OutputFile(
+            reproducer,
+            "check",
+            of=",".join(e.name for e in estimators),
+            inputs=files,
+            option="--reproducer",
+        )
+    read = [read_record(path) for path in files]
     if not read:
         raise InputError.at("logs", wanted="at least one log", found="none", fix="name a log file")
     results = []
@@ -204,19 +211,8 @@ def call(args: Namespace) -> Outcome:
         say(f"{result.estimator} on {result.log}, {result.config}, W = {result.word}")
         for level in result.levels:
             say(f"  {level.line()}")
-        say(
-            f"  fixed against float64: {result.vs_float_until_80_deg:.6f} deg until |pitch| "
-            f"first passes 80 deg, {result.vs_float_max_deg:.6f} deg over all (Euler angles)"
-        )
-        turn = (
-            ""
-            if result.vs_float_attitude_deg is None
-            else f"{result.vs_float_attitude_deg:.6f} deg between the attitudes, "
-        )
-        say(
-            f"  {turn}{result.status_changed} status words differ, "
-            f"{result.saturated_updates} updates saturated"
-        )
+        for text in (*result.accuracy.lines(), *(f"warning: {w}" for w in result.warnings)):
+            say(f"  {text}")
 
     names = estimator_names(args.estimator)
     reproducer = args.reproducer

@@ -23,11 +23,11 @@ from boresight.gateware.image import rom_pieces
 from boresight.gateware.register_map import files_of, register_map_files
 from boresight.gateware.synthesis.estimate import Estimate, estimate
 from boresight.gateware.system.attitude_system import AttitudeSystem, system_design
-from boresight.gateware.system.programs import core_plan, system_core, system_estimators
+from boresight.gateware.system.programs import system_core
 from boresight.gateware.verilog import to_verilog
 from boresight.model.errors import InputError
-from boresight.model.estimator import Estimator
-from boresight.model.estimators import estimator as find_estimator
+from boresight.model.resolve import Named
+from boresight.model.resolve import estimator_of as find_estimator
 from boresight.sharing import estimator_names, params_of_each
 from boresight.sim.check_shared import shared_core
 from boresight.sim.report_data import report_data
@@ -61,7 +61,7 @@ def check_board(board: str | None) -> None:
 
 
 def core_for(
-    name: str,
+    name: Named,
     *,
     config: str = "small",
     word: int = 32,
@@ -80,8 +80,8 @@ def estimate_core(core: Core) -> Estimate:
 
 
 def compile(
-    name: str,
-    *others: str,
+    name: Named,
+    *others: Named,
     config: str = "small",
     board: str | None = None,
     word: int = 32,
@@ -100,8 +100,8 @@ def compile(
 
     Parameters
     ----------
-    name, others : str
-        Estimators, in the order of their numbers in the core.
+    name, others : str, class or Estimator
+        Names, ``file.py:Class``, classes or objects, in the order of their numbers in the core.
     config : str
         "small" or "fast".
     board : str, optional
@@ -142,6 +142,7 @@ def compile(
     names = estimator_names(name, *others)
     estimators = [find_estimator(n) for n in names]
     chosen = params_of_each(names, params)
+    own = [e.name for e in estimators]
     for estimator, values in zip(estimators, chosen, strict=True):
         estimator.param_values(values)
     check_board(board)
@@ -160,22 +161,22 @@ def compile(
         )
     if with_cpu:
         find_cross_compiler()  # before any work
-    expected = core_files(names)
+    expected = core_files(own)
     if board is not None:
         expected += project_files(board, system=top == "sensors")
-    with output_folder(output, "compile", of=",".join(names), files=expected) as folder:
+    with output_folder(output, "compile", of=",".join(own), files=expected) as folder:
         core = shared_core(estimators, config=config, word=word, urgent=urgent, params=chosen)
-        say(f"{', '.join(names)} for {config}: Verilog")
-        write_core(folder, core, estimators)
+        say(f"{', '.join(own)} for {config}: Verilog")
+        write_core(folder, core)
         if board is not None:
             say(f"ISE project for {board}: {top}")
             if top == "records":
                 write_ise_project(records_design(core), board, folder / f"ise-{board}")
             else:
-                given = dict(zip(names, chosen, strict=True))
+                given = dict(zip(own, chosen, strict=True))
                 clock_hz = SOC_CLOCK_HZ if with_cpu else SYSTEM_CLOCK_HZ
                 made = system_core(
-                    names,
+                    estimators,
                     config=config,
                     word=word,
                     clock_hz=clock_hz,
@@ -183,7 +184,7 @@ def compile(
                 )
                 place = folder / f"ise-{board}"
                 if with_cpu:
-                    verilog = soc_verilog(write_soc(place, board, made, _meanings(made)))
+                    verilog = soc_verilog(write_soc(place, board, made))
                 else:
                     verilog = to_verilog(write_system(place, board, made), "system", instances=True)
                 if synth:
@@ -228,18 +229,12 @@ def write_system(folder: Path, board: str, core: Core) -> AttitudeSystem:
 
     # 100 MHz whatever the oscillator.
     write_ise_project(make, board, folder, clock_hz=SYSTEM_CLOCK_HZ)
-    for file, text in files_of(made[-1].map(_meanings(core))).items():
+    for file, text in files_of(made[-1].map()).items():
         _write(folder / file, text)
     return made[-1]
 
 
-def _meanings(core: Core) -> dict[str, str]:
-    """What the parameters of a system's programs do, by their registers' names."""
-    names = core.names[: core_plan(core).filters]
-    return {f"{e.name}.{p.name}": p.meaning for e in system_estimators(names) for p in e.params}
-
-
-def write_core(folder: Path, core: Core, estimators: Sequence[Estimator]) -> None:
+def write_core(folder: Path, core: Core) -> None:
     """Write Verilog, microcode, programs, schedules, C and register map of a core."""
     for file, instances in (("core.v", True), ("core_sim.v", False)):
         text = core_text(core, instances=instances) + core.verilog(instances=instances)
@@ -247,7 +242,7 @@ def write_core(folder: Path, core: Core, estimators: Sequence[Estimator]) -> Non
     (folder / "firmware").mkdir()
     for number in range(len(core.parts)):
         _write_program(folder, core.select(number))
-    _write_registers(folder, core, estimators)
+    _write_registers(folder, core)
 
 
 def _write(file: Path, text: str) -> None:
@@ -265,14 +260,9 @@ def _write_program(folder: Path, core: Core) -> None:
         _write(folder / "firmware" / file, text)
 
 
-def _write_registers(folder: Path, core: Core, estimators: Sequence[Estimator]) -> None:
+def _write_registers(folder: Path, core: Core) -> None:
     """The register map in its written forms."""
-    meanings = {
-        (f"{e.name}.{p.name}" if len(estimators) > 1 else p.name): p.meaning
-        for e in estimators
-        for p in e.params
-    }
-    for file, text in register_map_files(core, meanings=meanings).items():
+    for file, text in register_map_files(core).items():
         _write(folder / file, text)
 
 

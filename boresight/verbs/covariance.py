@@ -12,7 +12,8 @@ import numpy as np
 from boresight.arguments import check_number
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
-from boresight.model.estimators import estimator as find_estimator
+from boresight.model.resolve import Named
+from boresight.model.resolve import estimator_of as find_estimator
 from boresight.sharing import estimator_names
 from boresight.sim.bundled import bundled
 from boresight.sim.covariance_trial import MANOEUVRES, CovarianceTrial, covariance_trial, manoeuvre
@@ -48,7 +49,7 @@ def initial_covariances(estimator: Estimator) -> list[dict[str, float]]:
 
 
 def covariance(
-    name: str,
+    name: Named,
     *,
     updates: int = 10_000_000,
     steps: int = _STEPS,

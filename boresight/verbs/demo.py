@@ -15,7 +15,7 @@ from boresight.gateware.core import Core
 from boresight.gateware.synthesis.estimate import Estimate
 from boresight.gateware.system.programs import system_core
 from boresight.model.estimator import Estimator
-from boresight.model.estimators import estimator as find_estimator
+from boresight.model.resolve import estimator_of as find_estimator
 from boresight.sim.board.setup import REAL
 from boresight.sim.bundled import bundled
 from boresight.sim.check import check as check_log
@@ -63,7 +63,7 @@ def demo(
             place.mkdir()
             say(f"{config}: {', '.join(names)} in one core")
             core = shared_core(estimators, config=config)
-            write_core(place, core, estimators)
+            write_core(place, core)
             systems.append(system_core(names, config=config))
             write_system(place / "ise-mimas", "mimas", systems[-1])
             say("synthesis (yosys) and clock estimate")

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias
 
 from boresight.disk.place import refuse_inputs
+from boresight.model.resolve import Named
 from boresight.parameters import values_for
 from boresight.sharing import params_for_each
 from boresight.terminal import tell
@@ -42,7 +43,7 @@ def model_options(parser: ArgumentParser) -> None:
     number_options(parser)
 
 
-def params_of(args: Namespace, names: Sequence[str]) -> dict[str, Any]:
+def params_of(args: Namespace, names: Sequence[Named]) -> dict[str, Any]:
     """Parameter values of the only estimator, or by estimator.
 
     Raises

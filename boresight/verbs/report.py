@@ -12,7 +12,9 @@ from boresight.arguments import check_machine, check_number
 from boresight.disk.output import output_folder
 from boresight.gateware.core import Core
 from boresight.gateware.synthesis.estimate import Estimate
-from boresight.model.estimators import estimator as find_estimator
+from boresight.model.estimator import Estimator
+from boresight.model.resolve import Named
+from boresight.model.resolve import estimator_of as find_estimator
 from boresight.sim.check import CheckResult
 from boresight.sim.check import check as check_log
 from boresight.sim.log import Log, read_log
@@ -26,7 +28,7 @@ __all__ = ["add_arguments", "call", "report", "write_report"]
 
 def write_report(
     folder: Path,
-    name: str,
+    estimator: Estimator,
     core: Core,
     result: CheckResult,
     log: Log,
@@ -35,16 +37,14 @@ def write_report(
     comparison: bool,
 ) -> dict[str, Any]:
     """Write report.json and report.html into ``folder`` and return the data."""
-    data = report_data(
-        core, find_estimator(name), area=area, check=result, log=log, comparison=comparison
-    )
+    data = report_data(core, estimator, area=area, check=result, log=log, comparison=comparison)
     (folder / "report.json").write_text(json.dumps(data, indent=1) + "\n")
     (folder / "report.html").write_text(render_html(data), encoding="utf-8")
     return data
 
 
 def report(
-    name: str,
+    name: Named,
     log_path: str | Path,
     *,
     config: str = "small",
@@ -76,8 +76,10 @@ def report(
     estimator.param_values(params)
     log = read_log(log_path)
     files = ("report.html", "report.json")
-    with output_folder(output, "report", of=name, files=files, inputs=[log_path]) as folder:
-        core = core_for(name, config=config, word=word, params=params)
+    with output_folder(
+        output, "report", of=estimator.name, files=files, inputs=[log_path]
+    ) as folder:
+        core = core_for(estimator, config=config, word=word, params=params)
         result = check_log(
             estimator,
             log,
@@ -92,7 +94,7 @@ def report(
         if synth:
             say("synthesis (yosys) and clock estimate")
             area = estimate_core(core)
-        return write_report(folder, name, core, result, log, area, comparison=comparison)
+        return write_report(folder, estimator, core, result, log, area, comparison=comparison)
 
 
 def add_arguments(parser: ArgumentParser) -> None:

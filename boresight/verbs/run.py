@@ -16,7 +16,8 @@ from boresight.disk.output import OutputFile
 from boresight.firmware.build import CModel
 from boresight.gateware.core import build_core
 from boresight.model.estimator import input_words
-from boresight.model.estimators import estimator as find_estimator
+from boresight.model.resolve import Named
+from boresight.model.resolve import estimator_of as find_estimator
 from boresight.sim.accuracy import attitude_rmse
 from boresight.sim.check import with_params
 from boresight.sim.cosim import RtlSimulation
@@ -31,7 +32,7 @@ LEVELS = ("float", "fixed", "c", "rtl")
 
 
 def run(
-    name: str,
+    name: Named,
     log_path: str | Path,
     *,
     on: str = "fixed",
@@ -68,7 +69,9 @@ def run(
     if steps is not None:
         check_number("steps", steps, 1)
     estimator.param_values(params)
-    target = None if output is None else OutputFile(output, "run", of=name, inputs=[log_path])
+    target = (
+        None if output is None else OutputFile(output, "run", of=estimator.name, inputs=[log_path])
+    )
     log = read_log(log_path)
     real = inputs_of(estimator, log)[:steps]
     if on == "float":
@@ -118,7 +121,7 @@ def run(
             )
         target.write(text.getvalue())
     return {
-        "estimator": name,
+        "estimator": estimator.name,
         "on": on,
         "log": log.name,
         "t": log.t[:n],
@@ -142,7 +145,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def call(args: Namespace) -> Outcome:
     """Do it; see `Outcome`."""
     if args.output is None and not args.json:
-        args.output = f"{args.estimator}-{args.on}.csv"
+        args.output = f"{find_estimator(args.estimator).name}-{args.on}.csv"
     data = run(
         args.estimator,
         args.log,

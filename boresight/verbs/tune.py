@@ -14,7 +14,8 @@ import numpy as np
 from boresight.arguments import JOBS_MOST, check_number, check_word
 from boresight.disk.output import OutputFile
 from boresight.model.errors import InputError
-from boresight.model.estimators import estimator as find_estimator
+from boresight.model.resolve import Named
+from boresight.model.resolve import estimator_of as find_estimator
 from boresight.sim.accuracy import AttitudeRmse
 from boresight.sim.bundled import is_comparison
 from boresight.sim.log import read_log
@@ -55,7 +56,7 @@ def _detuned(
 
 
 def tune(
-    name: str,
+    name: Named,
     *logs: str | Path,
     folds: int = 3,
     seed: int | None = None,
@@ -124,7 +125,7 @@ def tune(
             fix="choose a factor inside the range",
         )
     files = log_files(logs)
-    target = None if output is None else OutputFile(output, "tune", of=name, inputs=files)
+    target = None if output is None else OutputFile(output, "tune", of=estimator.name, inputs=files)
     read = sorted(((read_log(p), is_comparison(p)) for p in files), key=lambda pair: pair[0].name)
     trials = [log for log, other in read if has_truth(log) and not other]
     if not trials:
@@ -185,7 +186,7 @@ def tune(
     before, after = scores(given, every), scores(values, every)
     labels = [log.name for log in trials]
     data: dict[str, Any] = {
-        "estimator": name,
+        "estimator": estimator.name,
         "parameters": values,
         "word": word,
         "source": SOURCE,

@@ -158,11 +158,9 @@ class AttitudeSystem(wiring.Component):
         )
         return int(hashlib.sha256(configuration.encode()).hexdigest()[:16], 16)
 
-    def map(self, meanings: dict[str, str] | None = None) -> RegisterMap:
-        """All registers of the system; ``meanings`` of the core's parameters."""
-        return system_map(
-            self.core, registers=self.registers, events=self.events, meanings=meanings
-        )
+    def map(self) -> RegisterMap:
+        """All registers of the system."""
+        return system_map(self.core, registers=self.registers, events=self.events)
 
     def latency_cycles(self, number: int) -> int:
         """Data-ready at the pin to new results of a filter, without writes of parameters."""

@@ -8,8 +8,8 @@ from boresight.gateware.core import Core, build_shared_core
 from boresight.gateware.system.plan import FRONT_NAMES, Plan, plan_of
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, with_params
-from boresight.model.estimators import estimator as find_estimator
 from boresight.model.front import FRONT
+from boresight.model.resolve import Named, estimator_of
 
 __all__ = ["FILTERS", "core_plan", "system_core", "system_estimators"]
 
@@ -17,7 +17,7 @@ __all__ = ["FILTERS", "core_plan", "system_core", "system_estimators"]
 FILTERS = ("complementary", "ekf_quaternion", "ekf_bias", "mekf")
 
 
-def system_estimators(filters: Sequence[str] = FILTERS) -> list[Estimator]:
+def system_estimators(filters: Sequence[Named] = FILTERS) -> list[Estimator]:
     """Filters, then the programs before them: in the order of their numbers in the core.
 
     Raises
@@ -25,11 +25,11 @@ def system_estimators(filters: Sequence[str] = FILTERS) -> list[Estimator]:
     InputError
         Unknown name.
     """
-    return [*map(find_estimator, filters), *(FRONT[name]() for name in FRONT_NAMES)]
+    return [*map(estimator_of, filters), *(FRONT[name]() for name in FRONT_NAMES)]
 
 
 def system_core(
-    filters: Sequence[str] = FILTERS,
+    filters: Sequence[Named] = FILTERS,
     *,
     config: str = "small",
     word: int = 32,
@@ -41,7 +41,7 @@ def system_core(
 
     Parameters
     ----------
-    filters : sequence of str
+    filters : sequence of str, class or Estimator
         Filters of the same inputs and outputs.
     config : str
         "small" or "fast".
@@ -80,9 +80,7 @@ def system_core(
     for name, given in (params or {}).items():
         values[name] = {**values.get(name, {}), **given}
     programs = [with_params(e.compile(word=word), e, values.get(e.name)) for e in estimators]
-    return build_shared_core(
-        programs, config, urgents=[e.urgent for e in estimators], restarts=restarts
-    )
+    return build_shared_core(programs, config, restarts=restarts)
 
 
 def core_plan(core: Core) -> Plan:

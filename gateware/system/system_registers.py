@@ -353,12 +353,7 @@ def counter_registers(events: Sequence[str], *, bits: int = 32) -> tuple[Registe
 
 
 def system_map(
-    core: Core,
-    *,
-    registers: Sequence[Register],
-    events: Sequence[str],
-    counter_bits: int = 32,
-    meanings: Mapping[str, str] | None = None,
+    core: Core, *, registers: Sequence[Register], events: Sequence[str], counter_bits: int = 32
 ) -> RegisterMap:
     """All registers of a system.
 
@@ -372,10 +367,8 @@ def system_map(
         Names of the counted events, bit 0 first; ``bad_address`` comes behind them.
     counter_bits : int
         Bits of a counter.
-    meanings : mapping, optional
-        What the core's parameters do (`gateware.register_model.register_map`).
     """
-    whole = register_map(core, meanings=meanings)
+    whole = register_map(core)
     own = tuple(
         dataclasses.replace(r, access=_READ, meaning="number of the program that runs just now")
         if r.name == "program"

@@ -18,7 +18,7 @@ import numpy.typing as npt
 from boresight.model.attitude import quaternion_conjugate, quaternion_multiply
 from boresight.model.declarations import EXACT_UNITS, Output
 
-__all__ = ["ATTITUDE", "QUATERNION", "Difference", "differences"]
+__all__ = ["ATTITUDE", "QUATERNION", "Difference", "differences", "first_beyond"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -103,6 +103,35 @@ def differences(
     judged : bool
         Whether tolerances count (they are of fixed point against float, not against truth).
     """
+    return [
+        _difference(name, unit, apart, there, tolerance)
+        for name, unit, apart, there, tolerance in _compared(outputs, found, reference, judged)
+    ]
+
+
+def first_beyond(
+    outputs: Sequence[Output], found: Mapping[str, FloatArray], reference: Mapping[str, FloatArray]
+) -> int | None:
+    """First sample in which an output is beyond its tolerance; None if all are within."""
+    steps = []
+    for _, _, apart, there, tolerance in _compared(outputs, found, reference, True):
+        if tolerance is not None:
+            beyond = there & ~(apart <= tolerance)
+            steps += [int(np.argmax(beyond))] if beyond.any() else []
+    return min(steps, default=None)
+
+
+#: Name, unit, distance (n,), where there is a reference (n,), tolerance.
+_Compared = tuple[str, str, FloatArray, npt.NDArray[np.bool_], float | None]
+
+
+def _compared(
+    outputs: Sequence[Output],
+    found: Mapping[str, FloatArray],
+    reference: Mapping[str, FloatArray],
+    judged: bool,
+) -> list[_Compared]:
+    """Distances of every output, and of the attitude where there is one."""
     by_name = {o.name: o for o in outputs}
     whole = all(name in by_name and name in reference for name in QUATERNION)
     turned = dict(reference)
@@ -110,23 +139,22 @@ def differences(
         q, r = (np.stack([x[n] for n in QUATERNION], axis=-1) for x in (found, reference))
         sign = np.where((q * r).sum(axis=-1) < 0.0, -1.0, 1.0)
         turned |= {n: reference[n] * sign for n in QUATERNION}
-    out = []
-    for output in outputs:
-        if output.name not in reference:
-            continue
-        exact = output.unit in EXACT_UNITS
-        apart = _apart(output.unit, found[output.name], turned[output.name])
-        tolerance = (0.0 if exact else output.tolerance) if judged else None
-        unit = "words" if exact else output.unit
-        out.append(_difference(output.name, unit, apart, turned[output.name], tolerance))
+    out: list[_Compared] = []
+    for o in outputs:
+        if o.name in reference:
+            exact = o.unit in EXACT_UNITS
+            tolerance = (0.0 if exact else o.tolerance) if judged else None
+            # A truth may have gaps; a float64 run that is no number is a fault.
+            there = np.asarray(judged | np.isfinite(reference[o.name]), dtype=np.bool_)
+            apart = _apart(o.unit, found[o.name], turned[o.name])
+            out.append((o.name, "words" if exact else o.unit, apart, there, tolerance))
     if whole:
         limits = [by_name[n].tolerance for n in QUATERNION] if judged else [None]
+        known = [x for x in limits if x is not None]
         # An angle a differs by a/2 in the quaternion, whose length is at most twice a component's.
-        limit = (
-            None if None in limits else math.degrees(4.0 * max(x for x in limits if x is not None))
-        )
-        angle = np.degrees(_angle(q, r))
-        out.append(_difference(ATTITUDE, "deg", angle, r.sum(axis=-1), limit))
+        limit = math.degrees(4.0 * max(known)) if len(known) == len(limits) else None
+        there = np.asarray(judged | np.isfinite(r).all(axis=-1), dtype=np.bool_)
+        out.append((ATTITUDE, "deg", np.degrees(_angle(q, r)), there, limit))
     return out
 
 
@@ -146,9 +174,8 @@ def _angle(q: FloatArray, r: FloatArray) -> FloatArray:
 
 
 def _difference(
-    name: str, unit: str, apart: FloatArray, reference: FloatArray, tolerance: float | None
+    name: str, unit: str, apart: FloatArray, there: npt.NDArray[np.bool_], tolerance: float | None
 ) -> Difference:
-    there = ~np.isnan(reference)
     if not there.any():
         return Difference(name, unit, 0, math.nan, math.nan, None, tolerance)
     seen = apart[there]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from boresight.model.errors import InputError
+from boresight.sim.reading import read_bytes
 from boresight.sim.records.archive import parse_npz
 from boresight.sim.records.record import Record
 from boresight.sim.records.text import parse_csv
@@ -23,13 +23,5 @@ def read_record(path: str | os.PathLike[str]) -> Record:
         column (for ``.npz`` the array and the index, counted from 0).
     """
     path = Path(path)
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise InputError.at(
-            str(path),
-            wanted="a log file that can be read",
-            found=(error.strerror or type(error).__name__).lower(),
-            fix="check the path",
-        ) from None
+    content = read_bytes(path, "a log file that can be read")
     return (parse_npz if path.suffix.lower() == ".npz" else parse_csv)(path, content)

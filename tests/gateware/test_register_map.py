@@ -50,7 +50,6 @@ def test_all_forms_have_the_same_registers() -> None:
 
 def test_meanings() -> None:
     core = build_core(Complementary().compile(word=26), "small", restarts=2)
-    meanings = {p.name: p.meaning for p in Complementary.params}
-    for end, text in register_map_files(core, meanings=meanings).items():
+    for end, text in register_map_files(core).items():
         assert Complementary.params[0].meaning in text, end
     assert register_map(core).find("mag_gate").meaning == "parameter"

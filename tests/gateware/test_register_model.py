@@ -46,7 +46,7 @@ def complementary() -> Core:
 
 
 def test_every_parameter_is_there_with_its_range(complementary: Core) -> None:
-    found = register_map(complementary, meanings={p.name: p.meaning for p in Complementary.params})
+    found = register_map(complementary)
     assert [r.name for r in found.parameters] == [p.name for p in Complementary.params]
     for param, register in zip(Complementary.params, found.parameters, strict=True):
         assert register.address == complementary.parameter_addresses[param.name]

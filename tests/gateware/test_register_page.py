@@ -13,10 +13,7 @@ from boresight.model.estimators.complementary import Complementary
 
 @pytest.fixture(scope="module")
 def registers():
-    meanings = {p.name: p.meaning for p in Complementary.params}
-    return register_map(
-        build_core(Complementary().compile(), "small", restarts=2), meanings=meanings
-    )
+    return register_map(build_core(Complementary().compile(), "small", restarts=2))
 
 
 def test_every_register(registers) -> None:

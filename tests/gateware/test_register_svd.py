@@ -55,8 +55,7 @@ ORDER = {
 @pytest.fixture(scope="module")
 def registers():
     program = Complementary().compile(word=24)
-    meanings = {p.name: p.meaning for p in Complementary.params}
-    return register_map(build_core(program, "small", restarts=2), meanings=meanings)
+    return register_map(build_core(program, "small", restarts=2))
 
 
 def test_every_register(registers) -> None:

@@ -150,7 +150,7 @@ def test_the_digest_sees_what_the_hardware_does_and_nothing_else() -> None:
             assert changed.digest not in seen
             seen.add(changed.digest)
     assert len(seen) > 140 and same == 3 * 1 + 3 * 5
-    assert dataclasses.replace(p, meta={}).digest == p.digest
+    assert dataclasses.replace(p, urgent=1).digest == p.digest
 
 
 def test_ranges_in_between_do_not_change_the_digest() -> None:

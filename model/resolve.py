@@ -15,21 +15,31 @@ from collections.abc import Iterable, Mapping
 from importlib import metadata
 from pathlib import Path
 from types import ModuleType
-from typing import Any, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.estimators import ESTIMATORS
 
-__all__ = ["ESTIMATOR_GROUP", "estimator_of", "load", "names_of_entry_points", "split_names"]
+__all__ = [
+    "ESTIMATOR_GROUP",
+    "Named",
+    "estimator_of",
+    "load",
+    "names_of_entry_points",
+    "split_names",
+]
 
 #: Entry points of installed packages that are estimators.
 ESTIMATOR_GROUP = "boresight.estimators"
 
+#: What stands for an estimator: a text, a class or an object.
+Named: TypeAlias = str | type[Estimator] | Estimator
+
 T = TypeVar("T")
 
 
-def estimator_of(what: str | type[Estimator] | Estimator) -> Estimator:
+def estimator_of(what: Named) -> Estimator:
     """The estimator that is meant, its declarations checked.
 
     Parameters

@@ -1,0 +1,152 @@
+"""The verdict on accuracy: differences, clamps and saturations, and what went wrong first."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.firmware.build import CModel, WordRanges
+from boresight.model.declarations import Output
+from boresight.model.fixed import IntArray
+from boresight.model.graph import Node
+from boresight.model.program import Program
+from boresight.sim.compare.culprit import find_culprit
+from boresight.sim.compare.difference import Difference, differences, first_beyond
+
+__all__ = ["Accuracy", "judge_accuracy"]
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """How near fixed point is to float64, and whether that is what the author accepts.
+
+    Attributes
+    ----------
+    differences : tuple of Difference
+        Of each output, in its unit.
+    saturated_updates : int
+        Updates in which an operation was clamped.
+    saturated : dict of str to int
+        Updates by the name of the value that was clamped, with its line.
+    clamped : dict of str to int
+        Samples beyond the range of inputs that are declared to be clamped.
+    culprit : str
+        The first value that left its float twin, where something is wrong; else empty.
+    """
+
+    differences: tuple[Difference, ...]
+    saturated_updates: int
+    saturated: dict[str, int]
+    clamped: dict[str, int]
+    culprit: str
+
+    @property
+    def good(self) -> bool:
+        """Every output within its tolerance, and nothing saturated."""
+        return not self.saturated_updates and all(d.good for d in self.differences)
+
+    def largest(self, output: str) -> float | None:
+        """Largest difference of an output; None if it was not compared."""
+        return next((d.largest for d in self.differences if d.output == output), None)
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain data."""
+        return {
+            "good": self.good,
+            "outputs": [d.to_json() for d in self.differences],
+            "saturated_updates": self.saturated_updates,
+            "saturated": self.saturated,
+            "clamped_inputs": self.clamped,
+            "culprit": self.culprit,
+            "source": "fixed against float64 (compiled), every sample, in the output's unit",
+        }
+
+    def lines(self) -> list[str]:
+        """Lines for people."""
+        out = [f"fixed against float64: {d.line()}" for d in self.differences]
+        if self.saturated:
+            names = ", ".join(f"{name} ({n})" for name, n in self.saturated.items())
+            out.append(f"{self.saturated_updates} updates SATURATED: {names}")
+        if self.clamped:
+            names = ", ".join(f"{name} ({n})" for name, n in self.clamped.items())
+            out.append(f"inputs clamped, as declared: {names}")
+        return [*out, *([f"first wrong: {self.culprit}"] if self.culprit else [])]
+
+
+def judge_accuracy(
+    outputs: Sequence[Output],
+    found: Mapping[str, FloatArray],
+    reference: Mapping[str, FloatArray],
+    *,
+    program: Program,
+    nodes: dict[int, Node],
+    inputs: IntArray,
+    states: IntArray,
+    saturated: npt.NDArray[np.bool_],
+    clamped: dict[str, int],
+) -> Accuracy:
+    """Judge a fixed-point run.
+
+    Parameters
+    ----------
+    outputs : sequence of Output
+    found, reference : mapping of str to float64 (n,)
+        Outputs in fixed point and in float64, by name, in their units.
+    program, nodes
+        As `Estimator.compile_traced` gives them.
+    inputs, states : int64 (n, n_inputs), (n, n_states)
+        Input words, and state words after each update.
+    saturated : bool (n,)
+    clamped : dict
+        See `sim.records.feed.Feed`.
+    """
+    apart = tuple(differences(outputs, found, reference))
+    names: dict[str, int] = {}
+    culprit = ""
+    if saturated.any() or not all(d.good for d in apart):
+        seen = CModel(program).observe(inputs)
+        names = {
+            _named(program, nodes, n): int(count)
+            for n, count in enumerate(seen.saturations)
+            if count
+        }
+        wrong = first_beyond(outputs, found, reference)
+        steps = [wrong] if wrong is not None else []
+        steps += [int(np.argmax(saturated))] if saturated.any() else []
+        upto = max(steps) + 1 if wrong is None else wrong + 1
+        first = find_culprit(program, nodes, inputs[:upto], states[:upto])
+        culprit = str(first) if first else _coarse(program, seen)
+    return Accuracy(apart, int(saturated.sum()), names, clamped, culprit)
+
+
+def _named(program: Program, nodes: dict[int, Node], value: int) -> str:
+    line = nodes[value].line if value in nodes else ""
+    return program.values[value].name + (f", {line}" if line else "")
+
+
+def _coarse(program: Program, seen: WordRanges) -> str:
+    """What to do where no single operation is to blame: rounding adds up."""
+    spare: list[tuple[int, str]] = []
+    for state, _ in program.states:
+        used = max(int(seen.high[state]), -int(seen.low[state]), 1)
+        bits = program.arithmetic.word - 1 - int(math.log2(used) + 1)
+        name, value = program.values[state].name, program.values[state]
+        spare.append(
+            (
+                bits,
+                f"state {name} leaves {bits} of its bits unused in [{value.low:g}, {value.high:g}]",
+            )
+        )
+    rounding = "no operation leaves its float twin: rounding adds up"
+    if not spare:
+        return f"{rounding}; use a wider word"
+    bits, text = max(spare, key=lambda pair: pair[0])
+    advice = f"{text}: narrow its range, or " if bits > 1 else ""
+    return f"{rounding}; {advice}use a wider word, or carry the remainder in a second state"
