@@ -14,9 +14,12 @@ Everything the command line does is one function here::
     boresight.covariance("mekf")
     boresight.monitor("/dev/ttyUSB0", count=100, plot="attitude.png")
     boresight.simulate("mekf", seconds=1.0, output="build")
+    boresight.simulate_world("plant.py:Plant", "pi.py", on="rtl")
     boresight.doctor()
 
-Importing this package alone is cheap: a function's module is imported when it is first asked for.
+What takes an estimator takes a name, ``file.py:Class``, a class or an object; a file of one's own
+needs no more than ``from boresight import Estimator, Input, Output, Param, State, ops``. Importing
+this package alone is cheap: a module is imported when something of it is first asked for.
 """
 
 from __future__ import annotations
@@ -25,7 +28,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from boresight.model import ops
+    from boresight.model.declarations import Input, Output, Param, State
     from boresight.model.errors import InputError, ToolMissing
+    from boresight.model.estimator import Estimator
+    from boresight.sim.records.record import Record
+    from boresight.sim.worlds.world import World
     from boresight.verbs.accuracy import accuracy
     from boresight.verbs.bench import bench
     from boresight.verbs.check import check
@@ -35,6 +43,7 @@ if TYPE_CHECKING:
     from boresight.verbs.doctor import doctor
     from boresight.verbs.experiment import experiment
     from boresight.verbs.list import list_estimators
+    from boresight.verbs.loop import simulate_world
     from boresight.verbs.monitor import monitor
     from boresight.verbs.report import report
     from boresight.verbs.run import run
@@ -42,8 +51,15 @@ if TYPE_CHECKING:
     from boresight.verbs.tune import tune
 
 __all__ = [
+    "Estimator",
+    "Input",
     "InputError",
+    "Output",
+    "Param",
+    "Record",
+    "State",
     "ToolMissing",
+    "World",
     "accuracy",
     "bench",
     "check",
@@ -54,28 +70,37 @@ __all__ = [
     "experiment",
     "list_estimators",
     "monitor",
+    "ops",
     "report",
     "run",
     "simulate",
     "simulate_faults",
+    "simulate_world",
     "tune",
 ]
 
 __version__ = "0.1.0"
 
-#: Names whose module is not ``boresight.verbs.NAME``.
+#: Where names are whose module is not ``boresight.verbs.NAME``.
 _ELSEWHERE = {
-    "InputError": "model.errors",
-    "ToolMissing": "model.errors",
+    **dict.fromkeys(("Input", "Output", "Param", "State"), "model.declarations"),
+    **dict.fromkeys(("InputError", "ToolMissing"), "model.errors"),
+    "Estimator": "model.estimator",
+    "Record": "sim.records.record",
+    "World": "sim.worlds.world",
     "list_estimators": "verbs.list",
     "simulate_faults": "verbs.simulate",
+    "simulate_world": "verbs.loop",
 }
 
 
 def __getattr__(name: str) -> Any:
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(import_module(f"{__name__}.{_ELSEWHERE.get(name, f'verbs.{name}')}"), name)
+    if name == "ops":
+        value = import_module(f"{__name__}.model.ops")
+    else:
+        value = getattr(import_module(f"{__name__}.{_ELSEWHERE.get(name, f'verbs.{name}')}"), name)
     globals()[name] = value
     return value
 

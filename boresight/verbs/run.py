@@ -2,38 +2,39 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from boresight.arguments import check_choice, check_machine, check_number
 from boresight.disk.output import OutputFile
-from boresight.firmware.build import CModel
-from boresight.gateware.core import build_core
-from boresight.model.estimator import input_words
+from boresight.model.estimator import Estimator, with_params
 from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.sim.accuracy import attitude_rmse
-from boresight.sim.check import with_params
-from boresight.sim.cosim import RtlSimulation
-from boresight.sim.feed import attitude_of, euler_deg_of, inputs_of, named_outputs, status_of
-from boresight.sim.log import read_log
+from boresight.sim.compare.difference import QUATERNION, differences
+from boresight.sim.feed import attitude_of, euler_deg_of, named_outputs, status_of
+from boresight.sim.levels.registry import LEVELS, make_level
+from boresight.sim.records.feed import Feed, feed
+from boresight.sim.records.nine_axis import record_of
+from boresight.sim.records.record import Column, Record
+from boresight.sim.records.text import format_csv
 from boresight.sim.segments import interpret
+from boresight.terminal import tell
 from boresight.verbs.options import Outcome, model_options, params_of
 
 __all__ = ["LEVELS", "add_arguments", "call", "run"]
 
-LEVELS = ("float", "fixed", "c", "rtl")
+FloatArray = npt.NDArray[np.float64]
 
 
 def run(
     name: Named,
-    log_path: str | Path,
+    log: Any,
     *,
     on: str = "fixed",
     config: str = "small",
@@ -46,16 +47,23 @@ def run(
 
     Parameters
     ----------
+    name : str, class or Estimator
+        Name, ``file.py:Class``, class or object.
+    log : path, mapping of arrays, table or Record
+        Columns by input name; see `sim.records.record.Record.of`.
     on : str
-        "float", "fixed" (integer interpreter), "c" or "rtl" (Verilator).
+        One of `LEVELS`: "float" (compiled float64), "numpy" (the same, as written), "fixed" (the
+        integer interpreter), "c" or "rtl" (Verilator).
     output : path, optional
-        CSV with one row per input row: t, qw, qx, qy, qz, heading, pitch and roll in degrees,
-        status.
+        CSV with one row per input row: ``t``, then every output with its unit in the header; half
+        turns in degrees. It is a log itself.
 
     Returns
     -------
     dict
-        ``t`` (n,), ``q`` (n, 4), ``euler_deg`` (n, 3: heading, pitch, roll), ``status`` (n,),
+        ``t`` (n,) in seconds or None, ``outputs`` (arrays (n,) by name, in their units), ``units``,
+        ``truth`` (differences from the log's truths), ``warnings``, ``clamped``; of an attitude
+        also ``q`` (n, 4), ``euler_deg`` (n, 3: heading, pitch, roll), ``status`` (n,) and
         ``rmse_deg`` against the log's reference, or None.
 
     Raises
@@ -69,74 +77,81 @@ def run(
     if steps is not None:
         check_number("steps", steps, 1)
     estimator.param_values(params)
-    target = (
-        None if output is None else OutputFile(output, "run", of=estimator.name, inputs=[log_path])
-    )
-    log = read_log(log_path)
-    real = inputs_of(estimator, log)[:steps]
-    if on == "float":
-        result = estimator.run_float(real[:, :, None], params=params)
-        outputs = {k: v[:, 0] for k, v in result.outputs.items()}
-    else:
-        program = with_params(estimator.compile(word=word), estimator, params)
-        words = input_words(program, real[:, :, None])[:, :, 0]
-        if on == "fixed":
-            out = interpret(program, words).outputs
-        elif on == "c":
-            out, _ = CModel(program).update(words)
-        else:
-            core = build_core(program, config, urgent=estimator.urgent)
-            out = (
-                RtlSimulation(
-                    core.verilog(instances=False),
-                    word=word,
-                    n_inputs=len(program.inputs),
-                    n_outputs=len(program.outputs),
-                    lanes=core.machine.lanes,
-                )
-                .run(words, max_interval=core.schedule.interval)
-                .outputs
-            )
-        outputs = named_outputs(program, out)
-    n = len(real)
-    q, euler, status = attitude_of(outputs), euler_deg_of(outputs), status_of(outputs)
-    rmse = None
-    if log.q is not None:
-        mov = log.mov[:n] if log.mov is not None else np.ones(n, dtype=bool)
-        rmse = attitude_rmse(q, log.q[:n], mov)._asdict()
+    inputs = [log] if isinstance(log, str | Path) else []
+    of = estimator.name
+    target = None if output is None else OutputFile(output, "run", of=of, inputs=inputs)
+    record = record_of(log).head(steps)
+    given = feed(estimator, record)
+    outputs = _outputs(estimator, given, on, config=config, word=word, params=params)
     if target is not None:
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(
-            ["t", "qw", "qx", "qy", "qz", "heading_deg", "pitch_deg", "roll_deg", "status"]
-        )
-        for k in range(n):
-            writer.writerow(
-                [
-                    repr(float(log.t[k])),
-                    *(f"{x:.10f}" for x in q[k]),
-                    *(f"{x:.7f}" for x in euler[k]),
-                    int(status[k]),
-                ]
-            )
-        target.write(text.getvalue())
+        target.write(_csv(estimator, given.t, outputs))
     return {
         "estimator": estimator.name,
         "on": on,
-        "log": log.name,
-        "t": log.t[:n],
+        "log": record.name,
+        "t": given.t,
+        "outputs": outputs,
+        "units": {o.name: o.unit for o in estimator.outputs},
+        "truth": [
+            d.to_json() for d in differences(estimator.outputs, outputs, given.truth, judged=False)
+        ],
+        "warnings": list(given.warnings),
+        "clamped": given.clamped,
+        **_attitude(record, given, outputs),
+    }
+
+
+def _outputs(
+    estimator: Estimator,
+    given: Feed,
+    on: str,
+    *,
+    config: str,
+    word: int,
+    params: Mapping[str, float] | None,
+) -> dict[str, FloatArray]:
+    """Outputs by name, in their units."""
+    if on == "fixed":  # many segments side by side instead of one update after the other
+        program = with_params(estimator.compile(word=word), estimator, params)
+        return named_outputs(program, interpret(program, given.words(program)).outputs)
+    level = make_level(on, estimator, config=config, word=word, params=params)
+    try:
+        return level.run(given.inputs).outputs
+    finally:
+        level.close()
+
+
+def _attitude(record: Record, given: Feed, outputs: Mapping[str, FloatArray]) -> dict[str, Any]:
+    """What is said of an attitude besides."""
+    if not {*QUATERNION, "heading", "pitch", "roll", "status"} <= set(outputs):
+        return {}
+    q, rmse = attitude_of(outputs), None
+    if all(name in given.truth for name in QUATERNION):
+        mov = record.columns["mov"].values != 0.0 if "mov" in record.columns else None
+        rmse = attitude_rmse(q, attitude_of(given.truth), mov)._asdict()
+    return {
         "q": q,
-        "euler_deg": euler,
-        "status": status,
+        "euler_deg": euler_deg_of(outputs),
+        "status": status_of(outputs),
         "rmse_deg": rmse,
     }
+
+
+def _csv(estimator: Estimator, t: FloatArray | None, outputs: Mapping[str, FloatArray]) -> str:
+    """A log of the outputs."""
+    columns = {} if t is None else {"t": Column(t, "s")}
+    for o in estimator.outputs:
+        half_turns = o.unit == "ht"
+        values = outputs[o.name] * (180.0 if half_turns else 1.0)
+        columns[o.name] = Column(values, "deg" if half_turns else o.unit or None)
+    return format_csv(Record(estimator.name, columns))
 
 
 def add_arguments(parser: ArgumentParser) -> None:
     """What the command line takes."""
     parser.add_argument("estimator")
     parser.add_argument("log")
-    parser.add_argument("--on", default="fixed", help="float, fixed, c or rtl")
+    parser.add_argument("--on", default="fixed", help=f"one of {', '.join(LEVELS)}")
     model_options(parser)
     parser.add_argument("--steps", type=int)
     parser.add_argument("-o", "--output", metavar="OUT.csv")
@@ -156,10 +171,23 @@ def call(args: Namespace) -> Outcome:
         steps=args.steps,
         output=args.output,
     )
-    plain = {k: v.tolist() if hasattr(v, "tolist") else v for k, v in data.items()}
-    text = f"{len(data['t'])} rows to {args.output}"
-    if data["rmse_deg"]:
+    for text in data["warnings"]:
+        tell(f"warning: {text}")
+    rows = len(next(iter(data["outputs"].values())))
+    text = f"{rows} rows to {args.output}"
+    if data.get("rmse_deg"):
         text += ", RMSE against the log's reference, deg: " + ", ".join(
             f"{k} {v:.3f}" for k, v in data["rmse_deg"].items()
         )
-    return 0, plain, text
+    elif data["truth"]:
+        text += ", RMSE against the log's truth: " + ", ".join(
+            f"{d['output']} {d['rms']:.4g} {d['unit']}".rstrip() for d in data["truth"]
+        )
+    return 0, _plain(data), text
+
+
+def _plain(data: Any) -> Any:
+    """Arrays as lists."""
+    if isinstance(data, dict):
+        return {k: _plain(v) for k, v in data.items()}
+    return data.tolist() if isinstance(data, np.ndarray) else data

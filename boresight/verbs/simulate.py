@@ -29,6 +29,7 @@ from boresight.sim.board.setup import REAL
 from boresight.sim.board.spans import timeline_of
 from boresight.sim.log import Log, read_log
 from boresight.sim.synthetic import synthetic_log
+from boresight.verbs.loop import loop_text, simulate_world
 from boresight.verbs.options import Outcome, progress_of
 
 __all__ = [
@@ -51,8 +52,6 @@ _SOURCES = {"counts": (1, 2), "heading": (2, 1)}
 _SHORT = 24
 #: Longest simulated time, s: cycles are counted in 32 bits.
 _LONGEST_S = 20.0
-#: What the compass sends: the settings ``magnetic_source`` and ``compass_mode`` for it.
-_SOURCES = {"counts": (1, 2), "heading": (2, 1)}
 
 
 def simulate(
@@ -308,8 +307,17 @@ def faults_text(data: dict[str, Any]) -> str:
 
 def add_arguments(parser: ArgumentParser) -> None:
     """What the command line takes."""
-    parser.add_argument("filter", nargs="?", help="of the long run; default: mekf")
-    parser.add_argument("log", nargs="?", help="log with attitude; default: a synthetic motion")
+    parser.add_argument(
+        "filter", nargs="?", help="of the long run, default mekf; or a world: FILE.py:Class"
+    )
+    parser.add_argument(
+        "log",
+        nargs="?",
+        help="log with attitude, default a synthetic motion; after a world, the estimator",
+    )
+    parser.add_argument("--on", help="of a world: the level in its loop, default c")
+    parser.add_argument("--against", help="of a world: a second level, compared, default c")
+    parser.add_argument("--steps", type=int, help="of a world: most records")
     parser.add_argument("--config", default="small", help="small (one lane) or fast (two lanes)")
     parser.add_argument("--seconds", type=float, default=1.0, help="of the long run")
     parser.add_argument("--source", default="heading", help="the compass sends heading or counts")
@@ -324,6 +332,8 @@ def add_arguments(parser: ArgumentParser) -> None:
 def call(args: Namespace) -> Outcome:
     """Do it; see `Outcome`."""
     check_options(config=args.config, seconds=args.seconds, source=args.source)
+    if args.filter is not None and ".py" in args.filter:
+        return _call_world(args)
     if args.faults:
         if args.log is not None:
             raise InputError.at(
@@ -344,3 +354,25 @@ def call(args: Namespace) -> Outcome:
         progress=progress_of(args),
     )
     return 0 if data["good"] else 1, data, f"{simulate_text(data)}\n{args.output}/board.html"
+
+
+def _call_world(args: Namespace) -> Outcome:
+    """A closed loop."""
+    if args.log is None:
+        raise InputError.at(
+            "simulate",
+            wanted="a world and an estimator",
+            found="a world alone",
+            fix="name the estimator too: boresight simulate WORLD.py:Class ESTIMATOR",
+        )
+    data = simulate_world(
+        args.filter,
+        args.log,
+        on=args.on or "c",
+        against=args.against or "c",
+        config=args.config,
+        steps=args.steps,
+        output=None if args.output == "build" else args.output,
+        progress=progress_of(args),
+    )
+    return 0 if data["good"] else 1, data, loop_text(data)

@@ -30,6 +30,8 @@ class Feed:
     ----------
     record : Record
         Where it is from.
+    t : float64 (n,) or None
+        Times in seconds, if it has any.
     inputs : float64 (n, n_inputs)
         In the declared units, clamped to the declared ranges.
     new : bool (n, n_inputs)
@@ -43,6 +45,7 @@ class Feed:
     """
 
     record: Record
+    t: FloatArray | None
     inputs: FloatArray
     new: BoolArray
     clamped: dict[str, int]
@@ -89,8 +92,15 @@ def feed(estimator: Estimator, record: Record) -> Feed:
         if declared.flags:
             new[:, k] = new[:, [place[name] for name in declared.flags]].all(axis=1)
             inputs[:, k] = np.where(new[:, k], declared.high, max(declared.low, 0.0))
+    t = _converted(record, "t", record.columns["t"], "s") if "t" in record.columns else None
     return Feed(
-        record, inputs, new, clamped, _truth(estimator, record), warnings_of(estimator, inputs, new)
+        record,
+        t,
+        inputs,
+        new,
+        clamped,
+        _truth(estimator, record),
+        warnings_of(estimator, inputs, new),
     )
 
 

@@ -22,7 +22,7 @@ class Awkward(Estimator):
     inputs = (Input("u", -1.0, 1.0, "m|s"),)
     params = (
         Param("status", -0.5, -1.0, 1.0, "a*/b", "named as a register of every core | and more"),
-        Param("STATUS", 0.25, -3.0, -0.25, "", "the same, but for the case"),
+        Param("STATUS", -0.25, -3.0, -0.25, "", "the same, but for the case"),
         Param("in_u", 1e-3, 0.0, 4e-3, "1/s", 'named as an input\'s constant; <small> & "fine"'),
         Param("int", 3e5, 0.0, 1e6, "?\\", "a word of C; large"),
     )

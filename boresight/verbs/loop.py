@@ -1,0 +1,136 @@
+"""`boresight simulate WORLD ESTIMATOR`: a closed loop, in which the outputs move the plant."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from boresight.arguments import check_choice, check_machine, check_number
+from boresight.disk.output import OutputFile
+from boresight.model.resolve import Named, estimator_of, load
+from boresight.sim.compare.difference import differences
+from boresight.sim.levels.registry import LEVELS, make_level
+from boresight.sim.records.text import format_csv
+from boresight.sim.worlds.loop import Loop, close_loop, parting
+from boresight.sim.worlds.world import World
+
+__all__ = ["WORLD_GROUP", "loop_text", "simulate_world", "world_of"]
+
+#: Entry points of installed packages that are worlds.
+WORLD_GROUP = "boresight.worlds"
+
+#: What stands for a world: a text, a class or an object.
+NamedWorld: TypeAlias = str | type[World] | World
+
+
+def world_of(what: NamedWorld) -> World:
+    """The world that is meant; see `model.resolve.load`."""
+    return load(what, World, "world", {}, WORLD_GROUP)
+
+
+def simulate_world(
+    world: NamedWorld,
+    estimator: Named,
+    *,
+    on: str = "c",
+    against: str = "c",
+    config: str = "small",
+    word: int = 32,
+    params: Mapping[str, float] | None = None,
+    steps: int | None = None,
+    output: str | Path | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> dict[str, Any]:
+    """Close the loop of a world and an estimator on one level, and again on another.
+
+    Integer levels (fixed, c, rtl) give the same loop, bit by bit: where they part, something is
+    wrong. Float64 is run on the records that the first loop saw, since loops of their own part
+    sooner or later: its differences are judged by the outputs' tolerances.
+
+    Parameters
+    ----------
+    world : str, class or World
+        ``file.py:Class``, a class or an object.
+    estimator : str, class or Estimator
+    on, against : str
+        Levels, of `LEVELS`.
+    steps : int, optional
+        Most records; by default until the world ends.
+    output : path, optional
+        CSV of the records that the first loop saw, with truths: a log.
+
+    Returns
+    -------
+    dict
+        ``good``, ``records``, ``records_per_s``, ``parting`` (or None), ``accuracy`` and ``truth``
+        (differences), ``clamped``.
+
+    Raises
+    ------
+    InputError
+        Nothing of that name; a world that raises or gives what is no record.
+    """
+    plant, filter = world_of(world), estimator_of(estimator)
+    for name, level in (("on", on), ("against", against)):
+        check_choice(name, level, LEVELS)
+    check_machine(config, word)
+    if steps is not None:
+        check_number("steps", steps, 1)
+    filter.param_values(params)
+    target = None if output is None else OutputFile(output, "simulate", of=filter.name)
+    say = progress or (lambda text: None)
+
+    def close(name: str) -> Loop:
+        say(f"{plant.name} and {filter.name} on {name}")
+        level = make_level(name, filter, config=config, word=word, params=params)
+        try:
+            return close_loop(
+                plant, filter, level, steps=steps, progress=lambda n: say(f"{name}: {n:,} records")
+            )
+        finally:
+            level.close()
+
+    loop = close(on)
+    apart = None if against == on else parting(filter, loop, close(against))
+    reference = make_level("float", filter, params=params).run(loop.inputs).outputs
+    near = differences(filter.outputs, loop.outputs, reference)
+    if target is not None:
+        target.write(format_csv(loop.record(filter, plant.name)))
+    floats = {"numpy", "float"} & {on, against}
+    return {
+        "world": plant.name,
+        "estimator": filter.name,
+        "on": on,
+        "against": against,
+        "good": (apart is None or bool(floats)) and all(d.good for d in near),
+        "records": len(loop.inputs),
+        "records_per_s": round(loop.records_per_s),
+        "parting": None if apart is None else apart.line(),
+        "accuracy": [d.to_json() for d in near],
+        "truth": [
+            d.to_json() for d in differences(filter.outputs, loop.outputs, loop.truth, judged=False)
+        ],
+        "clamped": loop.clamped,
+    }
+
+
+def loop_text(data: dict[str, Any]) -> str:
+    """What a loop gave, in lines."""
+    lines = [
+        f"{data['world']} and {data['estimator']} on {data['on']}: {data['records']:,} records, "
+        f"{data['records_per_s']:,} a second"
+    ]
+    if data["parting"] is not None:
+        lines.append(data["parting"])
+    elif data["against"] != data["on"]:
+        lines.append(f"the same records and outputs as on {data['against']}, bit by bit")
+    for name, key in (("from float64 on the same records", "accuracy"), ("from truth", "truth")):
+        lines += [
+            f"{d['output']} {name}: max {d['max']:.4g} {d['unit']}".rstrip()
+            + f", rms {d['rms']:.4g}"
+            + ("" if d["good"] else f", BEYOND {d['tolerance']:g}")
+            for d in data[key]
+            if d["max"] is not None
+        ]
+    return "\n".join([*lines, "good" if data["good"] else "FAILED"])
