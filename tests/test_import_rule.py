@@ -98,6 +98,11 @@ def test_rooms_are_links(room):
     assert link.is_symlink() and link.readlink() == Path("..") / room
 
 
+def test_nothing_but_the_package_is_on_the_path_of_an_editable_install():
+    (link,) = (p for p in (ROOT / ".src").iterdir() if p.suffix != ".egg-info")
+    assert link.name == "boresight" and link.readlink() == Path("..") / "boresight"
+
+
 def test_model_needs_numpy_only():
     standard = set(sys.stdlib_module_names)
     for path in files_of("model"):
