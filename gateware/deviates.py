@@ -26,7 +26,7 @@ class Deviates:
         self._rng = rng
         self._spare: float | None = None
 
-    def normal(self, deviation: float) -> float:
+    def draw(self, deviation: float) -> float:
         """A number of mean 0 and this standard deviation."""
         z = self._spare
         self._spare = None

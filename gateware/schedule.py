@@ -141,10 +141,10 @@ def _disturb(
     size = rng.choice((2.0, 5.0, 12.0, 40.0))
     if rng.random() < 0.5:
         for _ in range(rng.choice((1, 2, 4, 8, 16))):
-            trial[rng.choice(some)] += deviates.normal(size)
+            trial[rng.choice(some)] += deviates.draw(size)
         return trial
     for _ in range(rng.choice((1, 1, 2, 3))):
-        by = deviates.normal(size)
+        by = deviates.draw(size)
         edges = problem.producers if rng.random() < 0.7 else problem.consumers
         for k in _closure(edges, rng.choice(some)):
             trial[k] += by

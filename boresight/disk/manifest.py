@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
+import stat
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
@@ -12,7 +14,7 @@ from typing import Any
 
 from boresight.model.errors import InputError
 
-__all__ = ["NAME", "Entry", "Manifest", "State", "digest", "inside", "state"]
+__all__ = ["NAME", "Entry", "Manifest", "State", "digest", "inside", "path_in", "state"]
 
 NAME = ".boresight.json"
 _FORMAT = 1
@@ -63,7 +65,7 @@ class Manifest:
         OSError
             It cannot be read.
         """
-        path = folder / NAME
+        path = path_in(folder)
         try:
             if path.is_symlink():
                 raise ValueError("a symbolic link")
@@ -105,6 +107,13 @@ class Manifest:
     def by(self, verb: str) -> Mapping[str, Entry]:
         """Files of one verb."""
         return {name: e for name, e in self.files.items() if e.by == verb}
+
+
+def path_in(folder: Path) -> Path:
+    """Where the manifest of a folder stands; each user has his own where all may write (sticky)."""
+    if folder.stat().st_mode & stat.S_ISVTX:
+        return folder / f"{Path(NAME).stem}-{os.geteuid()}.json"
+    return folder / NAME
 
 
 def inside(name: str) -> str:

@@ -24,7 +24,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from boresight.disk.claims import claim
-from boresight.disk.manifest import NAME, Entry, Manifest, State, digest, inside, state
+from boresight.disk.manifest import Entry, Manifest, State, digest, inside, path_in, state
 
 __all__ = ["Journal", "Staging", "recover"]
 
@@ -158,7 +158,7 @@ def _save(manifest: Manifest, folder: Path, staging: Path) -> None:
     """Replace the manifest at once."""
     part = staging / "manifest.part"
     part.write_text(manifest.to_json(), encoding="utf-8")
-    part.replace(folder / NAME)
+    part.replace(path_in(folder))
 
 
 def _move(source: Path, folder: Path, name: str, manifest: Manifest) -> None:

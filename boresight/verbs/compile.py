@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from boresight.arguments import check_choice, check_machine, check_number
 from boresight.core_files import core_files, project_files
 from boresight.disk.cache import Cache
 from boresight.disk.output import output_folder
@@ -17,6 +18,7 @@ from boresight.gateware.boards.board import BOARDS
 from boresight.gateware.boards.ise import write_ise_project
 from boresight.gateware.boards.top import records_design
 from boresight.gateware.core import Core
+from boresight.gateware.core_text import core_text
 from boresight.gateware.image import rom_pieces
 from boresight.gateware.register_map import files_of, register_map_files
 from boresight.gateware.synthesis.estimate import Estimate, estimate
@@ -48,17 +50,14 @@ __all__ = [
 TOPS = ("sensors", "records")
 #: Clock of complete systems, Hz.
 SYSTEM_CLOCK_HZ = 100_000_000
+#: Least width of its words, bits (`gateware.system.programs.system_core`).
+SYSTEM_WORD_LEAST = 26
 
 
 def check_board(board: str | None) -> None:
     """Raise InputError unless ``board`` is None or known."""
-    if board is not None and board not in BOARDS:
-        raise InputError.at(
-            "board",
-            wanted=f"one of {', '.join(BOARDS)}",
-            found=repr(board),
-            fix="choose one of these, or leave --board out",
-        )
+    if board is not None:
+        check_choice("board", board, BOARDS)
 
 
 def core_for(
@@ -142,11 +141,16 @@ def compile(
     whole: dict[str, Any] | None = None
     names = estimator_names(name, *others)
     estimators = [find_estimator(n) for n in names]
+    chosen = params_of_each(names, params)
+    for estimator, values in zip(estimators, chosen, strict=True):
+        estimator.param_values(values)
     check_board(board)
-    if top not in TOPS:
-        raise InputError.at(
-            "top", wanted=f"one of {', '.join(TOPS)}", found=repr(top), fix="choose one of these"
-        )
+    check_choice("top", top, TOPS)
+    check_machine(config, word)
+    if board is not None and top == "sensors":
+        check_number("word of a complete system", word, SYSTEM_WORD_LEAST, 32)
+    if urgent is not None:
+        check_number("urgent", urgent, 1, min(len(e.outputs) for e in estimators))
     if with_cpu and (board is None or top != "sensors"):
         raise InputError.at(
             "with-cpu",
@@ -160,13 +164,7 @@ def compile(
     if board is not None:
         expected += project_files(board, system=top == "sensors")
     with output_folder(output, "compile", of=",".join(names), files=expected) as folder:
-        core = shared_core(
-            estimators,
-            config=config,
-            word=word,
-            urgent=urgent,
-            params=params_of_each(names, params),
-        )
+        core = shared_core(estimators, config=config, word=word, urgent=urgent, params=chosen)
         say(f"{', '.join(names)} for {config}: Verilog")
         write_core(folder, core, estimators)
         if board is not None:
@@ -174,7 +172,7 @@ def compile(
             if top == "records":
                 write_ise_project(records_design(core), board, folder / f"ise-{board}")
             else:
-                given = dict(zip(names, params_of_each(names, params), strict=True))
+                given = dict(zip(names, chosen, strict=True))
                 clock_hz = SOC_CLOCK_HZ if with_cpu else SYSTEM_CLOCK_HZ
                 made = system_core(
                     names,
@@ -243,8 +241,9 @@ def _meanings(core: Core) -> dict[str, str]:
 
 def write_core(folder: Path, core: Core, estimators: Sequence[Estimator]) -> None:
     """Write Verilog, microcode, programs, schedules, C and register map of a core."""
-    _write(folder / "core.v", core.verilog(instances=True))
-    _write(folder / "core_sim.v", core.verilog(instances=False))
+    for file, instances in (("core.v", True), ("core_sim.v", False)):
+        text = core_text(core, instances=instances) + core.verilog(instances=instances)
+        _write(folder / file, text)
     (folder / "firmware").mkdir()
     for number in range(len(core.parts)):
         _write_program(folder, core.select(number))

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from boresight.arguments import check_machine, check_number
 from boresight.disk.output import output_folder
 from boresight.gateware.core import Core
 from boresight.gateware.synthesis.estimate import Estimate
@@ -69,6 +70,10 @@ def report(
     """
     say = progress or (lambda text: None)
     estimator = find_estimator(name)
+    check_machine(config, word)
+    if steps is not None:
+        check_number("steps", steps, 1)
+    estimator.param_values(params)
     log = read_log(log_path)
     files = ("report.html", "report.json")
     with output_folder(output, "report", of=name, files=files, inputs=[log_path]) as folder:

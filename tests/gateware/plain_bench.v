@@ -1,11 +1,12 @@
 // A user's bench in plain Verilog for `core_sim.v`: nothing of SystemVerilog, no clocking blocks.
 //
-// Nothing is driven for BEFORE cycles, `rst` neither. Then the commands of commands.hex are done,
-// 64 bits each: what in 63:60, a number in 59:32, a word in 31:0.
+// Nothing is driven for BEFORE cycles, `rst` neither; with 0 the bench looks at power-up too. Then
+// the commands of commands.hex are done, 64 bits each: what in 63:60, a number in 59:32, a word in
+// 31:0.
 //   0 end      1 offer the word, number = last of its record      2 number cycles of rst
 //   3 write the word to address number      4 number cycles of nothing      5 read address number
 // Lines: `O word last`, `R address word`, `RESET`, `X what` for a bit that is unknown after the
-// first reset, `DONE`.
+// first cycle of the first reset, `DONE`.
 
 `timescale 1ns/1ps
 
@@ -67,7 +68,7 @@ module plain_bench;
 
     initial begin
         $readmemh("commands.hex", commands);
-        known = 0; at = 0;
+        known = `BEFORE == 0; at = 0;
         wait_cycles(`BEFORE);
         command = commands[0];
         while (command[63:60] != 0) begin

@@ -44,7 +44,11 @@ def data(folder, tmp_path_factory):
     out = tmp_path_factory.mktemp("out")
     found = accuracy(folder, estimators=CHOICE, comparisons=["other"], jobs=1, output=out)
     assert json.loads((out / "accuracy.json").read_text()) == found
-    assert sorted(p.name for p in out.iterdir()) == ["accuracy.html", "accuracy.json"]
+    assert sorted(p.name for p in out.iterdir()) == [
+        ".boresight.json",
+        "accuracy.html",
+        "accuracy.json",
+    ]
     found["page"] = (out / "accuracy.html").read_text()
     return found
 

@@ -39,7 +39,8 @@ def stand_in(monkeypatch):
 def test_writes_page_and_json_and_reports_targets(stand_in, tmp_path, capsys):
     out = tmp_path / "new" / "folder"
     assert main(["experiment", "ma2014", "-o", str(out), "--seed", "7"]) == 0
-    assert sorted(p.name for p in out.iterdir()) == ["ma2014.html", "ma2014.json"]
+    names = [".boresight.json", "ma2014.html", "ma2014.json"]
+    assert sorted(p.name for p in out.iterdir()) == names
     assert json.loads((out / "ma2014.json").read_text()) == stand_in[0]
     assert stand_in[1][0][0] == 7
     text = capsys.readouterr()
