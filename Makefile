@@ -82,7 +82,7 @@ cross:
 	  else echo "error: no compiler for the soft core: sudo apt-get install $(CROSS)" >&2; exit 2; fi; }
 
 clean:                 ## Remove what make made
-	rm -rf $(OUT) $(VENV) .pytest_cache .mypy_cache .ruff_cache *.egg-info
+	rm -rf $(OUT) $(VENV) .pytest_cache .mypy_cache .ruff_cache *.egg-info .src/*.egg-info
 
 help:                  ## This list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 12

@@ -1,6 +1,7 @@
 """Shared by the gateware tests: simulation of a component, proof of its primitives."""
 
 import importlib.resources
+import os
 import re
 import subprocess
 import sys
@@ -12,6 +13,7 @@ from amaranth.lib import wiring
 from amaranth.sim import Simulator
 
 from boresight.gateware.verilog import to_verilog
+from boresight.model.user_folders import yosys_environment
 
 #: Simulation models of the primitives in use, out of the synthesis tool's library.
 PRIMITIVES = ("DSP48A1", *(f"LUT{n}" for n in range(2, 7)))
@@ -87,6 +89,7 @@ def proves_equal(tmp_path) -> Callable:
                 "prove.ys",
             ],
             cwd=tmp_path,
+            env={**os.environ, **yosys_environment()},
             capture_output=True,
             text=True,
         )
