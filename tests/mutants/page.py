@@ -18,11 +18,12 @@ def figures(done: Sequence[Done], group: str) -> Figures:
     """Counts of a group: tried, noticed, by the nearest tests, over time, survived."""
     verdicts = Counter(d.verdict.verdict for d in done if d.group == group)
     return {
-        "tried": verdicts.total(),
-        "noticed": verdicts.total() - verdicts["survived"],
+        "tried": verdicts.total() - verdicts["error"],
+        "noticed": sum(verdicts[name] for name in ("nearest", "wider", "time")),
         "nearest": verdicts["nearest"],
         "over time": verdicts["time"],
         "survived": verdicts["survived"],
+        "error": verdicts["error"],
     }
 
 
@@ -54,7 +55,7 @@ def render(
         )
     lines += ["", "## Survivors", ""]
     survivors = [d for d in done if not d.verdict.noticed]
-    lines += [line for d in survivors for line in _item(d.mutant)] or ["None.", ""]
+    lines += [line for d in survivors for line in _item(d.mutant, d.verdict.by)] or ["None.", ""]
     lines += ["## Equivalent", ""]
     equal = [m for group in GROUPS for m in samples.get(group, ()) if m.key in known]
     lines += [line for m in equal for line in _item(m, known[m.key])] or ["None.", ""]

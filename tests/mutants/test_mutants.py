@@ -204,6 +204,7 @@ def of(statement: str, new: str) -> Mutant:
         ("return 0", "1", 120, Verdict("wider", "tests/test_wide.py::test_all")),
         ("if a < b:", "a <= b", 120, Verdict("survived")),
         ("n -= 1", "pass", 5, Verdict("time")),
+        ("return 5", "6", 120, Verdict("nearest", "tests/test_near.py::test_f")),
     ],
 )
 def test_verdicts(tree: Path, statement: str, new: str, limit_s: float, verdict: Verdict) -> None:
@@ -217,6 +218,18 @@ def test_verdicts(tree: Path, statement: str, new: str, limit_s: float, verdict:
     )
     assert found == verdict
     assert (tree / "gateware/code.py").read_text() == CODE
+
+
+def test_tests_that_cannot_be_run_say_nothing(tree: Path) -> None:
+    """Neither noticed nor survived; the next run tries again."""
+    mutant = of("if a < b:", "a <= b")
+    verdict = try_mutant(tree, mutant, ["tests/gone.py"], [], limit_s=60, cache=tree.parent)
+    assert verdict == Verdict("error", "exit code 4") and not verdict.noticed
+    row = figures([Done("compiler", mutant, verdict)], "compiler")
+    assert (row["tried"], row["noticed"], row["survived"], row["error"]) == (0, 0, 0, 1)
+    record = Record(tree.parent / "verdicts.jsonl", tree)
+    record.add(mutant, verdict)
+    assert Record(record.path, tree).find(mutant) is None
 
 
 def test_a_run_goes_on_where_it_was_cut_off(tree: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -269,7 +282,6 @@ def test_tests_that_fail_anyway_are_found(tree: Path) -> None:
     for by, wanted in (
         ("tests/test_near.py::test_f", ""),
         ("tests/test_bad.py::test_bad", "tests/test_bad.py::test_bad"),
-        ("", ""),
     ):
         done = [Done("compiler", mutant, Verdict("nearest", by))]
         assert unsound(tree, done, limit_s=60, cache=tree) == wanted

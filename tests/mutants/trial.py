@@ -20,8 +20,10 @@ __all__ = ["Verdict", "copy_tree", "run_tests", "try_mutant"]
 _LEFT_OUT = shutil.ignore_patterns(
     ".git", ".venv", "build", "*.egg-info", "__pycache__", ".*_cache", ".hypothesis"
 )
-#: Exit codes of pytest: all passed, some failed, none collected.
-_PASSED, _FAILED, _NONE = 0, 1, 5
+#: Exit codes of pytest: all passed, some failed, a file cannot be imported, none collected.
+_PASSED, _FAILED, _BROKEN, _NONE = 0, 1, 2, 5
+#: In their place: the time is over; pytest itself failed.
+_TIME, _CRASHED = -1000, -1001
 
 
 @dataclass(frozen=True)
@@ -32,9 +34,9 @@ class Verdict:
     ----------
     verdict : str
         ``nearest`` or ``wider``: these tests noticed it. ``time``: it took longer than the limit.
-        ``survived``.
+        ``survived``. ``error``: the tests could not be run; it counts for nothing.
     by : str
-        The first test that failed.
+        The first test that failed, or how the tests ended.
     """
 
     verdict: str
@@ -52,7 +54,7 @@ def copy_tree(root: Path, place: Path) -> None:
 
 
 def run_tests(tree: Path, tests: Sequence[str], limit_s: float, cache: Path) -> tuple[int, str]:
-    """(pytest's exit code, first failed test); the code is -1 when the time is over."""
+    """(pytest's exit code, first failed test); the code is `_TIME` when the time is over."""
     environment = {
         **os.environ,
         # The copy, also for the processes that tests start; builds of mutants stay out of the
@@ -76,9 +78,13 @@ def run_tests(tree: Path, tests: Sequence[str], limit_s: float, cache: Path) -> 
     except subprocess.TimeoutExpired:
         os.killpg(process.pid, signal.SIGKILL)
         process.communicate()
-        return -1, ""
+        return _TIME, ""
     failed = re.search(r"^(?:FAILED|ERROR) (.*?)(?: - .*)?$", text, re.MULTILINE)
-    return process.returncode, failed[1] if failed else ""
+    if failed:
+        return process.returncode or _FAILED, failed[1]
+    if process.returncode == _FAILED:  # something went wrong, but in no test
+        return _CRASHED, "no test failed"
+    return process.returncode, f"exit code {process.returncode}"
 
 
 def try_mutant(
@@ -100,8 +106,10 @@ def try_mutant(
             if not tests:
                 continue
             code, by = run_tests(tree, tests, limit_s, cache)
-            if code == -1:
+            if code == _TIME:
                 return Verdict("time")
-            if code not in (_PASSED, _NONE):
+            if code in (_FAILED, _BROKEN):
                 return Verdict(name, by)
+            if code not in (_PASSED, _NONE):
+                return Verdict("error", by)
     return Verdict("survived")
