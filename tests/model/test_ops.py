@@ -11,6 +11,7 @@ import pytest
 
 from boresight.model import ops
 from boresight.model.fixed import Arithmetic
+from boresight.model.graph import Graph
 
 WIDTHS = (18, 20, 23, 24, 27, 28, 31, 32)
 
@@ -280,3 +281,15 @@ def test_asin_ht_up_to_its_limit(trace: Any) -> None:
     fixed, floats, saturated = trace(lambda v: ops.asin_ht(v), [(0.0, 0.7188)]).run(x)
     assert not saturated.any()
     assert np.abs(fixed[0] - floats[0]).max() < 2e-9
+
+
+@pytest.mark.parametrize(
+    "low, high, root_low, root_high",
+    [(0.25, 4.0, 0.5, 2.0), (-1.0, 4.0, 0.0, 2.0), (0.0, 0.25, 0.0, 0.5), (-2.0, -1.0, 0.0, 0.0)],
+)
+def test_range_of_a_root(low: float, high: float, root_low: float, root_high: float) -> None:
+    """Below zero there is none: such arguments count as zero."""
+    root = ops.sqrt(Graph("root").leaf("input", "x", low, high))
+    assert (root.low, root.high) == (root_low, root_high)
+    const = ops.sqrt(Graph("root").const(2.25))
+    assert (const.kind, const.value) == ("const", 1.5)
