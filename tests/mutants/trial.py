@@ -55,7 +55,10 @@ def copy_tree(root: Path, place: Path) -> None:
 
 def run_tests(tree: Path, tests: Sequence[str], limit_s: float, cache: Path) -> tuple[int, str]:
     """(pytest's exit code, first failed test); the code is `_TIME` when the time is over."""
+    user_cache = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
     environment = {
+        # yosys as it was compiled for this machine: a minute, and the same for all mutants.
+        "YOWASP_CACHE_DIR": str(Path(user_cache) / "YoWASP"),
         **os.environ,
         # The copy, also for the processes that tests start; builds of mutants stay out of the
         # user's cache.
