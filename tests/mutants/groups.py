@@ -19,6 +19,16 @@ _COMPILER = {
     "firmware": "body check emit helpers layout names",
     "sim": "check check_shared cosim divergence segments",
 }
+#: Where parts meet: tests elsewhere that alone see them at work, by the beginning of the file.
+_BEYOND = {
+    "gateware/system/attitude_": ["tests/sim/board/test_run.py"],
+    "gateware/boards/": ["tests/gateware/boards/test_top.py"],
+    "gateware/soc/attitude_soc": ["tests/sim/soc/test_board.py"],
+    "gateware/soc/": ["tests/sim/soc/test_system.py"],
+    "gateware/sequencer": ["tests/sim/test_check.py"],
+    "gateware/engine": ["tests/sim/test_check.py"],
+    "gateware/lane": ["tests/sim/test_check.py"],
+}
 #: Tests that are no witnesses: they change the source's text themselves and want it as it is.
 _NO_WITNESS = {"tests/sim/formal/test_mutants.py"}
 
@@ -63,13 +73,15 @@ def nearest_tests(root: Path, file: str) -> list[str]:
 
 
 def wider_tests(root: Path, file: str) -> list[str]:
-    """The tests of the same folder, and whatever imports the file; not the nearest ones."""
+    """Whatever imports the file, the tests of the same folder, and those of where it is used; not
+    the nearest ones."""
     nearest = set(nearest_tests(root, file))
     near = set((root / "tests" / Path(file).parent).glob("test_*.py"))
     users = {p for p in (root / "tests").rglob("test_*.py") if _imports(p, file)}
     rows = [*sorted(near & users), *sorted(users - near), *sorted(near - users)]
     names = [str(p.relative_to(root)) for p in rows]
-    return [name for name in names if name not in nearest | _NO_WITNESS]
+    names += [name for head, more in _BEYOND.items() if file.startswith(head) for name in more]
+    return [name for name in dict.fromkeys(names) if name not in nearest | _NO_WITNESS]
 
 
 def _imports(test: Path, file: str) -> bool:

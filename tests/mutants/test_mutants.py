@@ -137,6 +137,10 @@ def test_every_file_has_tests() -> None:
         "tests/gateware/sensors/test_adis16385.py",
         "tests/gateware/sensors/test_adis16385_faults.py",
     ]
+    for group, (files, _) in GROUPS.items():
+        for file in files(ROOT):
+            wider = wider_tests(ROOT, file)
+            assert all((ROOT / name).exists() for name in wider) and len(set(wider)) == len(wider)
     assert "tests/gateware/test_engine.py" in wider_tests(ROOT, "gateware/sequencer.py")
 
 
