@@ -130,17 +130,16 @@ def test_mutants_of_the_project(group: str) -> None:
 
 
 def test_every_file_has_tests() -> None:
-    for group, (files, _) in GROUPS.items():
+    for files, _ in GROUPS.values():
         for file in files(ROOT):
-            assert nearest_tests(ROOT, file) or wider_tests(ROOT, file), (group, file)
+            nearest, wider = nearest_tests(ROOT, file), wider_tests(ROOT, file)
+            tests = [*nearest, *wider]
+            assert tests and len(set(tests)) == len(tests), file
+            assert all((ROOT / name).exists() for name in tests), file
     assert nearest_tests(ROOT, "gateware/sensors/adis16385.py") == [
         "tests/gateware/sensors/test_adis16385.py",
         "tests/gateware/sensors/test_adis16385_faults.py",
     ]
-    for group, (files, _) in GROUPS.items():
-        for file in files(ROOT):
-            wider = wider_tests(ROOT, file)
-            assert all((ROOT / name).exists() for name in wider) and len(set(wider)) == len(wider)
     assert "tests/gateware/test_engine.py" in wider_tests(ROOT, "gateware/sequencer.py")
 
 
