@@ -7,9 +7,12 @@ BIN    := $(VENV)/bin
 OUT    ?= build
 # Its warnings are about caches in a closed home and about editable installs as such.
 PIP    := PYTHONWARNINGS=ignore $(BIN)/python -m pip install -qq --disable-pip-version-check
+SEED   ?= 1
+COUNT  ?= 40
+JOBS   ?= 2
 
 .DEFAULT_GOAL := main
-.PHONY: main test soak lint types setup tools bench formal firmware cross synth doctor clean help
+.PHONY: main test soak lint types setup tools bench formal mutants firmware cross synth doctor clean help
 
 main: setup            ## Set up, then Verilog, proof on recorded data, area, clock, report
 	$(BIN)/boresight doctor --quiet
@@ -37,6 +40,9 @@ bench: setup           ## Rates of the models, as ratios in one run
 
 formal: setup          ## Prove what docs/proofs.md claims
 	$(BIN)/python -m boresight.sim.formal
+
+mutants: setup         ## Faults put into the code: which ones no test notices (SEED, COUNT, JOBS)
+	nice -n 15 $(BIN)/python -m tests.mutants --seed $(SEED) --count $(COUNT) --jobs $(JOBS) -o $(OUT)/mutants
 
 firmware: setup cross  ## C on a simulated soft core: cycles, sizes, equality
 	$(BIN)/python -m boresight.sim.soc --board -o $(OUT)/firmware

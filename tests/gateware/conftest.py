@@ -40,12 +40,6 @@ sat -verify -prove-asserts -tempinduct -enable_undef -set-def-inputs -maxsteps 8
 """
 
 
-def pytest_configure(config):
-    # A component that its constructor refuses, or that is only asked for its figures, is never
-    # elaborated.
-    config.addinivalue_line("filterwarnings", "ignore::amaranth.hdl.UnusedElaboratable")
-
-
 @pytest.fixture
 def simulate() -> Callable:
     """Run a testbench on a component, others in the background."""
