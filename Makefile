@@ -7,7 +7,7 @@ BIN    := $(VENV)/bin
 OUT    ?= build
 
 .DEFAULT_GOAL := main
-.PHONY: main test lint types setup tools bench formal firmware cross synth doctor clean help
+.PHONY: main test soak lint types setup tools bench formal firmware cross synth doctor clean help
 
 main: setup            ## Set up, then Verilog, proof on recorded data, area, clock, report
 	$(BIN)/boresight doctor --quiet
@@ -19,6 +19,13 @@ test: setup            ## Set up, then lint, types and all tests
 	$(BIN)/ruff format --check --quiet .
 	$(BIN)/mypy
 	$(BIN)/pytest -n 2 --dist worksteal
+
+soak: setup            ## Long campaigns, of which `make test` runs a short form (README: cost)
+	$(BIN)/pytest -m soak -n 2 --dist worksteal
+	$(BIN)/python -m boresight.sim.formal
+	$(BIN)/boresight bench
+	$(BIN)/boresight covariance
+	$(BIN)/boresight simulate --faults
 
 lint: setup            ## ruff: rules and format
 	$(BIN)/ruff check .
