@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from boresight.sim.compiled import RESET_CYCLES, build
+from boresight.sim.compiled import RESET_CYCLES, Compiled, build
 from boresight.sim.cosim import SimulationFailed
 
 BENCH = """
@@ -29,6 +29,11 @@ endmodule
 """
 
 
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory: pytest.TempPathFactory) -> Compiled:
+    return build("bench", {"bench.sv": BENCH}, cache=tmp_path_factory.mktemp("builds"))
+
+
 def test_counts_cycles_and_takes_arguments(tmp_path: Path) -> None:
     bench = build("bench", {"bench.sv": BENCH}, parameters={"STEP": 2}, cache=tmp_path)
     run = bench.run({"limit": 20}, max_cycles=1000, files={"words.txt": "42\n"})
@@ -39,14 +44,12 @@ def test_counts_cycles_and_takes_arguments(tmp_path: Path) -> None:
     assert "word" not in bench.run({"limit": 20}, max_cycles=1000).stdout
 
 
-def test_a_hang_is_a_failure(tmp_path: Path) -> None:
-    bench = build("bench", {"bench.sv": BENCH}, cache=tmp_path)
+def test_a_hang_is_a_failure(bench: Compiled) -> None:
     with pytest.raises(SimulationFailed, match="not finished after 1000 cycles"):
         bench.run(max_cycles=1000)
 
 
-def test_files_stay_in_the_given_folder(tmp_path: Path) -> None:
-    bench = build("bench", {"bench.sv": BENCH}, cache=tmp_path)
+def test_files_stay_in_the_given_folder(bench: Compiled, tmp_path: Path) -> None:
     bench.run({"limit": 3}, max_cycles=1000, files={"words.txt": "1"}, folder=tmp_path)
     assert (tmp_path / "words.txt").read_text() == "1"
 
