@@ -25,8 +25,12 @@ test: setup            ## Set up, then lint, types and all tests
 	$(BIN)/mypy
 	$(BIN)/pytest -n 2 --dist worksteal
 
-soak: setup            ## Long campaigns that `make test` leaves out
-	$(BIN)/pytest -m soak
+soak: setup            ## Long campaigns, of which `make test` runs a short form (README: cost)
+	$(BIN)/pytest -m soak -n 2 --dist worksteal
+	$(BIN)/python -m boresight.sim.formal
+	$(BIN)/boresight bench
+	$(BIN)/boresight covariance
+	$(BIN)/boresight simulate --faults
 
 lint: setup            ## ruff: rules and format
 	$(BIN)/ruff check .
