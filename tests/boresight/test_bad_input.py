@@ -126,6 +126,20 @@ def test_a_name_in_other_bytes_is_no_obstacle(tmp_path, capsys) -> None:
     assert json.loads(capsys.readouterr().out)["log"] == "l\ufffdg"
 
 
+def test_what_published_filters_cannot_take_is_no_bug(refused, tmp_path) -> None:
+    still = TRUTH.replace("0.1,0.2,9.8", "0,0,0")
+    (tmp_path / "log.csv").write_text(still)
+    line = refused("accuracy log.csv --estimators ahrs_ekf --jobs 1 -q")
+    assert "log 'log': wanted samples that the published filter ahrs_ekf takes, found " in line
+
+
+def test_a_reference_beyond_all_bounds(refused, tmp_path) -> None:
+    (tmp_path / "log.csv").write_text(TRUTH.replace(",1,0,0,0", ",1e300,0,0,0"))
+    assert "line 2, column qw: wanted a quaternion of norm 1, found norm" in refused(
+        "run mekf log.csv"
+    )
+
+
 def changed(data: dict, *path: object) -> dict:
     """A copy of JSON with the value at a path replaced by the last of it."""
     out = json.loads(json.dumps(data))
