@@ -9,7 +9,7 @@ OUT    ?= build
 PIP    := PYTHONWARNINGS=ignore $(BIN)/python -m pip install -qq --disable-pip-version-check
 
 .DEFAULT_GOAL := main
-.PHONY: main test lint types setup tools bench formal firmware cross synth doctor clean help
+.PHONY: main test soak lint types setup tools bench formal firmware cross synth doctor clean help
 
 main: setup            ## Set up, then Verilog, proof on recorded data, area, clock, report
 	$(BIN)/boresight doctor --quiet
@@ -21,6 +21,9 @@ test: setup            ## Set up, then lint, types and all tests
 	$(BIN)/ruff format --check --quiet .
 	$(BIN)/mypy
 	$(BIN)/pytest -n 2 --dist worksteal
+
+soak: setup            ## Long campaigns that `make test` leaves out
+	$(BIN)/pytest -m soak
 
 lint: setup            ## ruff: rules and format
 	$(BIN)/ruff check .

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import json
+import os
 import stat
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -19,6 +19,8 @@ from boresight.gateware.system.attitude_frame import (
     parse_line,
 )
 from boresight.model.errors import InputError
+from boresight.register_file import read_registers
+from boresight.sim.reading import reason
 
 __all__ = ["BoardLine", "Listener", "Reply", "RegisterTable"]
 
@@ -93,20 +95,8 @@ class RegisterTable:
 
     def __init__(self, path: str | Path | None = None) -> None:
         self.path = path
-        self.data: dict[str, Any] = {}
-        if path is not None:
-            try:
-                self.data = json.loads(Path(path).read_text(encoding="utf-8"))
-                self._by_name = {r["name"]: r for r in self.data["registers"]}
-            except (OSError, ValueError, KeyError, TypeError) as error:
-                raise InputError.at(
-                    str(path),
-                    wanted="a registers.json of `boresight compile`",
-                    found=str(error) or type(error).__name__,
-                    fix="give the file of this board's bitstream",
-                ) from error
-        else:
-            self._by_name = {}
+        self.data: dict[str, Any] = {} if path is None else read_registers(path)
+        self._by_name = {r["name"]: r for r in self.data.get("registers", [])}
 
     @property
     def clock_hz(self) -> float:
@@ -217,6 +207,27 @@ class RegisterTable:
         return bits if register.get("frac") is None else bits * 2.0 ** -register["frac"]
 
 
+def _serial(source: str, baud: int) -> Any:
+    """The port, open; OSError says in its text what is wrong."""
+    import termios
+
+    import serial
+
+    try:
+        return serial.Serial(source, baud, timeout=0.05)
+    except (serial.SerialException, termios.error) as error:
+        number = getattr(error, "errno", None)
+        raise OSError(
+            number, os.strerror(number) if number else "a device that is no serial port"
+        ) from error
+    except (ValueError, OverflowError) as error:
+        raise OSError(0, f"no rate of {baud} there") from error
+
+
+def _capture(source: str, _: int) -> Any:
+    return Path(source).open("rb")
+
+
 class BoardLine:
     """A serial port, or a file of what came from one.
 
@@ -237,22 +248,18 @@ class BoardLine:
 
     def __init__(self, source: str, *, baud: int, listener: Listener) -> None:
         self.source, self.listener = source, listener
-        path = Path(source)
-        self.is_port = not path.is_file()
         try:
-            if self.is_port:
-                if path.exists() and not stat.S_ISCHR(path.stat().st_mode):
-                    raise OSError("is not a port or a file")
-                import serial
-
-                self._file: Any = serial.Serial(source, baud, timeout=0.05)
-            else:
-                self._file = path.open("rb")
-        except (OSError, ValueError) as error:
+            mode = Path(source).stat().st_mode
+            self.is_port = not stat.S_ISREG(mode)
+            if self.is_port and not stat.S_ISCHR(mode):
+                raise OSError(0, "a folder" if stat.S_ISDIR(mode) else "neither of them")
+            opened = _serial if self.is_port else _capture
+            self._file = opened(source, baud)
+        except OSError as error:
             raise InputError.at(
-                source,
+                source or "''",
                 wanted="a serial port, or a file of captured bytes",
-                found=str(error),
+                found=reason(error),
                 fix="name one that is there and may be opened, at a rate that it has",
             ) from error
 
@@ -268,21 +275,22 @@ class BoardLine:
         Raises
         ------
         InputError
-            The port is silent for ``silence_s``, or gone.
+            The port says nothing that is understood for ``silence_s``, or is gone.
         """
-        heard = time.monotonic()
+        understood, heard = time.monotonic(), 0
         while True:
             data = self._read()
-            if data:
-                heard = time.monotonic()
-                yield from self.listener.feed(data)
-            elif not self.is_port:
+            heard += len(data)
+            for item in self.listener.feed(data):
+                understood, heard = time.monotonic(), 0
+                yield item
+            if not data and not self.is_port:
                 return
-            elif time.monotonic() - heard > silence_s:
+            if self.is_port and time.monotonic() - understood > silence_s:
                 raise InputError.at(
                     self.source,
-                    wanted="bytes from the board",
-                    found=f"none for {silence_s:g} s",
+                    wanted="attitudes from the board",
+                    found=f"{heard:,} other bytes" if heard else f"none for {silence_s:g} s",
                     fix="check wiring and power, --baud, and register output_mode",
                 )
 

@@ -15,7 +15,7 @@ from typing import Any
 
 import boresight
 from boresight.failures import code_of, interruptible
-from boresight.terminal import say
+from boresight.terminal import say, tell
 
 __all__ = ["main"]
 
@@ -47,9 +47,18 @@ class _Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> Any:
         """Print one line, exit 2."""
-        text = " ".join(message.split()).encode("utf-8", "backslashreplace").decode()
+        for kind, wanted in (("int", "a whole number"), ("float", "a number")):
+            message = message.replace(f"invalid {kind} value:", f"wanted {wanted}, found")
+        text = (
+            " ".join(message.removeprefix("argument ").split())
+            .encode("utf-8", "backslashreplace")
+            .decode()
+        )
         text = text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
         self.exit(2, f"error: {text} (see {self.prog} --help)\n")
+
+    def _print_message(self, message: str, file: Any = None) -> None:
+        (tell if file is sys.stderr else say)(message.rstrip("\n"))
 
 
 class _VerbParser(_Parser):

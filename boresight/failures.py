@@ -7,7 +7,7 @@ import signal
 import threading
 import traceback
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -36,7 +36,7 @@ def code_of(error: BaseException) -> int:
         return 128 + int(error.args[0])
     if isinstance(error, KeyboardInterrupt):
         tell("interrupted")
-        return 128 + signal.SIGINT
+        return 130
     if isinstance(error, MemoryError):
         tell("error: memory ran out; give less at a time, or use a computer with more")
         return 1
@@ -47,9 +47,15 @@ def code_of(error: BaseException) -> int:
         tell(f"error: {str(error).splitlines()[0]}")
         return 1
     if isinstance(error, OSError) and error.strerror:
-        what = "" if error.filename is None else f"{InputError(str(error.filename))}: "
-        tell(f"error: {what}{error.strerror.lower()}")
-        return 2
+        where = "a file" if error.filename is None else os.fsdecode(error.filename)
+        return code_of(
+            InputError.at(
+                where or "''",
+                wanted="something that can be used",
+                found=error.strerror.lower(),
+                fix="check the path",
+            )
+        )
     return _bug(error)
 
 
@@ -81,9 +87,19 @@ def _bug(error: BaseException) -> int:
     return 3
 
 
+def _descendants(process: int) -> list[int]:
+    """Processes that this one began, and those that they began (Linux; elsewhere none)."""
+    found: list[int] = []
+    for file in Path(f"/proc/{process}/task").glob("*/children"):
+        with suppress(OSError):
+            for child in map(int, file.read_text().split()):
+                found += [child, *_descendants(child)]
+    return found
+
+
 @contextmanager
 def interruptible() -> Iterator[None]:
-    """The first Ctrl-C, SIGTERM or SIGHUP interrupts; a second one ends at once.
+    """The first Ctrl-C, SIGTERM or SIGHUP ends all children and interrupts; a second ends at once.
 
     What was begun is cleaned up in between. Only a main thread that such a signal reaches is
     changed: a process told to ignore one still does.
@@ -99,6 +115,9 @@ def interruptible() -> Iterator[None]:
 
     def stop(number: int, frame: object) -> None:
         signal.signal(number, signal.SIG_DFL)
+        for child in _descendants(os.getpid()):
+            with suppress(OSError):
+                os.kill(child, signal.SIGTERM)
         raise KeyboardInterrupt if number == signal.SIGINT else Terminated(number)
 
     if threading.current_thread() is threading.main_thread():

@@ -6,13 +6,13 @@ A file is one JSON object: either parameter values by name, or an object with th
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from boresight.model.errors import InputError
 from boresight.model.estimators import estimator as find_estimator
+from boresight.sim.reading import kind_of, read_json
 
 __all__ = ["parse_settings", "read_params", "values_for"]
 
@@ -32,9 +32,9 @@ def parse_settings(items: Sequence[str]) -> dict[str, float]:
             out[name] = float(text)
         except ValueError:
             raise InputError.at(
-                f"--param {item}",
+                "--param",
                 wanted="NAME=NUMBER",
-                found=repr(text),
+                found=repr(item),
                 fix="write for example --param kp_pitch_per_s=0.5",
             ) from None
     return out
@@ -48,23 +48,7 @@ def read_params(path: str | Path) -> tuple[str | None, dict[str, float]]:
     InputError
         The file cannot be read, is not JSON, or does not hold numbers by name.
     """
-    path = Path(path)
-    try:
-        data: Any = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError.at(
-            str(path),
-            wanted="a parameter file that can be read",
-            found=(error.strerror or type(error).__name__).lower(),
-            fix="check the path",
-        ) from None
-    except ValueError as error:
-        raise InputError.at(
-            str(path),
-            wanted="a JSON object with parameter values",
-            found=f"no JSON ({error})",
-            fix="correct the file",
-        ) from None
+    data = read_json(path, "a parameter file")
     name, values = None, data
     if isinstance(data, dict) and "parameters" in data:
         name, values = data.get("estimator"), data["parameters"]
@@ -72,15 +56,20 @@ def read_params(path: str | Path) -> tuple[str | None, dict[str, float]]:
         raise InputError.at(
             str(path),
             wanted="a JSON object with parameter values",
-            found=type(values).__name__,
+            found=kind_of(values),
             fix='write for example {"kp_pitch_per_s": 0.5}',
         )
-    for key, value in values.items():
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            raise InputError.at(
-                f"{path}, {key}", wanted="a number", found=repr(value)[:40], fix="correct the file"
-            )
-    return name, {key: float(value) for key, value in values.items()}
+    return name, {key: _number(f"{path}, {key}", value) for key, value in values.items()}
+
+
+def _number(where: str, value: Any) -> float:
+    """A value of a file as float; InputError if it is no number that float holds."""
+    try:
+        if not isinstance(value, bool) and isinstance(value, int | float):
+            return float(value)
+    except OverflowError:
+        pass
+    raise InputError.at(where, wanted="a number", found=kind_of(value), fix="correct the file")
 
 
 def values_for(

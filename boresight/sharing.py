@@ -79,7 +79,7 @@ def params_for_each(
             raise InputError.at(
                 where,
                 wanted=f"parameters of {', '.join(names)}",
-                found="those of nobody" if owner is None else f"those of {owner}",
+                found="no estimator's name" if owner is None else f"those of {owner}",
                 fix=f"write for example --param {names[0]}.NAME=NUMBER",
             )
         assert owner is not None

@@ -50,7 +50,7 @@ def write_soc(folder: Path, board: str, core: Core, meanings: dict[str, str]) ->
         files={"VexRiscv.v": cpu_verilog(), "ram.v": ram_verilog(), "firmware.hex": image.hex},
     )
     for name, text in files_of(system.map(meanings)).items():
-        (folder / name).write_text(text)
+        (folder / name).write_text(text, encoding="utf-8")
     place = folder / "firmware"
     place.mkdir()
     for name, text in project_files(files, sources=sources, ram=4 * RAM_WORDS).items():

@@ -3,7 +3,7 @@
 List scheduling (`gateware.list_pass`) under priorities from longest paths (`gateware.priorities`),
 then a local search that disturbs the priorities and keeps what is not worse. Compared are the
 latency of the last urgent output, then the length of the program, then the cycles of all emits.
-The same arguments always give the same schedule.
+The same arguments give the same schedule, on every machine.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import random
 from collections.abc import Sequence
 
 from boresight.gateware.copies import with_copies
+from boresight.gateware.deviates import Deviates
 from boresight.gateware.list_pass import list_pass
 from boresight.gateware.list_problem import Attempt, ListProblem, Style
 from boresight.gateware.machine import Machine
@@ -128,7 +129,11 @@ def _style(rng: random.Random) -> Style:
 
 
 def _disturb(
-    priority: Sequence[float], problem: ListProblem, hot: Sequence[int], rng: random.Random
+    priority: Sequence[float],
+    problem: ListProblem,
+    hot: Sequence[int],
+    rng: random.Random,
+    deviates: Deviates,
 ) -> list[float]:
     """Priorities with a few nodes moved, or a node with all that lead to it or follow from it."""
     trial = list(priority)
@@ -136,10 +141,10 @@ def _disturb(
     size = rng.choice((2.0, 5.0, 12.0, 40.0))
     if rng.random() < 0.5:
         for _ in range(rng.choice((1, 2, 4, 8, 16))):
-            trial[rng.choice(some)] += rng.gauss(0.0, size)
+            trial[rng.choice(some)] += deviates.draw(size)
         return trial
     for _ in range(rng.choice((1, 1, 2, 3))):
-        by = rng.gauss(0.0, size)
+        by = deviates.draw(size)
         edges = problem.producers if rng.random() < 0.7 else problem.consumers
         for k in _closure(edges, rng.choice(some)):
             trial[k] += by
@@ -162,6 +167,7 @@ def _closure(edges: Sequence[Sequence[int]], node: int) -> list[int]:
 def _search(problem: ListProblem, restarts: int, rng: random.Random) -> Attempt:
     """Best attempt: first under many styles, then with priorities disturbed."""
     far = problem.far
+    deviates = Deviates(rng)
     priority, style = _priorities(far), _FIRST
     best = list_pass(problem, priority, style)
     assert best is not None
@@ -174,7 +180,7 @@ def _search(problem: ListProblem, restarts: int, rng: random.Random) -> Attempt:
         if k < restarts * _STYLE_SHARE:
             habit = _style(rng)
         else:
-            trial = _disturb(priority, problem, hot, rng)
+            trial = _disturb(priority, problem, hot, rng, deviates)
             if rng.random() < 0.1:
                 habit = _style(rng)
         found = list_pass(problem, trial, habit, (latency, length))

@@ -2,7 +2,30 @@
 
 from __future__ import annotations
 
-__all__ = ["InputError", "ToolMissing"]
+import difflib
+from collections.abc import Iterable
+
+__all__ = ["InputError", "ToolMissing", "closest", "shortened"]
+
+#: Most characters of a message's parts.
+_WHERE, _WANTED, _FOUND = 120, 130, 60
+
+
+def shortened(text: str, most: int) -> str:
+    """The text, without its middle if it has more than ``most`` characters."""
+    if len(text) <= most:
+        return text
+    end = 2 * (most - 3) // 3  # the end of a path, and the line behind it, say most
+    return f"{text[: most - 3 - end]}...{text[len(text) - end :]}"
+
+
+def closest(name: str, known: Iterable[str], most: int = 4) -> list[str]:
+    """The ``most`` names that are most like ``name``, to be shown where it is unknown."""
+    return difflib.get_close_matches(name[:100], list(known), most, 0.0)
+
+
+def _printable(text: str) -> str:
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
 
 
 class InputError(ValueError):
@@ -15,11 +38,12 @@ class InputError(ValueError):
     Parameters
     ----------
     message : str
-        Text of the error. Line breaks and runs of blanks become single spaces.
+        Text of the error. Line breaks and runs of blanks become single spaces; other characters
+        that cannot be printed are written as escapes.
     """
 
     def __init__(self, message: str) -> None:
-        super().__init__(" ".join(message.split()))
+        super().__init__(_printable(" ".join(message.split())))
 
     @classmethod
     def at(cls, where: str, *, wanted: str, found: str, fix: str) -> InputError:
@@ -33,8 +57,11 @@ class InputError(ValueError):
             What is legal there, and what stands there instead.
         fix : str
             What the user can do about it.
+
+        What is too long to read loses its middle: ``where`` and ``found`` come from outside.
         """
-        return cls(f"{where}: wanted {wanted}, found {found}; {fix}")
+        where, found = shortened(where, _WHERE), shortened(found, _FOUND)
+        return cls(f"{where}: wanted {shortened(wanted, _WANTED)}, found {found}; {fix}")
 
 
 class ToolMissing(RuntimeError):

@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, closest
 from boresight.model.fixed import Arithmetic
 from boresight.model.graph import Graph, Node
 from boresight.model.lower import lower
@@ -127,9 +127,9 @@ class Estimator:
             if name not in legal:
                 raise InputError.at(
                     f"parameter {name}",
-                    wanted=f"one of {', '.join(legal)}",
+                    wanted=f"one of {', '.join(closest(name, legal))}",
                     found=repr(name),
-                    fix=f"estimator {self.name} has no such one",
+                    fix=f"boresight list shows all of {self.name}",
                 )
             p = legal[name]
             if not p.low <= value <= p.high:  # NaN fails too

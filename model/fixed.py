@@ -18,11 +18,14 @@ for it. Products never pass 2W-1 bits, the accumulator never passes `Arithmetic.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+
+from boresight.model.rounded import binary_exponent
 
 __all__ = [
     "Arithmetic",
@@ -116,17 +119,17 @@ class Format:
     @property
     def lsb(self) -> float:
         """Value of the least significant bit."""
-        return 2.0**-self.frac
+        return math.ldexp(1.0, -self.frac)
 
     @property
     def min(self) -> float:
         """Smallest value."""
-        return -(2.0 ** (self.word - 1 - self.frac))
+        return -math.ldexp(1.0, self.word - 1 - self.frac)
 
     @property
     def max(self) -> float:
         """Largest value."""
-        return ((1 << (self.word - 1)) - 1) * 2.0**-self.frac
+        return math.ldexp((1 << (self.word - 1)) - 1, -self.frac)
 
     def quantise(self, value: Any) -> IntArray:
         """Nearest word to each value (ties up, as RND), saturated to the format."""
@@ -146,7 +149,7 @@ class Format:
         magnitude = max(abs(low), abs(high))
         if magnitude == 0.0:
             return cls(word, word - 1)
-        frac = word - 1 - int(np.ceil(np.log2(magnitude)))
+        frac = word - 1 - binary_exponent(magnitude)
         fmt = cls(word, frac)
         while high > fmt.max or low < fmt.min:
             frac -= 1

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from boresight.model import tables
 from boresight.model.program import Negate, Scale, When
+from boresight.model.rounded import binary_exponent
 
 __all__ = ["CONDITIONAL", "OPPOSITE", "Form", "Product"]
 
@@ -50,7 +51,7 @@ class Product:
         """The product times a power of two of either sign."""
         return replace(
             self,
-            exponent=self.exponent + int(math.log2(abs(power))),
+            exponent=self.exponent + binary_exponent(power),
             limit=self.limit * abs(power),
             negate=OPPOSITE[self.negate] if power < 0 else self.negate,
         )

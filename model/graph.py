@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from boresight.model import rounded
 from boresight.model.errors import InputError
 
 __all__ = ["LEAVES", "Condition", "Graph", "Node"]
@@ -131,9 +132,9 @@ class Condition:
 
 #: Value of a function of a constant.
 _FUNCTIONS: dict[str, Callable[[float], float]] = {
-    "sin": lambda x: math.sin(math.pi * x),
-    "asin": lambda x: math.asin(x) / math.pi,
-    "rsqrt": lambda x: 1.0 / math.sqrt(x),
+    "sin": rounded.sin_ht,
+    "asin": rounded.asin_ht,
+    "rsqrt": rounded.rsqrt,
     "reciprocal": lambda x: 1.0 / x,
 }
 

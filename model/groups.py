@@ -236,7 +236,9 @@ class Groups:
             fmt = Format(self.arith.word, frac - 1)
             wide = replace(target, low=fmt.min, high=fmt.max)
         else:
-            bound = abs(form.constant) + sum(self._magnitude(form, p) for p in form.products)
+            bound = math.fsum(
+                [abs(form.constant), *(self._magnitude(form, p) for p in form.products)]
+            )
             wide = replace(target, low=-bound, high=bound)
         part = self.group(form, replace(wide, name=f"{target.name}_part"))
         step = min(self.arith.norm_max, self.arith.headroom - 1)

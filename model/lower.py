@@ -19,6 +19,7 @@ from boresight.model.functions import Functions
 from boresight.model.graph import LEAVES, Node
 from boresight.model.groups import Groups, Target
 from boresight.model.program import Kind, Negate, Op, Overflow, Program, Scale, Value, When
+from boresight.model.rounded import binary_exponent
 
 __all__ = ["lower"]
 
@@ -94,7 +95,7 @@ class _Lowering:
             return self.groups.group(
                 form,
                 replace(target, overflow=Overflow.CLIP),
-                frac=word - 1 - int(math.log2(node.value)),
+                frac=word - 1 - binary_exponent(node.value),
                 exact=True,
             )
         if frac is None and odd is not None and math.isfinite(node.low + node.high):

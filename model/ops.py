@@ -1,7 +1,9 @@
 """The operations estimators are written in: the same code on float64 arrays and on the tracer.
 
-On numbers and numpy arrays each function computes in float64, element by element; on traced values
-(`model.graph.Node`) it adds to the graph. Besides these functions use ``+ - * /``, unary minus and
+On numpy arrays each function computes in float64, element by element; on traced values
+(`model.graph.Node`) it adds to the graph. On plain numbers its result is correctly rounded
+(`model.rounded`): such constants become part of a program, and must be the same on every machine;
+those of ``math`` and numpy are not. Besides these functions use ``+ - * /``, unary minus and
 the comparisons ``< > <= >=`` whose results combine with ``& | ~``.
 
 The range of a divisor must not contain zero nor span more than 2^22. A word that cannot normalise
@@ -12,10 +14,12 @@ Angles in half turns (suffix ``_ht``): 1 = pi rad, wrapped to [-1, 1).
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
+from boresight.model import rounded
 from boresight.model.graph import LEAVES, Condition, Node
 
 __all__ = [
@@ -35,6 +39,11 @@ __all__ = [
     "where",
     "wrap_ht",
 ]
+
+
+def _plain(x: Any) -> bool:
+    """Whether ``x`` is a number of Python's own, and no element of an array."""
+    return type(x) in (int, float)
 
 
 def named(name: str, x: Any) -> Any:
@@ -111,6 +120,8 @@ def sincos_ht(x: Any) -> tuple[Any, Any]:
     if isinstance(x, Node):
         g = x.graph
         return g.function("sin", x), g.function("sin", x, quarter=True)
+    if _plain(x):
+        return rounded.sin_ht(x), rounded.cos_ht(x)
     return np.sin(np.pi * x), np.cos(np.pi * x)
 
 
@@ -122,6 +133,8 @@ def rsqrt(x: Any) -> Any:
     """
     if isinstance(x, Node):
         return x.graph.function("rsqrt", x)
+    if _plain(x):
+        return rounded.rsqrt(max(x, 1e-300))
     return 1.0 / np.sqrt(np.maximum(x, 1e-300))
 
 
@@ -129,9 +142,9 @@ def sqrt(x: Any) -> Any:
     """Square root of x >= 0, as x * rsqrt(x): too small below the least argument of `rsqrt`."""
     if isinstance(x, Node):
         if x.kind == "const":
-            return x.graph.const(x.value**0.5)
+            return x.graph.const(math.sqrt(x.value))
         root = x * x.graph.function("rsqrt", x)
-        root.low, root.high = max(x.low, 0.0) ** 0.5, max(x.high, 0.0) ** 0.5
+        root.low, root.high = math.sqrt(max(x.low, 0.0)), math.sqrt(max(x.high, 0.0))
         return root
     return np.sqrt(x)
 
@@ -140,6 +153,8 @@ def asin_ht(x: Any) -> Any:
     """Half turns whose sine is ``x`` in [0, 0.7188): up to an eighth of a turn and a little."""
     if isinstance(x, Node):
         return x.graph.function("asin", x)
+    if _plain(x):
+        return rounded.asin_ht(min(max(x, 0.0), 1.0))
     return np.arcsin(np.clip(x, 0.0, 1.0)) / np.pi
 
 
@@ -154,7 +169,10 @@ def atan2_ht(y: Any, x: Any) -> Any:
         base  = swap ? (y < 0 ? -1/2 : 1/2) : (x < 0 ? 1 : 0)
     """
     if not isinstance(x, Node) and not isinstance(y, Node):
-        angle = np.arctan2(y + 0.0, x + 0.0) / np.pi  # + 0.0: no negative zeros
+        if _plain(x) and _plain(y):
+            angle = rounded.atan2_ht(y, x)
+        else:
+            angle = np.arctan2(y + 0.0, x + 0.0) / np.pi  # + 0.0: no negative zeros
         return (angle + 1.0) % 2.0 - 1.0
     g = (x if isinstance(x, Node) else y).graph
     x, y = g.lift(x), g.lift(y)

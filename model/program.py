@@ -13,6 +13,7 @@ import json
 from collections.abc import Iterator
 from dataclasses import dataclass, field, fields, is_dataclass
 from enum import Enum, StrEnum
+from functools import cached_property
 from typing import Any
 
 from boresight.model.fixed import Arithmetic, Format
@@ -170,18 +171,8 @@ class Program:
         return [n for n, v in enumerate(self.values) if v.kind is kind]
 
     def to_json(self) -> str:
-        """The program as JSON, the same text for the same program (`digest` hashes it)."""
-
-        def plain(x: Any) -> Any:
-            if isinstance(x, Enum):
-                return x.value
-            if isinstance(x, tuple):
-                return [plain(y) for y in x]
-            if is_dataclass(x):
-                return {f.name: plain(getattr(x, f.name)) for f in fields(x) if f.name != "meta"}
-            return x
-
-        return json.dumps(plain(self), indent=1, sort_keys=True)
+        """The program as JSON, the same text for the same program."""
+        return json.dumps(_plain(self), indent=1, sort_keys=True)
 
     @classmethod
     def from_json(cls, text: str) -> Program:
@@ -216,7 +207,37 @@ class Program:
             table_memory=tuple(d["table_memory"]),
         )
 
-    @property
+    @cached_property
     def digest(self) -> str:
-        """SHA-256 of `to_json`, the identity that reports and the core's build register carry."""
-        return hashlib.sha256(self.to_json().encode()).hexdigest()
+        """The identity that reports and the core's build register carry: a SHA-256.
+
+        It covers what the hardware does (arithmetic, operations, binary points, table, first words)
+        and what its ports mean (names, units, declared ranges). It does not cover what is only said
+        about values in between: their names, and ranges that follow from those of the ports.
+        """
+        text = json.dumps({**_plain(self), "values": [_identity(v) for v in self.values]})
+        return hashlib.sha256(text.encode()).hexdigest()
+
+
+#: Kinds of values that somebody outside reads or writes.
+_PORTS = (Kind.INPUT, Kind.PARAM, Kind.STATE)
+
+
+def _plain(x: Any) -> Any:
+    """``x`` in JSON's types, keys in order."""
+    if isinstance(x, Enum):
+        return x.value
+    if isinstance(x, tuple):
+        return [_plain(y) for y in x]
+    if is_dataclass(x):
+        names = sorted(f.name for f in fields(x) if f.name != "meta")
+        return {name: _plain(getattr(x, name)) for name in names}
+    return x
+
+
+def _identity(value: Value) -> list[Any]:
+    """What a digest covers of a value."""
+    inside = [value.kind.value, value.frac, value.initial]
+    if value.kind not in _PORTS:
+        return inside
+    return [*inside, value.name, value.unit, float(value.low), float(value.high)]

@@ -6,7 +6,8 @@ the sign bit choose the segment and whose remaining bits are the position p in [
     y = c0 + c1 p + c2 p^2 + c3 p^3 = (c0 + c1 p) + (c2 + c3 p) (p p)
 
 Each segment interpolates the function at the four Chebyshev nodes of the segment, which is within
-a few per cent of the best cubic. Coefficients are words with one binary point per coefficient.
+a few per cent of the best cubic. Coefficients are computed with `model.rounded.PRECISE` and rounded
+once to float64; their words have one binary point per coefficient.
 
 | table | block | segments | argument | result |
 |---|---|---|---|---|
@@ -18,14 +19,17 @@ a few per cent of the best cubic. Coefficients are words with one binary point p
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from boresight.model.fixed import Arithmetic, Format
+from boresight.model.rounded import PRECISE
 
 __all__ = [
     "ASIN",
@@ -51,9 +55,9 @@ _BLOCKS = 3
 class Table:
     """One tabulated function.
 
-    ``function`` maps the argument (segment / ``segments_per_unit``) to the result. Segments
-    ``first`` to ``last`` are in use; ``result_frac_below_word`` is W minus the result's fraction
-    bits; ``low``/``high`` bound the result.
+    ``function`` maps the argument (segment / ``segments_per_unit``), a number of `PRECISE`, to the
+    result. Segments ``first`` to ``last`` are in use; ``result_frac_below_word`` is W minus the
+    result's fraction bits; ``low``/``high`` bound the result.
     """
 
     name: str
@@ -61,7 +65,7 @@ class Table:
     first: int
     last: int
     segments_per_unit: int
-    function: Callable[[Array], Array]
+    function: Callable[[Any], Any]
     result_frac_below_word: int
     low: float
     high: float
@@ -71,20 +75,34 @@ class Table:
         return Format(arith.word, arith.word - self.result_frac_below_word)
 
     def coefficients(self) -> Array:
-        """Coefficients (segments in use, 4) of 1, p, p^2, p^3, p in [0, 1)."""
-        nodes = 0.5 - 0.5 * np.cos(np.pi * (np.arange(4) + 0.5) / 4.0)
-        segment = np.arange(self.first, self.last + 1, dtype=np.float64)
-        y = self.function((segment[:, None] + nodes) / self.segments_per_unit)
-        return np.asarray(
-            np.linalg.solve(np.vander(nodes, 4, increasing=True), y.T).T, dtype=np.float64
-        )
+        """Coefficients (segments in use, 4) of 1, p, p^2, p^3, p in [0, 1); not to be written."""
+        return _coefficients(self)
+
+    def at(self, segment: Any) -> Any:
+        """The function at a segment's beginning, or between two of them."""
+        return self.function(PRECISE.mpf(segment) / self.segments_per_unit)
 
 
-SIN = Table("sin", 0, 0, 127, 128, lambda x: np.sin(np.pi * x), 2, 0.0, 1.0)
-RSQRT = Table("rsqrt", 1, 32, 127, 128, lambda m: 1.0 / np.sqrt(m), 2, 1.0, 2.0)
-ASIN = Table("asin", 2, 0, 45, 64, lambda v: np.arcsin(v) / np.pi, 1, 0.0, 0.26)
-RECIPROCAL = Table("reciprocal", 2, 64, 127, 128, lambda m: 1.0 / m, 2, 1.0, 2.0)
+SIN = Table("sin", 0, 0, 127, 128, PRECISE.sinpi, 2, 0.0, 1.0)
+RSQRT = Table("rsqrt", 1, 32, 127, 128, lambda m: 1 / PRECISE.sqrt(m), 2, 1.0, 2.0)
+ASIN = Table("asin", 2, 0, 45, 64, lambda v: PRECISE.asin(v) / PRECISE.pi, 1, 0.0, 0.26)
+RECIPROCAL = Table("reciprocal", 2, 64, 127, 128, lambda m: 1 / m, 2, 1.0, 2.0)
 TABLES = (SIN, RSQRT, ASIN, RECIPROCAL)
+
+
+@lru_cache
+def _coefficients(table: Table) -> Array:
+    """The cubics through the function at the Chebyshev nodes of every segment."""
+    nodes = [(1 - PRECISE.cospi(PRECISE.mpf(2 * k + 1) / 8)) / 2 for k in range(4)]
+    # Row k: the coefficients of 1, p, p^2, p^3 that node k's value has a part in.
+    parts = PRECISE.inverse(PRECISE.matrix([[p**power for power in range(4)] for p in nodes])).T
+    rows = []
+    for segment in range(table.first, table.last + 1):
+        y = [table.at(segment + p) for p in nodes]
+        rows.append([PRECISE.fdot(y, parts.column(k)) for k in range(4)])
+    c = np.array(rows, dtype=np.float64)
+    c.setflags(write=False)
+    return c
 
 
 def part_format(table: Table, arith: Arithmetic, low: float, high: float) -> Format:
@@ -93,7 +111,7 @@ def part_format(table: Table, arith: Arithmetic, low: float, high: float) -> For
     A range that ends at a power of two (1/m at m = 1/2) gives up its last bit there for one bit
     more everywhere else. No format is finer than the accumulator can use: that keeps shifts legal.
     """
-    almost = 1.0 - 2.0 ** (2 - arith.word)
+    almost = 1.0 - math.ldexp(1.0, 2 - arith.word)
     fmt = Format.for_range(arith.word, low * almost, high * almost)
     return Format(arith.word, min(fmt.frac, table.result_format(arith).frac + arith.guard))
 
@@ -120,10 +138,10 @@ def table_memory(arith: Arithmetic) -> tuple[int, ...]:
         c = table.coefficients()
         words = np.stack([f.quantise(c[:, k]) for k, f in enumerate(formats)], axis=1)
         memory[table.block, table.first : table.last + 1] = words
-    edge = RSQRT.function(np.array([RSQRT.first / RSQRT.segments_per_unit]))
-    memory[RSQRT.block, : RSQRT.first, 0] = coefficient_formats(RSQRT, arith)[0].quantise(edge)
-    edge = ASIN.function(np.array([(ASIN.last + 1) / ASIN.segments_per_unit]))
-    memory[ASIN.block, ASIN.last + 1 : RECIPROCAL.first, 0] = coefficient_formats(ASIN, arith)[
-        0
-    ].quantise(edge)
+    for table, edge, unused in (
+        (RSQRT, RSQRT.first, slice(0, RSQRT.first)),
+        (ASIN, ASIN.last + 1, slice(ASIN.last + 1, RECIPROCAL.first)),
+    ):
+        constant = coefficient_formats(table, arith)[0].quantise(float(table.at(edge)))
+        memory[table.block, unused, 0] = constant
     return tuple(int(w) for w in memory.ravel())

@@ -9,7 +9,7 @@ import stat
 import tempfile
 from pathlib import Path
 
-__all__ = ["cache_folder", "private_folder", "tool_environment"]
+__all__ = ["cache_folder", "matplotlib_environment", "private_folder", "yosys_environment"]
 
 
 def cache_folder(name: str) -> Path:
@@ -23,23 +23,24 @@ def cache_folder(name: str) -> Path:
     return folder
 
 
-def tool_environment() -> dict[str, str]:
-    """Variables that tools with a cache of their own need where the home is closed.
+def yosys_environment() -> dict[str, str]:
+    """What YoWASP needs to be told where the home is closed: where to keep its machine code."""
+    return _told("YOWASP_CACHE_DIR", "YoWASP", [])
 
-    Yosys keeps its machine code and matplotlib its list of fonts below the home. Nothing is said
-    where they can do so, or where the user has said where.
-    """
-    wanted = {}
-    if "YOWASP_CACHE_DIR" not in os.environ:
-        folder = cache_folder("YoWASP")
-        if private_folder() in folder.parents:
-            wanted["YOWASP_CACHE_DIR"] = str(folder)
-    if "MPLCONFIGDIR" not in os.environ:
-        base = os.environ.get("XDG_CONFIG_HOME") or os.path.join(os.path.expanduser("~"), ".config")
-        folder = cache_folder("matplotlib")
-        if private_folder() in folder.parents or not _writable(Path(base) / "matplotlib"):
-            wanted["MPLCONFIGDIR"] = str(folder)
-    return wanted
+
+def matplotlib_environment() -> dict[str, str]:
+    """What matplotlib needs to be told where the home is closed: where to keep its fonts' list."""
+    base = os.environ.get("XDG_CONFIG_HOME") or os.path.join(os.path.expanduser("~"), ".config")
+    return _told("MPLCONFIGDIR", "matplotlib", [Path(base) / "matplotlib"])
+
+
+def _told(variable: str, name: str, also: list[Path]) -> dict[str, str]:
+    """Nothing if the user has said it, or if all folders that the tool uses can be written."""
+    if variable in os.environ:
+        return {}
+    folder = cache_folder(name)
+    closed = private_folder() in folder.parents or not all(map(_writable, also))
+    return {variable: str(folder)} if closed else {}
 
 
 @functools.cache

@@ -8,5 +8,4 @@
 | `cosim`, `replay_bench`, `simulators` | the core's Verilog under cocotb |
 | `accuracy` | attitude error in degrees |
 | `extremes`, `report_*` | observed ranges, `report.json`, the HTML page |
-| `random_program` | random legal programs for tests |
 """

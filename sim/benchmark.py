@@ -12,9 +12,12 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import signal
+import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
@@ -199,16 +202,33 @@ def _done(
             yield label, work(*arguments)
         return
     context = multiprocessing.get_context("spawn")
+    others = set(multiprocessing.active_children())
     with ProcessPoolExecutor(min(jobs, len(tasks)), mp_context=context) as pool:
-        labels: dict[Future[list[Result]], str] = {
-            pool.submit(work, *arguments): label for label, work, arguments in tasks
-        }
+        with _uninterrupted():
+            labels: dict[Future[list[Result]], str] = {
+                pool.submit(work, *arguments): label for label, work, arguments in tasks
+            }
         try:
             for future in as_completed(labels):
                 yield labels[future], future.result()
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
+            for process in set(multiprocessing.active_children()) - others:
+                process.terminate()
             raise
+
+
+@contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """Processes that begin meanwhile do not hear Ctrl-C: who began them ends them."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    usual = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, usual)
 
 
 def benchmark(

@@ -31,8 +31,11 @@ _ARGS = (
     "--x-assign",
     "unique",
     "--no-timing",
+    # One unit, lightly optimised: half of the time to build, and runs within a tenth as fast.
+    "--output-split",
+    "0",
     "-CFLAGS",
-    "-O3",
+    "-O1",
     "--prefix",
     "Vbench",
 )
@@ -191,8 +194,7 @@ def build(
         The build failed.
     """
     main = _MAIN.replace("RESET_CYCLES", str(RESET_CYCLES))
-    # Logic that depends on constants alone must run at time 0, as it does in hardware.
-    texts = {name: text.replace("always @*", "always_comb") for name, text in sources.items()}
+    texts = dict(sources)
     given = [f"-G{name}={value}" for name, value in (parameters or {}).items()]
     require("verilator")
     identity = repr((top, texts, given, main, _ARGS, version("verilator")))

@@ -105,9 +105,7 @@ class RtlSimulation:
     ) -> None:
         self.simulator = simulator
         self.word, self.n_inputs, self.n_outputs = word, n_inputs, n_outputs
-        # Simulators wait for a change before they first run `always @*`, and with initialised
-        # variables none may come: `always_comb` runs at time 0, as the logic does.
-        text, self._memories = split_memories(verilog.replace("always @*", "always_comb"))
+        text, self._memories = split_memories(verilog)
         # Names inside the core exist for each lane only: the harness is cut to the lanes there are.
         harness = Path(__file__).with_name("replay.sv").read_text()
         harness = harness.replace("//SECOND", "" if lanes == 2 else "//")

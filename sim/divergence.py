@@ -13,11 +13,14 @@ import numpy as np
 from boresight.disk.output import OutputFile
 from boresight.firmware.build import CModel
 from boresight.gateware.core import Core, build_core
+from boresight.gateware.machine import CONFIGS
 from boresight.model.errors import InputError
 from boresight.model.fixed import IntArray
 from boresight.model.interpreter import Interpreter
 from boresight.model.program import Program
+from boresight.model.program_check import check_program
 from boresight.sim.cosim import RtlSimulation, SimulationFailed
+from boresight.sim.reading import kind_of, read_json
 from boresight.sim.sharing import selection
 
 __all__ = [
@@ -27,6 +30,9 @@ __all__ = [
     "replay_reproducer",
     "write_reproducer",
 ]
+
+
+_WANTED = "a reproducer of `boresight check`"
 
 
 @dataclass(frozen=True)
@@ -142,20 +148,49 @@ def write_reproducer(
 
 
 def load_reproducer(path: Path) -> dict[str, Any]:
-    """Read a reproducer file; InputError if it is none."""
-    try:
-        data = json.loads(path.read_text())
-        if data["boresight_reproducer"] != 1:
-            raise KeyError("boresight_reproducer")
-        data["program"] = Program.from_json(json.dumps(data["program"]))
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise InputError.at(
-            str(path),
-            wanted="a reproducer file",
-            found=type(error).__name__,
-            fix="give the file that boresight check wrote",
-        ) from error
-    return dict(data)
+    """Read a reproducer file, with the program under ``program``.
+
+    Raises
+    ------
+    InputError
+        It cannot be read, is something else, or holds a program that no core could run.
+    """
+    data = read_json(path, _WANTED)
+    if not isinstance(data, dict):
+        found = kind_of(data)
+    elif data.get("boresight_reproducer") != 1:
+        found = "another kind of JSON"
+    else:
+        try:
+            data["program"] = Program.from_json(json.dumps(data.get("program")))
+            check_program(data["program"])
+            _check_record(data)
+            return data
+        except (AttributeError, KeyError, TypeError):
+            found = "a program that lacks something, or has too much"
+        except ValueError as error:
+            found = str(error)
+    raise InputError.at(
+        str(path), wanted=_WANTED, found=found, fix="give the file that boresight check wrote"
+    )
+
+
+def _check_record(data: dict[str, Any]) -> None:
+    """Raise ValueError unless there is one record of words in and out, for a known machine."""
+    program: Program = data["program"]
+    low, high = program.arithmetic.min_int, program.arithmetic.max_int
+    for key, count in (("inputs", len(program.inputs)), ("outputs", len(program.outputs))):
+        rows = data.get(key)
+        if not (
+            isinstance(rows, list)
+            and len(rows) == 1
+            and isinstance(rows[0], list)
+            and len(rows[0]) == count
+            and all(type(word) is int and low <= word <= high for word in rows[0])
+        ):
+            raise ValueError(f"no record of {count} words in {key}")
+    if data.get("config") not in list(CONFIGS):
+        raise ValueError(f"the config {kind_of(data.get('config'))}")
 
 
 def replay_reproducer(path: Path, *, simulator: str = "verilator") -> list[str]:

@@ -22,6 +22,7 @@ from boresight.model.errors import InputError
 from boresight.sim.log_checks import check_samples, clean_arrays, clean_rate, index_place
 from boresight.sim.log_csv import format_csv, parse_csv
 from boresight.sim.log_npz import format_npz, parse_npz
+from boresight.sim.reading import read_bytes, reason
 
 __all__ = ["RESTART_S", "Log", "log_content", "read_log", "write_log"]
 
@@ -147,14 +148,12 @@ def read_log(path: str | os.PathLike[str]) -> Log:
         If the file cannot be read or does not hold a log; the one-line message names the file,
         the line and the column (for ``.npz`` the array and the index, counted from 0).
     """
+    content = read_bytes(path, "a log file that can be read")
     path = Path(path)
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise _unusable(path, "a log file that can be read", error) from None
     parse = parse_npz if _is_npz(path) else parse_csv
     arrays = parse(path, content)
-    return Log(name=path.stem, mag_new=~np.isnan(arrays["mag"][:, 0]), **arrays)
+    name = path.stem.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
+    return Log(name=name, mag_new=~np.isnan(arrays["mag"][:, 0]), **arrays)
 
 
 def write_log(path: str | os.PathLike[str], log: Log) -> None:
@@ -206,5 +205,4 @@ def _is_npz(path: Path) -> bool:
 
 
 def _unusable(path: Path, wanted: str, error: OSError) -> InputError:
-    found = (error.strerror or type(error).__name__).lower()
-    return InputError.at(str(path), wanted=wanted, found=found, fix="check the path")
+    return InputError.at(str(path), wanted=wanted, found=reason(error), fix="check the path")

@@ -7,7 +7,7 @@ import os
 import re
 from typing import Any
 
-from boresight.model.user_folders import tool_environment
+from boresight.model.user_folders import matplotlib_environment
 
 __all__ = ["COLOUR", "INK", "figure_and_axes", "legend", "settings", "svg"]
 
@@ -27,10 +27,11 @@ INK = "#222222"
 
 def _matplotlib() -> Any:
     """The package, with a folder for its list of fonts where the home is closed."""
-    wanted = {k: v for k, v in tool_environment().items() if k == "MPLCONFIGDIR"}
+    wanted = matplotlib_environment()
     os.environ.update(wanted)
     try:
         import matplotlib
+        import matplotlib.font_manager  # asks for the folder once more
     finally:
         for name in wanted:
             del os.environ[name]

@@ -13,9 +13,9 @@
 module replay #(
     parameter WORD = 32
 ) (
-    input wire clk,
-    input wire rst,
-    output reg done
+    input wire clk /*verilator public_flat_rw*/,
+    input wire rst /*verilator public_flat_rw*/,
+    output reg done /*verilator public_flat_rw*/
 );
     integer fin, fout, fbus, n_in, steps, stall, scanned, trace;
     string in_name, out_name, bus_name;

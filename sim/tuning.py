@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, closest
 from boresight.model.estimator import Estimator, Param
 
 __all__ = [
@@ -72,9 +72,9 @@ def tunable(
         if name not in legal:
             raise InputError.at(
                 f"parameter {name}",
-                wanted=f"one of {', '.join(legal)}",
+                wanted=f"one of {', '.join(closest(name, legal))}",
                 found=repr(name),
-                fix=f"estimator {estimator.name} has no such one",
+                fix=f"boresight list shows all of {estimator.name}",
             )
         if name in names[:k]:
             raise InputError.at(
@@ -215,7 +215,9 @@ def deal_folds(count: int, folds: int, seed: int | None = None) -> list[tuple[in
     if not 2 <= folds <= count:
         raise InputError.at(
             "folds",
-            wanted=f"2 to {count}, the number of trials, or 1 for none",
+            wanted=f"2 to {count}, the number of trials, or 1 for none"
+            if count > 1
+            else "1, for none, as there is one trial",
             found=str(folds),
             fix="choose another number or name more trials",
         )

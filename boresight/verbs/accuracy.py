@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from boresight.arguments import JOBS_MOST, check_number, check_word
 from boresight.disk.output import output_folder
 from boresight.model.errors import InputError
 from boresight.model.estimators import ESTIMATORS
@@ -246,8 +247,8 @@ def accuracy(
         The package of a published filter is not here.
     """
     ours, others = _chosen(estimators, peers)
-    if jobs is not None and jobs < 1:
-        raise InputError.at("jobs", wanted="1 or more", found=str(jobs), fix="give more")
+    check_word(word)
+    check_number("jobs", 1 if jobs is None else jobs, 1, JOBS_MOST)
     if peers:
         require_peers([PEERS[name] for name in {*others, STAND_IN}])
     for name in ours:

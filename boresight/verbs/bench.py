@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from boresight.arguments import check_number
 from boresight.firmware.build import CModel
 from boresight.gateware.core import build_core
-from boresight.model.errors import InputError
 from boresight.model.estimator import input_words
 from boresight.model.estimators import estimator as find_estimator
 from boresight.model.interpreter import Interpreter
@@ -24,6 +24,10 @@ from boresight.verbs.demo import FILTERS
 from boresight.verbs.options import Outcome, progress_of
 
 __all__ = ["add_arguments", "bench", "call", "random_inputs"]
+
+
+#: Most updates of a comparison: all their words are held in memory.
+_MOST = 100_000_000
 
 
 def random_inputs(n: int, count: int, word: int, rng: np.random.Generator) -> np.ndarray:
@@ -54,6 +58,7 @@ def bench(
     """
     say = progress or (lambda text: None)
     estimator = find_estimator(name)
+    check_number("updates", updates, 1, _MOST)
     start = time.process_time()
     program = estimator.compile()
     core = build_core(program, "fast", urgent=estimator.urgent)
@@ -120,14 +125,8 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def call(args: Namespace) -> Outcome:
     """Do it; see `Outcome`."""
-    if args.updates < 1:
-        raise InputError.at(
-            "--updates", wanted="1 or more", found=str(args.updates), fix="give more updates"
-        )
-    results = [
-        bench(name, updates=args.updates, progress=progress_of(args))
-        for name in estimator_names(*(args.estimators or FILTERS))
-    ]
+    names = estimator_names(*(args.estimators or FILTERS))
+    results = [bench(name, updates=args.updates, progress=progress_of(args)) for name in names]
     text = "\n\n".join(
         "\n".join(
             f"{k:28s} {v:,}" if isinstance(v, int) else f"{k:28s} {v}" for k, v in data.items()

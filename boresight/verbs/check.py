@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from boresight.arguments import check_choice, check_machine, check_number
 from boresight.disk.output import OutputFile, free_name
 from boresight.model.errors import InputError
 from boresight.model.estimators import estimator as find_estimator
@@ -14,8 +15,10 @@ from boresight.sharing import estimator_names, params_of_each
 from boresight.sim.check import LEVELS, CheckResult
 from boresight.sim.check import check as check_log
 from boresight.sim.check_shared import check_shared, shared_core
-from boresight.sim.divergence import replay_reproducer
+from boresight.sim.divergence import load_reproducer, replay_reproducer
 from boresight.sim.log import read_log
+from boresight.sim.reading import reason
+from boresight.sim.simulators import SIMULATORS
 from boresight.terminal import say
 from boresight.verbs.options import Outcome, model_options, params_of, progress_of
 
@@ -34,20 +37,45 @@ def log_files(paths: Iterable[str | Path]) -> list[Path]:
         A folder without logs.
     """
     out: list[Path] = []
-    for path in map(Path, paths):
-        if path.is_dir():
-            found = sorted(p for p in path.rglob("*") if p.suffix in (".csv", ".npz"))
-            if not found:
-                raise InputError.at(
-                    str(path),
-                    wanted="a log, or a folder with .csv or .npz logs",
-                    found="a folder without any",
-                    fix="name a log file",
-                )
-            out += found
-        else:
-            out.append(path)
+    for path in paths:
+        try:
+            found = _logs_below(Path(path))
+        except OSError as error:
+            raise InputError.at(
+                str(path) or "''",
+                wanted="a log, or a folder of logs",
+                found=reason(error),
+                fix="check the path",
+            ) from None
+        if not found:
+            raise InputError.at(
+                str(path),
+                wanted="a log, or a folder with .csv or .npz logs",
+                found="a folder without any",
+                fix="name a log file",
+            )
+        out += found
     return out
+
+
+def _logs_below(path: Path) -> list[Path]:
+    """The path itself, or every log in that folder."""
+    if not path.is_dir():
+        return [path]
+    return sorted(p for p in path.rglob("*") if p.suffix in (".csv", ".npz"))
+
+
+def check_options(
+    *, config: str, word: int, steps: int | None, levels: Sequence[str], simulator: str | None
+) -> None:
+    """Raise InputError for what no check can be told, whatever its levels use of it."""
+    check_machine(config, word)
+    if steps is not None:
+        check_number("steps", steps, 1)
+    for level in levels:
+        check_choice("levels", level, LEVELS)
+    if simulator is not None:
+        check_choice("simulator", simulator, SIMULATORS)
 
 
 def check(
@@ -77,6 +105,9 @@ def check(
     names = estimator_names(name)
     estimators = [find_estimator(n) for n in names]
     chosen = params_of_each(names, params)
+    for estimator, values in zip(estimators, chosen, strict=True):
+        estimator.param_values(values)
+    check_options(config=config, word=word, steps=steps, levels=levels, simulator=simulator)
     files = log_files(logs)
     target = None
     if reproducer is not None:
@@ -150,7 +181,21 @@ def add_arguments(parser: ArgumentParser) -> None:
 def call(args: Namespace) -> Outcome:
     """Do it; see `Outcome`."""
     if args.estimator == "replay":
-        lines = [line for f in args.logs for line in replay_reproducer(Path(f))]
+        check_options(
+            config=args.config,
+            word=args.word,
+            steps=args.steps,
+            levels=args.levels.split(","),
+            simulator=args.simulator,
+        )
+        for file in args.logs:
+            load_reproducer(Path(file))  # all are good before the first is run
+        simulator = args.simulator or "verilator"
+        lines = [
+            line
+            for file in args.logs
+            for line in replay_reproducer(Path(file), simulator=simulator)
+        ]
         return int(bool(lines)), {"differences": lines}, "\n".join(lines) or "no difference"
 
     def show(result: CheckResult) -> None:

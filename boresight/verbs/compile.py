@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-import time
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from boresight.arguments import check_choice, check_machine, check_number
 from boresight.core_files import core_files, project_files
 from boresight.disk.cache import Cache
 from boresight.disk.output import output_folder
@@ -18,6 +18,7 @@ from boresight.gateware.boards.board import BOARDS
 from boresight.gateware.boards.ise import write_ise_project
 from boresight.gateware.boards.top import records_design
 from boresight.gateware.core import Core
+from boresight.gateware.core_text import core_text
 from boresight.gateware.image import rom_pieces
 from boresight.gateware.register_map import files_of, register_map_files
 from boresight.gateware.synthesis.estimate import Estimate, estimate
@@ -49,17 +50,14 @@ __all__ = [
 TOPS = ("sensors", "records")
 #: Clock of complete systems, Hz.
 SYSTEM_CLOCK_HZ = 100_000_000
+#: Least width of its words, bits (`gateware.system.programs.system_core`).
+SYSTEM_WORD_LEAST = 26
 
 
 def check_board(board: str | None) -> None:
     """Raise InputError unless ``board`` is None or known."""
-    if board is not None and board not in BOARDS:
-        raise InputError.at(
-            "board",
-            wanted=f"one of {', '.join(BOARDS)}",
-            found=repr(board),
-            fix="choose one of these, or leave --board out",
-        )
+    if board is not None:
+        check_choice("board", board, BOARDS)
 
 
 def core_for(
@@ -143,11 +141,16 @@ def compile(
     whole: dict[str, Any] | None = None
     names = estimator_names(name, *others)
     estimators = [find_estimator(n) for n in names]
+    chosen = params_of_each(names, params)
+    for estimator, values in zip(estimators, chosen, strict=True):
+        estimator.param_values(values)
     check_board(board)
-    if top not in TOPS:
-        raise InputError.at(
-            "top", wanted=f"one of {', '.join(TOPS)}", found=repr(top), fix="choose one of these"
-        )
+    check_choice("top", top, TOPS)
+    check_machine(config, word)
+    if board is not None and top == "sensors":
+        check_number("word of a complete system", word, SYSTEM_WORD_LEAST, 32)
+    if urgent is not None:
+        check_number("urgent", urgent, 1, min(len(e.outputs) for e in estimators))
     if with_cpu and (board is None or top != "sensors"):
         raise InputError.at(
             "with-cpu",
@@ -161,23 +164,15 @@ def compile(
     if board is not None:
         expected += project_files(board, system=top == "sensors")
     with output_folder(output, "compile", of=",".join(names), files=expected) as folder:
-        start = time.perf_counter()
-        core = shared_core(
-            estimators,
-            config=config,
-            word=word,
-            urgent=urgent,
-            params=params_of_each(names, params),
-        )
+        core = shared_core(estimators, config=config, word=word, urgent=urgent, params=chosen)
         say(f"{', '.join(names)} for {config}: Verilog")
         write_core(folder, core, estimators)
-        seconds = time.perf_counter() - start
         if board is not None:
             say(f"ISE project for {board}: {top}")
             if top == "records":
                 write_ise_project(records_design(core), board, folder / f"ise-{board}")
             else:
-                given = dict(zip(names, params_of_each(names, params), strict=True))
+                given = dict(zip(names, chosen, strict=True))
                 clock_hz = SOC_CLOCK_HZ if with_cpu else SYSTEM_CLOCK_HZ
                 made = system_core(
                     names,
@@ -202,8 +197,7 @@ def compile(
         data = together(core, reports)
         if whole is not None:
             data["system"] = whole
-        data["compile_seconds"] = round(seconds, 2)
-        (folder / "report.json").write_text(json.dumps(data, indent=1) + "\n")
+        _write(folder / "report.json", json.dumps(data, indent=1) + "\n")
     return data
 
 
@@ -235,7 +229,7 @@ def write_system(folder: Path, board: str, core: Core) -> AttitudeSystem:
     # 100 MHz whatever the oscillator.
     write_ise_project(make, board, folder, clock_hz=SYSTEM_CLOCK_HZ)
     for file, text in files_of(made[-1].map(_meanings(core))).items():
-        (folder / file).write_text(text)
+        _write(folder / file, text)
     return made[-1]
 
 
@@ -247,22 +241,28 @@ def _meanings(core: Core) -> dict[str, str]:
 
 def write_core(folder: Path, core: Core, estimators: Sequence[Estimator]) -> None:
     """Write Verilog, microcode, programs, schedules, C and register map of a core."""
-    (folder / "core.v").write_text(core.verilog(instances=True))
-    (folder / "core_sim.v").write_text(core.verilog(instances=False))
+    for file, instances in (("core.v", True), ("core_sim.v", False)):
+        text = core_text(core, instances=instances) + core.verilog(instances=instances)
+        _write(folder / file, text)
     (folder / "firmware").mkdir()
     for number in range(len(core.parts)):
         _write_program(folder, core.select(number))
     _write_registers(folder, core, estimators)
 
 
+def _write(file: Path, text: str) -> None:
+    """The same bytes whatever the system's encoding and line ends."""
+    file.write_text(text, encoding="utf-8", newline="\n")
+
+
 def _write_program(folder: Path, core: Core) -> None:
     """Microcode, program, schedule and C of the program at hand."""
     of = f"-{core.program.name}" if len(core.parts) > 1 else ""
-    (folder / f"microcode{of}.lst").write_text(core.listing)
-    (folder / f"program{of}.json").write_text(core.program.to_json() + "\n")
-    (folder / f"schedule{of}.json").write_text(core.schedule.to_json() + "\n")
+    _write(folder / f"microcode{of}.lst", core.listing)
+    _write(folder / f"program{of}.json", core.program.to_json() + "\n")
+    _write(folder / f"schedule{of}.json", core.schedule.to_json() + "\n")
     for file, text in emit_c(core.program).items():
-        (folder / "firmware" / file).write_text(text)
+        _write(folder / "firmware" / file, text)
 
 
 def _write_registers(folder: Path, core: Core, estimators: Sequence[Estimator]) -> None:
@@ -273,7 +273,7 @@ def _write_registers(folder: Path, core: Core, estimators: Sequence[Estimator]) 
         for p in e.params
     }
     for file, text in register_map_files(core, meanings=meanings).items():
-        (folder / file).write_text(text)
+        _write(folder / file, text)
 
 
 def together(core: Core, reports: Sequence[dict[str, Any]]) -> dict[str, Any]:

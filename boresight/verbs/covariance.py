@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from boresight.arguments import check_number
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.estimators import estimator as find_estimator
@@ -25,6 +26,8 @@ __all__ = ["P0", "add_arguments", "call", "covariance", "initial_covariances"]
 #: Initial variances of the attitude, rad^2.
 P0 = (1e-8, 1e-6, 1e-4, 1e-2, 1.0)
 _STEPS = 20_000
+#: Most updates: some weeks.
+_MOST = 10**12
 
 
 def initial_covariances(estimator: Estimator) -> list[dict[str, float]]:
@@ -65,10 +68,7 @@ def covariance(
     InputError
         Unknown estimator, one without a covariance, or updates below 1.
     """
-    if updates < 1:
-        raise InputError.at(
-            "updates", wanted="1 or more", found=str(updates), fix="give more updates"
-        )
+    check_number("updates", updates, 1, _MOST)
     estimator = find_estimator(name)
     params = initial_covariances(estimator)
     rng = np.random.default_rng(1)
@@ -90,10 +90,10 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def call(args: Namespace) -> Outcome:
     """Do it; see `Outcome`."""
-    found = [
-        covariance(name, updates=args.updates, progress=progress_of(args))
-        for name in estimator_names(*(args.estimators or FILTERS[1:]))
-    ]
+    names = estimator_names(*(args.estimators or FILTERS[1:]))
+    for name in names:
+        initial_covariances(find_estimator(name))  # all are known before the first begins
+    found = [covariance(name, updates=args.updates, progress=progress_of(args)) for name in names]
     good = all(trial.good for trial in found)
     data = {"good": good, "results": [{**asdict(t), "good": t.good} for t in found]}
     return 0 if good else 1, data, "\n".join(t.line() for t in found)

@@ -8,12 +8,12 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from boresight.arguments import check_number
 from boresight.core_files import core_files, project_files
 from boresight.disk.output import output_folder
 from boresight.gateware.core import Core
 from boresight.gateware.synthesis.estimate import Estimate
 from boresight.gateware.system.programs import system_core
-from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.estimators import estimator as find_estimator
 from boresight.sim.board.setup import REAL
@@ -54,6 +54,7 @@ def demo(
     """
     say = progress or (lambda text: None)
     estimators = [find_estimator(name) for name in names]
+    check_number("steps", steps, 1)
     log = read_log(Path(bundled(RECORDING)))
     cores, rows, systems = [], [], []
     with output_folder(output, "demo", of=",".join(names), files=_files(names)) as folder:
@@ -131,7 +132,7 @@ def _prove(
             say(f"  {level.line()}")
         report = report_data(at_hand, estimator, area=area, check=result, log=log, comparison=True)
         page = f"report-{estimator.name}.html"
-        (folder / page).write_text(render_html(report))
+        (folder / page).write_text(render_html(report), encoding="utf-8")
         reports.append(report)
         rows.append(_row(report, good=result.good, page=str(shown / page)))
     data = together(core, reports)
@@ -230,10 +231,6 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def call(args: Namespace) -> Outcome:
     """Do it; see `Outcome`."""
-    if args.steps < 1:
-        raise InputError.at(
-            "--steps", wanted="1 or more", found=str(args.steps), fix="give more steps"
-        )
     data = demo(output=args.output, steps=args.steps, progress=progress_of(args))
     text = (
         summary_table(data) + "\n\n" + "\n".join(f"report: {r['report']}" for r in data["filters"])

@@ -8,8 +8,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from boresight.arguments import check_choice, check_number
 from boresight.disk.output import output_folder
-from boresight.model.errors import InputError
 from boresight.sim.experiments import ma2014
 from boresight.sim.experiments.ma2014_html import render
 from boresight.verbs.options import Outcome, progress_of
@@ -52,13 +52,9 @@ def experiment(
     InputError
         Unknown name, seed out of range, folder that cannot be written.
     """
-    if name not in EXPERIMENTS:
-        raise InputError.at(
-            "experiment",
-            wanted=f"one of {', '.join(EXPERIMENTS)}",
-            found=repr(name),
-            fix="choose one of these",
-        )
+    check_choice("experiment", name, EXPERIMENTS)
+    check_number("seed", seed, 0, 2**31)
+    check_number("runs", runs, 2, 1000)
     run, page = EXPERIMENTS[name]
     files = (f"{name}.html", f"{name}.json")
     with output_folder(output, f"experiment {name}", files=files) as folder:

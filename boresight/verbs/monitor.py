@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from boresight.arguments import check_number
 from boresight.board_line import BoardLine, Listener, RegisterTable
 from boresight.disk.output import OutputFile, apart
 from boresight.gateware.boards.frames import Kind
@@ -20,6 +21,8 @@ from boresight.verbs.options import Outcome
 
 __all__ = ["Track", "add_arguments", "attitude_line", "call", "monitor", "track_of"]
 
+#: Most bits per second.
+_BAUD_MOST = 100_000_000
 _COLUMNS = (
     "number",
     "time_s",
@@ -116,6 +119,15 @@ def _assignment(text: str) -> tuple[str, str]:
     return name, value
 
 
+def _nothing(source: str, bad: int) -> InputError:
+    return InputError.at(
+        source,
+        wanted="attitudes, in frames or lines of text",
+        found=f"none, and {bad:,} damaged pieces" if bad else "none",
+        fix="check --baud and register output_mode, and that this came from the board",
+    )
+
+
 def monitor(
     source: str,
     *,
@@ -166,15 +178,8 @@ def monitor(
     InputError
         Wrong argument, no such register, or a line that cannot be read.
     """
-    if count is not None and count < 1:
-        raise InputError.at("--count", wanted="1 or more", found=str(count), fix="give more")
-    if not isinstance(baud, int) or baud < 1:
-        raise InputError.at(
-            "--baud",
-            wanted="bits per second",
-            found=str(baud),
-            fix="give that of the bitstream, 921600 if nobody changed it",
-        )
+    check_number("--count", 1 if count is None else count, 1)
+    check_number("--baud", baud, 1, _BAUD_MOST)
     if plot is not None and Path(plot).suffix not in (".png", ".svg", ".pdf"):
         raise InputError.at(
             "--plot",
@@ -229,17 +234,14 @@ def monitor(
         except KeyboardInterrupt:
             pass
         bad = line.listener.bad
+        if not line.is_port and not attitudes:
+            raise _nothing(source, bad)
     track = track_of(attitudes, clock_hz=table.clock_hz)
     if table_file is not None:
         table_file.write(_csv(track))
     if picture_file is not None and plot is not None:
         if not attitudes:
-            raise InputError.at(
-                source,
-                wanted="attitudes to plot",
-                found="none",
-                fix="check --baud and register output_mode",
-            )
+            raise _nothing(source, bad)
         picture_file.write(
             plot_image(
                 track.time_s or track.number,

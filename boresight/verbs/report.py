@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from boresight.arguments import check_machine, check_number
 from boresight.disk.output import output_folder
 from boresight.gateware.core import Core
 from boresight.gateware.synthesis.estimate import Estimate
@@ -38,7 +39,7 @@ def write_report(
         core, find_estimator(name), area=area, check=result, log=log, comparison=comparison
     )
     (folder / "report.json").write_text(json.dumps(data, indent=1) + "\n")
-    (folder / "report.html").write_text(render_html(data))
+    (folder / "report.html").write_text(render_html(data), encoding="utf-8")
     return data
 
 
@@ -69,6 +70,10 @@ def report(
     """
     say = progress or (lambda text: None)
     estimator = find_estimator(name)
+    check_machine(config, word)
+    if steps is not None:
+        check_number("steps", steps, 1)
+    estimator.param_values(params)
     log = read_log(log_path)
     files = ("report.html", "report.json")
     with output_folder(output, "report", of=name, files=files, inputs=[log_path]) as folder:

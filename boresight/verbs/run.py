@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from boresight.arguments import check_choice, check_machine, check_number
 from boresight.disk.output import OutputFile
 from boresight.firmware.build import CModel
 from boresight.gateware.core import build_core
-from boresight.model.errors import InputError
 from boresight.model.estimator import input_words
 from boresight.model.estimators import estimator as find_estimator
 from boresight.sim.accuracy import attitude_rmse
@@ -62,11 +62,12 @@ def run(
     InputError
         Unknown estimator or level, bad log, output that cannot be written.
     """
-    if on not in LEVELS:
-        raise InputError.at(
-            "on", wanted=f"one of {', '.join(LEVELS)}", found=repr(on), fix="choose one of these"
-        )
     estimator = find_estimator(name)
+    check_choice("on", on, LEVELS)
+    check_machine(config, word)
+    if steps is not None:
+        check_number("steps", steps, 1)
+    estimator.param_values(params)
     target = None if output is None else OutputFile(output, "run", of=name, inputs=[log_path])
     log = read_log(log_path)
     real = inputs_of(estimator, log)[:steps]

@@ -9,8 +9,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from boresight.arguments import check_choice
 from boresight.disk.output import output_folder
 from boresight.gateware.core import Core
+from boresight.gateware.machine import CONFIGS
 from boresight.gateware.system.programs import FILTERS, system_core
 from boresight.model.errors import InputError
 from boresight.sim.board.build import Board, make_board
@@ -49,6 +51,8 @@ _SOURCES = {"counts": (1, 2), "heading": (2, 1)}
 _SHORT = 24
 #: Longest simulated time, s: cycles are counted in 32 bits.
 _LONGEST_S = 20.0
+#: What the compass sends: the settings ``magnetic_source`` and ``compass_mode`` for it.
+_SOURCES = {"counts": (1, 2), "heading": (2, 1)}
 
 
 def simulate(
@@ -92,20 +96,7 @@ def simulate(
     """
     say = progress or (lambda text: None)
     name = _filter(name)
-    if source not in _SOURCES:
-        raise InputError.at(
-            "source",
-            wanted=f"one of {', '.join(_SOURCES)}",
-            found=repr(source),
-            fix="choose one of these",
-        )
-    if not 0.05 <= seconds <= _LONGEST_S:
-        raise InputError.at(
-            "seconds",
-            wanted=f"0.05 to {_LONGEST_S:g}",
-            found=f"{seconds:g}",
-            fix="choose a length inside the range",
-        )
+    check_options(config=config, seconds=seconds, source=source)
     updates = round(seconds * REAL.rate_hz)
     given = default_log(updates) if log is None else read_log(Path(log))
     if len(given) < max(updates, _SHORT):
@@ -175,15 +166,22 @@ def write_board(
     return data
 
 
+def check_options(*, config: str, seconds: float, source: str) -> None:
+    """Raise InputError for what no simulation can be told."""
+    check_choice("config", config, CONFIGS)
+    check_choice("source", source, _SOURCES)
+    if not 0.05 <= seconds <= _LONGEST_S:
+        raise InputError.at(
+            "seconds",
+            wanted=f"0.05 to {_LONGEST_S:g}",
+            found=f"{seconds:g}",
+            fix="choose a length inside the range",
+        )
+
+
 def _filter(name: str | None) -> str:
     name = name or "mekf"
-    if name not in FILTERS:
-        raise InputError.at(
-            "filter",
-            wanted=f"one of {', '.join(FILTERS)}",
-            found=repr(name),
-            fix="choose one of these",
-        )
+    check_choice("filter", name, FILTERS)
     return name
 
 
@@ -274,13 +272,7 @@ def simulate_faults(
         f"hmr.{fault}" for fault in COMPASS_FAULTS
     ]
     for fault in faults or ():
-        if fault not in every:
-            raise InputError.at(
-                "fault",
-                wanted=f"one of {', '.join(every)}",
-                found=repr(fault),
-                fix="choose one of these",
-            )
+        check_choice("fault", fault, every)
     board, log = fault_board([name]), trial_log()
     trials = [
         fault_trial(board, *fault.split("."), log=log, progress=progress)
@@ -331,6 +323,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def call(args: Namespace) -> Outcome:
     """Do it; see `Outcome`."""
+    check_options(config=args.config, seconds=args.seconds, source=args.source)
     if args.faults:
         if args.log is not None:
             raise InputError.at(

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from boresight.arguments import JOBS_MOST, check_number, check_word
 from boresight.disk.output import OutputFile
 from boresight.model.errors import InputError
 from boresight.model.estimators import estimator as find_estimator
@@ -110,9 +111,11 @@ def tune(
     estimator = find_estimator(name)
     given = estimator.param_values(params)
     tuned_params = tunable(estimator, given, names)
-    for what, value in (("rounds", rounds), ("jobs", 1 if jobs is None else jobs)):
-        if value < 1:
-            raise InputError.at(what, wanted="1 or more", found=str(value), fix="give more")
+    check_word(word)
+    check_number("folds", folds, 1)
+    check_number("rounds", rounds, 1)
+    check_number("jobs", 1 if jobs is None else jobs, 1, JOBS_MOST)
+    check_number("seed", 0 if seed is None else seed, 0)
     if not 1.0 <= detune <= 1000.0:
         raise InputError.at(
             "detune",
@@ -120,8 +123,6 @@ def tune(
             found=f"{detune:g}",
             fix="choose a factor inside the range",
         )
-    if seed is not None and seed < 0:
-        raise InputError.at("seed", wanted="0 or more", found=str(seed), fix="choose another")
     files = log_files(logs)
     target = None if output is None else OutputFile(output, "tune", of=name, inputs=files)
     read = sorted(((read_log(p), is_comparison(p)) for p in files), key=lambda pair: pair[0].name)

@@ -11,7 +11,6 @@ attitude.h, .c     newest update of the hardware core, read in the interrupt
 software.h, .c     the estimator in software, on the same records
 main.c             attitude as text, by hardware or by software
 measure.c          one estimator in software, driven and observed by a bench
-operations.c       cycles of single operations
 filter.py          ``filter.h``: which estimator an image has
 image.py           compiler, flags, sizes, image as words in hexadecimal
 =================  =========================================================================

@@ -12,6 +12,7 @@ from amaranth.lib.wiring import In, Out
 from boresight.gateware.sensors.hmr3300_command import Commander
 from boresight.gateware.sensors.hmr3300_sentence import SentenceParser
 from boresight.gateware.serial.uart import Receiver, Transmitter, divisor_for
+from boresight.model.rounded import binary_exponent
 
 __all__ = ["BAUD", "FLAGS", "LINES_HZ", "Hmr3300"]
 
@@ -124,7 +125,8 @@ class Hmr3300(wiring.Component):
         self.clock_hz, self.baud, self.angle_max = clock_hz, baud, angle_max
         self.stale_s, self.quiet_s, self.timeout_s = stale_s, quiet_s, timeout_s
         #: Bit of ``time`` that beats.
-        self.beat = max(int(math.log2(clock_hz * min(_TICK_S, stale_s / 8, quiet_s / 4))), 0)
+        beat_s = min(_TICK_S, stale_s / 8, quiet_s / 4)
+        self.beat = max(binary_exponent(clock_hz * beat_s), 0)
         self._receiver = Receiver(divisor=self.divisor)
         self._parser = SentenceParser(angle_max=angle_max)
         self._commander = Commander(

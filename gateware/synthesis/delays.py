@@ -13,6 +13,7 @@ says which:
 None of this replaces the ``trce`` tool of ISE, which alone can sign a design off.
 """
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -72,7 +73,7 @@ class DelayTable(Mapping[str, Delay]):
 
     def total(self, keys: tuple[str, ...]) -> float:
         """Return the sum of the named delays, in ns."""
-        return sum(self._delays[key].ns for key in keys)
+        return math.fsum(self._delays[key].ns for key in keys)
 
     def replaced(self, **delays: Delay) -> "DelayTable":
         """Return a copy with some constants exchanged, for what-if questions."""

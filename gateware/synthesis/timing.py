@@ -5,6 +5,7 @@ or upper quartile of nets of its fanout. Paths from and to the module's own port
 all registers are taken to share one clock, and no path is recognised as false or multi-cycle.
 """
 
+import math
 from collections import Counter
 from dataclasses import dataclass
 
@@ -84,12 +85,12 @@ class TimingPath:
     @property
     def logic_ns(self) -> float:
         """Time spent in cells, clock uncertainty included."""
-        return round(sum(p.cell_ns for p in self.points), 3)
+        return round(math.fsum(p.cell_ns for p in self.points), 3)
 
     @property
     def net_ns(self) -> float:
         """Time spent in nets."""
-        return round(sum(p.net_ns for p in self.points), 3)
+        return round(math.fsum(p.net_ns for p in self.points), 3)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -22,7 +22,7 @@ from typing import Any, Final, NamedTuple
 from boresight.disk.cache import Cache
 from boresight.model.errors import ToolMissing
 from boresight.model.tool_failure import failure
-from boresight.model.user_folders import tool_environment
+from boresight.model.user_folders import yosys_environment
 
 __all__ = ["OLDEST", "Synthesis", "SynthesisError", "Tool", "find_tool", "synthesise"]
 
@@ -125,7 +125,7 @@ def _version_line(argv: tuple[str, ...]) -> str:
 
 def _environment() -> dict[str, str]:
     """Yosys keeps its machine code below the home, or where the home is closed, elsewhere."""
-    return {**os.environ, **tool_environment()}
+    return {**os.environ, **yosys_environment()}
 
 
 def _version_number(line: str) -> tuple[int, int] | None:

@@ -369,8 +369,8 @@ class Mekf(Estimator):
         A = [[c * (step * (1.0 / BIAS_SCALE)) for c in row] for row in C]
         attitude = p.gyro_var + p.gyro_scale_var * dot(gyro, gyro)
         attitude = ops.saturated(attitude * step, GROWTH_LIMIT)
-        walk = BIAS_SCALE**2 * (p.bias_var * step + p.rest_var * rest_gain)
-        p0 = (p.p0_tilt, p.p0_tilt, p.p0_heading, *(BIAS_SCALE**2 * p.p0_bias,) * 3)
+        walk = BIAS_SCALE * BIAS_SCALE * (p.bias_var * step + p.rest_var * rest_gain)
+        p0 = (p.p0_tilt, p.p0_tilt, p.p0_heading, *(BIAS_SCALE * BIAS_SCALE * p.p0_bias,) * 3)
         factor = (1.0, keep, ops.named("rest_keep_sq", keep * keep))
 
         def updated(i: int, j: int) -> Any:

@@ -8,7 +8,6 @@ setup       speeds and times: the real ones, or scaled
 build       a system for these speeds, and the bench's sources
 trace       what the bench wrote, as arrays
 run         a log through the compiled board, and the chain of integer models beside it
-cocotb_run  the same under cocotb, with `cocotb_bench`
 spans       one update's way out of a trace
 timeline    that as a figure; page: the page that shows it
 faults      every fault of the devices: when it is seen, what it does to the attitude

@@ -72,7 +72,7 @@ module hmr3300_device #(
 
     reg [11:0] active;
     integer n;
-    always @* begin
+    always_comb begin
         active = fault;
         for (n = 0; n < ranges; n = n + 1)
             if (slot >= first[n] && slot <= last[n]) active = active | (12'd1 << which[n]);

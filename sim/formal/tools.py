@@ -11,7 +11,7 @@ from pathlib import Path
 
 from boresight.gateware.synthesis.yosys import find_tool
 from boresight.model.errors import ToolMissing
-from boresight.model.user_folders import tool_environment
+from boresight.model.user_folders import yosys_environment
 
 __all__ = ["SOLVERS", "Tools", "find_tools", "solver_environment", "solver_version"]
 
@@ -39,7 +39,7 @@ class Tools:
 def solver_environment() -> dict[str, str]:
     """Environment in which the programs of this Python environment are found first."""
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
-    return {**os.environ, **tool_environment(), "PATH": path}
+    return {**os.environ, **yosys_environment(), "PATH": path}
 
 
 def find_tools(solver: str | None = None) -> Tools:

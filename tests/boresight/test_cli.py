@@ -133,6 +133,8 @@ def test_compile_writes_everything(capsys, tmp_path):
         "ise-mimas/build.sh",
     } <= names
     assert "DSP48A1" in (out / "core.v").read_text()
+    for file in ("core.v", "core_sim.v"):
+        assert (out / file).read_text().startswith("// core: ")
     assert "DSP48A1 " not in (out / "core_sim.v").read_text()
     data = json.loads((out / "report.json").read_text())
     assert data["timing"]["latency_cycles"]["predicted"] <= 300

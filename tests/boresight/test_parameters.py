@@ -38,15 +38,15 @@ def test_files_and_settings_in_order(tmp_path):
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        ("{", "wanted a JSON object with parameter values, found no JSON"),
-        ([1.0], "found list"),
-        ({"parameters": [1.0]}, "found list"),
+        ("{", "wanted a parameter file, found no JSON in line 1, column 2"),
+        ([1.0], "found a list"),
+        ({"parameters": [1.0]}, "found a list"),
         ({"estimator": 3, "parameters": {}}, "wanted a JSON object"),
         ({"kp_pitch_per_s": "1"}, "kp_pitch_per_s: wanted a number, found '1'"),
-        ({"kp_pitch_per_s": True}, "found True"),
+        ({"kp_pitch_per_s": True}, "found true"),
         ({"kp_pitch_per_s": 40}, "wanted 0 to 32 1/s, found 40.0"),
-        ('{"kp_pitch_per_s": NaN}', "wanted 0 to 32 1/s, found nan"),
-        ({"kp": 1}, "parameter kp: wanted one of kp_pitch_per_s"),
+        ('{"kp_pitch_per_s": NaN}', "wanted a parameter file, found NaN, which JSON does not have"),
+        ({"kp": 1}, "parameter kp: wanted one of kp_roll_per_s"),
         (
             {"estimator": "complementary_as_printed", "parameters": {}},
             "wanted parameters of complementary, found those of complementary_as_printed",

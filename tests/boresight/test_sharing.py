@@ -55,13 +55,13 @@ def test_parameters_by_estimator(tmp_path):
         (
             "kp_roll_per_s=1",
             r"^--param kp_roll_per_s: wanted parameters of complementary, "
-            r"complementary_as_printed, found those of nobody; write for example "
+            r"complementary_as_printed, found no estimator's name; write for example "
             r"--param complementary\.NAME=NUMBER$",
         ),
         ("mekf.x=1", r"^--param mekf\.x: wanted .*, found those of mekf; .*$"),
         ("complementary.x=1", r"^parameter x: wanted one of .*$"),
         ("complementary.kp_roll_per_s=-1", r"^parameter kp_roll_per_s: wanted 0 to 32 1/s, .*$"),
-        ("complementary.kp_roll_per_s=a", r"^--param complementary\.kp_roll_per_s=a: wanted .*$"),
+        ("complementary.kp_roll_per_s=a", r"^--param: wanted NAME=NUMBER, found '.*=a'; .*$"),
     ],
 )
 def test_parameters_of_nobody_are_refused(setting, message):

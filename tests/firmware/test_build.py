@@ -18,7 +18,7 @@ from boresight.model.fixed import Arithmetic
 from boresight.model.interpreter import Interpreter
 from boresight.model.program import Kind, Op, Overflow, Program, Term, Value
 from boresight.model.tool_failure import ToolFailed
-from boresight.sim.random_program import random_inputs, random_program
+from tests.support.random_program import random_inputs, random_program
 
 
 @pytest.mark.parametrize("word", [18, 24, 32])

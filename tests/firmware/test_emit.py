@@ -19,7 +19,7 @@ from boresight.firmware.emit import emit_c
 from boresight.model.fixed import Arithmetic
 from boresight.model.interpreter import Interpreter
 from boresight.model.program import Kind, Negate, Op, Overflow, Program, Scale, Term, Value, When
-from boresight.sim.random_program import random_inputs, random_program
+from tests.support.random_program import random_inputs, random_program
 
 GOLDEN = Path(__file__).parent / "golden"
 STRICT = (
@@ -118,7 +118,7 @@ def test_same_program_same_text() -> None:
     assert emit_c(Program.from_json(program.to_json())) == files
     code = (
         "from boresight.firmware.emit import emit_c;"
-        "from boresight.sim.random_program import random_program;"
+        "from tests.support.random_program import random_program;"
         "import sys; sys.stdout.write(''.join(emit_c(random_program(7)).values()))"
     )
     for seed in ("1", "2"):

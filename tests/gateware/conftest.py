@@ -46,14 +46,16 @@ def pytest_configure(config):
 
 @pytest.fixture
 def simulate() -> Callable:
-    """Run one testbench on a component."""
+    """Run a testbench on a component, others in the background."""
 
-    def run(dut: wiring.Component, bench: Callable) -> None:
+    def run(dut: wiring.Component, bench: Callable, *background: Callable) -> None:
         top = Module()
         top.domains.sync = ClockDomain()  # also for what has no register
         top.submodules.dut = dut
         sim = Simulator(top)
         sim.add_clock(1e-8)
+        for other in background:
+            sim.add_testbench(other, background=True)
         sim.add_testbench(bench)
         sim.run()
 

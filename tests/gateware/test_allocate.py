@@ -9,7 +9,7 @@ from boresight.gateware.machine import CONFIGS, Machine
 from boresight.gateware.schedule import ScheduleError, schedule
 from boresight.model.fixed import Arithmetic
 from boresight.model.program import Kind, Op, Program, Term, Value
-from boresight.sim.random_program import random_program
+from tests.support.random_program import random_program
 
 MACHINES = pytest.mark.parametrize("machine", CONFIGS.values(), ids=CONFIGS)
 

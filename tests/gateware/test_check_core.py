@@ -12,7 +12,7 @@ from boresight.gateware.machine import CONFIGS, Machine
 from boresight.gateware.schedule import schedule
 from boresight.gateware.slots import ScheduleError
 from boresight.model.program import Kind
-from boresight.sim.random_program import random_programs
+from tests.support.random_program import random_programs
 
 MACHINES = pytest.mark.parametrize("machine", CONFIGS.values(), ids=CONFIGS)
 

@@ -17,7 +17,7 @@ from boresight.gateware.microcode import assemble
 from boresight.gateware.schedule import Schedule, ScheduleError, Slot, schedule
 from boresight.model.interpreter import Interpreter
 from boresight.model.program import Kind, Program, Term
-from boresight.sim.random_program import random_inputs, random_program
+from tests.support.random_program import random_inputs, random_program
 
 MACHINES = pytest.mark.parametrize("machine", CONFIGS.values(), ids=CONFIGS)
 Made = tuple[Schedule, Allocation]
@@ -236,6 +236,35 @@ def test_directed(machine: Machine) -> None:
         dataclasses.replace(a, tenants=tuple(t for t in a.tenants if t != tenant)),
         r"has no register|which is not in its bank",
     )
+
+
+@MACHINES
+def test_read_while_written(machine: Machine) -> None:
+    """A register that gets another value in the very cycle in which its own is read for the last
+    time: an emulator would still read the old word there, a block RAM need not."""
+    p, s, a = made(5, machine)
+    where, low = a.addresses(), s.program
+    lands = {op.dest: s.write_cycle(k) for k, op in enumerate(low.ops)}
+    lands |= dict(zip(low.inputs, s.gets, strict=True))
+    states = {n for pair in low.states for n in pair}
+    free = {n: cycle for n, cycle in lands.items() if n not in states}
+    found = 0
+    for slot in s.slots:
+        for read in {slot.a, slot.b} & free.keys():
+            for other, cycle in free.items():
+                same_bank = where[other] // machine.bank_depth == where[read] // machine.bank_depth
+                if other == read or cycle != slot.cycle or not same_bank:
+                    continue
+                try:
+                    check_schedule(p, s, readdressed(a, other, where[read]))
+                except ScheduleError as error:
+                    found += f"cycle {cycle}: " in str(error) and str(error).endswith(
+                        f"reads register {where[read]} of {low.values[read].name} "
+                        "while it is written"
+                    )
+                else:
+                    raise AssertionError("two values in one register at once")
+    assert found > 3
 
 
 @MACHINES

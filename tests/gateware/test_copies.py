@@ -9,7 +9,7 @@ from boresight.gateware.copies import copy_shift, with_copies
 from boresight.model.fixed import Arithmetic
 from boresight.model.interpreter import Interpreter
 from boresight.model.program import Kind
-from boresight.sim.random_program import random_inputs, random_program
+from tests.support.random_program import random_inputs, random_program
 
 
 @pytest.mark.parametrize("seed", range(20))

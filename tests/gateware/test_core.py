@@ -14,7 +14,7 @@ from boresight.gateware.machine import CONFIGS
 from boresight.gateware.slots import ScheduleError
 from boresight.model.interpreter import Interpreter
 from boresight.model.program import Kind
-from boresight.sim.random_program import random_inputs, random_program, random_programs
+from tests.support.random_program import random_inputs, random_program, random_programs
 
 CONFIG = pytest.mark.parametrize("config", sorted(CONFIGS))
 

@@ -13,7 +13,7 @@ from boresight.gateware.schedule import Schedule, schedule
 from boresight.model.fixed import Arithmetic
 from boresight.model.interpreter import Interpreter
 from boresight.model.program import Kind, Program
-from boresight.sim.random_program import random_inputs, random_program
+from tests.support.random_program import random_inputs, random_program
 
 MACHINES = pytest.mark.parametrize("machine", CONFIGS.values(), ids=CONFIGS)
 

@@ -14,7 +14,7 @@ from boresight.gateware.engine import Engine
 from boresight.gateware.machine import CONFIGS
 from boresight.gateware.registers import PROGRAM
 from boresight.model.interpreter import Interpreter
-from boresight.sim.random_program import random_inputs, random_programs
+from tests.support.random_program import random_inputs, random_programs
 
 CONFIG = pytest.mark.parametrize("config", sorted(CONFIGS))
 MASK = (1 << 32) - 1

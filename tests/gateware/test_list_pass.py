@@ -9,7 +9,7 @@ from boresight.gateware.list_pass import list_pass
 from boresight.gateware.list_problem import ListProblem, Style
 from boresight.gateware.machine import CONFIGS, Machine
 from boresight.gateware.priorities import paths
-from boresight.sim.random_program import random_program
+from tests.support.random_program import random_program
 
 
 def problem(seed: int, machine: Machine, urgent: int = 2) -> ListProblem:

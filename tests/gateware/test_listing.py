@@ -11,7 +11,7 @@ from boresight.gateware.microcode import assemble
 from boresight.gateware.schedule import schedule
 from boresight.model.fixed import Arithmetic
 from boresight.model.program import Kind, Negate, Op, Program, Term, Value
-from boresight.sim.random_program import random_program
+from tests.support.random_program import random_program
 
 
 def test_text() -> None:

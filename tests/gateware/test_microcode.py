@@ -10,7 +10,7 @@ from boresight.gateware.allocate import allocate
 from boresight.gateware.machine import CONFIGS, Machine
 from boresight.gateware.microcode import assemble, decode, encode
 from boresight.gateware.schedule import ScheduleError, schedule
-from boresight.sim.random_program import random_program
+from tests.support.random_program import random_program
 
 MACHINES = pytest.mark.parametrize("machine", CONFIGS.values(), ids=CONFIGS)
 

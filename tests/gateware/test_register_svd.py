@@ -8,7 +8,7 @@ from boresight.gateware.core import build_core, build_shared_core
 from boresight.gateware.register_model import FIXED, register_map
 from boresight.gateware.register_svd import to_svd
 from boresight.model.estimators.complementary import Complementary
-from boresight.sim.random_program import random_programs
+from tests.support.random_program import random_programs
 
 #: Order of the elements in CMSIS-SVD 1.3.
 ORDER = {

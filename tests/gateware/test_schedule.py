@@ -14,7 +14,7 @@ from boresight.gateware.priorities import paths
 from boresight.gateware.schedule import Schedule, ScheduleError, schedule
 from boresight.model.fixed import Arithmetic
 from boresight.model.program import Kind, Negate, Op, Overflow, Program, Term, Value, When
-from boresight.sim.random_program import random_program
+from tests.support.random_program import random_program
 
 SMALL, FAST = CONFIGS["small"], CONFIGS["fast"]
 ONE = 1 << 30

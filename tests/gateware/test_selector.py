@@ -12,7 +12,7 @@ from boresight.gateware.machine import CONFIGS
 from boresight.gateware.registers import PROGRAM
 from boresight.model.interpreter import Interpreter
 from boresight.model.program import Kind
-from boresight.sim.random_program import random_inputs, random_programs
+from tests.support.random_program import random_inputs, random_programs
 
 MASK = (1 << 32) - 1
 

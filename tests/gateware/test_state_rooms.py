@@ -7,7 +7,7 @@ import pytest
 from boresight.gateware.machine import CONFIGS
 from boresight.gateware.slots import ScheduleError
 from boresight.gateware.state_rooms import state_rooms
-from boresight.sim.random_program import random_program
+from tests.support.random_program import random_program
 
 PROGRAM = random_program(1, n_ops=1, n_states=1)
 

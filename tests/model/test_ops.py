@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from boresight.model import ops
+from boresight.model import ops, rounded
 from boresight.model.fixed import Arithmetic
+from boresight.model.graph import Graph
 
 WIDTHS = (18, 20, 23, 24, 27, 28, 31, 32)
 
@@ -280,3 +281,26 @@ def test_asin_ht_up_to_its_limit(trace: Any) -> None:
     fixed, floats, saturated = trace(lambda v: ops.asin_ht(v), [(0.0, 0.7188)]).run(x)
     assert not saturated.any()
     assert np.abs(fixed[0] - floats[0]).max() < 2e-9
+
+
+def test_plain_numbers_are_correctly_rounded() -> None:
+    """So are the constants that they become in a program, however they get there."""
+    sine, cosine = ops.sincos_ht(0.1)
+    assert (sine, cosine) == (rounded.sin_ht(0.1), rounded.cos_ht(0.1))
+    assert type(sine) is type(cosine) is float
+    assert ops.sincos_ht(1) == (0.0, -1.0)
+    assert ops.asin_ht(0.3) == rounded.asin_ht(0.3) and ops.asin_ht(7.0) == 0.5
+    assert ops.rsqrt(0.3) == rounded.rsqrt(0.3) and ops.rsqrt(0.0) == ops.rsqrt(1e-300)
+    assert ops.atan2_ht(1, 1) == 0.25 and ops.atan2_ht(-0.0, -1.0) == -1.0
+    g = Graph("test")
+    folded = [ops.sincos_ht(g.const(0.1))[0], ops.asin_ht(g.const(0.3)), ops.rsqrt(g.const(0.3))]
+    assert [n.value for n in folded] == [sine, ops.asin_ht(0.3), ops.rsqrt(0.3)]
+
+
+def test_plain_numbers_and_arrays_agree() -> None:
+    for x in np.linspace(-1.0, 1.0, 41):
+        one = np.array([x])
+        for function in (ops.sincos_ht, ops.asin_ht, lambda v: ops.rsqrt(v * v + 0.1)):
+            assert np.allclose(function(float(x)), np.ravel(function(one)), rtol=4e-16, atol=4e-16)
+        y = ops.atan2_ht(0.3, float(x))
+        assert type(y) is float and abs(y - ops.atan2_ht(0.3, one)[0]) < 4e-16

@@ -1,5 +1,8 @@
 """Function tables against numpy's float64 functions."""
 
+import math
+from decimal import Decimal, getcontext
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -20,6 +23,14 @@ from boresight.model.tables import (
 
 #: Largest error of the cubic alone (coefficients in float64), in the function's unit.
 CUBIC = {"sin": 1.3e-10, "rsqrt": 4.0e-9, "asin": 6.6e-10, "reciprocal": 9.4e-10}
+
+#: The same functions by numpy.
+FUNCTIONS: dict[str, Any] = {
+    "sin": lambda x: np.sin(np.pi * x),
+    "rsqrt": lambda m: 1.0 / np.sqrt(m),
+    "asin": lambda v: np.arcsin(v) / np.pi,
+    "reciprocal": lambda m: 1.0 / m,
+}
 
 
 def domain(table: Table, count: int = 60_000) -> Any:
@@ -49,7 +60,7 @@ def cubic(c: Any, table: Table, x: Any) -> Any:
 @pytest.mark.parametrize("table", TABLES, ids=lambda t: t.name)
 def test_the_cubic_is_within_its_bound(table: Table) -> None:
     x = domain(table)
-    error = np.abs(cubic(table.coefficients(), table, x) - table.function(x)).max()
+    error = np.abs(cubic(table.coefficients(), table, x) - FUNCTIONS[table.name](x)).max()
     assert 0.8 * CUBIC[table.name] < error < CUBIC[table.name]
 
 
@@ -63,7 +74,7 @@ def test_quantised_coefficients_cost_little(table: Table, word: int) -> None:
     c = np.stack([f.real(words[:, k]) for k, f in enumerate(formats)], axis=1)
     assert quantisation(table, arith) < 1.1 * table.result_format(arith).lsb
     x = domain(table, 20_000)
-    error = np.abs(cubic(c, table, x) - table.function(x)).max()
+    error = np.abs(cubic(c, table, x) - FUNCTIONS[table.name](x)).max()
     assert error < CUBIC[table.name] + quantisation(table, arith)
 
 
@@ -125,8 +136,81 @@ def test_words_within_the_domain_reach_their_own_segment(word: int) -> None:
 
 def test_bounds_of_the_results_are_declared() -> None:
     for table in TABLES:
-        y = table.function(domain(table))
+        y = FUNCTIONS[table.name](domain(table))
         assert table.low <= y.min() and y.max() <= table.high
         fmt = table.result_format(Arithmetic(word=32))
         assert table.high <= fmt.max + fmt.lsb
-    assert SIN.function(np.array([0.5]))[0] == 1.0
+    assert SIN.at(64) == 1.0
+
+
+def exact(table: Table, segment: int) -> list[Fraction]:
+    """Coefficients of 1, p, p^2, p^3 in rational arithmetic, from 60 decimals of the function."""
+    getcontext().prec = 60
+    nodes = [(1 - cos(pi() * (2 * k + 1) / 8)) / 2 for k in range(4)]
+    y = [DECIMAL[table.name]((segment + p) / Decimal(table.segments_per_unit)) for p in nodes]
+    # Newton's divided differences, then powers of p.
+    slopes = [Fraction(v) for v in y]
+    x = [Fraction(p) for p in nodes]
+    for order in range(1, 4):
+        for k in range(3, order - 1, -1):
+            slopes[k] = (slopes[k] - slopes[k - 1]) / (x[k] - x[k - order])
+    c = [Fraction(0)] * 4
+    for k in range(3, -1, -1):
+        c = [(c[j - 1] if j else 0) - x[k] * c[j] for j in range(4)]
+        c[0] += slopes[k]
+    return c
+
+
+def pi() -> Decimal:
+    """Machin's formula."""
+
+    def arctan_inverse(n: int) -> Decimal:
+        return sum(
+            (Decimal((-1) ** k) / ((2 * k + 1) * n ** (2 * k + 1)) for k in range(50)), Decimal()
+        )
+
+    return 16 * arctan_inverse(5) - 4 * arctan_inverse(239)
+
+
+def cos(x: Decimal) -> Decimal:
+    """Taylor's series."""
+    return sum(
+        (Decimal((-1) ** k) * x ** (2 * k) / math.factorial(2 * k) for k in range(40)), Decimal()
+    )
+
+
+def arcsin(x: Decimal) -> Decimal:
+    """Newton's method on the sine."""
+    angle = Decimal(math.asin(x))
+    for _ in range(4):
+        angle += (x - cos(angle - pi() / 2)) / cos(angle)
+    return angle
+
+
+#: The same functions to 60 decimals.
+DECIMAL: dict[str, Any] = {
+    "sin": lambda x: cos(pi() * (x - Decimal("0.5"))),
+    "rsqrt": lambda m: 1 / m.sqrt(),
+    "asin": lambda v: arcsin(v) / pi(),
+    "reciprocal": lambda m: 1 / m,
+}
+
+
+@pytest.mark.parametrize("table", TABLES, ids=lambda t: t.name)
+def test_coefficients_are_correctly_rounded(table: Table) -> None:
+    c = table.coefficients()
+    assert c.shape == (table.last - table.first + 1, 4) and not c.flags.writeable
+    for segment in range(table.first, table.last + 1):
+        wanted = [float(x) for x in exact(table, segment)]
+        assert c[segment - table.first].tolist() == wanted, segment
+
+
+@pytest.mark.parametrize("table", TABLES, ids=lambda t: t.name)
+def test_words_of_the_table_are_the_nearest(table: Table) -> None:
+    arith = Arithmetic(word=32)
+    memory = np.array(table_memory(arith)).reshape(3, BLOCK_WORDS // 4, 4)
+    formats = coefficient_formats(table, arith)
+    for segment in range(table.first, table.last + 1):
+        for k, x in enumerate(exact(table, segment)):
+            word = math.floor(x * Fraction(2) ** formats[k].frac + Fraction(1, 2))
+            assert memory[table.block, segment, k] == min(word, arith.max_int)

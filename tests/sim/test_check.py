@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 
 import numpy as np
@@ -12,8 +13,10 @@ import boresight.sim.segments
 from boresight.disk.output import OutputFile
 from boresight.model.errors import InputError
 from boresight.model.estimators import estimator
+from boresight.model.estimators.complementary import Complementary
 from boresight.sim.bundled import bundled
-from boresight.sim.check import LevelResult, check
+from boresight.sim.check import LevelResult, check, compare_rtl
+from boresight.sim.cosim import RtlRun
 from boresight.sim.divergence import load_reproducer, replay_reproducer
 from boresight.sim.log import read_log
 
@@ -116,6 +119,88 @@ def test_a_wrong_c_model_is_found_by_name(log, monkeypatch):
     assert not result.good
     assert result.levels[0].n_mismatch == 1
     assert result.levels[0].divergence.startswith("c: first difference in value")
+
+
+def test_a_c_model_wrong_in_a_state_alone_fails(log, monkeypatch):
+    """Its outputs and its flag are right; a later update would show it, or none."""
+
+    class Wrong(boresight.sim.check.CModel):
+        def update(self, inputs):
+            out, flags = super().update(inputs)
+            out[19, n_outputs:] ^= 1  # nothing but the states, in the last update
+            return out, flags
+
+    n_outputs = len(estimator("complementary").compile().outputs)
+    monkeypatch.setattr(boresight.sim.check, "CModel", Wrong)
+    result = check(estimator("complementary"), log, steps=20, levels=("c",))
+    assert not result.good
+    assert (result.levels[0].n_mismatch, result.levels[0].first_wrong) == (1, 19)
+
+
+def test_a_c_model_wrong_in_its_flag_alone_fails(log, monkeypatch):
+    class Wrong(boresight.sim.check.CModel):
+        def update(self, inputs):
+            out, flags = super().update(inputs)
+            flags[5] ^= True
+            return out, flags
+
+    monkeypatch.setattr(boresight.sim.check, "CModel", Wrong)
+    result = check(estimator("complementary"), log, steps=20, levels=("c",))
+    assert (result.levels[0].n_mismatch, result.levels[0].first_wrong) == (1, 5)
+
+
+@pytest.fixture(scope="module")
+def rtl_run(core):
+    """A run as the schedule says, and what the interpreter would have said."""
+    rows, n = 6, len(core.program.outputs)
+    words = np.arange(rows * n).reshape(rows, n)
+    run = RtlRun(
+        words.copy(),
+        np.zeros(rows, dtype=bool),
+        np.tile(core.schedule.latencies, (rows, 1)),
+        np.full(rows, core.schedule.interval),
+    )
+    return run, words, np.zeros(rows, dtype=bool)
+
+
+def changed(run, name, place, by):
+    """The run with one number of one array another."""
+    array = getattr(run, name).copy()
+    array[place] = array[place] + by if array.dtype != bool else not array[place]
+    return dataclasses.replace(run, **{name: array})
+
+
+def test_rtl_as_the_schedule_says_is_good(core, rtl_run):
+    run, words, flags = rtl_run
+    level = compare_rtl(core, Complementary(), run, words, flags, "verilator")
+    assert level.good and level.n_total == 6 and level.first_wrong is None
+
+
+def test_rtl_with_a_wrong_word_or_flag_fails(core, rtl_run):
+    run, words, flags = rtl_run
+    last = len(core.program.outputs) - 1
+    for name, place in (("outputs", (3, 0)), ("outputs", (3, last)), ("saturated", 3)):
+        wrong = changed(run, name, place, 1)
+        level = compare_rtl(core, Complementary(), wrong, words, flags, "verilator")
+        assert not level.good
+        assert (level.n_mismatch, level.first_wrong) == (1, 3)
+
+
+@pytest.mark.parametrize("by", [-1, 1])
+def test_every_output_must_come_in_its_cycle(core, rtl_run, by):
+    """Also those that are not urgent, whose cycles no figure shows."""
+    run, words, flags = rtl_run
+    for output in range(len(core.program.outputs)):
+        late = changed(run, "latency_cycles", (2, output), by)
+        level = compare_rtl(core, Complementary(), late, words, flags, "verilator")
+        assert not level.good and level.n_mismatch == 0
+        assert level.error == "output cycles differ from the schedule"
+
+
+def test_an_update_may_not_take_longer_than_the_interval(core, rtl_run):
+    run, words, flags = rtl_run
+    late = changed(run, "interval_cycles", 4, 1)
+    assert not compare_rtl(core, Complementary(), late, words, flags, "verilator").good
 
 
 def test_segments_must_join(log, monkeypatch):

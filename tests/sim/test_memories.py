@@ -6,7 +6,7 @@ import pytest
 
 from boresight.gateware.core import build_core
 from boresight.sim.memories import split_memories
-from boresight.sim.random_program import random_program
+from tests.support.random_program import random_program
 
 
 @pytest.mark.parametrize("config", ["small", "fast"])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from boresight.model.program import Kind, Negate, Overflow, Program, Scale, When
-from boresight.sim.random_program import random_inputs, random_program
+from tests.support.random_program import random_inputs, random_program
 
 
 def magnitude(program: Program) -> int:

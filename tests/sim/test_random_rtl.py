@@ -11,8 +11,8 @@ from boresight.model.fixed import IntArray
 from boresight.model.interpreter import Interpreter
 from boresight.model.program import Program
 from boresight.sim.cosim import RtlSimulation
-from boresight.sim.random_program import random_program
 from boresight.sim.simulators import available
+from tests.support.random_program import random_program
 
 RUNS = [("small", 32, "verilator", range(0, 12)), ("fast", 32, "verilator", range(12, 24))]
 if available("icarus"):

@@ -11,9 +11,9 @@ from boresight.gateware.core import build_shared_core
 from boresight.model.interpreter import Interpreter
 from boresight.sim.check import simulation_of
 from boresight.sim.cosim import BusWrite
-from boresight.sim.random_program import random_inputs, random_programs
 from boresight.sim.sharing import deal, run_in_turns, selection
 from boresight.sim.simulators import available
+from tests.support.random_program import random_inputs, random_programs
 
 
 @pytest.mark.parametrize("counts", [(5,), (100, 3, 0), (40, 40, 40, 40)])

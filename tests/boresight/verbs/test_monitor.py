@@ -315,17 +315,23 @@ def test_registers_and_attitudes_together(registers) -> None:
         (("--read", "gians"), "register gians: wanted a register of"),
         (("--read", "5000"), "wanted an address from 0 to 4095, found 5000"),
         (("--count", "0"), "--count: wanted 1 or more, found 0"),
-        (("--baud", "0"), "--baud: wanted bits per second, found 0"),
+        (("--baud", "0"), "--baud: wanted 1 to 100,000,000, found 0"),
         (("--plot", "out.gif"), "--plot: wanted a name with .png, .svg or .pdf, found out.gif"),
         (("--read", "filter"), "wanted a serial port to read or write registers, found a file"),
-        (("--plot", "out.png"), "wanted attitudes to plot, found none"),
-        (("--csv", "/proc/none/out.csv"), "wanted a place that can be written"),
+        (("--plot", "out.png"), "wanted attitudes, in frames or lines of text, found none;"),
     ],
 )
 def test_wrong_use(option, message: str, registers, tmp_path, refused) -> None:
     capture = tmp_path / "capture.bin"
     capture.write_bytes(b"")
     assert message in refused(capture, "--map", registers, *option)
+
+
+def test_a_table_that_cannot_be_written(tmp_path, refused) -> None:
+    capture = tmp_path / "capture.bin"
+    capture.write_bytes(frames([7]))
+    message = refused(capture, "-q", "--csv", "/proc/none/out.csv")
+    assert "wanted a place that can be written" in message
 
 
 def test_no_such_port_map_or_board(tmp_path, registers, refused) -> None:

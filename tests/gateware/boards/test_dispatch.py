@@ -109,7 +109,34 @@ def test_in_order(stalls: float) -> None:
     ]
 
 
-def test_record_of_one_word() -> None:
+@pytest.mark.parametrize("inputs", [1, 2, 5])
+def test_an_access_waits_for_the_record_before_it(inputs: int) -> None:
+    """Also behind a record that is over with its first word."""
+    dut = Dispatcher(word=18, inputs=inputs, depth=8)
+    records = [[5 + k for k in range(inputs)], [50 + k for k in range(inputs)]]
+    events = run(
+        dut,
+        [
+            (Kind.RECORD, records[0]),
+            (Kind.READ, [3]),
+            (Kind.RECORD, records[1]),
+            (Kind.WRITE, [7, 9]),
+        ],
+        stalls=0.0,
+        answer_after=40,
+    )
+    assert events == [
+        ("record", records[0]),
+        ("answered",),
+        ("reply", Kind.READ, 3 ^ 0x155),
+        ("record", records[1]),
+        ("answered",),
+        ("write", 7, 9),
+        ("reply", Kind.WRITE, 7),
+    ]
+
+
+def test_records_of_one_word_follow_each_other() -> None:
     dut = Dispatcher(word=18, inputs=1, depth=2)
     events = run(dut, [(Kind.RECORD, [5]), (Kind.RECORD, [6])], stalls=0.0)
     assert [e for e in events if e[0] == "record"] == [("record", [5]), ("record", [6])]

@@ -70,7 +70,9 @@ def test_good_frames(word: int, inputs: int, simulate) -> None:
 
 def body(data: bytes) -> bytes:
     """A frame with a right CRC around any bytes, none of which needs an escape."""
-    return bytes([END]) + data + CRC.compute(data).to_bytes(2, "little") + bytes([END])
+    whole = data + CRC.compute(data).to_bytes(2, "little")
+    assert not {END, ESC} & set(whole)
+    return bytes([END]) + whole + bytes([END])
 
 
 @pytest.mark.parametrize(
@@ -81,6 +83,7 @@ def body(data: bytes) -> bytes:
         body(b"\1"),
         body(b"\0" + bytes(12)),  # no such kind
         body(b"\4" + bytes(12)),
+        *(body(bytes([1 | 1 << bit]) + bytes(12)) for bit in range(2, 8)),
         body(b"\1" + bytes(11)),  # bytes, words too few or too many
         body(b"\1" + bytes(13)),
         body(b"\1" + bytes(8)),

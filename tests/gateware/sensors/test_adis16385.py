@@ -5,9 +5,15 @@ import random
 import pytest
 
 from boresight.gateware.sensors.adis16385 import Adis16385
-from boresight.gateware.sensors.adis16385_frames import CONFIG_FRAMES, RUN_FRAMES
+from boresight.gateware.sensors.adis16385_frames import (
+    CHECKED,
+    CONFIG_FRAMES,
+    IDENTITY,
+    RUN_FRAMES,
+    write,
+)
 from boresight.gateware.verilog import to_verilog
-from boresight.sim.devices.adis16385 import PERIOD, SCALED, ReaderBench, scaled_reader
+from tests.support.devices.adis16385_bench import PERIOD, SCALED, ReaderBench, scaled_reader
 
 
 @pytest.fixture(scope="module")
@@ -85,6 +91,43 @@ def test_settings_are_written_and_kept(bench: ReaderBench) -> None:
         b.stamp - a.stamp for a, b in zip(happened.samples, happened.samples[1:], strict=False)
     ]
     assert set(apart) == {4 * PERIOD}  # decimation by 2**2
+
+
+@pytest.mark.parametrize(
+    "settings", [(0xFFFF, 0xFFFF, 0xFFFF), (0x8001, 0x4002, 0x2004), (0x1234, 0xA5C3, 0x8402)]
+)
+def test_every_bit_of_the_settings_reaches_the_device(settings, simulate) -> None:
+    """The frames that write them, bit by bit at the pins."""
+    dut = scaled_reader()
+    frames: list[int] = []
+
+    async def bench(ctx):
+        nonlocal frames
+        for name, word in zip(("msc_ctrl", "smpl_prd", "sens_avg"), settings, strict=True):
+            ctx.set(getattr(dut, name), word)
+        bits, falls, before, cycle = "", 0, 1, 0
+        while len(frames) < 8:
+            clock, idle = ctx.get(dut.sclk), ctx.get(dut.cs_n)
+            if idle:
+                frames += [int(bits, 2)] * bool(bits)
+                bits, falls = "", 0
+            elif clock and not before:
+                bits += str(ctx.get(dut.mosi))
+            elif before and not clock:
+                ctx.set(dut.miso, IDENTITY >> 15 - falls & 1)  # the only answer before the writes
+                falls += 1
+            before = clock
+            cycle += 1
+            ctx.set(dut.time, cycle)
+            await ctx.tick()
+
+    simulate(dut, bench)
+    wanted = [
+        write(name, byte, word >> 8 * byte & 0xFF)
+        for name, word in zip(CHECKED[1:], settings, strict=True)
+        for byte in (0, 1)
+    ]
+    assert frames[2:8] == wanted
 
 
 def test_restart_starts_over(bench: ReaderBench) -> None:

@@ -5,7 +5,7 @@ import random
 import pytest
 
 from boresight.gateware.sensors.adis16385_frames import CHECKED
-from boresight.sim.devices.adis16385 import PERIOD, Happened, ReaderBench, scaled_reader
+from tests.support.devices.adis16385_bench import PERIOD, Happened, ReaderBench, scaled_reader
 
 #: Settings other than the device's defaults, so that forgetting them shows.
 SETTINGS = (0x0006, 0x0001, 0x0102)

@@ -137,6 +137,16 @@ def test_begins_after_the_time_out() -> None:
     assert 15 * TICK <= events[0][0] - 3 * (CHARACTER + 1) - 1 <= 16 * TICK
 
 
+def test_the_time_out_begins_with_the_last_character() -> None:
+    """However the ticks fall: while a command is sent the timer stands."""
+    for begin in range(300, 300 + TICK):
+        compass = Compass(deaf=True)
+        events, dut = run(compass, 700, {0: 0, begin: 2})
+        (sent, name), (failed, what) = events[:2]
+        assert (name, what) == ("sent", "timed_out")
+        assert dut.timeout_ticks * TICK < failed - sent <= (dut.timeout_ticks + 1) * TICK
+
+
 def test_tries_four_times_then_waits_four_time_outs() -> None:
     compass = Compass(deaf=True)
     events, dut = run(compass, 6000, 2)

@@ -130,6 +130,16 @@ def test_console_in(send) -> None:
     run(bench)
 
 
+def test_every_bit_of_a_received_byte(send) -> None:
+    async def bench(ctx, dut):
+        for byte in (*(1 << bit for bit in range(8)), 0xFF, 0x00, 0xA5):
+            await send(ctx, dut.rx, 8, bytes([byte]))
+            await ctx.tick().repeat(8)
+            assert await transfer(ctx, dut, "console") == byte
+
+    run(bench)
+
+
 @pytest.mark.parametrize(
     ("port", "flag", "level"), [("bus_error", "bus_error", "error"), ("asks", "device", "device")]
 )

@@ -11,9 +11,9 @@ from boresight.gateware.system.conductor import HEADER, OUTPUTS, RAWS, RECORDS, 
 from boresight.gateware.system.programs import core_plan, system_core
 from boresight.model.fixed import IntArray
 from boresight.sim.bundled import bundled
-from boresight.sim.conductor_bench import Played, play, sample_command, script_of
 from boresight.sim.front import COUNTS, HEADING, NO_LINE, Samples, quantise, run_chain
 from boresight.sim.log import read_log
+from tests.support.conductor_bench import Played, play, sample_command, script_of
 
 STEPS = 60
 

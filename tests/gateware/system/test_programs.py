@@ -10,7 +10,7 @@ from boresight.gateware.register_map import register_map, register_map_files
 from boresight.gateware.system.programs import FILTERS, system_core
 from boresight.model.front import FRONT
 from boresight.model.interpreter import Interpreter
-from boresight.sim.random_program import random_inputs
+from tests.support.random_program import random_inputs
 
 CONFIG = pytest.mark.parametrize("config", ["small", "fast"])
 

@@ -93,6 +93,36 @@ def test_formats_and_constants(whole: RegisterMap) -> None:
     assert whole.find("program").access is Access.READ_ONLY
 
 
+#: Settings that `system_registers` takes, by register, and what they are without an argument.
+SETTINGS = {
+    "inertial_msc_ctrl": ("msc_ctrl", 0x0006),
+    "inertial_smpl_prd": ("smpl_prd", 0x0001),
+    "inertial_sens_avg": ("sens_avg", 0x0402),
+    "magnetic_source": ("magnetic_source", 2),
+    "compass_mode": ("compass_mode", 1),
+    "output_mode": ("output_mode", 1),
+    "output_divider": ("output_divider", 8),
+}
+
+
+@pytest.mark.parametrize("name", SETTINGS)
+def test_a_setting_is_its_registers_word_after_power_up(whole: RegisterMap, name: str) -> None:
+    argument, usual = SETTINGS[name]
+    assert whole.find(name).reset == usual
+    other = usual ^ 3
+    rows = system_registers(
+        filters=FILTERS,
+        clock_hz=1,
+        build=0,
+        inertial_flags={},
+        compass_flags={},
+        **{argument: other},
+    )
+    resets = {row.name: row.reset for row in rows}
+    assert resets[name] == other
+    assert all(resets[n] == word for n, (_, word) in SETTINGS.items() if n != name)
+
+
 def test_json(whole: RegisterMap) -> None:
     data = json.loads(whole.to_json())
     assert data["title"] == "attitude system"

@@ -6,9 +6,9 @@ import pytest
 
 from boresight.gateware.sensors.adis16385_flags import EVENTS
 from boresight.gateware.verilog import to_verilog
-from boresight.sim.devices.adis16385 import scaled_reader
-from boresight.sim.devices.adis16385_fuzz import fuzz, judge
-from boresight.sim.devices.adis16385_model import Contract, ContractBroken
+from tests.support.devices.adis16385_bench import scaled_reader
+from tests.support.devices.adis16385_contract import Contract, ContractBroken
+from tests.support.devices.adis16385_fuzz import fuzz, judge
 
 
 @pytest.mark.parametrize("seed", [1, 2])

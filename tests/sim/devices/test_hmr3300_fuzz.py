@@ -3,8 +3,8 @@
 import pytest
 
 from boresight.gateware.sensors import hmr3300_number, hmr3300_sentence
-from boresight.sim.devices.hmr3300_fuzz import fuzz_noise, fuzz_parser, fuzz_pin
 from boresight.sim.simulators import available
+from tests.support.devices.hmr3300_fuzz import fuzz_noise, fuzz_parser, fuzz_pin
 
 pytestmark = pytest.mark.skipif(not available("verilator"), reason="needs Verilator")
 

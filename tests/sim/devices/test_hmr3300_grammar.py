@@ -2,7 +2,7 @@
 
 import pytest
 
-from boresight.sim.devices.hmr3300_grammar import (
+from tests.support.devices.hmr3300_grammar import (
     BROKEN,
     PAUSE,
     Event,

@@ -2,8 +2,8 @@
 
 from collections import Counter
 
-from boresight.sim.devices.hmr3300_grammar import BROKEN, PAUSE, events_of
-from boresight.sim.devices.hmr3300_symbols import hostile_bytes, hostile_line, noise
+from tests.support.devices.hmr3300_grammar import BROKEN, PAUSE, events_of
+from tests.support.devices.hmr3300_symbols import hostile_bytes, hostile_line, noise
 
 
 def test_bytes_reach_every_kind_of_line() -> None:

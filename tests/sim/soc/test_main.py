@@ -26,6 +26,7 @@ ROW = {
 }
 
 
+@pytest.mark.without_compiler
 def test_table_says_what_differs() -> None:
     assert table([ROW]).splitlines()[1].split() == [
         "mekf",
@@ -56,11 +57,13 @@ def test_one_estimator(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> No
     assert row["float"]["updates"] == 3
 
 
+@pytest.mark.without_compiler
 def test_wrong_use(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--updates", "1"]) == 2
     assert capsys.readouterr().err == "error: --updates: wanted 2 or more, found 1; ask for more\n"
 
 
+@pytest.mark.without_compiler
 def test_no_compiler(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setattr(image.shutil, "which", lambda name: None)
     assert main(["--estimator", "mekf", "--updates", "2"]) == 2

@@ -10,7 +10,7 @@ from boresight.sim.bundled import bundled
 from boresight.sim.feed import inputs_of
 from boresight.sim.log import read_log
 from boresight.sim.soc.measure import measure_float
-from boresight.sim.soc.operations import counted_cycles, operation_cycles
+from tests.support.soc.operations import counted_cycles, operation_cycles
 
 
 def test_costs_explain_an_update() -> None:

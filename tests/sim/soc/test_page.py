@@ -1,6 +1,10 @@
 """The page of the comparison: every figure of the report is on it."""
 
+import pytest
+
 from boresight.sim.soc.page import bars, render_page, timeline
+
+pytestmark = pytest.mark.without_compiler
 
 
 def row(name: str, scale: int, paper: int | None) -> dict:

@@ -3,7 +3,7 @@
  * @brief Cycles of single-precision operations, one after another, for a bench in the device slot.
  *
  * Each is done REPEAT times on operands as filters have them, caches warm; its cycles without the
- * loop's go to the bench in the order of sim/soc/operations.py. Registers of the bench: measure.c.
+ * loop's go to the bench in the order of operations.py. Registers of the bench: measure.c.
  */
 
 //------------------------------------------------------------------------------

@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 from collections.abc import Iterable
 
-from boresight.sim.devices.hmr3300_grammar import BROKEN, PAUSE, counts_sentence, heading_sentence
+from tests.support.devices.hmr3300_grammar import BROKEN, PAUSE, counts_sentence, heading_sentence
 
 __all__ = ["hostile_bytes", "hostile_line", "noise"]
 

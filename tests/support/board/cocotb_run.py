@@ -11,23 +11,10 @@ from boresight.sim.board.build import Board, board_parameters, board_sources
 from boresight.sim.board.run import BoardRun, Stimulus, cycles_limit, files_and_arguments, frames_of
 from boresight.sim.board.trace import read_trace
 from boresight.sim.cosim import SimulationFailed, quiet
-from boresight.sim.simulators import TIMESCALE
+from boresight.sim.simulators import BUILD_ARGS, TIMESCALE
 from boresight.sim.verilator import build_program, cocotb_environment
 
 __all__ = ["run_under_cocotb"]
-
-#: Nothing inside is public, only what the bench says: that is what makes it fast.
-_ARGS = [
-    "-Wno-fatal",
-    "-Wno-lint",
-    "-O3",
-    "--x-initial",
-    "unique",
-    "--x-assign",
-    "unique",
-    "--no-public-flat-rw",
-    *TIMESCALE,
-]
 
 
 def run_under_cocotb(
@@ -56,20 +43,18 @@ def run_under_cocotb(
     files, arguments = files_and_arguments(board, what, updates, settings, faults or {})
     with tempfile.TemporaryDirectory(prefix="boresight-board-") as temporary:
         folder = Path(temporary)
-        texts = {
-            name: text.replace("always @*", "always_comb")
-            for name, text in board_sources(board).items()
-        }
+        texts = board_sources(board)
         for name, text in files.items():
             (folder / name).write_text(text)
         given = [f"-G{name}={value}" for name, value in board_parameters(board.setup).items()]
-        build_program(folder / "build" / "bench", texts, [*_ARGS, *given], top="bench", cocotb=True)
+        build = [*BUILD_ARGS["verilator"], *TIMESCALE, *given]
+        build_program(folder / "build" / "bench", texts, build, top="bench", cocotb=True)
         root = str(Path(__file__).parents[3])
         with quiet(folder / "run.log", "verilator run"):
             get_runner("verilator").test(
                 hdl_toplevel="bench",
                 hdl_toplevel_lang="verilog",
-                test_module="boresight.sim.board.cocotb_bench",
+                test_module="tests.support.board.cocotb_bench",
                 build_dir=folder / "build",
                 results_xml=str(folder / "results.xml"),
                 test_dir=str(folder),

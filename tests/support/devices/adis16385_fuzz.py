@@ -11,8 +11,8 @@ from pathlib import Path
 from boresight.gateware.sensors.adis16385_flags import EVENTS, FLAG_MEANINGS
 from boresight.gateware.verilog import to_verilog
 from boresight.sim.compiled import build
-from boresight.sim.devices.adis16385 import PERIOD, scaled_reader
-from boresight.sim.devices.adis16385_model import Contract, ContractBroken
+from tests.support.devices.adis16385_bench import PERIOD, scaled_reader
+from tests.support.devices.adis16385_contract import Contract, ContractBroken
 
 __all__ = ["FuzzResult", "fuzz", "judge"]
 

@@ -77,7 +77,7 @@ def play(core: Core, script: Iterable[str], *, max_cycles: int = 20_000_000) -> 
     """
     top = AttitudeCore(core=core)
     verilog = to_verilog(top, "attitude_core", instances=False)
-    text, memories = split_memories(verilog.replace("always @*", "always_comb"))
+    text, memories = split_memories(verilog)
     word = core.machine.arithmetic.word
     bench = Path(__file__).with_name("conductor_bench.sv").read_text()
     run = build(

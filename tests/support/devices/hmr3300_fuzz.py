@@ -12,8 +12,8 @@ from boresight.gateware.sensors.hmr3300_sentence import SentenceParser
 from boresight.gateware.serial.uart import Receiver
 from boresight.gateware.verilog import to_verilog
 from boresight.sim.compiled import build
-from boresight.sim.devices.hmr3300_grammar import BROKEN, Event, events_of
-from boresight.sim.devices.hmr3300_symbols import hostile_bytes, hostile_line, noise
+from tests.support.devices.hmr3300_grammar import BROKEN, Event, events_of
+from tests.support.devices.hmr3300_symbols import hostile_bytes, hostile_line, noise
 
 __all__ = ["DIVISOR", "Fuzzed", "fuzz_noise", "fuzz_parser", "fuzz_pin"]
 

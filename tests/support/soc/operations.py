@@ -7,14 +7,15 @@ the instruction cache, which is cold where a program is longer than it.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 
-from boresight.firmware.soc.image import build_image, source
+from boresight.firmware.soc.image import build_image
 from boresight.gateware.soc.layout import soc_header
 from boresight.sim.soc.measure import RAM, soc_bench
 
 __all__ = ["counted_cycles", "operation_cycles"]
 
-#: Operations in the order of firmware/soc/operations.c, behind the empty loop.
+#: Operations in the order of operations.c, behind the empty loop.
 _NAMES = ("add", "sub", "mul", "div", "less", "sqrt", "sin", "cos", "asin", "atan2")
 _REPEAT = 16
 
@@ -22,7 +23,10 @@ _REPEAT = 16
 def operation_cycles(*, optimise: str = "-Os") -> dict[str, float]:
     """Mean cycles of each operation, loads and stores of its operands not counted."""
     image = build_image(
-        {"operations.c": source("operations.c"), "soc_registers.h": soc_header()},
+        {
+            "operations.c": Path(__file__).with_name("operations.c").read_text(),
+            "soc_registers.h": soc_header(),
+        },
         sources=("operations.c",),
         ram=RAM,
         optimise=optimise,

@@ -1,0 +1,53 @@
+"""Checks of arguments that several verbs take: all of them come before any work and any folder."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Iterable
+from typing import Any
+
+from boresight.gateware.machine import CONFIGS
+from boresight.model.errors import InputError
+
+__all__ = ["JOBS_MOST", "check_choice", "check_machine", "check_number", "check_word"]
+
+#: Most threads or processes that may be asked for.
+JOBS_MOST = 1024
+
+
+def check_number(where: str, value: Any, low: int, high: int | None = None) -> None:
+    """Raise InputError unless ``value`` is a whole number from ``low`` to ``high`` (None: any)."""
+    try:
+        number = operator.index(value)
+    except TypeError:
+        number = low - 1
+    if number < low or (high is not None and number > high):
+        raise InputError.at(
+            where,
+            wanted=f"{low:,} or more" if high is None else f"{low:,} to {high:,}",
+            found=str(value),
+            fix="choose another",
+        )
+
+
+def check_choice(where: str, value: Any, choices: Iterable[str]) -> None:
+    """Raise InputError unless ``value`` is one of ``choices``."""
+    known = list(choices)
+    if value not in known:
+        raise InputError.at(
+            where, wanted=f"one of {', '.join(known)}", found=repr(value), fix="choose one of these"
+        )
+
+
+def check_machine(config: str, word: int) -> None:
+    """Raise InputError unless there is a configuration ``config`` with words of ``word`` bits."""
+    check_choice("config", config, CONFIGS)
+    check_word(word)
+
+
+def check_word(word: int) -> None:
+    """Raise InputError unless words may have ``word`` bits."""
+    if not isinstance(word, int) or not 18 <= word <= 32:
+        raise InputError.at(
+            "word", wanted="18 to 32 bits", found=str(word), fix="choose a width inside the range"
+        )

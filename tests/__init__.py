@@ -1,0 +1,1 @@
+"""Tests, in folders as the code; `tests.support` holds their instruments."""

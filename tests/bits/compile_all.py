@@ -1,0 +1,67 @@
+"""Compile everything: all that ``boresight compile`` writes, of every estimator, into a folder.
+
+Run as a process of its own by `test_same_bits`, in an environment that the test chooses::
+
+    python compile_all.py FOLDER [--passes N] [--off-by-one] [--synth]
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+
+def programs(folder: Path) -> None:
+    """Every estimator and every program before the filters at every width that is shipped."""
+    from boresight.firmware.emit import emit_c
+    from boresight.model.estimators import ESTIMATORS
+    from boresight.model.front import FRONT
+
+    for name, kind in {**ESTIMATORS, **FRONT}.items():
+        for word in (32, 24, 18):
+            program = kind().compile(word=word)
+            place = folder / f"{name}-{word}"
+            place.mkdir(parents=True)
+            (place / "program.json").write_text(program.to_json())
+            (place / "digest").write_text(program.digest)
+            for file, text in emit_c(program).items():
+                (place / file).write_text(text, encoding="utf-8")
+
+
+def cores(folder: Path, synth: bool) -> None:
+    """A complete system of the filters on a board, and one core with all other estimators."""
+    import boresight
+    from boresight.gateware.system.programs import FILTERS
+    from boresight.model.estimators import ESTIMATORS
+
+    boresight.compile(*FILTERS, board="mimas", synth=synth, output=folder / "system")
+    others = [name for name in ESTIMATORS if name not in FILTERS]
+    boresight.compile(*others, config="fast", word=24, output=folder / "others")
+
+
+def main() -> None:
+    """The command line."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--passes", type=int, help="most passes of the scheduler per program")
+    parser.add_argument("--off-by-one", action="store_true")
+    parser.add_argument("--synth", action="store_true")
+    args = parser.parse_args()
+    if args.off_by_one:
+        from off_by_one import disturb
+
+        disturb()
+    if args.passes is not None:
+        from boresight.gateware import schedule
+
+        schedule._PASSES = (args.passes, args.passes)
+    programs(args.folder / "programs")
+    cores(args.folder, args.synth)
+    import boresight
+
+    sys.stdout.write(str(Path(boresight.__file__).parent))
+
+
+if __name__ == "__main__":
+    main()

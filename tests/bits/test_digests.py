@@ -1,0 +1,81 @@
+"""The identities of all shipped programs, so that a change of one is seen, and meant.
+
+``BORESIGHT_UPDATE=1 pytest -m "" tests/bits/test_digests.py`` rewrites the file.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from boresight.gateware.core import Core, build_shared_core
+from boresight.gateware.machine import CONFIGS
+from boresight.gateware.system.programs import FILTERS
+from boresight.model.estimators import ESTIMATORS
+from boresight.model.front import FRONT
+
+FILE = Path(__file__).with_name("digests.json")
+#: Passes of the scheduler for a look at every change; the full effort is for `make soak`.
+FEW = 3
+
+
+def kept(part: str, found: dict[str, Any]) -> None:
+    """Compare one part of the file, or rewrite it."""
+    data = json.loads(FILE.read_text(encoding="utf-8")) if FILE.exists() else {}
+    if os.environ.get("BORESIGHT_UPDATE"):
+        text = json.dumps({**data, part: found}, indent=1, sort_keys=True) + "\n"
+        FILE.write_text(text, encoding="utf-8")
+        return
+    changed = sorted(k for k in data[part].keys() | found if data[part].get(k) != found.get(k))
+    assert not changed, (
+        f"these changed: {changed}; if that is meant: BORESIGHT_UPDATE=1 pytest -m '' {__file__}"
+    )
+
+
+def memories(core: Core) -> str:
+    """Digest of microcode, first words of the registers and tables; not of the build identifier."""
+    image = core.image
+    return hashlib.sha256(repr((image.rom, image.registers, image.tables)).encode()).hexdigest()
+
+
+def filters(config: str, passes: int | None) -> Core:
+    """The core of all four filters."""
+    kinds = [ESTIMATORS[name] for name in FILTERS]
+    return build_shared_core(
+        [kind().compile() for kind in kinds],
+        config,
+        urgents=[kind.urgent for kind in kinds],
+        restarts=passes,
+    )
+
+
+def test_programs() -> None:
+    kept(
+        "programs",
+        {
+            f"{name} {word}": kind().compile(word=word).digest
+            for name, kind in {**ESTIMATORS, **FRONT}.items()
+            for word in (32, 24, 18)
+        },
+    )
+
+
+def test_memories() -> None:
+    kept(f"memories, {FEW} passes", {c: memories(filters(c, FEW)) for c in CONFIGS})
+
+
+@pytest.mark.soak
+def test_memories_as_shipped() -> None:
+    found: dict[str, Any] = {}
+    for config in CONFIGS:
+        core = filters(config, None)
+        found[config] = memories(core)
+        for part in core.parts:
+            cycles = [part.schedule.latency, part.schedule.interval]
+            found[f"{config} {part.program.name}: latency, interval"] = cycles
+    kept("memories", found)

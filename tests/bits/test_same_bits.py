@@ -1,0 +1,153 @@
+"""All that ``boresight compile`` writes is the same, byte for byte, on every machine.
+
+One machine stands for many: OpenBLAS and numpy are told to be an older processor, and functions of
+``math`` and numpy are moved in the last bit (`off_by_one`), which no real library exceeds by much.
+"""
+
+from __future__ import annotations
+
+import difflib
+import os
+import platform
+import shutil
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+HERE = Path(__file__).parent
+ROOT = HERE.parent.parent
+#: Kernels of OpenBLAS that every processor of this kind can run, the oldest first.
+KERNELS = {
+    "x86_64": ("Prescott", "Nehalem", "Sandybridge", "Haswell", "Zen"),
+    "AMD64": ("Prescott", "Nehalem", "Sandybridge", "Haswell", "Zen"),
+    "aarch64": ("ARMV8", "CORTEXA57", "CORTEXA53", "NEOVERSEN1", "THUNDERX"),
+    "arm64": ("ARMV8", "CORTEXA57", "NEOVERSEN1", "VORTEX"),
+}.get(platform.machine(), ("GENERIC",))
+_ASCII = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+
+
+def vector_features() -> list[str]:
+    """Instruction sets that numpy uses here and can do without."""
+    umath = np._core._multiarray_umath
+    return [name for name in umath.__cpu_dispatch__ if umath.__cpu_features__.get(name)]
+
+
+@dataclass(frozen=True)
+class Machine:
+    """What one run of `compile_all` finds around it.
+
+    ``vectors``: how many of `vector_features` numpy may use, the oldest first; None: all.
+    ``moved``: the sources, the working folder and the output lie elsewhere.
+    """
+
+    name: str
+    environment: Mapping[str, str] = field(default_factory=dict)
+    vectors: int | None = None
+    options: Sequence[str] = ()
+    moved: bool = False
+
+
+#: Everything that may differ, in one.
+OTHER = Machine(
+    "other",
+    {
+        **_ASCII,
+        "OPENBLAS_CORETYPE": KERNELS[0],
+        "PYTHONHASHSEED": "4711",
+        "TZ": "Pacific/Apia",
+        "PYTHONOPTIMIZE": "1",
+        "AMARANTH_verbose": "1",
+        "COLUMNS": "40",
+    },
+    vectors=0,
+    options=("--off-by-one",),
+    moved=True,
+)
+
+#: One thing after the other, for `make soak`.
+MACHINES = (
+    *(Machine(f"blas {name}", {"OPENBLAS_CORETYPE": name}) for name in KERNELS),
+    *(Machine(f"numpy {n}", vectors=n) for n in range(len(vector_features()))),
+    *(
+        Machine(f"hash {seed}", {"PYTHONHASHSEED": str(seed)}, options=("--synth",))
+        for seed in (1, 2)
+    ),
+    Machine("ascii", _ASCII),
+    Machine("utf-8", {"LC_ALL": "C.UTF-8", "TZ": "Asia/Kathmandu"}),
+    Machine("one thread", {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}),
+    Machine("elsewhere", moved=True),
+    Machine("off by one", options=("--off-by-one",)),
+    OTHER,
+)
+
+
+def made_by(machine: Machine, folder: Path, *options: str) -> dict[str, tuple[int, bytes]]:
+    """Mode and bytes of every file that a machine writes."""
+    folder.mkdir()
+    source, work, out = ROOT, folder, folder / "out"
+    if machine.moved:
+        source, work, out = folder / "quelle, ä", folder / "deep" / "er", folder / "une sortie"
+        shutil.copytree(ROOT / "boresight", source / "boresight", ignore=_CACHES)
+        work.mkdir(parents=True)
+    environment = {
+        k: v
+        for k, v in os.environ.items()
+        if not k.startswith(("OPENBLAS", "NPY_", "PYTHON", "LC_"))
+    }
+    environment |= {"PYTHONPATH": str(source), **machine.environment}
+    if "--synth" in machine.options:  # no result of another run, but Yosys itself may be kept
+        environment["XDG_CACHE_HOME"] = str(folder / "cache")
+        environment.setdefault("YOWASP_CACHE_DIR", str(folder.parent / "yowasp"))
+    if machine.vectors is not None:
+        environment["NPY_DISABLE_CPU_FEATURES"] = " ".join(vector_features()[machine.vectors :])
+    done = subprocess.run(
+        [sys.executable, HERE / "compile_all.py", out, *machine.options, *options],
+        cwd=work,
+        env=environment,
+        capture_output=True,
+    )
+    assert done.returncode == 0, done.stderr.decode(errors="replace")
+    assert Path(os.fsdecode(done.stdout)) == source / "boresight"
+    found = [path for path in sorted(out.rglob("*")) if path.is_file()]
+    return {str(p.relative_to(out)): (p.stat().st_mode, p.read_bytes()) for p in found}
+
+
+_CACHES = shutil.ignore_patterns("__pycache__", "*.pyc")
+
+
+def difference(a: Mapping[str, tuple[int, bytes]], b: Mapping[str, tuple[int, bytes]]) -> str:
+    """Which files differ, and how the first of them does; nothing if none do."""
+    if a.keys() != b.keys():
+        return f"files that only one of them wrote: {sorted(a.keys() ^ b.keys())}"
+    names = [name for name in a if a[name] != b[name]]
+    if not names:
+        return ""
+    texts = [side[names[0]][1].decode(errors="replace").splitlines() for side in (a, b)]
+    lines = list(difflib.unified_diff(*texts, "here", "there", n=0, lineterm=""))[:20]
+    return "\n".join([f"{len(names)} files differ: {names[:12]}", names[0], *lines])
+
+
+def test_another_machine(tmp_path: Path) -> None:
+    here = made_by(Machine("here"), tmp_path / "here", "--passes", "3")
+    assert {"system/core.v", "system/report.json", "others/core_sim.v"} <= here.keys()
+    assert {"system/ise-mimas/top.v", "programs/mekf-18/program.json"} <= here.keys()
+    assert all(data for _, data in here.values())
+    there = made_by(OTHER, tmp_path / "there", "--passes", "3")
+    assert not (found := difference(here, there)), found
+
+
+@pytest.mark.soak
+def test_many_machines(tmp_path: Path) -> None:
+    """With the scheduler's full effort; synthesis too, where that is the machine's option."""
+    assert len(MACHINES) >= 12
+    plain = made_by(Machine("here"), tmp_path / "here")
+    synth = made_by(Machine("here", options=("--synth",)), tmp_path / "synth")
+    for machine in MACHINES:
+        there = made_by(machine, tmp_path / machine.name)
+        here = synth if "--synth" in machine.options else plain
+        assert not (found := difference(here, there)), f"{machine.name}: {found}"

@@ -1,0 +1,191 @@
+"""Whatever is typed, and whatever the files hold: a result, or one clear line and exit code 2.
+
+Every verb is real up to where its work would begin to take long (`SEAMS`); there a run counts as
+understood. `run` and `check` on the quick levels, `monitor`, `replay` and all readers of files are
+real to the end.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import io
+import json
+import os
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from boresight.cli import main
+from boresight.model.estimator import Estimator
+from boresight.model.program import Program
+from boresight.verbs.experiment import EXPERIMENTS
+from tests.support.command_lines import FILES, command_lines
+
+EVERYDAY = settings(
+    max_examples=400,
+    deadline=None,
+    derandomize=True,
+    database=None,
+    suppress_health_check=list(HealthCheck),
+)
+SOAK = settings(EVERYDAY, max_examples=10_000, derandomize=False, print_blob=True)
+
+
+class Reached(BaseException):
+    """The command line was understood: its work would begin now."""
+
+
+def begin(*_: object, **__: object) -> Any:
+    """Stands where the work begins."""
+    raise Reached
+
+
+#: Where the work of the verbs begins: all but the first are needed after `Estimator.compile` only
+#: where a program comes from elsewhere.
+SEAMS = (
+    "boresight.sim.divergence.CModel",
+    "boresight.sim.divergence.build_core",
+    "boresight.verbs.accuracy.benchmark",
+    "boresight.verbs.covariance.covariance_trial",
+    "boresight.verbs.covariance.manoeuvre",
+    "boresight.verbs.demo.read_log",
+    "boresight.verbs.doctor.doctor",
+)
+
+
+#: Where a core is built.
+CORES = (
+    "boresight.sim.check.build_core",
+    "boresight.sim.divergence.build_core",
+    "boresight.verbs.check.shared_core",
+    "boresight.verbs.run.build_core",
+)
+
+
+@pytest.fixture
+def understood(monkeypatch):
+    """Verbs end in `Reached` where their work begins."""
+    for name in SEAMS:
+        monkeypatch.setattr(name, begin)
+    monkeypatch.setattr(Estimator, "compile", begin)
+    monkeypatch.setitem(EXPERIMENTS, "ma2014", (begin, begin))
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    """Programs are compiled once each; what needs a core, or C of its own, counts as understood."""
+    compiled = functools.cache(Estimator.compile)
+    known = functools.cache(lambda of, word: compiled(of(), word=word))
+
+    def compile_once(self: Estimator, *, word: int = 32) -> Program:
+        return known(type(self), word if word in (18, 32) else 32)
+
+    monkeypatch.setattr(Estimator, "compile", compile_once)
+    for place in CORES:
+        monkeypatch.setattr(place, begin)
+
+
+def snapshot(folder: Path) -> dict[str, object]:
+    """Everything below a folder, with the contents of files."""
+    return {
+        str(p.relative_to(folder)): p.read_bytes() if p.is_file() else None
+        for p in sorted(folder.rglob("*"))
+    }
+
+
+def judge(argv: list[str], files: dict[str, bytes]) -> str:
+    """Run a command line in a folder with these files; say how it ended, or fail."""
+    home = Path.cwd()
+    with tempfile.TemporaryDirectory(prefix="battery-") as name:
+        folder = Path(name)
+        (folder / "folder").mkdir()
+        (folder / "loop").symlink_to("loop")
+        (folder / "gone").symlink_to("nowhere")
+        for file, content in files.items():
+            (folder / file).write_bytes(content)
+        before = snapshot(folder)
+        out, err = io.StringIO(), io.StringIO()
+        os.chdir(folder)
+        try:
+            with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+                code = main(argv)
+        except SystemExit as stop:
+            code = int(stop.code or 0)
+        except Reached:
+            return "understood"
+        finally:
+            os.chdir(home)
+        text, line = out.getvalue(), err.getvalue()
+        assert code in (0, 1, 2), (code, line)
+        if code == 2:
+            assert line.startswith("error: ") and line.endswith("\n"), line[:500]
+            assert line[:-1].isprintable() and len(line) < 400, ascii(line[:500])
+            assert snapshot(folder) == before, sorted(set(snapshot(folder)) - set(before))
+            assert not text or argv[0] == "monitor", text
+            return "refused"
+        assert text.strip() or "Traceback" not in line and line, "nothing said"
+        if "--json" in argv and "--help" not in argv and "-h" not in argv and code == 0:
+            json.loads(text)
+        return "done"
+
+
+def used(argv: list[str]) -> st.SearchStrategy[dict[str, bytes]]:
+    """Contents of the files that a command line names."""
+    named = {f: s for f, s in FILES.items() if any(f in word for word in argv)}
+    return st.fixed_dictionaries(named)
+
+
+LINES = command_lines().flatmap(lambda argv: st.tuples(st.just(argv), used(argv)))
+REAL = command_lines("run", "check", "monitor", "list").flatmap(
+    lambda argv: st.tuples(st.just(argv), used(argv))
+)
+ENDS: dict[str, int] = {}
+
+
+@EVERYDAY
+@given(LINES)
+def try_any(case: tuple[list[str], dict[str, bytes]]) -> None:
+    end = judge(*case)
+    ENDS[end] = ENDS.get(end, 0) + 1
+
+
+@EVERYDAY
+@given(REAL)
+def try_real(case: tuple[list[str], dict[str, bytes]]) -> None:
+    end = judge(*case)
+    ENDS[end] = ENDS.get(end, 0) + 1
+
+
+def all_ends() -> bool:
+    """Whether runs came to every kind of end: else the battery tries nothing."""
+    found = {end for end, count in ENDS.items() if count >= 10}
+    ENDS.clear()
+    return found >= {"done", "refused"}
+
+
+def test_any_command_line(understood):
+    ENDS.clear()
+    try_any()
+    assert ENDS["understood"] >= 10 and all_ends()
+
+
+def test_real_runs(quick):
+    settings(EVERYDAY, max_examples=150)(try_real)()
+    assert all_ends()
+
+
+@pytest.mark.soak
+def test_ten_thousand_command_lines(understood):
+    SOAK(try_any)()
+    assert ENDS["understood"] >= 1000 and all_ends()
+
+
+@pytest.mark.soak
+def test_two_thousand_real_runs(quick):
+    settings(SOAK, max_examples=2000)(try_real)()
+    assert all_ends()

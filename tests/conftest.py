@@ -1,0 +1,40 @@
+"""Shared by all tests: no bench of Amaranth's simulator waits for ever."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from typing import Any
+
+import pytest
+from amaranth.sim import Simulator
+
+#: Cycles after which a bench has failed, and the simulator's steps in each: two edges.
+CYCLES, STEPS = 200_000, 2
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    config.addinivalue_line(
+        "markers", f"cycles(limit): cycles that a simulated bench may take, instead of {CYCLES}"
+    )
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, Any, Any]:
+    """``Simulator.run`` fails where a bench, and whatever it waits for, does not end.
+
+    A fault in a component mostly shows as something that never comes; without a limit the bench
+    would hang, and with it the whole run of tests.
+    """
+    marker = item.get_closest_marker("cycles")
+    limit = marker.args[0] if marker else CYCLES
+
+    def run(simulator: Simulator) -> None:
+        steps = 0
+        while simulator.advance():
+            steps += 1
+            if steps > STEPS * limit:
+                raise TimeoutError(f"the bench has not ended after {limit} cycles")
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Simulator, "run", run)
+        return (yield)

@@ -1,0 +1,84 @@
+"""The head of a core's Verilog says what the module below it is."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from boresight.gateware.core import Core
+from boresight.gateware.core_text import core_ports, core_text
+from boresight.model.estimators import estimator
+from boresight.sim.check_shared import shared_core
+from boresight.sim.simulators import available
+
+INSTANCES = pytest.mark.parametrize("instances", [True, False])
+
+
+@cache
+def core_of(*names: str, word: int = 32) -> Core:
+    return shared_core([estimator(n) for n in names], config="small", word=word)
+
+
+@INSTANCES
+@pytest.mark.parametrize("word", [32, 24])
+def test_ports_are_those_of_the_module(instances: bool, word: int) -> None:
+    core = core_of("complementary", word=word)
+    verilog = core.verilog(instances=instances)
+    module = verilog[: verilog.index("endmodule")]
+    found = {
+        (side, name, int(high or 0) + 1)
+        for side, high, name in re.findall(
+            r"^  (input|output) (?:\[(\d+):0\] )?(\w+);$", module, re.M
+        )
+    }
+    assert found == {(side, name, bits) for side, name, bits, _ in core_ports(word)}
+    text = core_text(core, instances=instances)
+    for side, name, bits, meaning in core_ports(word):
+        width = rf"\[{bits - 1}:0\] +" if bits > 1 else ""
+        assert re.search(rf"^//   {side} +{width}{name} +{re.escape(meaning)}$", text, re.M)
+
+
+@INSTANCES
+def test_what_it_says(instances: bool) -> None:
+    core = core_of("complementary", "mekf")
+    text = core_text(core, instances=instances)
+    assert text == core_text(core.select(1), instances=instances)
+    assert core.digest in text and "configuration small, 32-bit words" in text
+    assert ("LUT6" in text) == instances
+    for number, part in enumerate(core.parts):
+        plan = part.schedule
+        cycles = ", ".join(map(str, plan.latencies))
+        assert f"Program {number}, {part.program.name}: takes a record every {plan.interval} " in (
+            text
+        )
+        assert f"// cycles {cycles}," in text
+    assert "//   in  0   dt                   fixed<32,-1>   s\n" in text
+    assert all(line == "" or line.startswith("//") for line in text.split("\n"))
+    assert max(map(len, text.splitlines())) <= 100 and text.isascii()
+
+
+@pytest.mark.skipif(not available("icarus"), reason="Icarus Verilog: apt-get install iverilog")
+def test_the_instance_connects(tmp_path: Path) -> None:
+    """Declarations from the table of ports, the instance from the text."""
+    core = core_of("complementary", word=24)
+    text = core_text(core, instances=False)
+    lines = [line[3:] for line in text.splitlines()]
+    instance = lines[lines.index("Instance:") + 1 : lines.index("  );") + 1]
+    wires = [f"  wire [{bits - 1}:0] {name};" for _, name, bits, _ in core_ports(24)]
+    user = ["module user;", *wires, *instance, "endmodule"]
+    (tmp_path / "user.v").write_text("`default_nettype none\n" + "\n".join(user) + "\n")
+    (tmp_path / "core_sim.v").write_text(text + core.verilog(instances=False))
+    done = subprocess.run(
+        ["iverilog", "-g2001", "-Wall", "-Wno-timescale", "-tnull", "-s", "user"]
+        + ["core_sim.v", "user.v"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    about = [line for line in done.stderr.splitlines() if line.startswith("user.v")]
+    assert not done.returncode and not about, done.stderr

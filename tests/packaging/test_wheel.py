@@ -1,0 +1,91 @@
+"""What users install: complete, the same from a clone and a source archive, below one name."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from pathlib import Path
+
+from boresight.sim.bundled import bundled
+
+ROOMS = ("model", "gateware", "firmware", "sim")
+
+
+def contents(wheel: Path) -> dict[str, bytes]:
+    """The package's files by name, without the metadata's."""
+    with zipfile.ZipFile(wheel) as archive:
+        return {
+            info.filename: archive.read(info)
+            for info in archive.infolist()
+            if ".dist-info/" not in info.filename
+        }
+
+
+def in_tree(tree: Path) -> dict[str, bytes]:
+    """What has to be in the wheel: every file of the product folders."""
+    found = {f"boresight/{p.name}": p for p in (tree / "boresight").iterdir() if p.is_file()}
+    folders = [p for p in (tree / "boresight").iterdir() if p.is_dir() and not p.is_symlink()]
+    for folder, name in [*((f, f"boresight/{f.name}") for f in folders)] + [
+        (tree / room, f"boresight/{room}") for room in ROOMS
+    ]:
+        for path in folder.rglob("*"):
+            if path.is_file():
+                found[f"{name}/{path.relative_to(folder)}"] = path
+    return {name: path.read_bytes() for name, path in found.items()}
+
+
+def test_holds_the_tree_and_nothing_else(wheel: Path, tree: Path) -> None:
+    inside, wanted = contents(wheel), in_tree(tree)
+    assert sorted(inside) == sorted(wanted)
+    assert inside == wanted
+    assert "boresight/py.typed" in inside
+    assert {"sv", "csv", "html", "c", "h", "S", "ld"} <= {n.rpartition(".")[2] for n in inside}
+
+
+def test_metadata(wheel: Path) -> None:
+    with zipfile.ZipFile(wheel) as archive:
+        names = {n.partition(".dist-info/")[2]: n for n in archive.namelist() if ".dist-info/" in n}
+        assert archive.read(names["top_level.txt"]).split() == [b"boresight"]
+        metadata = archive.read(names["METADATA"]).decode()
+    assert "\nLicense-Expression: BSD-2-Clause\n" in metadata
+    assert (
+        "licenses/LICENSE" in names and "licenses/sim/data/LICENSE.scikit-kinematics.txt" in names
+    )
+
+
+def test_of_a_source_archive_is_the_same(wheel: Path, wheel_of_sdist: Path) -> None:
+    assert contents(wheel_of_sdist) == contents(wheel)
+
+
+def test_list(installed) -> None:
+    text = installed.run(installed.program, "list")
+    assert text == installed.run(installed.python, "-m", "boresight", "list")
+    assert "complementary" in text and "mekf" in text
+
+
+def test_compile(installed) -> None:
+    installed.run(
+        installed.python, "-m", "boresight", "compile", "complementary", "-q", "-o", "out"
+    )
+    report = json.loads((installed.folder / "out" / "report.json").read_text())
+    assert report["design"] == "complementary"
+    assert "module core" in next((installed.folder / "out").glob("**/core.v")).read_text()
+
+
+def test_check_at_all_levels(installed) -> None:
+    said = installed.run(
+        *(installed.program, "check", "complementary", bundled("ximu_walk"), "--json"),
+        *("--steps", "20", "--simulator", "verilator"),
+    )
+    (result,) = json.loads(said)["results"]
+    assert result["good"]
+    assert {x["level"]: x["n_mismatch"] for x in result["verification"]} == dict.fromkeys(
+        ("fixed", "c", "rtl"), 0
+    )
+
+
+def test_a_users_script_beside_its_own_model(installed, users_script) -> None:
+    said = installed.run(installed.python, users_script(installed.folder))
+    owner, good, place = said.strip().split(" ", 2)
+    assert (owner, good) == ("user", "True")
+    assert Path(place).is_relative_to(installed.python.parents[1])

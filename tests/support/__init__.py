@@ -1,0 +1,11 @@
+"""Instruments of the tests: nothing of the package imports them.
+
+| module | what |
+|---|---|
+| `random_program` | random legal programs |
+| `conductor_bench` | plays a script to the attitude core |
+| `devices` | readers and devices pin to pin, their contracts, fuzzing |
+| `board` | the board's bench under cocotb |
+| `soc` | costs of single operations on the soft core |
+| `soak` | the long campaigns, behind `make soak` |
+"""

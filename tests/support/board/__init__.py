@@ -1,0 +1,1 @@
+"""The board's bench under cocotb: the same run, heard by Python."""

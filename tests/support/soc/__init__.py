@@ -1,0 +1,1 @@
+"""What operations cost on the soft core."""
