@@ -497,7 +497,8 @@ def test_compile_clears_the_other_program_and_leaves_the_user(home: Path, capsys
 # -- interruptions --------------------------------------------------------------------------------
 
 SLEEPS = """
-import sys, time
+import signal, sys, time
+signal.signal(signal.SIGINT, signal.default_int_handler)  # not as in the background
 from boresight.cli import main
 from unittest.mock import patch
 def work(*args, **options):
