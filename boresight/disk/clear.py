@@ -20,7 +20,7 @@ __all__ = ["clear", "main"]
 
 
 def clear(folder: Path) -> list[Path]:
-    """Remove the results below a folder, and the folder itself if it is empty then.
+    """Remove the results below a folder, and folders that held nothing else.
 
     Returns
     -------
@@ -41,11 +41,13 @@ def clear(folder: Path) -> list[Path]:
         held = claim(each, wait=True)
         with deferred():
             recover(each)
+            results = path_in(each).exists()
             _clear(each)
         if held is not None:
             held.release()
-    with suppress(OSError):
-        folder.rmdir()
+        if results:
+            with suppress(OSError):  # something is left in it
+                each.rmdir()
     return sorted(folder.rglob("*"))
 
 
