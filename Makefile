@@ -91,8 +91,9 @@ cross:
 	      { echo "error: $(CROSS) could not be installed: install them (Debian: apt-get install $(CROSS))" >&2; exit 2; }; \
 	  else echo "error: no compiler for the soft core: sudo apt-get install $(CROSS)" >&2; exit 2; fi; }
 
-clean:                 ## Remove what make made
-	rm -rf $(OUT) $(VENV) .pytest_cache .mypy_cache .ruff_cache *.egg-info .src/*.egg-info
+clean:                 ## Remove what make made; results that somebody changed stay
+	$(PYTHON) -m boresight.disk.clear "$(OUT)"
+	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache *.egg-info .src/*.egg-info
 
 help:                  ## This list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 12
