@@ -1,6 +1,6 @@
 """Imports run one way below one name: model <- gateware, firmware <- sim <- boresight's front.
 
-`boresight.disk` stands beside `model`: every room may import it, it imports `model.errors` alone.
+`boresight.disk` stands beside `model`: every room may import it.
 """
 
 from __future__ import annotations
@@ -63,10 +63,11 @@ def test_import_rule(folder):
         assert not wrong, f"{path.relative_to(ROOT)} imports {sorted(wrong)}"
 
 
-def test_disk_needs_the_errors_only():
+def test_disk_needs_little():
+    may = ("boresight.disk", "boresight.model.errors", "boresight.model.user_folders")
     for path in files_of("boresight/disk"):
         ours = {name for name in modules(path) if name.startswith("boresight.")}
-        assert all(n.startswith(("boresight.disk", "boresight.model.errors")) for n in ours), path
+        assert all(n.startswith(may) for n in ours), path
 
 
 @pytest.mark.parametrize("folder", [*MAY, "tests"])
@@ -96,6 +97,11 @@ def test_imports_are_absolute(folder):
 def test_rooms_are_links(room):
     link = ROOT / "boresight" / room
     assert link.is_symlink() and link.readlink() == Path("..") / room
+
+
+def test_nothing_but_the_package_is_on_the_path_of_an_editable_install():
+    (link,) = (p for p in (ROOT / ".src").iterdir() if p.suffix != ".egg-info")
+    assert link.name == "boresight" and link.readlink() == Path("..") / "boresight"
 
 
 def test_model_needs_numpy_and_mpmath_only():

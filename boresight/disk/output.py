@@ -145,6 +145,7 @@ class OutputFile:
                 folder = Path(os.path.realpath(self._place)).parent
                 with deferred(), made_folders(folder, keep=False), _claimed(folder):
                     recover(folder)
+                    Manifest.load(folder)  # refused if it is something else
                     Staging(folder).remove()
 
     def _look(self) -> bool:

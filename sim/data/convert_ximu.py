@@ -130,7 +130,7 @@ def main(arguments: list[str]) -> int:
             file=sys.stderr,
         )
         return 2
-    folder, out = map(Path, arguments)
+    folder, out = Path(arguments[0]), arguments[1]
     try:
         given = folder.glob("*.csv") if folder.is_dir() else ()
         file = OutputFile(out, "convert_ximu", inputs=given, option="OUT.csv")

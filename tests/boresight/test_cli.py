@@ -10,6 +10,7 @@ import pytest
 
 import boresight
 from boresight.cli import main
+from boresight.core_files import core_files, project_files
 from boresight.sim.bundled import bundled
 from boresight.verbs.demo import summary_table
 
@@ -118,7 +119,9 @@ def test_check_prints_a_line_per_level(log, capsys):
 def test_compile_writes_everything(capsys, tmp_path):
     out = tmp_path / "build"
     assert main(["compile", "complementary", "--board", "mimas", "-q", "-o", str(out)]) == 0
-    names = {p.name for p in out.iterdir()}
+    names = {p.relative_to(out).as_posix() for p in out.rglob("*") if p.is_file()}
+    expected = [*core_files(["complementary"]), *project_files("mimas", system=True)]
+    assert names == {*expected, ".boresight.json"}
     assert {
         "core.v",
         "core_sim.v",
@@ -126,10 +129,9 @@ def test_compile_writes_everything(capsys, tmp_path):
         "program.json",
         "schedule.json",
         "report.json",
-        "firmware",
-        "ise-mimas",
+        "firmware/complementary.c",
+        "ise-mimas/build.sh",
     } <= names
-    assert [n for n in names if n.startswith(".")] == [".boresight.json"]
     assert "DSP48A1" in (out / "core.v").read_text()
     for file in ("core.v", "core_sim.v"):
         assert (out / file).read_text().startswith("// core: ")

@@ -13,7 +13,7 @@ import pytest
 from boresight.disk.deferred import deferred
 
 
-def test_ctrl_c_comes_at_the_end() -> None:
+def test_ctrl_c_comes_at_the_end(ctrl_c: None) -> None:
     done = []
     with pytest.raises(KeyboardInterrupt), deferred():
         os.kill(os.getpid(), signal.SIGINT)
@@ -24,7 +24,7 @@ def test_ctrl_c_comes_at_the_end() -> None:
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
-def test_ctrl_c_after_an_error_inside() -> None:
+def test_ctrl_c_after_an_error_inside(ctrl_c: None) -> None:
     with pytest.raises(KeyboardInterrupt), deferred():
         os.kill(os.getpid(), signal.SIGINT)
         raise ValueError("first")
@@ -51,7 +51,7 @@ def test_ignored_signals_stay_ignored() -> None:
         signal.signal(signal.SIGHUP, usual)
 
 
-def test_in_another_thread_nothing_happens() -> None:
+def test_in_another_thread_nothing_happens(ctrl_c: None) -> None:
     seen = []
 
     def work() -> None:

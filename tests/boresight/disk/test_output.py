@@ -75,7 +75,7 @@ def test_what_came_meanwhile_is_not_overwritten(tmp_path: Path) -> None:
 
 
 def test_ctrl_c_during_the_moves_comes_after_them(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ctrl_c: None
 ) -> None:
     replace = Path.replace
 
