@@ -195,7 +195,7 @@ def test_refused(folder, tmp_path):
         ({"estimators": ["vqf"], "peers": False}, r"found vqf; leave one"),
         ({"estimators": []}, r"wanted at least one"),
         ({"comparisons": ["b"]}, r"--comparison: wanted names of logs"),
-        ({"jobs": 0}, r"^jobs: wanted 1 or more"),
+        ({"jobs": 0}, r"^jobs: wanted 1 to 1,024"),
         ({"params": {"complementary": {"kp": 1.0}}}, r"^parameter kp: wanted"),
         ({"word": 12}, r"^word: wanted 18 to 32"),
     ):
