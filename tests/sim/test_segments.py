@@ -8,8 +8,8 @@ import pytest
 import boresight.sim.segments
 from boresight.model.interpreter import Interpreter
 from boresight.model.program import Program
-from boresight.sim.random_program import random_inputs, random_program
 from boresight.sim.segments import interpret, with_state_outputs
+from tests.support.random_program import random_inputs, random_program
 
 
 @pytest.fixture(scope="module")
