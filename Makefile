@@ -63,6 +63,8 @@ $(VENV)/.done: pyproject.toml
 	@$(PYTHON) -m venv $(VENV) || { echo "error: python3 -m venv failed: install python3-venv" >&2; exit 2; }
 	$(PIP) --upgrade pip
 	$(PIP) --editable '.[test]'
+	@# Relative, so plain ASCII: with LC_ALL=C Python would not start on a path beyond it.
+	@for f in $(VENV)/lib/python*/site-packages/__editable__.boresight-*.pth; do echo ../../../../.src > "$$f"; done
 	@touch $@
 
 CROSS := gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf

@@ -18,8 +18,9 @@ class Mutant:
     file : str
         Path from the root of the tree.
     scope, statement : str
-        Class and function, and the statement without its body (of a list of assignments the one),
-        in one spelling whatever the layout: a mutant is known by these, not by its line.
+        Class and function, and the statement without its body (of a list of assignments, or of a
+        table, the one), in one spelling whatever the layout: a mutant is known by these, not by
+        its line.
     old, new : str
         The part that is replaced, and by what; ``old`` in the same one spelling.
     kind : str
@@ -109,6 +110,11 @@ class Source:
                 first, last = self.span(each)
                 if first <= start and end <= last:
                     return f"{ast.unparse(statement.target)} += {ast.unparse(each)}"
+        for table in (n for n in ast.walk(statement) if isinstance(n, ast.Dict)):
+            for key, each in zip(table.keys, table.values, strict=True):
+                first, last = self.span(each)
+                if first <= self.span(node)[0] and self.span(node)[1] <= last:
+                    return f"{ast.unparse(key) if key else '**'}: {ast.unparse(each)}"
         return ast.unparse(statement).splitlines()[0]
 
 
