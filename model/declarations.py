@@ -208,7 +208,7 @@ def _check_inside(where: str, what: str, value: float, low: float, high: float) 
     if not low <= value <= high:
         raise InputError.at(
             where,
-            wanted=f"a {what} in [{low:g}, {high:g}]",
+            wanted=f"{what} in [{low:g}, {high:g}]",
             found=f"{value:g}",
             fix=f"correct the {what} or the range",
         )

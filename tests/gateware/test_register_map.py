@@ -52,4 +52,5 @@ def test_meanings() -> None:
     core = build_core(Complementary().compile(word=26), "small", restarts=2)
     for end, text in register_map_files(core).items():
         assert Complementary.params[0].meaning in text, end
-    assert register_map(core).find("mag_gate").meaning == "parameter"
+    meanings = {p.name: p.meaning for p in Complementary.params}
+    assert register_map(core).find("mag_gate").meaning == meanings["mag_gate"]

@@ -1,6 +1,7 @@
 """The estimator's frame: parameters, float runs, compilation, quantised inputs."""
 
 import math
+import re
 from types import SimpleNamespace
 from typing import Any
 
@@ -63,7 +64,7 @@ def test_unknown_parameters_are_refused() -> None:
     with pytest.raises(
         InputError,
         match=r"^parameter ratio: wanted one of rate, offset, found "
-        r"'ratio'; estimator leaky has no such one$",
+        r"'ratio'; boresight list shows all of leaky$",
     ):
         Leaky().param_values({"ratio": 0.5})
 
@@ -152,18 +153,17 @@ def test_step_must_return_what_is_declared() -> None:
         def step(self, x: Any, u: Any, p: Any) -> Any:
             return {}, {"y": x.y, "sum": x.y}
 
-    with pytest.raises(
-        ValueError,
-        match=r"^step of leaky must return the declared outputs, "
-        r"not \['z'\]$",
+    class Single(Leaky):
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            return {"y": x.y}
+
+    for wrong, message in (
+        (Wrong, "step of wrong, output sum: wanted each declared output once: y, sum, found none"),
+        (Stateless, "step of stateless, state y: wanted each declared state once: y, found none"),
+        (Single, "step of single: wanted two dictionaries: next states, outputs, found dict"),
     ):
-        Wrong().compile()
-    with pytest.raises(
-        ValueError,
-        match=r"^step of leaky must return the declared states, "
-        r"not \[\]$",
-    ):
-        Stateless().compile()
+        with pytest.raises(InputError, match=f"^{re.escape(message)}; "):
+            wrong().compile()
 
 
 def test_step_must_be_written() -> None:
@@ -178,9 +178,9 @@ def test_an_if_on_a_traced_value_is_refused() -> None:
             return {"y": y}, {"y": y, "sum": y}
 
     with pytest.raises(
-        TypeError,
-        match=r"^a traced condition has no truth value: use "
-        r"model\.ops\.where$",
+        InputError,
+        match=r"^test_estimator\.py, line \d+: wanted a step of branching that computes, found "
+        r"TypeError: a traced.*truth value: use model\.ops\.where; ",
     ):
         Branching().compile()
 
@@ -193,7 +193,7 @@ def test_unbounded_values_are_refused_by_name() -> None:
 
     with pytest.raises(
         InputError,
-        match=r"^leaky: value slope: range \[0\.5, inf\] is not finite; "
+        match=r"^unbounded: value slope: range \[0\.5, inf\] is not finite; "
         r"declare it with model\.ops\.bounded$",
     ):
         Unbounded().compile()
@@ -222,3 +222,66 @@ def test_unknown_estimators_are_refused() -> None:
     ):
         estimator("kalman")
     assert isinstance(estimator("complementary"), Complementary)
+
+
+def test_names_and_summaries_by_default() -> None:
+    class AlphaBeta(Estimator):
+        """Follows a line. Not more."""
+
+        outputs = (Output("pos", "m"), Output("vel", "m/s"))
+
+    assert (AlphaBeta.name, AlphaBeta.summary, AlphaBeta.urgent) == (
+        "alphabeta",
+        "Follows a line. Not more",
+        2,
+    )
+    assert Leaky.urgent == 1
+    made = AlphaBeta()
+    made.outputs = (Output("pos", "m"),)
+    assert made.urgent == 1
+
+
+@pytest.mark.parametrize(
+    "make, message",
+    [
+        (lambda: Param("k", 2.0, 0.0, 1.0), "parameter k: wanted default in [0, 1], found 2; "),
+        (lambda: State("x", -1.0, 1.0, "m", 3.0), "state x: wanted initial value in [-1, 1]"),
+        (lambda: Input("z", 1.0, 1.0, "m"), "input z: wanted a finite range with low < high"),
+        (lambda: Input("z", 0.0, math.inf, "m"), "input z: wanted a finite range"),
+        (lambda: Input("z", 0.0, 1.0, "m", missing=2.0), "input z: wanted missing in [0, 1]"),
+        (lambda: Input("z", 0.0, 1.0, "m", missing="last"), "input z: wanted missing=NUMBER"),
+        (lambda: Output("y", "m", tolerance=-1.0), "output y: wanted a tolerance of 0 or more"),
+        (lambda: Output("y", "m", tolerance=math.nan), "output y: wanted a tolerance of 0 or more"),
+    ],
+)
+def test_declarations_that_contradict_themselves(make: Any, message: str) -> None:
+    with pytest.raises(InputError, match=f"^{re.escape(message)}"):
+        make()
+
+
+@pytest.mark.parametrize(
+    "changes, message",
+    [
+        ({"inputs": 2 * Leaky.inputs}, "estimator leaky: wanted each input once, found u twice"),
+        ({"outputs": ()}, "estimator leaky: wanted an output, found none"),
+        ({"urgent": 3}, "estimator leaky: wanted urgent of 0 to 2, found 3"),
+        ({"states": (State("a b", 0.0, 1.0),)}, "estimator leaky: wanted state names of letters"),
+        (
+            {"inputs": (Input("f", 0.0, 1.0, "", valid_of="z"),)},
+            "estimator leaky, input f: wanted valid_of names of inputs, found z",
+        ),
+    ],
+)
+def test_declarations_that_contradict_each_other(changes: Any, message: str) -> None:
+    odd = Leaky()
+    for name, value in changes.items():
+        setattr(odd, name, value)
+    with pytest.raises(InputError, match=f"^{re.escape(message)}"):
+        odd.compile()
+
+
+def test_nodes_know_their_lines() -> None:
+    program, nodes = Leaky().compile_traced()
+    (out,) = (n for n, v in enumerate(program.values) if n == program.outputs[1])
+    assert nodes[out].line.startswith("test_estimator.py, line ")
+    assert nodes[program.inputs[0]].line == ""

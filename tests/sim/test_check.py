@@ -36,8 +36,8 @@ def test_all_levels_agree_on_recorded_data(log, config):
     rtl = levels["rtl", "verilator"]
     assert (rtl.n_total, rtl.n_mismatch) == (1500, 0)
     assert rtl.cycles_min == rtl.cycles_max == rtl.cycles_predicted
-    assert result.vs_float_max_deg < 1e-4
-    assert result.saturated_updates == 0
+    assert result.accuracy.largest("attitude") < 1e-4
+    assert result.accuracy.saturated_updates == 0
 
 
 def test_as_printed_agrees_too(log):
@@ -259,7 +259,9 @@ def test_parameters_reach_every_level(log):
 @pytest.mark.parametrize("word", [18, 24])
 def test_other_widths(log, word):
     result = check(estimator("complementary"), log, word=word, steps=300, levels=("fixed", "c"))
-    assert result.good
+    assert result.exact
+    assert result.accuracy.good == (word > 18)
+    assert ("rounding" in result.accuracy.culprit) == (word == 18)
 
 
 def test_stalls_change_no_word(log):
