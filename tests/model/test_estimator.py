@@ -63,7 +63,7 @@ def test_unknown_parameters_are_refused() -> None:
     with pytest.raises(
         InputError,
         match=r"^parameter ratio: wanted one of rate, offset, found "
-        r"'ratio'; estimator leaky has no such one$",
+        r"'ratio'; boresight list shows all of leaky$",
     ):
         Leaky().param_values({"ratio": 0.5})
 
