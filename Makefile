@@ -7,9 +7,12 @@ BIN    := $(VENV)/bin
 OUT    ?= build
 # Its warnings are about caches in a closed home and about editable installs as such.
 PIP    := PYTHONWARNINGS=ignore $(BIN)/python -m pip install -qq --disable-pip-version-check
+SEED   ?= 1
+COUNT  ?= 40
+JOBS   ?= 2
 
 .DEFAULT_GOAL := main
-.PHONY: main test soak lint types setup tools bench formal firmware cross synth doctor clean help
+.PHONY: main test soak lint types setup tools bench formal mutants firmware cross synth doctor clean help
 
 main: setup            ## Set up, then Verilog, proof on recorded data, area, clock, report
 	$(BIN)/boresight doctor --quiet
@@ -22,8 +25,12 @@ test: setup            ## Set up, then lint, types and all tests
 	$(BIN)/mypy
 	$(BIN)/pytest -n 2 --dist worksteal
 
-soak: setup            ## Long campaigns that `make test` leaves out
-	$(BIN)/pytest -m soak
+soak: setup            ## Long campaigns, of which `make test` runs a short form (README: cost)
+	$(BIN)/pytest -m soak -n 2 --dist worksteal
+	$(BIN)/python -m boresight.sim.formal
+	$(BIN)/boresight bench
+	$(BIN)/boresight covariance
+	$(BIN)/boresight simulate --faults
 
 lint: setup            ## ruff: rules and format
 	$(BIN)/ruff check .
@@ -37,6 +44,9 @@ bench: setup           ## Rates of the models, as ratios in one run
 
 formal: setup          ## Prove what docs/proofs.md claims
 	$(BIN)/python -m boresight.sim.formal
+
+mutants: setup         ## Faults put into the code: which ones no test notices (SEED, COUNT, JOBS)
+	nice -n 15 $(BIN)/python -m tests.mutants --seed $(SEED) --count $(COUNT) --jobs $(JOBS) -o $(OUT)/mutants
 
 firmware: setup cross  ## C on a simulated soft core: cycles, sizes, equality
 	$(BIN)/python -m boresight.sim.soc --board -o $(OUT)/firmware
@@ -53,6 +63,8 @@ $(VENV)/.done: pyproject.toml
 	@$(PYTHON) -m venv $(VENV) || { echo "error: python3 -m venv failed: install python3-venv" >&2; exit 2; }
 	$(PIP) --upgrade pip
 	$(PIP) --editable '.[test]'
+	@# Relative, so plain ASCII: with LC_ALL=C Python would not start on a path beyond it.
+	@for f in $(VENV)/lib/python*/site-packages/__editable__.boresight-*.pth; do echo ../../../../.src > "$$f"; done
 	@touch $@
 
 CROSS := gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf
@@ -83,7 +95,7 @@ cross:
 
 clean:                 ## Remove what make made; results that somebody changed stay
 	$(PYTHON) -m boresight.disk.clear "$(OUT)"
-	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache *.egg-info
+	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache *.egg-info .src/*.egg-info
 
 help:                  ## This list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 12

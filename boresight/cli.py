@@ -15,6 +15,7 @@ from typing import Any
 
 import boresight
 from boresight.failures import code_of, interruptible
+from boresight.model.errors import InputError, shortened
 from boresight.terminal import say, tell
 
 __all__ = ["main"]
@@ -49,13 +50,13 @@ class _Parser(argparse.ArgumentParser):
         """Print one line, exit 2."""
         for kind, wanted in (("int", "a whole number"), ("float", "a number")):
             message = message.replace(f"invalid {kind} value:", f"wanted {wanted}, found")
-        text = (
-            " ".join(message.removeprefix("argument ").split())
-            .encode("utf-8", "backslashreplace")
-            .decode()
-        )
-        text = text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+        text = shortened(str(InputError(message.removeprefix("argument "))), _LONGEST)
         self.exit(2, f"error: {text} (see {self.prog} --help)\n")
+
+    def _get_values(self, action: argparse.Action, arg_strings: list[str]) -> Any:
+        if action.option_strings and arg_strings == ["--"]:  # argparse would make it an empty list
+            raise argparse.ArgumentError(action, "expected one argument")
+        return super()._get_values(action, arg_strings)
 
     def _print_message(self, message: str, file: Any = None) -> None:
         (tell if file is sys.stderr else say)(message.rstrip("\n"))

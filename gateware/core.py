@@ -6,7 +6,7 @@ import dataclasses
 import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 from boresight.gateware.allocate import Allocation, allocate_together
 from boresight.gateware.check_core import check_core
@@ -171,7 +171,7 @@ def build_shared_core(
     machine = machine_for(config, programs[0])
     rooms = state_rooms(programs, machine)
     plans = [
-        schedule(program, machine, urgent=urgent, restarts=restarts, state_room=room)
+        _schedule(program, machine, urgent, restarts, tuple(room), program.digest)
         for program, urgent, room in zip(
             programs, urgents or [None] * len(programs), rooms, strict=True
         )
@@ -194,6 +194,19 @@ def build_shared_core(
         raise ScheduleError(f"{', '.join(p.name for p in programs)}: {error}") from None
     image.check(machine)
     return Core(parts, machine, image)
+
+
+@lru_cache(maxsize=32)
+def _schedule(
+    program: Program,
+    machine: Machine,
+    urgent: int | None,
+    restarts: int | None,
+    room: tuple[int, ...],
+    digest: str,
+) -> Schedule:
+    """The schedule, kept: it takes seconds. ``digest`` tells programs with 0.0 and -0.0 apart."""
+    return schedule(program, machine, urgent=urgent, restarts=restarts, state_room=room)
 
 
 def _digest(programs: Sequence[Program]) -> str:

@@ -28,7 +28,7 @@ from boresight.model.estimators import estimator as find_estimator
 from boresight.sim.accuracy import AttitudeRmse, attitude_rmse, largest_turn_deg
 from boresight.sim.feed import attitude_of, inputs_of, named_outputs, status_of
 from boresight.sim.log import Log
-from boresight.sim.peers import PEERS, dip_rad, peer, require_peers
+from boresight.sim.peers import PEERS, dip_rad, peer, require_peers, run_peer
 from boresight.sim.scoring import Scorer
 
 __all__ = ["Result", "Trial", "VsFloat", "batches", "benchmark", "run_float_batch"]
@@ -186,7 +186,7 @@ def _peer(name: str, trials: Sequence[Trial], dips: Mapping[str, float]) -> list
     out = []
     for trial in trials:
         start = time.perf_counter()
-        q = peer(name).run(trial.log, dips.get(trial.folder))
+        q = run_peer(peer(name), trial.log, dips.get(trial.folder))
         out.append(
             Result(name, "package", trial.log.name, trial.rmse(q), time.perf_counter() - start)
         )

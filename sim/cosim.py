@@ -222,9 +222,10 @@ class RtlSimulation:
                 test_dir=str(folder),
                 seed=1,
                 plusargs=[
-                    f"+input={folder / 'input.hex'}",
-                    f"+bus={folder / 'bus.txt'}",
-                    f"+output={folder / 'output.txt'}",
+                    # By name, in the folder of the run: Icarus ends a path at its first blank.
+                    "+input=input.hex",
+                    "+bus=bus.txt",
+                    "+output=output.txt",
                     f"+n_in={self.n_inputs}",
                     f"+steps={steps}",
                     f"+stall={stall}",

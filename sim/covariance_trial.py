@@ -26,7 +26,7 @@ from boresight.model.attitude import (
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, input_words
 from boresight.model.fixed import IntArray
-from boresight.model.program import Program
+from boresight.model.program import Kind, Program
 from boresight.sim.accuracy import attitude_error
 from boresight.sim.check import with_params
 from boresight.sim.feed import attitude_of
@@ -208,9 +208,11 @@ def covariance_trial(
     unit = min(lsb.values())
     total = negative = checked = saturated = 0
     least, drift = np.inf, 0.0
+    model = CModel(with_state_outputs(plain))
     for values in params:
-        program = with_state_outputs(with_params(plain, estimator, values))
-        model = CModel(program)
+        given = with_params(plain, estimator, values)
+        for number in given.of_kind(Kind.PARAM):
+            model.set_param(given.values[number].name, given.values[number].initial)
         heads = {}
         for name, real in records.items():
             words = input_words(plain, real[:, :, None])[:, :, 0]

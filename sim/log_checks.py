@@ -150,7 +150,8 @@ def check_samples(arrays: Mapping[str, FloatArray], place: Place) -> None:
             partly = gap & ~gap.all(axis=1, keepdims=True)
             _refuse(arrays, name, partly | np.isinf(arrays[name]), place, wanted_value(name))
     if "q" in arrays:
-        norm = np.linalg.norm(arrays["q"], axis=1)
+        with np.errstate(over="ignore"):
+            norm = np.linalg.norm(arrays["q"], axis=1)
         off = np.abs(norm - 1.0) > _NORM_TOLERANCE
         if off.any():
             row = int(np.argmax(off))

@@ -21,6 +21,7 @@ magnetic disturbance rejection", Information Fusion 91:187, 2023, doi 10.1016/j.
 from __future__ import annotations
 
 import importlib
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -37,7 +38,7 @@ from boresight.model.attitude import (
 from boresight.model.errors import InputError, ToolMissing
 from boresight.sim.log import Log
 
-__all__ = ["PEERS", "Peer", "dip_rad", "first_attitude", "peer", "require_peers"]
+__all__ = ["PEERS", "Peer", "dip_rad", "first_attitude", "peer", "require_peers", "run_peer"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -59,6 +60,31 @@ class Peer:
     package: str
     slow: bool
     run: Callable[..., FloatArray]
+
+
+def run_peer(which: Peer, log: Log, dip: float | None = None) -> FloatArray:
+    """Attitudes (n, 4) of a published filter.
+
+    Raises
+    ------
+    InputError
+        The package cannot make anything of the log: a sample without specific force, for one.
+    ToolMissing
+        The package is not installed.
+    """
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return which.run(log, dip)
+    except InputError:
+        raise
+    except (ArithmeticError, IndexError, ValueError) as error:
+        raise InputError.at(
+            f"log {log.name!r}",
+            wanted=f"samples that the published filter {which.name} takes",
+            found=str(error),
+            fix="leave the log or that filter out (--estimators, --no-peers)",
+        ) from error
 
 
 def _package(name: str) -> Any:

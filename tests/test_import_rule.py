@@ -82,7 +82,9 @@ def test_instruments_are_for_tests(folder):
     for path in files_of(folder):
         wrong = {name for name in modules(path) if name.split(".")[0] == "tests"}
         if folder == "tests":  # tests share what stands in `tests.support`, not each other
-            wrong = {name for name in wrong if name.split(".")[:2] != ["tests", "support"]}
+            mutants = (ROOT / "tests" / "mutants") in path.parents
+            shared = {"tests.support", "tests.mutants"} if mutants else {"tests.support"}
+            wrong = {name for name in wrong if ".".join(name.split(".")[:2]) not in shared}
         assert not wrong, f"{path.relative_to(ROOT)} imports {sorted(wrong)}"
 
 
@@ -97,6 +99,11 @@ def test_imports_are_absolute(folder):
 def test_rooms_are_links(room):
     link = ROOT / "boresight" / room
     assert link.is_symlink() and link.readlink() == Path("..") / room
+
+
+def test_nothing_but_the_package_is_on_the_path_of_an_editable_install():
+    (link,) = (p for p in (ROOT / ".src").iterdir() if p.suffix != ".egg-info")
+    assert link.name == "boresight" and link.readlink() == Path("..") / "boresight"
 
 
 def test_model_needs_numpy_and_mpmath_only():

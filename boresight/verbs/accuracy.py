@@ -22,7 +22,7 @@ from boresight.sim.benchmark import Result, Trial, benchmark
 from boresight.sim.benchmark_page import render_page
 from boresight.sim.bundled import bundled, bundled_names, is_comparison
 from boresight.sim.log import read_log
-from boresight.sim.peers import PEERS, require_peers
+from boresight.sim.peers import PEERS, require_peers, run_peer
 from boresight.sim.scoring import has_truth
 from boresight.verbs.check import log_files
 from boresight.verbs.options import Outcome, number_options, progress_of
@@ -80,7 +80,7 @@ def read_trials(
             )
         elif stand_in and log.mag_new.any():
             trials[log.name] = Trial(
-                log, STAND_IN, PEERS[STAND_IN].run(log), path.absolute().parent.name
+                log, STAND_IN, run_peer(PEERS[STAND_IN], log), path.absolute().parent.name
             )
         else:
             left_out.append(log.name)

@@ -87,7 +87,7 @@ def bench(
             f"interpreter: {(k + 1) * runs:,} of {steps * runs:,} updates, "
             f"{(k + 1) * runs / seconds:,.0f}/s"
         )
-    model = CModel(program)
+    model = CModel(program, cflags=("-O2",))
     c_seconds, mismatches = 0.0, 0
     for r in range(runs):
         model.reset()

@@ -52,7 +52,6 @@ _SHORT = 24
 #: Longest simulated time, s: cycles are counted in 32 bits.
 _LONGEST_S = 20.0
 #: What the compass sends: the settings ``magnetic_source`` and ``compass_mode`` for it.
-_SOURCES = {"counts": (1, 2), "heading": (2, 1)}
 
 
 def simulate(

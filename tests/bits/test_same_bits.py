@@ -151,3 +151,18 @@ def test_many_machines(tmp_path: Path) -> None:
         there = made_by(machine, tmp_path / machine.name)
         here = synth if "--synth" in machine.options else plain
         assert not (found := difference(here, there)), f"{machine.name}: {found}"
+
+
+def test_text_is_utf_8_whatever_the_locale(tmp_path: Path) -> None:
+    """Units and meanings of a user's own parameters may hold any letter."""
+    code = (
+        "import sys; from pathlib import Path; from boresight.verbs import compile;"
+        "compile._write(Path(sys.argv[1]), '\\u00b5T\\n')"
+    )
+    subprocess.run(
+        [sys.executable, "-c", code, tmp_path / "text"],
+        env={**os.environ, **_ASCII},
+        cwd=ROOT,
+        check=True,
+    )
+    assert (tmp_path / "text").read_bytes() == b"\xc2\xb5T\n"

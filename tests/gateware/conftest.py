@@ -1,6 +1,7 @@
 """Shared by the gateware tests: simulation of a component, proof of its primitives."""
 
 import importlib.resources
+import os
 import re
 import subprocess
 import sys
@@ -12,6 +13,7 @@ from amaranth.lib import wiring
 from amaranth.sim import Simulator
 
 from boresight.gateware.verilog import to_verilog
+from boresight.model.user_folders import yosys_environment
 
 #: Simulation models of the primitives in use, out of the synthesis tool's library.
 PRIMITIVES = ("DSP48A1", *(f"LUT{n}" for n in range(2, 7)))
@@ -36,12 +38,6 @@ select -assert-max {multipliers} t:$mul
 cutpoint t:$mul
 sat -verify -prove-asserts -tempinduct -enable_undef -set-def-inputs -maxsteps 8 miter
 """
-
-
-def pytest_configure(config):
-    # A component that its constructor refuses, or that is only asked for its figures, is never
-    # elaborated.
-    config.addinivalue_line("filterwarnings", "ignore::amaranth.hdl.UnusedElaboratable")
 
 
 @pytest.fixture
@@ -87,6 +83,7 @@ def proves_equal(tmp_path) -> Callable:
                 "prove.ys",
             ],
             cwd=tmp_path,
+            env={**os.environ, **yosys_environment()},
             capture_output=True,
             text=True,
         )

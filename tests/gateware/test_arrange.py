@@ -57,3 +57,20 @@ def test_flag_rides_on_port_b_by_swapping() -> None:
     op = Op(9, (Term(0, 1, 22, negate=Negate.UNLESS),), flag=1)
     shortest = arrangements(op, 0, needs(op))[0]
     assert [(s.a, s.b, s.swap, s.cap_flag) for s in shortest.slots] == [(1, 0, True, True)]
+
+
+def test_only_what_uses_a_capture_waits_for_it() -> None:
+    """A late flag, count or index holds back the terms that use it, and no other."""
+    early, late = [0, 0, 10, 0], [0, 0, 0, 10]
+    for options in (
+        {"flag": 2, "terms": (Term(0, 1, 22), Term(2, 3, 22, when=When.IF))},
+        {"norm": 2, "terms": (Term(0, 1, 22), Term(2, 3, 22, scale=Scale.HALF))},
+    ):
+        op = Op(9, **options)
+        best = min(x.place(early) for x in arrangements(op, 0, needs(op)))
+        assert best == (9, [0, 1])
+    # Used by the first term too, the second one's operands decide.
+    op = Op(9, (Term(0, 1, 22, when=When.IF), Term(2, 3, 22, when=When.IF)), flag=2)
+    assert min(x.place(early) for x in arrangements(op, 0, needs(op)))[0] == 10
+    # The flag in a slot of its own, then both.
+    assert min(x.place(late) for x in arrangements(op, 0, needs(op)))[0] == 8

@@ -114,6 +114,34 @@ def test_states_in_the_same_registers(machine: Machine) -> None:
 
 
 @MACHINES
+@pytest.mark.parametrize("writer", [0, 1])
+def test_only_the_two_copies_of_a_state_are_kept(machine: Machine, writer: int) -> None:
+    """A word a quarter of the bank below a state, or above it but for the copy, is anybody's."""
+    programs, plans, allocations = made(machine)
+    mine, other = (allocations[k].addresses() for k in (writer, 1 - writer))
+    used = {*mine.values(), *other.values()}
+    quarter = machine.bank_depth // 4
+    moves = 0
+    for state, _ in plans[1 - writer].program.states:
+        free = other[state] - quarter
+        bank = free // machine.bank_depth
+        temporary = [
+            n
+            for n, v in enumerate(plans[writer].program.values)
+            if v.kind in (Kind.INPUT, Kind.OP)
+            and mine.get(n, -1) // machine.bank_depth == bank
+            and mine[n] % machine.bank_depth < machine.bank_depth // 2
+        ]
+        if free in used or not temporary:
+            continue
+        moves += 1
+        there = list(allocations)
+        there[writer] = moved(allocations[writer], mine[temporary[0]], free)
+        check_core(programs, plans, there)
+    assert moves
+
+
+@MACHINES
 def test_the_second_program_alone(machine: Machine) -> None:
     """Allocated for itself its parameters are not where a second program's must be."""
     programs, plans, allocations = made(machine)

@@ -192,3 +192,17 @@ def test_as_many_states_as_there_is_room_for(config: str) -> None:
     used = [part.allocation.used(core.machine) for part in core.parts]
     for bank in range(core.machine.lanes):
         assert sum(u[bank][1] for u in used) == core.machine.state_slots
+
+
+def test_a_schedule_is_kept_for_what_it_was_made_for() -> None:
+    program = random_program(8, n_ops=20)
+    again = dataclasses.replace(program)
+    first = build_core(program, "small", restarts=0).schedule
+    assert build_core(again, "small", restarts=0).schedule is first
+    assert build_core(program, "fast", restarts=0).schedule.machine.name == "fast"
+    assert build_core(program, "small", restarts=1).schedule is not first
+    assert build_core(program, "small", restarts=0, urgent=1).schedule.urgent == 1
+    for low in (0.0, -0.0):  # equal, but other programs
+        value = dataclasses.replace(program.values[0], low=low)
+        other = dataclasses.replace(program, values=(value, *program.values[1:]))
+        assert build_core(other, "small", restarts=0).schedule.source == other.digest

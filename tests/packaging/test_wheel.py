@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 import zipfile
 from pathlib import Path
 
@@ -55,6 +57,20 @@ def test_metadata(wheel: Path) -> None:
 
 def test_of_a_source_archive_is_the_same(wheel: Path, wheel_of_sdist: Path) -> None:
     assert contents(wheel_of_sdist) == contents(wheel)
+
+
+def test_editable_is_a_plain_path(tree: Path, tmp_path: Path) -> None:
+    """Type checkers and editors follow a path; of an import hook they know nothing."""
+    code = "import sys; from setuptools.build_meta import build_editable as b; b(sys.argv[1])"
+    subprocess.run(
+        [sys.executable, "-c", code, tmp_path], cwd=tree, check=True, capture_output=True
+    )
+    (made,) = tmp_path.glob("*.whl")
+    with zipfile.ZipFile(made) as archive:
+        (path,) = (archive.read(n).decode() for n in archive.namelist() if ".dist-info/" not in n)
+    assert [p.name for p in Path(path.strip()).iterdir() if p.suffix != ".egg-info"] == [
+        "boresight"
+    ]
 
 
 def test_list(installed) -> None:

@@ -168,7 +168,7 @@ def test_missing_file_is_named(tmp_path: Path, name: str) -> None:
 
 
 def test_directory_is_named(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"^.*: wanted a log .*, found is a directory; check .*$"):
+    with pytest.raises(InputError, match=r"^.*: wanted a log .*, found a folder; check .*$"):
         read_log(tmp_path)
 
 

@@ -30,13 +30,16 @@ def test_deal_gives_every_record_once_and_in_order(counts):
         assert sum(a != b for a, b in zip(owners, owners[1:], strict=False)) > 10
 
 
-@pytest.mark.parametrize(("config", "word", "count"), [("small", 32, 4), ("fast", 32, 3)])
-def test_random_programs_in_turns(config, word, count):
+@pytest.mark.parametrize(
+    ("config", "word", "count", "simulator"),
+    [("small", 32, 4, "icarus"), ("fast", 32, 3, "verilator")],
+)
+def test_random_programs_in_turns(config, word, count, simulator):
     """Words, flags and cycles of each program are those of the program alone."""
     programs = random_programs(count, count, word=word, n_ops=30, n_states=4)
     core = build_shared_core(programs, config, restarts=0)
-    # Icarus builds in no time, and the records are few.
-    simulator = "icarus" if available("icarus") else "verilator"
+    if not available(simulator):
+        pytest.skip(f"needs {simulator}")
     simulation = simulation_of(core, simulator, core.verilog(instances=False))
     streams = [np.array(random_inputs(p, k, 30 + k)) for k, p in enumerate(programs)]
     for stall in (0, 5):

@@ -52,7 +52,7 @@ _PATHS = st.sampled_from(
     [*FILES, "folder", "nosuch", "nosuch/log.csv", "log.csv/x", ".", "n" * 300, "n/" * 2500,
      "/dev/null", "/dev/zero", "loop", "gone", "pipe.csv/"]
 )  # fmt: skip
-_OUTPUTS = st.sampled_from(["out", "new/out", "log.csv/out", "n" * 300])
+_OUTPUTS = st.sampled_from(["out", "new/out", "log.csv/out", "n" * 300, "folder"])
 
 
 def _mostly(*good: str) -> st.SearchStrategy[str]:

@@ -182,8 +182,8 @@ def test_parameters_find_their_estimator(tmp_path):
     }
     assert params_by_estimator(both) == {} == params_by_estimator(["complementary"])
     for names, files, settings, message in (
-        (both, [two], [], r"two.json: wanted parameters of .* found those of nobody"),
-        (both, [], ["mag_gate=1"], r"found those of nobody"),
+        (both, [two], [], r"two.json: wanted parameters of .* found no estimator's name"),
+        (both, [], ["mag_gate=1"], r"found no estimator's name"),
         ([], [], ["mag_gate=1"], r"wanted estimators of ours, found none"),
         (["complementary_as_printed"], [one], [], r"found those of complementary;"),
         (["complementary"], [], ["mag_gate=9"], r"wanted 0 to 3.9"),
@@ -199,7 +199,7 @@ def test_refused(folder, tmp_path):
         ({"estimators": ["vqf"], "peers": False}, r"found vqf; leave one"),
         ({"estimators": []}, r"wanted at least one"),
         ({"comparisons": ["b"]}, r"--comparison: wanted names of logs"),
-        ({"jobs": 0}, r"^jobs: wanted 1 or more"),
+        ({"jobs": 0}, r"^jobs: wanted 1 to 1,024"),
         ({"params": {"complementary": {"kp": 1.0}}}, r"^parameter kp: wanted"),
         ({"word": 12}, r"^word: wanted 18 to 32"),
     ):

@@ -158,9 +158,9 @@ def test_command_and_its_file(folder, tmp_path, capsys):
     ("options", "message"),
     [
         ({"folds": 4}, r"^folds: wanted 2 to 3"),
-        ({"folds": 0}, r"^folds: wanted 2 to 3"),
+        ({"folds": 0}, r"^folds: wanted 1 or more, found 0"),
         ({"rounds": 0}, r"^rounds: wanted 1 or more, found 0"),
-        ({"jobs": 0}, r"^jobs: wanted 1 or more, found 0"),
+        ({"jobs": 0}, r"^jobs: wanted 1 to 1,024, found 0"),
         ({"detune": 0.5}, r"^detune: wanted 1 to 1000, found 0.5"),
         ({"detune": float("nan")}, r"^detune: wanted 1 to 1000"),
         ({"seed": -1}, r"^seed: wanted 0 or more"),

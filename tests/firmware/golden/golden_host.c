@@ -3,7 +3,7 @@
  * @brief Entry points for a host: many updates, every word, parameters.
  *
  * Generated from the program "golden"; do not edit.
- * Program digest: 6f2ac1306e76902330685b6f1b7cea2d4703e39f12d9bb4e15c4568f522fb436
+ * Program digest: 918cdc3a116fb29c2f07a3c201dc4d4be291d953296d7ced4c9cd3af9964e51d
  */
 
 //------------------------------------------------------------------------------

@@ -15,6 +15,7 @@ from boresight.gateware.boards.top import records_design
 from boresight.gateware.core import Core
 from boresight.gateware.system.programs import system_core
 from boresight.model.errors import InputError
+from boresight.model.user_folders import yosys_environment
 from boresight.verbs.compile import write_system
 
 FILES = [
@@ -75,6 +76,7 @@ def test_verilog_elaborates(board: str, project) -> None:
             "hierarchy -check -top top; proc; check -assert",
         ],
         cwd=project[board],
+        env={**os.environ, **yosys_environment()},
         capture_output=True,
         text=True,
     )
@@ -302,6 +304,7 @@ def test_complete_system(board: str, tmp_path) -> None:
             "hierarchy -check -top top; proc; check -assert",
         ],
         cwd=tmp_path,
+        env={**os.environ, **yosys_environment()},
         capture_output=True,
         text=True,
     )

@@ -11,10 +11,12 @@ from tests.support.devices.adis16385_contract import Contract, ContractBroken
 from tests.support.devices.adis16385_fuzz import fuzz, judge
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-def test_reader_keeps_its_contract(seed: int) -> None:
-    result = fuzz(6_000, seed=seed)
-    assert result.frames == 6_000
+@pytest.mark.parametrize(
+    "frames, seed", [(8_000, 1), pytest.param(1_000_000, 2, marks=pytest.mark.soak)]
+)
+def test_reader_keeps_its_contract(frames: int, seed: int) -> None:
+    result = fuzz(frames, seed=seed)
+    assert result.frames == frames
     # Nothing was left out.
     assert set(result.events) == set(EVENTS)
     assert min(result.events.values()) >= 10

@@ -9,21 +9,26 @@ from tests.support.devices.hmr3300_fuzz import fuzz_noise, fuzz_parser, fuzz_pin
 pytestmark = pytest.mark.skipif(not available("verilator"), reason="needs Verilator")
 
 
-@pytest.mark.parametrize("angle_max", [900, 600])
-def test_parser(angle_max: int) -> None:
-    found = fuzz_parser(100_000, seed=5, angle_max=angle_max)
-    assert found.difference == "" and found.symbols == 100_000
+@pytest.mark.parametrize(
+    "symbols, angle_max",
+    [(100_000, 900), (100_000, 600), pytest.param(2_000_000, 900, marks=pytest.mark.soak)],
+)
+def test_parser(symbols: int, angle_max: int) -> None:
+    found = fuzz_parser(symbols, seed=5, angle_max=angle_max)
+    assert found.difference == "" and found.symbols == symbols
     assert min(found.events[k] for k in ("heading", "counts", "rejected", "framing")) > 100
 
 
-def test_pin() -> None:
-    found = fuzz_pin(10_000, seed=5)
-    assert found.difference == "" and found.symbols == 10_000
+@pytest.mark.parametrize("symbols", [10_000, pytest.param(200_000, marks=pytest.mark.soak)])
+def test_pin(symbols: int) -> None:
+    found = fuzz_pin(symbols, seed=5)
+    assert found.difference == "" and found.symbols == symbols
     assert min(found.events[k] for k in ("heading", "counts", "rejected", "framing")) > 20
 
 
-def test_noise() -> None:
-    found = fuzz_noise(1_000_000, seed=5)
+@pytest.mark.parametrize("cycles", [1_000_000, pytest.param(20_000_000, marks=pytest.mark.soak)])
+def test_noise(cycles: int) -> None:
+    found = fuzz_noise(cycles, seed=5)
     assert found.difference == "" and found.symbols > 1000
 
 

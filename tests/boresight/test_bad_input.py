@@ -1,0 +1,207 @@
+"""Mistakes that people made: each gives one clear line, exit code 2, and leaves nothing behind."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from boresight.cli import main
+from boresight.model.errors import InputError, shortened
+from boresight.model.estimators import ESTIMATORS
+from boresight.model.program import Program
+from boresight.model.program_check import check_program
+
+HEADER = "t,gx,gy,gz,ax,ay,az,mx,my,mz\n"
+ROWS = "".join(f"{k / 100},0.01,0.02,0.03,0.1,0.2,9.8,1,20,-40\n" for k in range(20))
+TRUTH = (HEADER + ROWS).replace("mz\n", "mz,qw,qx,qy,qz\n").replace("-40\n", "-40,1,0,0,0\n")
+
+
+@pytest.fixture
+def refused(tmp_path, capsys, monkeypatch):
+    """A function that runs a command line in a folder of files, and gives its one line."""
+    monkeypatch.chdir(tmp_path)
+    for name, content in {
+        "log.csv": HEADER + ROWS,
+        "truth.csv": TRUTH,
+        "digits.json": '{"kp_roll_per_s": ' + "9" * 400 + "}",
+        "text.txt": "hello\nworld\n" * 40,
+        "zeros.bin": "\0" * 4000,
+        "noise.bin": "".join(chr(k * 7919 % 128) for k in range(4000)),
+        "empty.bin": "",
+        "other.json": '{"a": 1}',
+    }.items():
+        (tmp_path / name).write_text(content)
+    (tmp_path / "folder").mkdir()
+    before = sorted(map(str, tmp_path.rglob("*")))
+
+    def run(line: str) -> str:
+        try:
+            code = main(line.split())
+        except SystemExit as stop:
+            code = stop.code
+        said = capsys.readouterr()
+        assert code == 2, said
+        assert said.out == "" and said.err.startswith("error: ") and said.err.count("\n") == 1
+        assert sorted(map(str, tmp_path.rglob("*"))) == before
+        return str(said.err)
+
+    return run
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("run mekf log.csv --steps 0", "steps: wanted 1 or more, found 0"),
+        ("run mekf log.csv --steps -1", "steps: wanted 1 or more, found -1"),
+        ("run mekf log.csv --steps x", "--steps: wanted a whole number, found 'x'"),
+        ("run mekf log.csv --config huge", "config: wanted one of small, fast, found 'huge'"),
+        ("run mekf /dev/zero", "/dev/zero: wanted a log file that can be read, found a device"),
+        ("run mekf folder", "folder: wanted a log file that can be read, found a folder"),
+        ("run mekf text.txt/x", "wanted a log file that can be read, found not a directory"),
+        ("compile mekf -o x --urgent 0", "urgent: wanted 1 to 8, found 0"),
+        ("compile mekf -o x --urgent -3", "urgent: wanted 1 to 8, found -3"),
+        ("compile mekf -o x --urgent 99", "urgent: wanted 1 to 8, found 99"),
+        ("compile mekf -o x --config nosuch", "config: wanted one of small, fast"),
+        ("compile mekf -o x --board mimas --word 25", "system: wanted 26 to 32, found 25"),
+        ("compile mekf -o x --word 33", "word: wanted 18 to 32 bits, found 33"),
+        ("compile complementary -o x --params digits.json", "found a number of 400 digits"),
+        ("check mekf log.csv --levels fixed --config medium", "config: wanted one of small, fast"),
+        ("check mekf log.csv --levels c --simulator vcs", "wanted one of verilator, icarus"),
+        ("check mekf log.csv --levels c,d", "levels: wanted one of fixed, c, rtl, found 'd'"),
+        ("run mekf log.csv --param=--", "--param: expected one argument"),
+        ("run mekf log.csv x\x1by", "unrecognized arguments: x\\x1by (see"),
+        ("check mekf log.csv --reproducer folder", "--reproducer folder: wanted a file that"),
+        ("check mekf log.csv --reproducer a/b", "--reproducer a/b: wanted a file that can be"),
+        ("check replay log.csv", "log.csv: wanted a reproducer of `boresight check`, found no JS"),
+        ("check replay other.json", "other.json: wanted a reproducer of `boresight check`, found "),
+        ("check replay folder", "wanted a reproducer of `boresight check` that can be read"),
+        ("check replay other.json --config huge", "config: wanted one of small, fast"),
+        ("report mekf log.csv -o x --steps 0", "steps: wanted 1 or more, found 0"),
+        ("report mekf log.csv -o x --config huge", "config: wanted one of small, fast"),
+        ("tune mekf truth.csv --folds 5", "folds: wanted 1, for none, as there is one trial"),
+        ("tune mekf truth.csv --jobs 0", "jobs: wanted 1 to 1,024, found 0"),
+        ("tune mekf truth.csv --word 17", "word: wanted 18 to 32 bits, found 17"),
+        ("accuracy truth.csv -o x --word 17", "word: wanted 18 to 32 bits, found 17"),
+        ("accuracy " + "n" * 300, "wanted a log, or a folder of logs, found file name too long"),
+        ("experiment ma2014 --seed -1 -o x", "seed: wanted 0 to 2,147,483,648, found -1"),
+        ("demo --steps 0 -o x", "steps: wanted 1 or more, found 0"),
+        ("bench --updates 99999999999", "updates: wanted 1 to 100,000,000"),
+        ("covariance mekf complementary", "complementary: wanted a Kalman filter"),
+        ("monitor noise.bin", "noise.bin: wanted attitudes, in frames or lines of text, found "),
+        ("monitor zeros.bin", "wanted attitudes, in frames or lines of text, found none, and 14"),
+        ("monitor text.txt --json", "wanted attitudes, in frames or lines of text, found none"),
+        ("monitor empty.bin -q", "wanted attitudes, in frames or lines of text, found none;"),
+        ("monitor text.txt --map other.json", "other.json, registers: wanted a registers.json of"),
+        ("monitor /dev/null", "/dev/null: wanted a serial port, or a file of captured bytes, "),
+        ("simulate --config nosuch -o x", "config: wanted one of small, fast, found 'nosuch'"),
+        ("simulate --faults --config nosuch", "config: wanted one of small, fast, found 'nosuch'"),
+        ("simulate --faults --seconds nan", "seconds: wanted 0.05 to 20, found nan"),
+    ],
+)
+def test_mistakes(line: str, message: str, refused) -> None:
+    assert message in refused(line)
+
+
+def test_programs_that_do_not_fit_leave_no_folder(refused) -> None:
+    line = f"compile {' '.join(ESTIMATORS)} -o x --word 32"
+    assert "145 states, the small machine has room for 128" in refused(line)
+
+
+def test_messages_stay_short_and_printable(refused) -> None:
+    line = refused("run mekf " + "n" * 3000 + "/\x1b[31m.csv")
+    assert "n/\\x1b[31m.csv: wanted a log" in line and "..." in line
+    assert len(refused("run mekf log.csv --config " + "x" * 5000)) < 400
+    assert len(refused("run mekf log.csv --steps " + "9" * 5000)) < 400
+    assert shortened("abcdefghijkl", 12) == "abcdefghijkl"
+    assert shortened("abcdefghijklm", 12) == "abc...hijklm"
+    assert str(InputError("a\tb\n\x07 é\udcff")) == "a b \\x07 é\\udcff"
+
+
+def test_a_name_in_other_bytes_is_no_obstacle(tmp_path, capsys) -> None:
+    log = tmp_path / "l\udcffg.csv"
+    log.write_text(HEADER + ROWS)
+    assert main(["run", "mekf", str(log), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["log"] == "l\ufffdg"
+
+
+def test_what_published_filters_cannot_take_is_no_bug(refused, tmp_path) -> None:
+    still = TRUTH.replace("0.1,0.2,9.8", "0,0,0")
+    (tmp_path / "log.csv").write_text(still)
+    line = refused("accuracy log.csv --estimators ahrs_ekf --jobs 1 -q")
+    assert "log 'log': wanted samples that the published filter ahrs_ekf takes, found " in line
+
+
+def test_a_reference_beyond_all_bounds(refused, tmp_path) -> None:
+    (tmp_path / "log.csv").write_text(TRUTH.replace(",1,0,0,0", ",1e300,0,0,0"))
+    assert "line 2, column qw: wanted a quaternion of norm 1, found norm" in refused(
+        "run mekf log.csv"
+    )
+
+
+def changed(data: dict, *path: object) -> dict:
+    """A copy of JSON with the value at a path replaced by the last of it."""
+    out = json.loads(json.dumps(data))
+    *way, key, value = path
+    at = out
+    for step in way:
+        at = at[step]
+    at[key] = value
+    return out
+
+
+@pytest.mark.parametrize(
+    ("path", "message"),
+    [
+        (("name", "a*/b"), "the name"),
+        (("name", 5), "a name that is no text"),
+        (("arithmetic", "headroom", 3), "an arithmetic that no core has"),
+        (("arithmetic", "word", 40), "word must be 18 to 32"),
+        (("values", 0, "frac", "1"), "value with frac '1'"),
+        (("values", 0, "frac", True), "value with frac 'True'"),
+        (("values", 0, "initial", 2**40), "outside its word"),
+        (("values", 0, "kind", "const"), "inputs that are not listed once each"),
+        (("values", 0, "kind", "none"), "not a valid Kind"),
+        (("inputs", 0, 10**6), "a reference to no value"),
+        (("outputs", 0, 1.5), "a reference that is no number"),
+        (("outputs", []), "outputs without a name"),
+        (("ops", 0, "terms", []), "an operation without terms"),
+        (("ops", 0, "terms", 0, "shift", 32), "a shift of 32"),
+        (("ops", 0, "terms", 0, "a", -1), "reads what is not there yet"),
+        (("ops", 0, "terms", 0, "b", None), "a term of one factor"),
+        (("ops", 0, "dest", 0), "whose result has another place"),
+        (("ops", 0, "table", 99), "a table"),
+        (("ops", []), "a value that no operation gives"),
+        (("table_memory", [0] * 511), "a table that is none"),
+        (("states", 0, [0, 0]), "states that are not listed once each"),
+    ],
+)
+def test_programs_that_no_level_can_run(path, message: str) -> None:
+    program = ESTIMATORS["complementary"]().compile(word=18)
+    check_program(program)
+    data = json.loads(program.to_json())
+    with pytest.raises(ValueError, match=message):
+        check_program(Program.from_json(json.dumps(changed(data, *path))))
+
+
+def test_a_reproducer_is_checked_as_a_whole(tmp_path: Path, refused) -> None:
+    program = json.loads(ESTIMATORS["complementary"]().compile(word=18).to_json())
+    good = {
+        "boresight_reproducer": 1,
+        "config": "small",
+        "inputs": [[0] * len(program["inputs"])],
+        "outputs": [[0] * len(program["outputs"])],
+        "program": program,
+    }
+    file = tmp_path / "other.json"
+    for path, message in (
+        (("inputs", [[0]]), "no record of 10 words in inputs"),
+        (("inputs", 0, 0, 2**17), "no record of 10 words in inputs"),
+        (("outputs", 0, 0, True), "no record of 8 words in outputs"),
+        (("config", ["small"]), "the config a list"),
+        (("program", None), "a program that lacks something"),
+        (("program", "values", 0, "initial", 2**30), "outside its word"),
+    ):
+        file.write_text(json.dumps(changed(good, *path)))
+        assert message in refused("check replay other.json")

@@ -1,0 +1,153 @@
+"""How the command line ends when nobody listens, when it is stopped, and when it has a bug."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from boresight.cli import main
+from boresight.sim.bundled import bundled
+
+COMMAND = [sys.executable, "-m", "boresight"]
+LOG = str(bundled("synthetic_60s"))
+
+
+def shell(line: str, tmp_path: Path) -> tuple[int, str]:
+    """Exit code of the first command of a pipe, and what it said on stderr."""
+    script = f'{" ".join(COMMAND)} {line}; exit "${{PIPESTATUS[0]}}"'
+    done = subprocess.run(
+        ["bash", "-c", script], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    return done.returncode, done.stderr
+
+
+@pytest.mark.parametrize(
+    ("line", "code", "words"),
+    [
+        ("list | exec 0<&-", 141, ""),
+        ("list --json | exec 0<&-", 141, ""),
+        ("run --help | exec 0<&-", 141, ""),
+        ("list > /dev/full", 2, "standard output: wanted a place that can be written, found no sp"),
+        ("list >&-", 2, "standard output: wanted a place that can be written, found closed"),
+        ("run mekf nosuch 2>&-", 2, ""),
+    ],
+)
+def test_nobody_listens(line: str, code: int, words: str, tmp_path) -> None:
+    got, said = shell(line, tmp_path)
+    assert got == code and words in said and said.count("\n") == bool(words), said
+
+
+def test_progress_is_never_worth_a_stop(tmp_path) -> None:
+    check = f"check complementary {LOG} --levels c --steps 20"
+    for deaf in ("2> >(exec 0<&-)", "2>&-", "2>/dev/full"):
+        code, said = shell(f"{check} {deaf} | tail -1 | grep -x good >&2", tmp_path)
+        assert code == 0 and said == "good\n"
+
+
+def test_names_that_the_terminal_cannot_show(tmp_path) -> None:
+    (tmp_path / "l\udcff\u00fcg.csv").write_bytes(
+        Path(LOG).read_bytes()[:4000].rpartition(b"\n")[0]
+    )
+    line = "run mekf l*g.csv -o ü.csv | cat >&2"
+    for encoding in ("ascii", "utf-8"):
+        code, said = shell(f"--version >/dev/null; PYTHONIOENCODING={encoding} "
+                           f"{' '.join(COMMAND)} {line}", tmp_path)  # fmt: skip
+        assert code == 0 and "rows to " in said and "Traceback" not in said
+
+
+def stopped(argv: list[str], tmp_path: Path, *, after: str, everybody: bool) -> tuple[int, str]:
+    """Exit code and stderr of a command that gets Ctrl-C after a line of progress."""
+    with subprocess.Popen(
+        [*COMMAND, *argv],
+        cwd=tmp_path,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        env={**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache")},
+    ) as process:
+        assert process.stderr is not None
+        for line in process.stderr:
+            if after in line:
+                break
+        time.sleep(1.0)
+        if everybody:  # as a terminal does it
+            os.killpg(process.pid, signal.SIGINT)
+        else:
+            process.send_signal(signal.SIGINT)
+        said = process.stderr.read()
+        code = process.wait(timeout=60)
+    for _ in range(50):
+        if not alive(process.pid):
+            break
+        time.sleep(0.1)
+    assert alive(process.pid) == []
+    return code, said
+
+
+def alive(session: int) -> list[str]:
+    """Processes of a session that still run."""
+    found = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        with contextlib.suppress(OSError):
+            name, _, rest = stat.read_text().rpartition(")")
+            state, _, _, of = rest.split()[:4]
+            if int(of) == session and state != "Z":
+                found.append(name)
+    return found
+
+
+@pytest.mark.parametrize("everybody", [True, False])
+@pytest.mark.parametrize(
+    ("argv", "after"),
+    [
+        (["accuracy", LOG, "--jobs", "2"], "the float reference makes"),
+        (["check", "complementary", LOG, "--levels", "rtl"], "RTL in verilator"),
+        (["tune", "mekf", LOG, LOG, "--folds", "1", "--jobs", "2"], "C model"),
+    ],
+)
+def test_ctrl_c(argv: list[str], after: str, everybody: bool, tmp_path) -> None:
+    code, said = stopped(argv, tmp_path, after=after, everybody=everybody)
+    assert code == 130 and "Traceback" not in said
+    assert said.splitlines()[-1] == "interrupted" and said.count("interrupted") == 1
+
+
+def test_a_bug_says_that_it_is_one(monkeypatch, capsys) -> None:
+    def broken() -> None:
+        raise ZeroDivisionError("by\nnothing")
+
+    monkeypatch.setattr("boresight.verbs.list.list_estimators", broken)
+    assert main(["list"]) == 3
+    said = capsys.readouterr().err
+    assert said.startswith("error: a bug of Boresight, ZeroDivisionError: by nothing (test_ends.py")
+    assert said.count("\n") == 1 and "BORESIGHT_DEBUG=1" in said
+    monkeypatch.setenv("BORESIGHT_DEBUG", "1")
+    assert main(["list"]) == 3
+    assert "Traceback" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "words"),
+    [
+        (MemoryError(), 1, "error: memory ran out"),
+        (PermissionError(13, "Permission denied", "a.csv"), 2, "a.csv: wanted something that can"),
+        (OSError("odd"), 3, "a bug of Boresight, OSError: odd"),
+        (KeyboardInterrupt(), 130, "interrupted\n"),
+    ],
+)
+def test_other_ends(error: BaseException, code: int, words: str, monkeypatch, capsys) -> None:
+    def broken() -> None:
+        raise error
+
+    monkeypatch.setattr("boresight.verbs.list.list_estimators", broken)
+    before = signal.getsignal(signal.SIGINT)
+    assert main(["list"]) == code
+    assert words in capsys.readouterr().err
+    assert signal.getsignal(signal.SIGINT) is before

@@ -1,0 +1,66 @@
+"""`python -m tests.mutants`: a random sample of mutants, and a page of those nobody noticed."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+import sys
+from pathlib import Path
+
+from tests.mutants.campaign import Record, run, sample, unsound
+from tests.mutants.equivalent import equivalents, stale
+from tests.mutants.groups import GROUPS, all_mutants
+from tests.mutants.page import figures, render
+
+ROOT = Path(__file__).parents[2]
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """0: every mutant was noticed; 1: some survived, or the tests fail without any."""
+    parser = argparse.ArgumentParser(prog="python -m tests.mutants", description=__doc__)
+    parser.add_argument("--seed", type=int, default=1, help="of the sample (default 1)")
+    parser.add_argument("--count", type=int, default=40, help="mutants of each group (default 40)")
+    parser.add_argument("--group", choices=GROUPS, help="only this one")
+    parser.add_argument("--only", default="", help="only files whose path holds this text")
+    parser.add_argument("--jobs", type=int, default=2, help="workers (default 2)")
+    parser.add_argument("--limit", type=float, default=1200, help="seconds for one mutant's tests")
+    parser.add_argument("-o", type=Path, default=Path("build/mutants"), help="folder of the page")
+    given = parser.parse_args(arguments)
+
+    known = equivalents()
+    groups = [given.group] if given.group else list(GROUPS)
+    old = stale(known, (m.key for g in GROUPS for m in all_mutants(ROOT, g)))
+    for key in old:
+        print(f"equivalent.toml: no such mutant any longer: {key}")
+    samples = {
+        g: [m for m in sample(ROOT, g, given.seed, given.count) if given.only in m.file]
+        for g in groups
+    }
+    folder = given.o.resolve()
+    folder.mkdir(parents=True, exist_ok=True)
+    options = {"limit_s": given.limit, "cache": folder / "cache"}
+    record = Record(folder / "verdicts.jsonl", ROOT)
+    done = run(
+        ROOT,
+        samples,
+        known,
+        record,
+        jobs=given.jobs,
+        say=lambda text: print(text, flush=True),
+        **options,
+    )
+    command = shlex.join(["python", "-m", "tests.mutants", *(arguments or sys.argv[1:])])
+    page = folder / f"seed-{given.seed}.md"
+    page.write_text(render(done, samples, known, seed=given.seed, command=command), "utf-8")
+    for group in groups:
+        row = figures(done, group)
+        print(f"{group}: {row['noticed']} of {row['tried']} noticed, {row['nearest']} by nearest")
+    print(f"wrote {page}")
+    broken = unsound(ROOT, done, **options)
+    if broken:
+        print(f"error: fails without a mutant: {broken}", file=sys.stderr)
+    return int(bool(broken or old or any(not d.verdict.noticed for d in done)))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,90 @@
+"""Which files are mutated, in two groups that are counted apart, and which tests watch each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from tests.mutants.edits import Mutant
+from tests.mutants.hardware import hardware_mutants
+from tests.mutants.software import software_mutants
+
+__all__ = ["GROUPS", "all_mutants", "nearest_tests", "wider_tests"]
+
+#: Compiler: from the graph to the microcode and the C. Comparison: what says whether they agree.
+_COMPILER = {
+    "model": "fixed forms functions graph groups interpreter lower ops program",
+    "gateware": "allocate arrange captures check_core check_schedule copies emulator image "
+    "list_pass list_problem list_state machine microcode priorities schedule slots state_rooms",
+    "firmware": "body check emit helpers layout names",
+    "sim": "check check_shared cosim divergence segments",
+}
+#: Where parts meet: tests elsewhere that alone see them at work, by the beginning of the file.
+_BEYOND = {
+    "gateware/system/attitude_": ["tests/sim/board/test_run.py"],
+    "gateware/boards/": ["tests/gateware/boards/test_top.py"],
+    "gateware/soc/attitude_soc": ["tests/sim/soc/test_board.py"],
+    "gateware/soc/": ["tests/sim/soc/test_system.py"],
+    "gateware/sequencer": ["tests/sim/test_check.py"],
+    "gateware/engine": ["tests/sim/test_check.py"],
+    "gateware/lane": ["tests/sim/test_check.py"],
+}
+#: Tests that are no witnesses: they change the source's text themselves and want it as it is.
+_NO_WITNESS = {"tests/sim/formal/test_mutants.py"}
+
+
+def _hardware_files(root: Path) -> list[str]:
+    return sorted(
+        str(path.relative_to(root))
+        for path in (root / "gateware").rglob("*.py")
+        if "def elaborate(" in path.read_text(encoding="utf-8")
+    )
+
+
+def _compiler_files(root: Path) -> list[str]:
+    return [f"{room}/{stem}.py" for room, stems in _COMPILER.items() for stem in stems.split()]
+
+
+#: Name of a group: how its files are found, and its faults.
+GROUPS: Mapping[str, tuple[Callable[[Path], list[str]], Callable[[str, str], list[Mutant]]]] = {
+    "hardware": (_hardware_files, hardware_mutants),
+    "compiler": (_compiler_files, software_mutants),
+}
+
+
+def all_mutants(root: Path, group: str) -> list[Mutant]:
+    """Every mutant of a group, in the order of files and text."""
+    files, mutants = GROUPS[group]
+    return [m for file in files(root) for m in mutants(file, (root / file).read_text("utf-8"))]
+
+
+def nearest_tests(root: Path, file: str) -> list[str]:
+    """The mirrored test file and its kin; where there are none, all of the folder that import it.
+
+    ``gateware/sensors/adis16385.py`` has ``tests/gateware/sensors/test_adis16385.py`` and
+    ``test_adis16385_faults.py``.
+    """
+    place = root / "tests" / Path(file).parent
+    stem = Path(file).stem
+    found = [*place.glob(f"test_{stem}.py"), *sorted(place.glob(f"test_{stem}_*.py"))]
+    if not found:
+        found = [p for p in sorted(place.glob("test_*.py")) if _imports(p, file)]
+    return [str(p.relative_to(root)) for p in found]
+
+
+def wider_tests(root: Path, file: str) -> list[str]:
+    """Whatever imports the file, the tests of the same folder, and those of where it is used; not
+    the nearest ones."""
+    nearest = set(nearest_tests(root, file))
+    near = set((root / "tests" / Path(file).parent).glob("test_*.py"))
+    users = {p for p in (root / "tests").rglob("test_*.py") if _imports(p, file)}
+    rows = [*sorted(near & users), *sorted(users - near), *sorted(near - users)]
+    names = [str(p.relative_to(root)) for p in rows]
+    names += [name for head, more in _BEYOND.items() if file.startswith(head) for name in more]
+    return [name for name in dict.fromkeys(names) if name not in nearest | _NO_WITNESS]
+
+
+def _imports(test: Path, file: str) -> bool:
+    module = "boresight." + file.removesuffix(".py").replace("/", ".")
+    text = test.read_text(encoding="utf-8")
+    return f"{module} import" in text or f"import {module}\n" in text
