@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from boresight.sim.random_program import random_inputs, random_program
 
 import boresight.sim.segments
 from boresight.model.interpreter import Interpreter
 from boresight.model.program import Program
-from boresight.sim.random_program import random_inputs, random_program
 from boresight.sim.segments import interpret, with_state_outputs
 
 
