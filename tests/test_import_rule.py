@@ -62,8 +62,18 @@ def test_import_rule(folder):
 @pytest.mark.parametrize("folder", [*MAY, "tests"])
 def test_one_import_name(folder):
     for path in files_of(folder):
-        wrong = {name.split(".")[0] for name in modules(path)} & {*ROOMS, "tests"}
+        wrong = {name.split(".")[0] for name in modules(path)} & {*ROOMS}
         assert not wrong, f"{path.relative_to(ROOT)} imports {sorted(wrong)} without boresight."
+
+
+@pytest.mark.parametrize("folder", [*MAY, "tests"])
+def test_instruments_are_for_tests(folder):
+    shared = (["tests", "support"], ["tests", "mutants"])
+    for path in files_of(folder):
+        wrong = {name for name in modules(path) if name.split(".")[0] == "tests"}
+        if folder == "tests":  # tests share what stands in `tests.support`, not each other
+            wrong = {name for name in wrong if name.split(".")[:2] not in shared}
+        assert not wrong, f"{path.relative_to(ROOT)} imports {sorted(wrong)}"
 
 
 @pytest.mark.parametrize("folder", MAY)
