@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from boresight.sim.random_program import random_inputs, random_program
 
 import boresight.sim.segments
 from boresight.model.interpreter import Interpreter
