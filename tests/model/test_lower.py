@@ -369,6 +369,18 @@ def test_a_root_of_a_fresh_sum_has_an_even_exponent(trace: Any) -> None:
     assert not saturated.any()
 
 
+@pytest.mark.parametrize("high", [0.2, 0.3, 0.5, 0.9, 1.8, 3.6])
+def test_a_fresh_sum_has_its_roots_binary_point(trace: Any, high: float) -> None:
+    """It is chosen once: nothing is moved afterwards, and no finer one is left unused."""
+    t = trace(
+        lambda a, b: ops.bounded(ops.rsqrt(a + b), 0.3, 8.0, "sum >= 1/50"), [(0.01, high)] * 2
+    )
+    assert not any("aligned" in v.name for v in t.program.values)
+    total = t.program.values[t.program.ops[0].dest]
+    finest = Format.for_range(32, 0.02, 2 * high).frac
+    assert total.frac == finest - (finest + 1) % 2
+
+
 def test_a_constant_or_an_input_may_be_an_output(trace: Any) -> None:
     t = trace(lambda a: (a, 0.75, a), [(-1.0, 1.0)])
     fixed, floats, _ = t.run([0.5, -0.25])

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from boresight.disk.manifest import NAME
+from boresight.disk.manifest import NAME, Manifest
 from boresight.disk.output import OutputFile, apart, free_name, output_folder
 from boresight.model.errors import InputError
 
@@ -172,6 +172,16 @@ def test_fifos_are_written_through(tmp_path: Path) -> None:
     assert read_fifo(pipe, lambda: OutputFile(pipe, "run").write("text")) == b"text"
     assert read_fifo(pipe, lambda: fill(tmp_path, "pipe", "b", text="through")) == b"through"
     assert pipe.is_fifo() and names(tmp_path) == [NAME, "b", "pipe"]
+    assert set(Manifest.load(tmp_path).files) == {"b"}
+
+
+def test_a_reader_that_has_gone_is_no_refusal() -> None:
+    reader, writer = os.pipe()
+    file = OutputFile(f"/dev/fd/{writer}", "run")
+    os.close(reader)
+    with pytest.raises(BrokenPipeError):
+        file.write("text")
+    os.close(writer)
 
 
 def test_devices_and_open_files(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

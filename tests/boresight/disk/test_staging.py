@@ -70,6 +70,7 @@ def test_killed_at_every_write(tmp_path: Path) -> None:
         assert visible.items() >= users.items()
         for name, text in visible.items():
             assert name in users or text in (f"old {Path(name).name}", f"old {name}", f"new {name}")
+            assert name in users or state(folder / name) is State.OURS  # also before the mending
         # The next run of another verb mends, and everything left is known as ours.
         OutputFile(folder / "other.csv", "other")
         after = contents(folder)

@@ -109,7 +109,7 @@ def test_every_bit_of_the_settings_reaches_the_device(settings, simulate) -> Non
         while len(frames) < 8:
             clock, idle = ctx.get(dut.sclk), ctx.get(dut.cs_n)
             if idle:
-                frames += [int(bits, 2)] * bool(bits)
+                frames += [int(word, 2) for word in [bits] if word]
                 bits, falls = "", 0
             elif clock and not before:
                 bits += str(ctx.get(dut.mosi))
