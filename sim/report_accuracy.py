@@ -15,8 +15,11 @@ from boresight.model.errors import InputError
 from boresight.model.fixed import IntArray
 from boresight.model.program import Program
 from boresight.sim.accuracy import attitude_error, attitude_rmse
+from boresight.sim.compare.difference import QUATERNION
 from boresight.sim.feed import attitude_of, euler_deg_of
 from boresight.sim.log import Log
+from boresight.sim.records.nine_axis import record_of
+from boresight.sim.records.record import Record
 
 __all__ = ["ANGLES", "BINS", "Replay", "accuracy_section"]
 
@@ -34,7 +37,7 @@ class Replay:
 
     Parameters
     ----------
-    log : Log
+    log : Log or Record
         The log; the outputs may belong to its leading samples only.
     fixed : mapping of output name to (n,)
         Outputs of the fixed-point program in their units.
@@ -44,7 +47,7 @@ class Replay:
         Whether the log's attitude is exact; otherwise it is called a comparison.
     """
 
-    log: Log
+    log: Log | Record
     fixed: Mapping[str, FloatArray]
     reference: Mapping[str, FloatArray] | None = None
     truth: bool = False
@@ -62,7 +65,7 @@ class Replay:
     def of_words(
         cls,
         program: Program,
-        log: Log,
+        log: Log | Record,
         words: IntArray,
         *,
         reference: Mapping[str, FloatArray] | None = None,
@@ -74,6 +77,31 @@ class Replay:
             for k, (name, n) in enumerate(zip(program.output_names, program.outputs, strict=True))
         }
         return cls(log, fixed, reference, truth)
+
+    @property
+    def record(self) -> Record:
+        """The log as a record."""
+        return record_of(self.log)
+
+    @property
+    def t(self) -> FloatArray:
+        """Times [s] (n,) of all samples; their numbers where the log has none."""
+        columns = self.record.columns
+        return columns["t"].values if "t" in columns else np.arange(float(len(self.log)))
+
+    @property
+    def q(self) -> FloatArray | None:
+        """Reference attitude (n, 4) of the samples that ran, if the log has one."""
+        columns = self.record.columns
+        if not all(name in columns for name in QUATERNION):
+            return None
+        return np.stack([columns[name].values[: len(self)] for name in QUATERNION], axis=1)
+
+    @property
+    def mov(self) -> npt.NDArray[np.bool_] | None:
+        """Which of the samples that ran count, if the log says so."""
+        columns = self.record.columns
+        return columns["mov"].values[: len(self)] != 0.0 if "mov" in columns else None
 
     def __len__(self) -> int:
         """Count the samples that ran."""
@@ -151,10 +179,9 @@ def _vs_float(replay: Replay, bins: _Bins, series: dict[str, Any]) -> dict[str, 
 def _vs_log(replay: Replay, bins: _Bins, series: dict[str, Any]) -> dict[str, Any]:
     """Fixed point and float64 against the log's own attitude."""
     found: dict[str, Any] = {"rmse_deg": None, "float_rmse_deg": None}
-    n, log = len(replay), replay.log
-    if log.q is None or "qw" not in replay.fixed:
+    n, q, mov = len(replay), replay.q, replay.mov
+    if q is None or "qw" not in replay.fixed:
         return found
-    q, mov = log.q[:n], None if log.mov is None else log.mov[:n]
     counts = ~np.isnan(q).any(axis=1) & (True if mov is None else mov)
     if not counts.any():
         return found
@@ -179,21 +206,18 @@ _LOG_ORDER: list[int] = [2, 0, 1]
 
 
 def _one(replay: Replay, program: Program) -> dict[str, Any]:
-    n, log = len(replay), replay.log
+    n, t = len(replay), replay.t
     bins = _Bins(n)
-    series: dict[str, Any] = {
-        "samples_per_point": bins.size,
-        "t_s": _curve(log.t[bins.starts] - log.t[0]),
-    }
+    series: dict[str, Any] = {"samples_per_point": bins.size, "t_s": _curve(t[bins.starts] - t[0])}
     if all(a in replay.fixed for a in ANGLES):
         euler = euler_deg_of(replay.fixed)
         series["fixed_deg"] = {a: _curve(bins.first(euler[:, k])) for k, a in enumerate(ANGLES)}
     return {
-        "dataset": log.name,
+        "dataset": replay.log.name,
         "samples": n,
-        "seconds": _number(float(log.t[n - 1] - log.t[0])),
+        "seconds": _number(float(t[n - 1] - t[0])),
         "word": program.arithmetic.word,
-        "reference": None if log.q is None else "truth" if replay.truth else "comparison",
+        "reference": None if replay.q is None else "truth" if replay.truth else "comparison",
         **_vs_float(replay, bins, series),
         **_vs_log(replay, bins, series),
         "series": series,

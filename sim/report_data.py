@@ -20,12 +20,14 @@ from boresight.gateware.core import Core
 from boresight.gateware.synthesis.device import XC6SLX9, Device
 from boresight.gateware.synthesis.estimate import Estimate
 from boresight.gateware.synthesis.timing import NOTE
-from boresight.model.estimator import Estimator, input_words
+from boresight.model.estimator import Estimator
 from boresight.model.fixed import IntArray
 from boresight.model.program import Kind, Program
 from boresight.sim.extremes import Extremes, observe
-from boresight.sim.feed import inputs_of
 from boresight.sim.log import Log
+from boresight.sim.records.feed import feed
+from boresight.sim.records.nine_axis import record_of
+from boresight.sim.records.record import Record
 from boresight.sim.report_accuracy import Replay, accuracy_section
 from boresight.sim.report_numerics import numerics_section
 from boresight.sim.report_schedule import schedule_section
@@ -414,7 +416,7 @@ def report_data(
     *,
     area: Estimate | None = None,
     check: CheckResult | None = None,
-    log: Log | None = None,
+    log: Log | Record | None = None,
     comparison: bool = False,
     clock_mhz: float = 100.0,
     grade: int = 2,
@@ -426,7 +428,7 @@ def report_data(
     ----------
     area : Estimate, optional
         Area and clock.
-    check, log : CheckResult and Log, optional
+    check, log : CheckResult, and Log or Record, optional
         The check of this core and the log it ran on. Ranges are observed and the rate of the C is
         measured on the same samples.
     comparison : bool
@@ -444,8 +446,7 @@ def report_data(
     parts: dict[str, Any] = {}
     if check is not None and log is not None:
         program = core.program
-        real = inputs_of(estimator, log)[: len(check.outputs)]
-        words = input_words(program, real[:, :, None])[:, :, 0]
+        words = feed(estimator, record_of(log).head(len(check.outputs))).words(program)
         parts = {
             "verification": [dataclasses.asdict(level) for level in check.levels],
             "replays": [
@@ -456,4 +457,11 @@ def report_data(
             "extremes": observe(program, {log.name: words}),
             "firmware": measure_c(program, words),
         }
-    return assemble(core, estimate=area, clock_mhz=clock_mhz, grade=grade, command=command, **parts)
+    data = assemble(core, estimate=area, clock_mhz=clock_mhz, grade=grade, command=command, **parts)
+    if check is not None:
+        data["accuracy"]["verdict"] = check.accuracy.to_json()
+        data["warnings"] += [
+            *check.warnings,
+            *(f"accuracy: {line}" for line in check.accuracy.faults()),
+        ]
+    return data

@@ -17,7 +17,7 @@ from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.sim.check import CheckResult
 from boresight.sim.check import check as check_log
-from boresight.sim.log import Log, read_log
+from boresight.sim.records.record import Record
 from boresight.sim.report_data import report_data
 from boresight.sim.report_html import render_html
 from boresight.verbs.compile import core_for, estimate_core
@@ -31,7 +31,7 @@ def write_report(
     estimator: Estimator,
     core: Core,
     result: CheckResult,
-    log: Log,
+    log: Record,
     area: Estimate | None,
     *,
     comparison: bool,
@@ -74,7 +74,7 @@ def report(
     if steps is not None:
         check_number("steps", steps, 1)
     estimator.param_values(params)
-    log = read_log(log_path)
+    log = Record.of(log_path)
     files = ("report.html", "report.json")
     with output_folder(
         output, "report", of=estimator.name, files=files, inputs=[log_path]
@@ -126,5 +126,5 @@ def call(args: Namespace) -> Outcome:
         params=params_of(args, [args.estimator]),
         progress=progress_of(args),
     )
-    good = all(v.get("good", True) for v in data["verification"])
+    good = all(v["good"] for v in data["verification"]) and data["accuracy"]["verdict"]["good"]
     return 0 if good else 1, data, f"{args.output}/report.html"

@@ -68,16 +68,21 @@ class Accuracy:
             "source": "fixed against float64 (compiled), every sample, in the output's unit",
         }
 
-    def lines(self) -> list[str]:
-        """Lines for people."""
-        out = [f"fixed against float64: {d.line()}" for d in self.differences]
-        if self.saturated:
+    def faults(self) -> list[str]:
+        """What is wrong, one line each; empty if `good`."""
+        out = [d.line() for d in self.differences if not d.good]
+        if self.saturated_updates:
             names = ", ".join(f"{name} ({n})" for name, n in self.saturated.items())
             out.append(f"{self.saturated_updates} updates SATURATED: {names}")
+        return [*out, *([f"first wrong: {self.culprit}"] if self.culprit else [])]
+
+    def lines(self) -> list[str]:
+        """Everything, for people."""
+        out = [f"fixed against float64: {d.line()}" for d in self.differences]
         if self.clamped:
             names = ", ".join(f"{name} ({n})" for name, n in self.clamped.items())
             out.append(f"inputs clamped, as declared: {names}")
-        return [*out, *([f"first wrong: {self.culprit}"] if self.culprit else [])]
+        return out + [line for line in self.faults() if "BEYOND" not in line]
 
 
 def judge_accuracy(
