@@ -237,7 +237,8 @@ def accuracy_section(
     logs = [_one(replay, program) for replay in replays]
     if not logs:
         warn("accuracy: no log was run")
-    for one in logs:
+    attitudes = [one for one, r in zip(logs, replays, strict=True) if "qw" in r.fixed]
+    for one in attitudes:
         if one["vs_float_max_deg"] is None and one["vs_float_attitude_max_deg"] is None:
             warn(f"accuracy: no float64 run of {one['dataset']} to compare with")
         if one["reference"] is None:
@@ -257,4 +258,4 @@ def accuracy_section(
         "float_rmse_deg",
     )
     first = logs[0] if logs else dict.fromkeys(keys)
-    return {**{key: first[key] for key in keys}, "logs": logs}
+    return {**{key: first[key] for key in keys}, "verdict": None, "logs": logs}

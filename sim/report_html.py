@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from typing import Any
 
@@ -50,6 +50,18 @@ def unit(text: str) -> str:
 def net_name(text: str) -> str:
     """A name out of the netlist; those that synthesis made up say nothing."""
     return "(made by synthesis)" if text.startswith("$") else text
+
+
+def _worst(outputs: Sequence[Mapping[str, Any]]) -> Mapping[str, Any]:
+    """The output that uses most of its tolerance; those without one come last."""
+
+    def used(o: Mapping[str, Any]) -> tuple[bool, float]:
+        largest = math.inf if o["max"] is None else float(o["max"])
+        if o["tolerance"] is None:
+            return False, largest
+        return True, largest / o["tolerance"] if o["tolerance"] else largest * 1e300
+
+    return max(outputs, key=used)
 
 
 def _range_bar(row: Mapping[str, Any]) -> dict[str, float] | None:
@@ -125,6 +137,7 @@ def render_html(data: Mapping[str, Any]) -> str:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
+    environment.globals["worst"] = _worst
     environment.filters |= {"number": number, "unit": unit, "net_name": net_name}
     template = environment.from_string(
         files("boresight.sim").joinpath("report.html").read_text(encoding="utf-8")
