@@ -22,7 +22,7 @@ class Biquad(Estimator):
         State("b1", -4.0, 4.0, "V"),
         State("b2", -4.0, 4.0, "V"),
     )
-    outputs = (Output("y", "V", tolerance=1e-7),)
+    outputs = (Output("y", "V", tolerance=1e-6),)
 
     def step(self, x, u, p):
         """One sample."""
