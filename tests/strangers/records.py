@@ -173,7 +173,7 @@ STRANGERS: dict[str, Callable[[int], Given]] = {
     "alphabeta.py": alphabeta,
     "pll.py": pll,
     "geometry.py:Look": geometry,
-    "fir.py:Fir(taps=8)": fir,
+    "fir.py:Fir(taps=7)": fir,
     "strapdown.py": strapdown,
 }
 

@@ -104,7 +104,7 @@ def test_a_log_in_other_units_is_the_same_record(name: str, tmp_path) -> None:
 
 
 def test_check_of_a_csv_by_command_line(tmp_path, capsys) -> None:
-    log = csv(tmp_path / "log.csv", STRANGERS["fir.py:Fir(taps=8)"](200))
+    log = csv(tmp_path / "log.csv", STRANGERS["fir.py:Fir(taps=7)"](200))
     line = ["check", f"{PROGRAMS}/fir.py:Fir(taps=5)", str(log), "--levels", "fixed,c", "--json"]
     assert main(line) == 0
     (result,) = json.loads(capsys.readouterr().out)["results"]
