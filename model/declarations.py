@@ -49,7 +49,7 @@ class Input:
     name: str
     low: float
     high: float
-    unit: str
+    unit: str = ""
     missing: float | str | None = None
     valid_of: str | tuple[str, ...] = ()
     clamp: bool = False

@@ -99,10 +99,16 @@ def maximum(a: Any, b: Any) -> Any:
 
 
 def clip(x: Any, low: float, high: float) -> Any:
-    """``x`` limited to [low, high] (exactly, by comparison)."""
+    """``x`` limited to [low, high] (exactly, by comparison).
+
+    What has no finite range yet, as a product with `rsqrt`, gets one on the way.
+    """
     if not isinstance(x, Node):
         return np.clip(x, low, high)
     g = x.graph
+    if not math.isfinite(x.low + x.high):
+        largest = max(abs(low), abs(high)) or 1.0
+        x = g.saturated(x, math.ldexp(2.0, rounded.binary_exponent(largest)))
     if x.low < low:
         x = g.bounded(where(x < low, low, x), low, max(x.high, low), "clip")
     if x.high > high:

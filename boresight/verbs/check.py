@@ -19,6 +19,8 @@ from boresight.sim.check_shared import check_shared, shared_core
 from boresight.sim.divergence import load_reproducer, replay_reproducer
 from boresight.sim.reading import reason
 from boresight.sim.records.files import read_record
+from boresight.sim.records.nine_axis import record_of
+from boresight.sim.records.record import Record
 from boresight.sim.simulators import SIMULATORS
 from boresight.terminal import say
 from boresight.verbs.options import Outcome, model_options, params_of, progress_of
@@ -66,6 +68,13 @@ def _logs_below(path: Path) -> list[Path]:
     return sorted(p for p in path.rglob("*") if p.suffix in (".csv", ".npz"))
 
 
+def _records(log: Any) -> list[Record]:
+    """Those of a path, of which a folder holds several, or the one in memory."""
+    if isinstance(log, str | Path):
+        return [read_record(path) for path in log_files([log])]
+    return [record_of(log)]
+
+
 def check_options(
     *, config: str, word: int, steps: int | None, levels: Sequence[str], simulator: str | None
 ) -> None:
@@ -81,7 +90,7 @@ def check_options(
 
 def check(
     name: Named,
-    *logs: str | Path,
+    *logs: Any,
     config: str = "small",
     word: int = 32,
     steps: int | None = None,
@@ -95,8 +104,9 @@ def check(
     """Check an estimator on logs; see `sim.check.check`.
 
     ``name`` may be several names with commas: then one core holds them all and they take turns
-    (`sim.check_shared.check_shared`); ``params`` is then a mapping by estimator. ``each`` is called
-    with every result as soon as it is there.
+    (`sim.check_shared.check_shared`); ``params`` is then a mapping by estimator. ``logs`` are paths
+    of logs or folders, or what `sim.records.record.Record.of` takes. ``each`` is called with every
+    result as soon as it is there.
 
     Raises
     ------
@@ -109,7 +119,7 @@ def check(
     for estimator, values in zip(estimators, chosen, strict=True):
         estimator.param_values(values)
     check_options(config=config, word=word, steps=steps, levels=levels, simulator=simulator)
-    files = log_files(logs)
+    files = log_files(x for x in logs if isinstance(x, str | Path))
     target = None
     if reproducer is not None:
         target = OutputFile(
@@ -119,7 +129,7 @@ def check(
             inputs=files,
             option="--reproducer",
         )
-    read = [read_record(path) for path in files]
+    read = [record for log in logs for record in _records(log)]
     if not read:
         raise InputError.at("logs", wanted="at least one log", found="none", fix="name a log file")
     results = []

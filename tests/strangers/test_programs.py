@@ -1,0 +1,130 @@
+"""Ten programs as a stranger writes them, on every level, through the front door.
+
+| test | what |
+|---|---|
+| on every level | float, integers, C and Verilog of one record: words, tolerances |
+| check | exits 0; long runs behind `soak` |
+| units | a CSV in other units is the same record |
+| compile | a whole folder |
+| loop | the PI controller drives its motor, on the RTL |
+"""
+
+from __future__ import annotations
+
+import ast
+import json
+
+import numpy as np
+import pytest
+
+import boresight
+from boresight.cli import main
+from boresight.model.resolve import estimator_of
+from boresight.sim.check import check
+from boresight.sim.records.record import Record
+from tests.strangers.records import PROGRAMS, STRANGERS, csv
+
+NAMES = list(STRANGERS)
+#: Each kind of operation once: for the RTL at every change.
+FEW = ["kalman.py", "madgwick.py:Madgwick", "alphabeta.py", "pll.py", "geometry.py:Look"]
+#: What `compile` writes for every estimator.
+FILES = ("core.v", "report.json", "registers.json")
+
+
+@pytest.mark.parametrize("file", sorted(PROGRAMS.glob("*.py")), ids=lambda p: p.name)
+def test_a_file_needs_nothing_but_the_front_door(file) -> None:
+    allowed = {"Estimator", "Input", "Output", "Param", "State", "World", "ops"}
+    for node in ast.walk(ast.parse(file.read_text())):
+        assert not isinstance(node, ast.Import)
+        if isinstance(node, ast.ImportFrom):
+            assert node.module == "boresight" and {a.name for a in node.names} <= allowed
+
+
+def test_as_many_programs_as_are_promised() -> None:
+    files = {name.partition(":")[0] for name in STRANGERS}
+    assert len(files) == 10 and files == {p.name for p in PROGRAMS.glob("*.py")}
+
+
+@pytest.mark.parametrize("name", FEW)
+def test_every_level_gives_the_same_words(name: str) -> None:
+    columns, _ = STRANGERS[name](200)
+    program = f"{PROGRAMS}/{name}"
+    found = {on: boresight.run(program, columns, on=on) for on in ("fixed", "c", "rtl", "float")}
+    for output in estimator_of(program).outputs:
+        words = found["fixed"]["outputs"][output.name]
+        assert len(np.unique(words)) > (1 if output.unit == "flags" else 50)
+        for on in ("c", "rtl"):
+            assert np.array_equal(found[on]["outputs"][output.name], words)
+        apart = words - found["float"]["outputs"][output.name]
+        if output.unit == "ht":
+            apart = (apart + 1.0) % 2.0 - 1.0
+        assert np.abs(apart).max() <= (0.0 if output.unit == "flags" else output.tolerance)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_numpy_and_compiled_float_agree(name: str) -> None:
+    columns, _ = STRANGERS[name](150)
+    program = f"{PROGRAMS}/{name}"
+    written, compiled = (boresight.run(program, columns, on=on) for on in ("numpy", "float"))
+    for output, values in written["outputs"].items():
+        assert np.allclose(values, compiled["outputs"][output], rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_check_is_good(name: str) -> None:
+    columns, _ = STRANGERS[name](2_000)
+    (result,) = boresight.check(f"{PROGRAMS}/{name}", columns, levels=("fixed", "c"))
+    assert result.good, [*(x.line() for x in result.levels), *result.accuracy.lines()]
+    assert [x.n_total for x in result.levels] == [2_000, 2_000]
+    assert all(d.tolerance is not None for d in result.accuracy.differences)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("name", NAMES)
+def test_long_runs(name: str) -> None:
+    estimator, (columns, _) = estimator_of(f"{PROGRAMS}/{name}"), STRANGERS[name](100_000)
+    record = Record.of(columns)
+    long = check(estimator, record, levels=("fixed", "c"))
+    rtl = check(estimator, record, steps=2_000, levels=("rtl",), simulator="verilator")
+    for result in (long, rtl):
+        print(name, *(x.line() for x in result.levels), *result.accuracy.lines(), sep="\n    ")
+        assert result.good
+    assert [x.n_total for x in (*long.levels, *rtl.levels)] == [100_000, 100_000, 2_000]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_log_in_other_units_is_the_same_record(name: str, tmp_path) -> None:
+    given = STRANGERS[name](300)
+    program = f"{PROGRAMS}/{name}"
+    log = csv(tmp_path / "log.csv", given)
+    assert "[" in log.read_text().splitlines()[0]
+    plain, read = (boresight.run(program, x, on="numpy") for x in (given[0], log))
+    for output, values in plain["outputs"].items():
+        assert np.allclose(values, read["outputs"][output], rtol=1e-7, atol=1e-7)
+
+
+def test_check_of_a_csv_by_command_line(tmp_path, capsys) -> None:
+    log = csv(tmp_path / "log.csv", STRANGERS["fir.py:Fir(taps=7)"](200))
+    line = ["check", f"{PROGRAMS}/fir.py:Fir(taps=5)", str(log), "--levels", "fixed,c", "--json"]
+    assert main(line) == 0
+    (result,) = json.loads(capsys.readouterr().out)["results"]
+    assert result["estimator"] == "fir" and result["good"]
+    assert [x["tolerance"] for x in result["accuracy"]["outputs"]] == [1e-5, 1e-6]
+
+
+@pytest.mark.parametrize("name", ["fir.py:Fir(taps=3)", "alphabeta.py"])
+def test_compile_writes_a_whole_folder(name: str, tmp_path, capsys) -> None:
+    assert main(["compile", f"{PROGRAMS}/{name}", "-o", str(tmp_path / "out"), "-q"]) == 0
+    files = {str(p.relative_to(tmp_path / "out")) for p in (tmp_path / "out").rglob("*")}
+    assert set(FILES) <= files, files
+
+
+def test_the_controller_holds_its_motor_on_the_rtl(tmp_path, capsys) -> None:
+    world, filter = f"{PROGRAMS}/pi.py:Motor(steps=600)", f"{PROGRAMS}/pi.py:Pi"
+    log = tmp_path / "loop.csv"
+    assert main(["simulate", world, filter, "--on", "rtl", "--against", "fixed", "-o", str(log)]) == 0
+    assert "bit by bit" in capsys.readouterr().out
+    seen = boresight.run(filter, log, on="c")  # the loop's record is a log
+    target, speed = np.loadtxt(log, delimiter=",", skiprows=1, unpack=True)
+    assert len(seen["outputs"]["drive"]) == 600
+    assert np.abs(target - speed)[350:400].max() < 0.02 * 150.0
