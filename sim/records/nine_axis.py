@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from boresight.sim.log import Log
 from boresight.sim.records.record import Column, Record, index_place
 
@@ -13,8 +15,8 @@ __all__ = ["record_of"]
 def record_of(log: Any) -> Record:
     """The record of a log, or of what `Record.of` takes.
 
-    A nine-axis log gives the columns ``t dt gx .. az mx .. mz``, and ``qw .. qz`` if it has truth:
-    a field that is not new is NaN, a restart is a time step of `RESTART_S`.
+    A nine-axis log gives the columns ``t dt gx .. az mx .. mz``, and ``qw .. qz`` and ``mov`` if it
+    has them: a field that is not new is NaN, a restart is a time step of `RESTART_S`.
     """
     if not isinstance(log, Log):
         return Record.of(log)
@@ -23,6 +25,8 @@ def record_of(log: Any) -> Record:
         columns |= {f"{letter}{axis}": triple[:, k] for k, axis in enumerate("xyz")}
     if log.q is not None:
         columns |= {f"q{axis}": log.q[:, k] for k, axis in enumerate("wxyz")}
+    if log.mov is not None:
+        columns["mov"] = log.mov.astype(np.float64)
     return Record(
         log.name, {n: Column(v) for n, v in columns.items()}, index_place(f"log {log.name!r}")
     )
