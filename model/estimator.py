@@ -92,7 +92,7 @@ class Estimator:
         ------
         InputError
             A name twice or illegal, no output, ``urgent`` beyond the outputs, ``valid_of`` of no
-            input.
+            input that has samples.
         """
         where = f"estimator {self.name}"
         check_declared(
@@ -112,7 +112,7 @@ class Estimator:
                 found=str(self.urgent),
                 fix="it counts the leading outputs whose latency counts first",
             )
-        names = {i.name for i in self.inputs}
+        names = {i.name for i in self.inputs if not i.flags}
         for flag in self.inputs:
             unknown = [name for name in flag.flags if name not in names]
             if unknown:
@@ -120,7 +120,7 @@ class Estimator:
                     f"{where}, input {flag.name}",
                     wanted="valid_of names of inputs",
                     found=unknown[0],
-                    fix=f"choose of {', '.join(sorted(names - {flag.name}))}",
+                    fix=f"choose of {', '.join(sorted(names)) or 'inputs with columns'}",
                 )
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:

@@ -101,34 +101,50 @@ def load(what: Any, base: type[T], kind: str, known: Mapping[str, type[T]], grou
             found=type(what).__name__,
             fix=f"derive the class from boresight.{base.__name__}",
         )
-    path, colon, rest = what.rpartition(":") if ".py:" in what else (what, "", "")
+    stem, colon, rest = what.partition(".py:")
+    path = f"{stem}.py" if colon else what
     if not colon and not what.endswith(".py"):
-        return _made(_named(what, kind, known, group), what, (), {})
+        return _made(_named(what, base, kind, known, group), what, (), {})
     module = _module(Path(path), kind)
     name, args, options = _call(rest, what) if colon else ("", (), {})
     return _made(_class(module, name, base, kind, path), what, args, options)
 
 
-def _named(name: str, kind: str, known: Mapping[str, type[T]], group: str) -> type[T]:
+def _named(
+    name: str, base: type[T], kind: str, known: Mapping[str, type[T]], group: str
+) -> type[T]:
     if name in known:
         return known[name]
     for point in metadata.entry_points(group=group):
         if point.name == name:
-            try:
-                return point.load()  # type: ignore[no-any-return]
-            except Exception as error:
-                raise InputError.at(
-                    f"{kind} {name}",
-                    wanted=f"an entry point that imports ({point.value})",
-                    found=f"{type(error).__name__}: {error}",
-                    fix="mend or remove the package that offers it",
-                ) from error
+            return _loaded(point, base, f"{kind} {name}")
     offered = [*known, *names_of_entry_points(group)]
     raise InputError.at(
         kind,
         wanted=f"one of {', '.join(offered)}, or file.py:Class",
         found=repr(name),
         fix="boresight list shows them all",
+    )
+
+
+def _loaded(point: metadata.EntryPoint, base: type[T], where: str) -> type[T]:
+    fix = "mend or remove the package that offers it"
+    try:
+        found = point.load()
+    except Exception as error:
+        raise InputError.at(
+            where,
+            wanted=f"an entry point that imports ({point.value})",
+            found=f"{type(error).__name__}: {error}",
+            fix=fix,
+        ) from error
+    if isinstance(found, type) and issubclass(found, base):
+        return found
+    raise InputError.at(
+        where,
+        wanted=f"an entry point of a class derived from boresight.{base.__name__} ({point.value})",
+        found=type(found).__name__ if not isinstance(found, type) else found.__name__,
+        fix=fix,
     )
 
 
@@ -139,9 +155,7 @@ def _module(path: Path, kind: str) -> ModuleType:
     except OSError as error:
         raise InputError.at(
             str(path),
-            wanted=f"a Python file with an {kind}"
-            if kind[0] in "aeio"
-            else f"a Python file with a {kind}",
+            wanted=f"a Python file with {_a(kind)}",
             found=(error.strerror or type(error).__name__).lower(),
             fix="check the path",
         ) from None
@@ -173,7 +187,7 @@ def _module(path: Path, kind: str) -> ModuleType:
 
 def _place(error: BaseException, place: Path, path: Path) -> str:
     """File and line of an error, as far as it happened in the user's file."""
-    if isinstance(error, SyntaxError) and error.lineno is not None:
+    if isinstance(error, SyntaxError) and error.filename == str(place) and error.lineno:
         return f"{path}, line {error.lineno}"
     lines = [
         f.lineno for f in traceback.extract_tb(error.__traceback__) if f.filename == str(place)
@@ -207,13 +221,14 @@ def _class(module: ModuleType, name: str, base: type[T], kind: str, path: str) -
         for n, c in vars(module).items()
         if isinstance(c, type) and issubclass(c, base) and c.__module__ == module.__name__
     }
-    if name in own:
-        return own[name]
+    named = vars(module).get(name)
+    if isinstance(named, type) and issubclass(named, base):
+        return named
     if name and name in vars(module):
         found = f"{name}, which is no {base.__name__}"
     else:
         found = _listed(own) if own or not name else f"no {name}"
-    if not name and len(own) == 1:
+    if not name and len(set(own.values())) == 1:
         return next(iter(own.values()))
     raise InputError.at(
         path,
@@ -221,8 +236,12 @@ def _class(module: ModuleType, name: str, base: type[T], kind: str, path: str) -
         if name
         else f"one class derived from boresight.{base.__name__}",
         found=found,
-        fix=f"name one: {path}:{next(iter(own))}" if own else f"write an {kind} in it",
+        fix=f"name one: {path}:{next(iter(own))}" if own else f"write {_a(kind)} in it",
     )
+
+
+def _a(kind: str) -> str:
+    return f"{'an' if kind[0] in 'aeio' else 'a'} {kind}"
 
 
 def _listed(names: Iterable[str]) -> str:

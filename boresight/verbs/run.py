@@ -179,15 +179,19 @@ def call(args: Namespace) -> Outcome:
         text += ", RMSE against the log's reference, deg: " + ", ".join(
             f"{k} {v:.3f}" for k, v in data["rmse_deg"].items()
         )
-    elif data["truth"]:
+    elif known := [d for d in data["truth"] if d["rms"] is not None]:
         text += ", RMSE against the log's truth: " + ", ".join(
-            f"{d['output']} {d['rms']:.4g} {d['unit']}".rstrip() for d in data["truth"]
+            f"{d['output']} {d['rms']:.4g} {d['unit']}".rstrip() for d in known
         )
     return 0, _plain(data), text
 
 
 def _plain(data: Any) -> Any:
-    """Arrays as lists."""
+    """Arrays as lists; what JSON has no number for is None."""
     if isinstance(data, dict):
         return {k: _plain(v) for k, v in data.items()}
-    return data.tolist() if isinstance(data, np.ndarray) else data
+    if isinstance(data, np.ndarray):
+        plain = data.astype(object)
+        plain[~np.isfinite(data)] = None
+        return plain.tolist()
+    return data

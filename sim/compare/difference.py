@@ -103,10 +103,11 @@ def differences(
     judged : bool
         Whether tolerances count (they are of fixed point against float, not against truth).
     """
-    return [
-        _difference(name, unit, apart, there, tolerance)
-        for name, unit, apart, there, tolerance in _compared(outputs, found, reference, judged)
-    ]
+    with np.errstate(all="ignore"):  # a reference may be infinite
+        return [
+            _difference(name, unit, apart, there, tolerance)
+            for name, unit, apart, there, tolerance in _compared(outputs, found, reference, judged)
+        ]
 
 
 def first_beyond(
@@ -114,7 +115,9 @@ def first_beyond(
 ) -> int | None:
     """First sample in which an output is beyond its tolerance; None if all are within."""
     steps = []
-    for _, _, apart, there, tolerance in _compared(outputs, found, reference, True):
+    with np.errstate(all="ignore"):
+        compared = _compared(outputs, found, reference, True)
+    for _, _, apart, there, tolerance in compared:
         if tolerance is not None:
             beyond = there & ~(apart <= tolerance)
             steps += [int(np.argmax(beyond))] if beyond.any() else []

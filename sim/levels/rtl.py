@@ -49,11 +49,11 @@ class Simulated:
     name = "rtl"
 
     def __init__(self, core: Core) -> None:
-        self.core, self.program = core, core.program
-        self._verilog = core.verilog(instances=False)
         self._built: Compiled | None = None
         self._process: subprocess.Popen[bytes] | None = None
         self._folder: tempfile.TemporaryDirectory[str] | None = None
+        self.core, self.program = core, core.program
+        self._verilog = core.verilog(instances=False)
 
     def reset(self) -> None:
         """Begin anew, with the states' start words."""

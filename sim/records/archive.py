@@ -113,7 +113,8 @@ def _flattened(where: str, held: dict[str, npt.NDArray[Any]]) -> dict[str, npt.N
             found=", ".join(flat),
             fix="give the times, or the steps themselves in dt",
         )
-    dt = steps_of(where, flat["t"]) if rate is None else _steady(where, rate, len(flat["t"]))
+    t = columns_of(where, {"t": flat["t"]})["t"].values
+    dt = steps_of(where, t) if rate is None else _steady(where, rate, len(t))
     if restart is not None:
         if restart.shape != dt.shape or restart.dtype.kind not in "biu":
             raise InputError.at(

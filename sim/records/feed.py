@@ -91,7 +91,7 @@ def feed(estimator: Estimator, record: Record) -> Feed:
     for k, declared in enumerate(estimator.inputs):
         if declared.flags:
             new[:, k] = new[:, [place[name] for name in declared.flags]].all(axis=1)
-            inputs[:, k] = np.where(new[:, k], declared.high, max(declared.low, 0.0))
+            inputs[:, k] = np.clip(new[:, k].astype(np.float64), declared.low, declared.high)
     t = _converted(record, "t", record.columns["t"], "s") if "t" in record.columns else None
     return Feed(
         record,

@@ -86,7 +86,7 @@ class Record:
             row = int(np.argmax(late)) + 1
             raise InputError.at(
                 self.place(row, "t"),
-                wanted=f"a time above {t[row - 1]!r}, that of the row before",
+                wanted=f"a time above {float(t[row - 1])!r}, that of the row before",
                 found=repr(float(t[row])),
                 fix="sort the rows and remove repeated ones",
             )
@@ -140,9 +140,20 @@ class Record:
                 found=type(data).__name__,
                 fix='give for example {"t": t, "z": z}',
             )
-        return cls(
-            name, columns_of(name, {str(n): np.asarray(data[n]) for n in names}), index_place(name)
-        )
+        arrays = {str(n): _array(name, str(n), data[n]) for n in names}
+        return cls(name, columns_of(name, arrays), index_place(name))
+
+
+def _array(where: str, column: str, values: Any) -> npt.NDArray[Any]:
+    try:
+        return np.asarray(values)
+    except (TypeError, ValueError) as error:  # rows of several lengths, for one
+        raise InputError.at(
+            f"{where}, column {column}",
+            wanted="real numbers, shape (n,)",
+            found=f"{type(values).__name__}, of which numpy makes no array",
+            fix="convert it",
+        ) from error
 
 
 def columns_of(where: str, arrays: Mapping[str, npt.NDArray[Any]]) -> dict[str, Column]:
@@ -177,7 +188,7 @@ def split_header(where: str, head: str) -> tuple[str, str | None]:
     Raises
     ------
     InputError
-        Brackets that do not match, no name, or a unit that nobody knows.
+        Brackets that do not match, or no name. Whether the unit is known, `sim.records.feed` says.
     """
     name, bracket, rest = head.strip().partition("[")
     name, unit = name.strip(), rest.strip()

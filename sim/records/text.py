@@ -27,7 +27,7 @@ def format_csv(record: Record) -> str:
     )
     rows = np.column_stack([c.values for c in record.columns.values()]).tolist()
     body = "\n".join(",".join(map(repr, row)) for row in rows)
-    return f"{header}\n{body}\n".replace("nan", "")
+    return f"{header}\n" + f"{body}\n".replace("nan", "")
 
 
 def parse_csv(path: Path, content: bytes) -> Record:
@@ -56,7 +56,9 @@ def parse_csv(path: Path, content: bytes) -> Record:
         )
     heads = _header(f"{path}, line {top + 1}", lines[top])
     rows = lines[top + 1 :]
-    while rows and not rows[-1].strip():
+    if rows and not rows[-1]:  # what the last line break ends
+        rows.pop()
+    while len(heads) > 1 and rows and not rows[-1].strip():  # of one column: no new sample
         rows.pop()
     if not rows:
         raise InputError.at(

@@ -1,15 +1,20 @@
 """From one unit to another.
 
 `pint` knows the units; here are the few that the field writes otherwise: ``ht`` (half turns),
-``uT``, ``g0`` (standard gravity; plain ``g`` is a gram and is refused by its dimension).
+``gauss`` (1e-4 tesla, not pint's of the CGS), ``g0`` (standard gravity; plain ``g`` is a gram and
+is refused by its dimension).
 """
 
 from __future__ import annotations
 
+import re
 from functools import cache
 from typing import Any
 
 __all__ = ["UnitError", "known", "linear"]
+
+#: ``gauss`` or ``G``, perhaps with a prefix.
+_GAUSS = re.compile(r"(?<!\w)(milli|micro|kilo|[muk])?(?:gauss|G)(?!\w)")
 
 
 class UnitError(ValueError):
@@ -23,6 +28,7 @@ def _registry() -> Any:
     registry: Any = pint.UnitRegistry()
     registry.define("half_turn = pi * radian = ht")
     registry.define("g0 = 9.80665 * meter / second ** 2")
+    registry.define("tesla_gauss = 1e-4 * tesla")
     return registry
 
 
@@ -59,6 +65,7 @@ def known(unit: str) -> bool:
 
 def _parsed(unit: str) -> Any:
     text = unit.replace("µ", "u").replace("²", "^2").replace("·", "*")
+    text = _GAUSS.sub(r"\1tesla_gauss", text)
     try:
         return _registry().parse_units(text)
     except Exception:  # undefined, not a text of units, or its evaluation failed

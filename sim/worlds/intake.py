@@ -27,11 +27,14 @@ class Intake:
     ----------
     clamped : dict of str to int
         Samples beyond the range of inputs that are declared to be clamped.
+    new : bool (n_inputs,)
+        Whether the last record had a new sample there.
     """
 
     def __init__(self, estimator: Estimator, where: str) -> None:
         self.estimator, self.where = estimator, where
         self.clamped: dict[str, int] = {}
+        self.new: npt.NDArray[np.bool_] = np.zeros(len(estimator.inputs), dtype=np.bool_)
         self._held: dict[str, float] = {}
         self._steps = 0
 
@@ -41,8 +44,8 @@ class Intake:
         Raises
         ------
         InputError
-            An input is not there, is no number, is missing where it may not be, or lies outside
-            its declared range.
+            An input is not there, is no finite number, is missing where it may not be, or lies
+            outside its declared range.
         """
         values, new = [], {}
         for declared in self.estimator.inputs:
@@ -67,17 +70,31 @@ class Intake:
         for k, declared in enumerate(self.estimator.inputs):
             if declared.flags:
                 valid = all(new[name] for name in declared.flags)
-                values[k] = declared.high if valid else max(declared.low, 0.0)
+                values[k] = min(max(float(valid), declared.low), declared.high)
+                new[declared.name] = valid
+        self.new = np.array([new[i.name] for i in self.estimator.inputs])
         self._steps += 1
         return np.array(values)
 
     def _number(self, record: Mapping[str, float], name: str) -> float:
         if name not in record:
             raise self._error(name, f"a value for every input of {self.estimator.name}", "none")
+        return self.number(name, record[name])
+
+    def number(self, name: str, given: object) -> float:
+        """A value of the next record as a number, NaN if there is none.
+
+        Raises
+        ------
+        InputError
+            It is no number, or infinite.
+        """
         try:
-            value = float(record[name])
-        except (TypeError, ValueError):
-            raise self._error(name, "a number", type(record[name]).__name__) from None
+            value = float(given)  # type: ignore[arg-type]
+        except (TypeError, ValueError, OverflowError):
+            raise self._error(name, "a number", type(given).__name__) from None
+        if math.isinf(value):
+            raise self._error(name, "a finite number", "an infinite one")
         return value
 
     def _missing(self, name: str, rule: float | str | None) -> float:

@@ -31,6 +31,8 @@ class Loop:
     level : str
     inputs : float64 (n, n_inputs)
         Records that the level saw, in the inputs' units.
+    new : bool (n, n_inputs)
+        Where the world gave a new sample.
     outputs : dict of str to float64 (n,)
         What it answered, in the outputs' units.
     truth : dict of str to float64 (n,)
@@ -43,14 +45,21 @@ class Loop:
 
     level: str
     inputs: FloatArray
+    new: npt.NDArray[np.bool_]
     outputs: dict[str, FloatArray]
     truth: dict[str, FloatArray]
     clamped: dict[str, int]
     records_per_s: float
 
     def record(self, estimator: Estimator, name: str) -> Record:
-        """What the level saw as a record, with truths: any level can be run on it again."""
-        columns = {i.name: Column(self.inputs[:, k]) for k, i in enumerate(estimator.inputs)}
+        """What the level saw as a record, with truths: any level can be run on it again.
+
+        NaN where there was no new sample; a flag of validity has no column.
+        """
+        seen = np.where(self.new, self.inputs, np.nan)
+        columns = {
+            i.name: Column(seen[:, k]) for k, i in enumerate(estimator.inputs) if not i.flags
+        }
         columns |= {f"{n}{TRUTH}": Column(v) for n, v in self.truth.items()}
         return Record(name, columns, index_place(name))
 
@@ -107,6 +116,7 @@ def close_loop(
     _guarded(world, world.start)
     level.reset()
     rows: list[FloatArray] = []
+    new: list[npt.NDArray[np.bool_]] = []
     answers: list[list[float]] = []
     truths: list[dict[str, float]] = []
     names = [o.name for o in estimator.outputs]
@@ -123,11 +133,15 @@ def close_loop(
                 found=type(record).__name__,
                 fix="return a dictionary",
             )
+        told = {
+            n: intake.number(n + TRUTH, record[n + TRUTH]) for n in names if n + TRUTH in record
+        }
         row = intake.take(record)
         outputs = level.step(row)
         rows.append(row)
+        new.append(intake.new)
         answers.append([outputs[name] for name in names])
-        truths.append({n: float(record[n + TRUTH]) for n in names if n + TRUTH in record})
+        truths.append(told)
         if progress is not None and len(rows) % 1000 == 0:
             progress(len(rows))
     seconds = time.perf_counter() - start
@@ -139,12 +153,13 @@ def close_loop(
             fix="let record() return None only at the end",
         )
     table = np.array(answers)
-    told = [n for n in names if any(n in t for t in truths)]
+    known = [n for n in names if any(n in t for t in truths)]
     return Loop(
         level.name,
         np.array(rows),
+        np.array(new),
         {n: table[:, k] for k, n in enumerate(names)},
-        {n: np.array([t.get(n, np.nan) for t in truths]) for n in told},
+        {n: np.array([t.get(n, np.nan) for t in truths]) for n in known},
         intake.clamped,
         len(rows) / seconds,
     )
