@@ -11,6 +11,7 @@ from tests.mutants.campaign import Record, run, sample, unsound
 from tests.mutants.equivalent import equivalents, stale
 from tests.mutants.groups import GROUPS, all_mutants
 from tests.mutants.page import figures, render
+from tests.mutants.trial import Verdict
 
 ROOT = Path(__file__).parents[2]
 
@@ -59,6 +60,9 @@ def main(arguments: list[str] | None = None) -> int:
     broken = unsound(ROOT, done, **options)
     if broken:
         print(f"error: fails without a mutant: {broken}", file=sys.stderr)
+        for each in done:  # said nothing; to be tried again
+            if each.verdict.by == broken:
+                record.add(each.mutant, Verdict("error", "fails without a mutant"))
     return int(bool(broken or old or any(not d.verdict.noticed for d in done)))
 
 

@@ -49,9 +49,9 @@ class Record:
             for line in path.read_text("utf-8").splitlines():
                 row = json.loads(line)
                 verdict = Verdict(row["verdict"], row["by"])
+                self._verdicts.pop(row["key"], None)  # the last word holds
                 same = verdict.noticed or row["tests"] == self._tests
-                same = same and verdict.verdict != "error"
-                if row["code"] == self._code and same:
+                if row["code"] == self._code and same and verdict.verdict != "error":
                     self._verdicts[row["key"]] = verdict
 
     def find(self, mutant: Mutant) -> Verdict | None:

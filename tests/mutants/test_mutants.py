@@ -231,8 +231,10 @@ def test_tests_that_cannot_be_run_say_nothing(tree: Path) -> None:
     row = figures([Done("compiler", mutant, verdict)], "compiler")
     assert (row["tried"], row["noticed"], row["survived"], row["error"]) == (0, 0, 0, 1)
     record = Record(tree.parent / "verdicts.jsonl", tree)
-    record.add(mutant, verdict)
-    assert Record(record.path, tree).find(mutant) is None
+    noticed = Verdict("nearest", "tests/test_near.py::test_f")
+    for given, found in ((noticed, noticed), (verdict, None), (noticed, noticed)):
+        record.add(mutant, given)
+        assert Record(record.path, tree).find(mutant) == found
 
 
 def test_a_run_goes_on_where_it_was_cut_off(tree: Path, monkeypatch: pytest.MonkeyPatch) -> None:
