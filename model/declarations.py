@@ -14,8 +14,10 @@ from typing import Protocol
 
 from boresight.model.errors import InputError
 
-__all__ = ["EXACT_UNITS", "Input", "Output", "Param", "State", "check_declared"]
+__all__ = ["EXACT_UNITS", "QUATERNION", "Input", "Output", "Param", "State", "check_declared"]
 
+#: Outputs that together are an attitude.
+QUATERNION = ("qw", "qx", "qy", "qz")
 #: Units of words that are compared bit by bit, not as numbers.
 EXACT_UNITS = ("flags", "bits")
 

@@ -11,11 +11,11 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model.attitude import quaternion_to_euler
+from boresight.model.declarations import QUATERNION
 from boresight.model.errors import InputError
 from boresight.model.fixed import IntArray
 from boresight.model.program import Program
 from boresight.sim.accuracy import attitude_error, attitude_rmse
-from boresight.sim.compare.difference import QUATERNION
 from boresight.sim.feed import attitude_of, euler_deg_of
 from boresight.sim.log import Log
 from boresight.sim.records.nine_axis import record_of

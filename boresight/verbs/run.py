@@ -12,11 +12,12 @@ import numpy.typing as npt
 
 from boresight.arguments import check_choice, check_machine, check_number
 from boresight.disk.output import OutputFile
+from boresight.model.declarations import QUATERNION
 from boresight.model.estimator import Estimator, with_params
 from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.sim.accuracy import attitude_rmse
-from boresight.sim.compare.difference import QUATERNION, differences
+from boresight.sim.compare.difference import differences
 from boresight.sim.feed import attitude_of, euler_deg_of, named_outputs, status_of
 from boresight.sim.levels.registry import LEVELS, make_level
 from boresight.sim.records.feed import Feed, feed

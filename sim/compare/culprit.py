@@ -180,7 +180,7 @@ class _Twin:
             said = f"asin: argument {x:.3g} is outside 0 to 0.7188"
             return None if inside else (said, f"limit {name}")
         bits = self.program.arithmetic.norm_max
-        if abs(x) >= math.ldexp(full, -bits):
+        if x == 0.0 or abs(x) >= math.ldexp(full, -bits):
             return None
         return (
             f"{node.kind}: argument {abs(x) / full:.2g} of full scale is below the floor 2^-{bits}",
@@ -208,6 +208,7 @@ _COMPUTE: dict[str, Callable[[Node, list[FloatArray]], object]] = {
     "saturated": lambda node, a: np.clip(a[0], -node.value, node.value),
     "sin": lambda node, a: np.sin(np.pi * (a[0] + 0.5 * node.quarter)),
     "asin": lambda node, a: np.arcsin(a[0]) / np.pi,
-    "rsqrt": lambda node, a: 1.0 / np.sqrt(a[0]),
+    # As `ops.rsqrt` of zero; of what is negative there is none.
+    "rsqrt": lambda node, a: np.where(a[0] < 0.0, np.nan, 1.0 / np.sqrt(np.maximum(a[0], 1e-300))),
     "reciprocal": lambda node, a: 1.0 / a[0],
 }

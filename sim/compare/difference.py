@@ -16,14 +16,12 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model.attitude import quaternion_conjugate, quaternion_multiply
-from boresight.model.declarations import EXACT_UNITS, Output
+from boresight.model.declarations import EXACT_UNITS, QUATERNION, Output
 
-__all__ = ["ATTITUDE", "QUATERNION", "Difference", "differences", "first_beyond"]
+__all__ = ["ATTITUDE", "Difference", "differences", "first_beyond"]
 
 FloatArray = npt.NDArray[np.float64]
 
-#: Outputs that together are an attitude.
-QUATERNION = ("qw", "qx", "qy", "qz")
 #: Name of the difference between attitudes.
 ATTITUDE = "attitude"
 

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model.errors import InputError
-from boresight.sim.records.record import Record, columns_of, index_place
+from boresight.sim.records.record import Record, columns_of, index_place, name_of
 from boresight.sim.records.steps import RESTART_S, steps_of
 
 __all__ = ["format_npz", "parse_npz"]
@@ -84,7 +84,7 @@ def parse_npz(path: Path, content: bytes) -> Record:
             str(path), wanted="arrays", found="an empty archive", fix="store one array per column"
         )
     columns = columns_of(str(path), _flattened(str(path), held))
-    return Record(path.stem, columns, index_place(str(path)))
+    return Record(name_of(path), columns, index_place(str(path)), str(path))
 
 
 def _flattened(where: str, held: dict[str, npt.NDArray[Any]]) -> dict[str, npt.NDArray[Any]]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from boresight.model.declarations import EXACT_UNITS, Input
+from boresight.model.declarations import EXACT_UNITS, QUATERNION, Input
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, input_words
 from boresight.model.program import Program
@@ -19,6 +19,9 @@ from boresight.sim.records.units import UnitError, linear
 __all__ = ["Feed", "feed"]
 
 FloatArray = npt.NDArray[np.float64]
+
+#: A reference quaternion may be off norm one by this much: it was rounded to be written down.
+_NORM_TOLERANCE = 0.01
 BoolArray = npt.NDArray[np.bool_]
 
 
@@ -109,9 +112,9 @@ def _values(estimator: Estimator, record: Record, declared: Input) -> FloatArray
     if declared.name not in record.columns:
         if declared.name == "dt" and "t" in record.columns:
             t = _converted(record, "t", record.columns["t"], "s")
-            return steps_of(f"log {record.name!r}", t)
+            return steps_of(record.where, t)
         raise InputError.at(
-            f"log {record.name!r}",
+            record.where,
             wanted=f"a column {declared.name} [{declared.unit}], an input of {estimator.name}",
             found=f"columns {', '.join(list(record.columns)[:12])}"
             + (", ..." if len(record.columns) > 12 else ""),
@@ -127,7 +130,7 @@ def _converted(record: Record, name: str, column: Column, unit: str) -> FloatArr
         factor, offset = linear(column.unit, unit)
     except UnitError as error:
         raise InputError.at(
-            f"log {record.name!r}, column {name}",
+            f"{record.where}, column {name}",
             wanted=f"a unit that converts to {unit or 'a plain number'}",
             found=f"{column.unit} ({error})",
             fix="correct the unit in the header",
@@ -177,4 +180,21 @@ def _truth(estimator: Estimator, record: Record) -> dict[str, FloatArray]:
                 column = record.columns[name]
                 found[output.name] = _converted(record, name, column, output.unit)
                 break
+    if all(name in found for name in QUATERNION):
+        _refuse_norm(record, np.stack([found[name] for name in QUATERNION], axis=1))
     return found
+
+
+def _refuse_norm(record: Record, q: FloatArray) -> None:
+    """Refuse a reference that is no attitude."""
+    with np.errstate(over="ignore"):
+        norm = np.sqrt((q * q).sum(axis=1))
+    off = np.abs(norm - 1.0) > _NORM_TOLERANCE
+    if off.any():
+        row = int(np.argmax(off))
+        raise InputError.at(
+            record.place(row, QUATERNION[0]),
+            wanted="a quaternion of norm 1",
+            found=f"norm {norm[row]:.6g}",
+            fix="correct it, or leave the whole quaternion out",
+        )

@@ -31,6 +31,11 @@ class Column:
     unit: str | None = None
 
 
+def name_of(path: Path) -> str:
+    """Name of a file without suffix, printable whatever its bytes are."""
+    return path.stem.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
+
+
 def index_place(where: str) -> Place:
     """Names values by array and index from 0: ``<where>, gx[12]``."""
     return lambda row, column: f"{where}, {column}[{row}]"
@@ -49,6 +54,8 @@ class Record:
         ``NAME_true`` is the truth of output NAME.
     place : callable
         Names a value for a message.
+    source : str
+        Names the whole for a message: the file.
 
     Raises
     ------
@@ -60,6 +67,7 @@ class Record:
     name: str
     columns: Mapping[str, Column]
     place: Place = field(default=index_place("record"))
+    source: str = ""
 
     def __post_init__(self) -> None:
         lengths = {len(c.values) for c in self.columns.values()}
@@ -96,6 +104,11 @@ class Record:
             self.place(row, column), wanted=wanted, found=found, fix="correct or remove the row"
         )
 
+    @property
+    def where(self) -> str:
+        """The record, for a message."""
+        return self.source or f"log {self.name!r}"
+
     def __len__(self) -> int:
         """Count the samples."""
         return len(next(iter(self.columns.values())).values)
@@ -105,7 +118,7 @@ class Record:
         if steps is None or steps >= len(self):
             return self
         cut = {n: Column(c.values[:steps], c.unit) for n, c in self.columns.items()}
-        return Record(self.name, cut, self.place)
+        return Record(self.name, cut, self.place, self.source)
 
     @classmethod
     def of(cls, data: Any, *, name: str = "record") -> Record:

@@ -6,13 +6,14 @@ empty field says that there is no new sample.
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
 from boresight.model.errors import InputError
-from boresight.sim.records.record import Column, Record, split_header
+from boresight.sim.records.record import Column, Record, name_of, split_header
 
 __all__ = ["format_csv", "parse_csv"]
 
@@ -69,11 +70,12 @@ def parse_csv(path: Path, content: bytes) -> Record:
         )
     table = _table(path, top + 2, [name for name, _ in heads], rows)
     columns = {name: Column(table[:, k], unit) for k, (name, unit) in enumerate(heads)}
-    return Record(path.stem, columns, lambda row, column: _place(path, row + top + 2, column))
+    place = partial(_place, path, top + 2)
+    return Record(name_of(path), columns, place, str(path))
 
 
-def _place(path: Path, line: int, column: str) -> str:
-    return f"{path}, line {line}, column {column}"
+def _place(path: Path, first_line: int, row: int, column: str) -> str:
+    return f"{path}, line {row + first_line}, column {column}"
 
 
 def _text_lines(path: Path, content: bytes) -> list[str]:
@@ -131,7 +133,7 @@ def _table(path: Path, first_line: int, names: list[str], rows: list[str]) -> Fl
         row, column = divmod(int(np.argmax(bad)), width)
         field = fields[row * width + column].strip()
         raise InputError.at(
-            _place(path, row + first_line, names[column]),
+            _place(path, first_line, row, names[column]),
             wanted="a finite number, or nothing",
             found=repr(field if len(field) <= 40 else f"{field[:37]}..."),
             fix="correct or remove the line",

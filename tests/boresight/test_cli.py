@@ -42,8 +42,8 @@ def refused(capsys, *argv):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (GOOD.replace("gz", "gq"), "gq"),
-        (GOOD.replace(",mz\n", "\n").replace(",-40\n", "\n"), "mz"),
+        (GOOD.replace("gz", "gq"), "a column gz [rad/s]"),
+        (GOOD.replace(",mz\n", "\n").replace(",-40\n", "\n"), "a column mz [uT]"),
         (HEADER + ROW.format(t="zero"), "zero"),
         (HEADER + ROW.format(t=0).replace("9.8", "nan"), "nan"),
         (HEADER + ROW.format(t=1) + ROW.format(t=0), "increas"),
@@ -93,12 +93,13 @@ def test_run_writes_a_row_per_row(log, capsys, tmp_path):
     for level in ("float", "fixed", "c"):
         assert main(["run", "complementary", str(log), "--on", level, "-o", str(out)]) == 0
         lines = out.read_text().splitlines()
-        assert lines[0] == "t,qw,qx,qy,qz,heading_deg,pitch_deg,roll_deg,status"
+        names = "pitch[deg],roll[deg],heading[deg],qw,qx,qy,qz,status[bits]"
+        assert lines[0] == f"t[s],{names}"
         assert len(lines) == 21
         rows[level] = lines
     assert rows["fixed"] == rows["c"]
     for a, b in zip(rows["float"][1:], rows["fixed"][1:], strict=True):
-        assert float(a.split(",")[5]) == pytest.approx(float(b.split(",")[5]), abs=1e-4)
+        assert float(a.split(",")[3]) == pytest.approx(float(b.split(",")[3]), abs=1e-4)
     capsys.readouterr()
 
 
