@@ -28,6 +28,10 @@ FloatArray = npt.NDArray[np.float64]
 WINDOW = 4096
 #: Least significant bits that rounding, tables and constants explain.
 _ROUNDING_LSB = 64.0
+#: Share of the word below which an argument is too coarse to be normalised.
+_FEW = 0.375
+#: Functions that normalise their argument.
+_NORMALISED = ("rsqrt", "reciprocal")
 
 
 @dataclass(frozen=True)
@@ -61,6 +65,9 @@ def find_culprit(
 ) -> Culprit | None:
     """Look for the first update, and in it the first operation, that leaves its float twin.
 
+    Where none does, a root or reciprocal whose argument holds few significant bits in the last
+    update is to blame: what follows it is as coarse.
+
     Parameters
     ----------
     program, nodes
@@ -88,7 +95,7 @@ def find_culprit(
             if wrong.any():
                 found = min(found or (n, 0), (int(np.argmax(wrong)), place))
     if found is None:
-        return None
+        return twin.weakest(n - first - 1, first)
     step, place = found
     return twin.explain(program.ops[place].dest, step, first)
 
@@ -98,7 +105,7 @@ class _Twin:
 
     def __init__(self, program: Program, nodes: dict[int, Node], words: list[IntArray]) -> None:
         self.program, self.nodes, self.words = program, nodes, words
-        self._value_of = {node.number: number for number, node in nodes.items()}
+        self._value_of = {node.number: number for number, node in reversed(nodes.items())}
 
     def real(self, value: int) -> FloatArray:
         """A value's words in its unit."""
@@ -138,10 +145,10 @@ class _Twin:
 
     def explain(self, value: int, step: int, first: int) -> Culprit:
         """In words."""
-        node, said = self.nodes[value], self.program.values[value]
+        node = self.nodes[value]
         with np.errstate(all="ignore"):
             twin = float(self.computed(node)[step])
-        name = said.name if node.name else f"{said.name}, {_role(node)}".rstrip(", ")
+        name, said = self._name(value), self.program.values[self._declared(value)]
         for part in self._parts(node):
             found = self._function_fault(part, step)
             if found is not None:
@@ -156,6 +163,34 @@ class _Twin:
         elif math.isnan(twin):
             why, cure = "no number in float64", "keep its arguments in their domain"
         return Culprit(first + step, name, node.line, why, cure)
+
+    def weakest(self, step: int, first: int) -> Culprit | None:
+        """The root or reciprocal whose argument has the fewest bits, if they are few."""
+        found: list[tuple[int, int, Node]] = []
+        for value, node in self.nodes.items():
+            for part in self._parts(node):
+                held = self._value_of.get(part.args[0].number) if part.kind in _NORMALISED else None
+                if held is not None:
+                    found.append((int(abs(self.words[held][step])).bit_length(), value, part))
+        bits, value, part = min(found, key=lambda f: f[0], default=(64, -1, None))
+        if part is None or bits > _FEW * self.program.arithmetic.word:
+            return None
+        why = f"{part.kind}: argument {float(self.argument(part.args[0])[step]):.3g} has only "
+        return Culprit(
+            first + step, self._name(value), part.line, f"{why}{bits} significant bits", _cure(part)
+        )
+
+    def _declared(self, value: int) -> int:
+        """The state that a value becomes; the value itself where it becomes none."""
+        return next((state for state, after in self.program.states if after == value), value)
+
+    def _name(self, value: int) -> str:
+        """What a value is called, in words where its author gave it no name."""
+        said, state = self.program.values[value].name, self._declared(value)
+        if state != value:
+            return f"{said}, the next value of state {self.program.values[state].name}"
+        node = self.nodes[value]
+        return said if node.name else f"{said}, {_role(node)}"
 
     def _parts(self, node: Node) -> list[Node]:
         """The node and those that are computed as part of it, arguments first."""
@@ -184,8 +219,15 @@ class _Twin:
             return None
         return (
             f"{node.kind}: argument {abs(x) / full:.2g} of full scale is below the floor 2^-{bits}",
-            f"scale {name} up, or declare a narrower range than [{arg.low:.3g}, {arg.high:.3g}]",
+            _cure(node),
         )
+
+
+def _cure(node: Node) -> str:
+    """What gives the argument of a root or reciprocal more bits."""
+    arg = node.args[0]
+    name = arg.name or f"the argument ({arg.line})"
+    return f"scale {name} up, or declare a narrower range than [{arg.low:.3g}, {arg.high:.3g}]"
 
 
 def _role(node: Node) -> str:
@@ -208,6 +250,6 @@ _COMPUTE: dict[str, Callable[[Node, list[FloatArray]], object]] = {
     "saturated": lambda node, a: np.clip(a[0], -node.value, node.value),
     "sin": lambda node, a: np.sin(np.pi * (a[0] + 0.5 * node.quarter)),
     "asin": lambda node, a: np.arcsin(a[0]) / np.pi,
-    "rsqrt": lambda node, a: 1.0 / np.sqrt(a[0]),
+    "rsqrt": lambda node, a: np.where(a[0] < 0.0, np.nan, 1.0 / np.sqrt(np.maximum(a[0], 1e-300))),
     "reciprocal": lambda node, a: 1.0 / a[0],
 }

@@ -15,7 +15,7 @@ from boresight.model.declarations import Output
 from boresight.model.fixed import IntArray
 from boresight.model.graph import Node
 from boresight.model.program import Program
-from boresight.sim.compare.culprit import find_culprit
+from boresight.sim.compare.culprit import Culprit, find_culprit
 from boresight.sim.compare.difference import Difference, differences, first_beyond
 
 __all__ = ["Accuracy", "judge_accuracy"]
@@ -107,6 +107,9 @@ def judge_accuracy(
     clamped : dict
         See `sim.records.feed.Feed`.
     """
+    def culprit_at(n: int) -> Culprit | None:
+        return find_culprit(program, nodes, inputs[:n], states[:n])
+
     apart = tuple(differences(outputs, found, reference))
     names: dict[str, int] = {}
     culprit = ""
@@ -118,10 +121,8 @@ def judge_accuracy(
             if count
         }
         wrong = first_beyond(outputs, found, reference)
-        steps = [wrong] if wrong is not None else []
-        steps += [int(np.argmax(saturated))] if saturated.any() else []
-        upto = max(steps) + 1 if wrong is None else wrong + 1
-        first = find_culprit(program, nodes, inputs[:upto], states[:upto])
+        steps = {wrong} - {None} | ({int(np.argmax(saturated))} if saturated.any() else set())
+        first = next(filter(None, (culprit_at(step + 1) for step in sorted(steps))), None)
         culprit = str(first) if first else _coarse(program, seen)
     return Accuracy(apart, int(saturated.sum()), names, clamped, culprit)
 
