@@ -426,7 +426,5 @@ def lower(
     )
     if nodes is not None and outputs:
         graph = next(iter(outputs.values())).graph
-        nodes.update(
-            {new[n]: node for node in graph.nodes for n in low.holders(node) if n in new}
-        )
+        nodes.update({new[n]: node for node in graph.nodes for n in low.holders(node) if n in new})
     return program

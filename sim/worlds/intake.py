@@ -49,7 +49,7 @@ class Intake:
             if declared.flags:
                 values.append(0.0)
                 continue
-            value = self._number(record, declared.name)
+            value = self.number(record, declared.name)
             new[declared.name] = not math.isnan(value)
             if math.isnan(value):
                 value = self._missing(declared.name, declared.missing)
@@ -71,7 +71,14 @@ class Intake:
         self._steps += 1
         return np.array(values)
 
-    def _number(self, record: Mapping[str, float], name: str) -> float:
+    def number(self, record: Mapping[str, float], name: str) -> float:
+        """One value of a record.
+
+        Raises
+        ------
+        InputError
+            It is not there, or no number.
+        """
         if name not in record:
             raise self._error(name, f"a value for every input of {self.estimator.name}", "none")
         try:

@@ -124,10 +124,10 @@ def close_loop(
                 fix="return a dictionary",
             )
         row = intake.take(record)
+        truths.append({n: intake.number(record, n + TRUTH) for n in names if n + TRUTH in record})
         outputs = level.step(row)
         rows.append(row)
         answers.append([outputs[name] for name in names])
-        truths.append({n: float(record[n + TRUTH]) for n in names if n + TRUTH in record})
         if progress is not None and len(rows) % 1000 == 0:
             progress(len(rows))
     seconds = time.perf_counter() - start

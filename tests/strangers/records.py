@@ -124,10 +124,10 @@ def pll(n: int) -> Given:
     frequency = 35.0 + 10.0 * np.sin(2e-3 * np.arange(n))
     phase = np.cumsum(2.0 * math.pi * 1e-3 * frequency)
     i, q = np.cos(phase), np.sin(phase)
-    return {
-        "i": i + rng.normal(0.0, 0.05, n),
-        "q": q + rng.normal(0.0, 0.05, n),
-    }, {"i": scaled("i[mV]", 1e3), "q": scaled("q[mV]", 1e3)}
+    return {"i": i + rng.normal(0.0, 0.05, n), "q": q + rng.normal(0.0, 0.05, n)}, {
+        "i": scaled("i[mV]", 1e3),
+        "q": scaled("q[mV]", 1e3),
+    }
 
 
 def geometry(n: int) -> Given:

@@ -122,7 +122,9 @@ def test_compile_writes_a_whole_folder(name: str, tmp_path, capsys) -> None:
 def test_the_controller_holds_its_motor_on_the_rtl(tmp_path, capsys) -> None:
     world, filter = f"{PROGRAMS}/pi.py:Motor(steps=600)", f"{PROGRAMS}/pi.py:Pi"
     log = tmp_path / "loop.csv"
-    assert main(["simulate", world, filter, "--on", "rtl", "--against", "fixed", "-o", str(log)]) == 0
+    assert (
+        main(["simulate", world, filter, "--on", "rtl", "--against", "fixed", "-o", str(log)]) == 0
+    )
     assert "bit by bit" in capsys.readouterr().out
     seen = boresight.run(filter, log, on="c")  # the loop's record is a log
     target, speed = np.loadtxt(log, delimiter=",", skiprows=1, unpack=True)

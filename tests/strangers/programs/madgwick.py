@@ -25,9 +25,7 @@ class Madgwick(Estimator):
         """Integrate the rate, go down the gradient, normalise."""
         w, a, b, c = x.qw, x.qx, x.qy, x.qz
         norm = ops.rsqrt(u.ax * u.ax + u.ay * u.ay + u.az * u.az)
-        ax, ay, az = (
-            ops.bounded(v * norm, -1.0, 1.0, "unit vector") for v in (u.ax, u.ay, u.az)
-        )
+        ax, ay, az = (ops.bounded(v * norm, -1.0, 1.0, "unit vector") for v in (u.ax, u.ay, u.az))
         fx = ops.bounded(2.0 * (a * c - w * b) - ax, -2.0, 2.0, "two unit vectors")
         fy = ops.bounded(2.0 * (w * a + b * c) - ay, -2.0, 2.0, "two unit vectors")
         fz = ops.bounded(1.0 - 2.0 * (a * a + b * b) - az, -2.0, 2.0, "two unit vectors")
@@ -43,9 +41,7 @@ class Madgwick(Estimator):
         squares = gradient[0] * gradient[0] + gradient[1] * gradient[1]
         squares = squares + gradient[2] * gradient[2] + gradient[3] * gradient[3]
         scale = ops.rsqrt(ops.clip(squares, 4e-4, 16.0))
-        descent = [
-            p.beta * ops.bounded(g * scale, -1.0, 1.0, "unit length") for g in gradient
-        ]
+        descent = [p.beta * ops.bounded(g * scale, -1.0, 1.0, "unit length") for g in gradient]
         gx, gy, gz = 0.5 * u.gx, 0.5 * u.gy, 0.5 * u.gz
         rate = (
             -a * gx - b * gy - c * gz,

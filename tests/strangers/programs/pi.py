@@ -8,10 +8,7 @@ DT = 1e-3
 class Pi(Estimator):
     """Proportional and integral, with the integral stopped at the supply."""
 
-    inputs = (
-        Input("target", -300.0, 300.0, "rad/s"),
-        Input("speed", -400.0, 400.0, "rad/s"),
-    )
+    inputs = (Input("target", -300.0, 300.0, "rad/s"), Input("speed", -400.0, 400.0, "rad/s"))
     params = (
         Param("kp", 0.08, 0.0, 1.0, "V*s/rad", "share of the error that drives at once"),
         Param("ki", 1.5, 0.0, 8.0, "V/rad", "how fast what is left is taken away"),
