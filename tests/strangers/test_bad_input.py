@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from boresight.cli import main
-from tests.strangers.records import PROGRAMS
+from tests.support.strangers import PROGRAMS
 
 HEAD = "from boresight import Estimator, Input, Output, Param, State, World, ops\n"
 GOOD = """
