@@ -52,15 +52,16 @@ def trace_float(estimator: Estimator) -> FloatProgram:
 
     Raises
     ------
-    TypeError
-        ``step`` uses something that cannot be recorded.
+    InputError
+        ``step`` raises, as where it uses something that cannot be recorded, or returns other than
+        its states and outputs.
     """
     tape = Tape()
 
     def leaves(kind: str, declared: Sequence[Any]) -> SimpleNamespace:
         return SimpleNamespace(**{d.name: tape.leaf(kind, d.name) for d in declared})
 
-    states, outputs = estimator.step(
+    states, outputs = estimator.checked_step(
         leaves("state", estimator.states),
         leaves("input", estimator.inputs),
         leaves("param", estimator.params),

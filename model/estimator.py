@@ -95,6 +95,7 @@ class Estimator:
             input that has samples.
         """
         where = f"estimator {self.name}"
+        self._check_kinds(where)
         check_declared(
             where,
             ("estimator", (self,)),
@@ -121,6 +122,26 @@ class Estimator:
                     wanted="valid_of names of inputs",
                     found=unknown[0],
                     fix=f"choose of {', '.join(sorted(names)) or 'inputs with columns'}",
+                )
+
+    def _check_kinds(self, where: str) -> None:
+        """Refuse declarations that are no tuples of their kind."""
+        for name, kind in (
+            ("inputs", Input),
+            ("params", Param),
+            ("states", State),
+            ("outputs", Output),
+        ):
+            given = getattr(self, name)
+            several = isinstance(given, tuple | list)
+            wrong = [d for d in (given if several else [given]) if not isinstance(d, kind)]
+            if wrong or not several:
+                found = type(wrong[0] if wrong else given).__name__
+                raise InputError.at(
+                    f"{where}, {name}",
+                    wanted=f"a tuple of {kind.__name__}",
+                    found=found if several else f"one {found}",
+                    fix=f"write {name} = ({kind.__name__}(...),), also where there is only one",
                 )
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -187,7 +208,7 @@ class Estimator:
         with np.errstate(all="ignore"):
             for k in range(steps):
                 u = SimpleNamespace(**dict(zip(names, inputs[k], strict=True)))
-                x, y = self.step(SimpleNamespace(**x), u, p)
+                x, y = self.checked_step(SimpleNamespace(**x), u, p)
                 for name, value in y.items():
                     out[name][k] = value
                 if progress is not None:
@@ -251,7 +272,8 @@ class Estimator:
         Raises
         ------
         InputError
-            It raises, or returns other than two dictionaries of the declared states and outputs.
+            It raises, or returns other than two dictionaries of numbers, one for each declared
+            state and output.
         """
         try:
             result = self.step(x, u, p)
@@ -264,34 +286,47 @@ class Estimator:
                 found=f"{type(error).__name__}: {error}".splitlines()[0],
                 fix="use + - * /, comparisons and boresight.ops",
             ) from error
-        if not (isinstance(result, tuple) and len(result) == 2):
+        two = isinstance(result, tuple) and len(result) == 2
+        if not two or not all(isinstance(part, Mapping) for part in result):
+            kinds = " and ".join(type(part).__name__ for part in result) if two else ""
             raise InputError.at(
                 f"step of {self.name}",
                 wanted="two dictionaries: next states, outputs",
-                found=f"{type(result).__name__}",
+                found=kinds or type(result).__name__,
                 fix="return {states by name}, {outputs by name}",
             )
-        for kind, declared, given in (
-            ("state", self.states, result[0]),
-            ("output", self.outputs, result[1]),
-        ):
-            names = {d.name for d in declared}
-            wrong = sorted(names ^ set(given))
-            if wrong:
-                found = "none" if wrong[0] in names else "one that is not declared"
-                raise InputError.at(
-                    f"step of {self.name}, {kind} {wrong[0]}",
-                    wanted=f"each declared {kind} once: {', '.join(d.name for d in declared)}",
-                    found=found,
-                    fix=f"return it with the {kind}s, or change the declaration",
-                )
+        self._check_returned("state", self.states, result[0])
+        self._check_returned("output", self.outputs, result[1])
         return result
+
+    def _check_returned(
+        self, kind: str, declared: Sequence[State | Output], given: Mapping[str, Any]
+    ) -> None:
+        """Refuse what is missing, not declared, or no number."""
+        names = {d.name for d in declared}
+        for name in sorted(names ^ set(given)):
+            raise InputError.at(
+                f"step of {self.name}, {kind} {name}",
+                wanted=f"each declared {kind} once: {', '.join(d.name for d in declared)}",
+                found="none" if name in names else "one that is not declared",
+                fix=f"return it with the {kind}s, or change the declaration",
+            )
+        for name, value in given.items():
+            if not hasattr(value, "__truediv__"):
+                raise InputError.at(
+                    f"step of {self.name}, {kind} {name}",
+                    wanted="a number",
+                    found=f"a {type(value).__name__.lower()}",
+                    fix="of a condition, return ops.where(condition, 1.0, 0.0)",
+                )
 
 
 def place_of(error: BaseException) -> str:
-    """File and line where an error happened, outside the tracer's own files."""
+    """File and line where an error happened, outside the tracers' own files."""
+    here = Path(__file__).parent
+    own = (here, here.with_name("firmware"))
     frames = traceback.extract_tb(error.__traceback__)
-    theirs = [f for f in frames if Path(f.filename).parent != Path(__file__).parent] or frames
+    theirs = [f for f in frames if Path(f.filename).parent not in own] or frames
     return f"{Path(theirs[-1].filename).name}, line {theirs[-1].lineno}"
 
 

@@ -332,8 +332,9 @@ class Graph:
         The sine's argument is in half turns, any number of them; that of asin lies in [0, 0.72).
         """
         if kind == "reciprocal" and a.low <= 0.0 <= a.high:
+            line = _author_line()
             raise InputError(
-                f"{self.name}: reciprocal of {a.label}: its range "
+                f"{line + ': ' if line else ''}{self.name}: reciprocal of {a.label}: its range "
                 f"[{a.low:g}, {a.high:g}] must exclude 0; clip it first"
             )
         if a.kind == "const" and not (kind == "rsqrt" and a.value <= 0.0):

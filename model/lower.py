@@ -36,9 +36,11 @@ class _Lowering:
         self._of_node: dict[int, int] = {}
         self._copies: dict[tuple[int, int], int] = {}
 
-    def held(self, node: Node) -> int:
-        """The value that holds a node; -1 if none does."""
-        return self._of_node.get(node.number, -1)
+    def holders(self, node: Node) -> list[int]:
+        """Values that hold a node: its own, then copies with other binary points."""
+        number = self._of_node.get(node.number)
+        copies = [copy for (of, _), copy in self._copies.items() if of == number]
+        return [] if number is None else [number, *copies]
 
     def leaf(self, node: Node, kind: Kind, default: float = 0.0, meaning: str = "") -> int:
         """The value of an input, parameter or state."""
@@ -92,6 +94,11 @@ class _Lowering:
     def _create(self, node: Node, frac: int | None, odd: bool | None) -> int:
         form = self.form(node, top=True)
         word = self.groups.arith.word
+        if node.line and not math.isfinite(node.low + node.high):
+            raise InputError(
+                f"{node.line}: {self.groups.name}: the range [{node.low:g}, {node.high:g}] of "
+                f"{node.label} is not finite; declare it with ops.bounded, or use ops.clip"
+            )
         if node.kind == "wrap":
             target = Target(node.label, -1.0, 1.0, "half turns", "ht", Overflow.WRAP)
             return self.groups.group(form, target, frac=word - 1, exact=True)
@@ -419,6 +426,5 @@ def lower(
     )
     if nodes is not None and outputs:
         graph = next(iter(outputs.values())).graph
-        held = ((low.held(node), node) for node in graph.nodes)
-        nodes.update({new[n]: node for n, node in held if n in new})
+        nodes.update({new[n]: node for node in graph.nodes for n in low.holders(node) if n in new})
     return program

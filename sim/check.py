@@ -19,7 +19,7 @@ from boresight.model.estimator import Estimator, with_params
 from boresight.model.fixed import IntArray
 from boresight.model.program import Program
 from boresight.model.tool_failure import ToolFailed
-from boresight.sim.compare.verdict import Accuracy, judge_accuracy
+from boresight.sim.compare.verdict import Accuracy, beyond_declared, judge_accuracy
 from boresight.sim.cosim import RtlRun, RtlSimulation, SimulationFailed
 from boresight.sim.divergence import Divergence, first_divergence_rtl, write_reproducer
 from boresight.sim.feed import named_outputs
@@ -237,7 +237,7 @@ def check(
         word,
         tuple(results),
         accuracy,
-        given.warnings,
+        given.warnings + beyond_declared(program, run.states),
         run.outputs,
         run.saturated,
         reference,

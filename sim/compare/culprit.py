@@ -18,9 +18,9 @@ import numpy.typing as npt
 from boresight.model.fixed import IntArray
 from boresight.model.graph import Node
 from boresight.model.interpreter import Interpreter
-from boresight.model.program import Program
+from boresight.model.program import Program, Value
 
-__all__ = ["WINDOW", "Culprit", "find_culprit"]
+__all__ = ["WINDOW", "Culprit", "find_culprit", "outside"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -28,6 +28,12 @@ FloatArray = npt.NDArray[np.float64]
 WINDOW = 4096
 #: Least significant bits that rounding, tables and constants explain.
 _ROUNDING_LSB = 64.0
+#: Share of a declared range by which rounding may leave it.
+_RANGE_SLACK = 1e-3
+#: Share of the word below which an argument is too coarse to be normalised.
+_FEW = 0.375
+#: Functions that normalise their argument.
+_NORMALISED = ("rsqrt", "reciprocal")
 
 
 @dataclass(frozen=True)
@@ -61,6 +67,9 @@ def find_culprit(
 ) -> Culprit | None:
     """Look for the first update, and in it the first operation, that leaves its float twin.
 
+    Where none does, a root or reciprocal whose argument holds few significant bits in the last
+    update is to blame: what follows it is as coarse.
+
     Parameters
     ----------
     program, nodes
@@ -81,16 +90,19 @@ def find_culprit(
     machine.update(inputs[first:].T)
     words = machine.values_before_commit()
     twin = _Twin(program, nodes, words)
-    found: tuple[int, int] | None = None
+    found: list[tuple[int, int, int, Callable[[int, int, int], Culprit]]] = []
     for place, op in enumerate(program.ops):
         if op.dest in nodes:
-            wrong = twin.leaves(op.dest)
-            if wrong.any():
-                found = min(found or (n, 0), (int(np.argmax(wrong)), place))
-    if found is None:
-        return None
-    step, place = found
-    return twin.explain(program.ops[place].dest, step, first)
+            for wrong, said in (
+                (twin.beyond(op.dest), twin.explain_range),
+                (twin.leaves(op.dest), twin.explain),
+            ):
+                if wrong.any():
+                    found.append((int(np.argmax(wrong)), place, op.dest, said))
+    if not found:
+        return twin.weakest(n - first - 1, first)
+    step, _, value, explain = min(found, key=lambda f: f[:2])
+    return explain(value, step, first)
 
 
 class _Twin:
@@ -98,7 +110,7 @@ class _Twin:
 
     def __init__(self, program: Program, nodes: dict[int, Node], words: list[IntArray]) -> None:
         self.program, self.nodes, self.words = program, nodes, words
-        self._value_of = {node.number: number for number, node in nodes.items()}
+        self._value_of = {node.number: number for number, node in reversed(nodes.items())}
 
     def real(self, value: int) -> FloatArray:
         """A value's words in its unit."""
@@ -116,6 +128,32 @@ class _Twin:
         lsb = math.ldexp(1.0, -self.program.values[value].frac)
         relative = math.ldexp(1.0, 8 - self.program.arithmetic.word)
         return ~(apart <= _ROUNDING_LSB * lsb + relative * scale)
+
+    def beyond(self, value: int) -> npt.NDArray[np.bool_]:
+        """In which updates a value is outside the range its author declared, if one did.
+
+        Its word may hold that; what was sized by the range does not.
+        """
+        said = self.program.values[self._declared(value)]
+        if not said.range_source.startswith("declared"):
+            return np.zeros(1, dtype=np.bool_)
+        return outside(self.real(value), said)
+
+    def explain_range(self, value: int, step: int, first: int) -> Culprit:
+        """A value outside its declared range, in words."""
+        node, said = self.nodes[value], self.program.values[self._declared(value)]
+        for part in self._parts(node):
+            found = self._function_fault(part, step)
+            if found is not None:
+                return Culprit(first + step, self._name(value), part.line or node.line, *found)
+        reached = float(self.real(value)[step])
+        return Culprit(
+            first + step,
+            self._name(value),
+            node.line,
+            f"{reached:.6g} does not fit its range [{said.low:.6g}, {said.high:.6g}]",
+            f"widen the range ({said.range_source}) or limit the value",
+        )
 
     def _size(self, node: Node) -> FloatArray:
         """Magnitude of the terms of a sum, since they may cancel."""
@@ -138,10 +176,10 @@ class _Twin:
 
     def explain(self, value: int, step: int, first: int) -> Culprit:
         """In words."""
-        node, said = self.nodes[value], self.program.values[value]
+        node = self.nodes[value]
         with np.errstate(all="ignore"):
             twin = float(self.computed(node)[step])
-        name = said.name if node.name else f"{said.name}, {_role(node)}".rstrip(", ")
+        name, said = self._name(value), self.program.values[self._declared(value)]
         for part in self._parts(node):
             found = self._function_fault(part, step)
             if found is not None:
@@ -156,6 +194,35 @@ class _Twin:
         elif math.isnan(twin):
             why, cure = "no number in float64", "keep its arguments in their domain"
         return Culprit(first + step, name, node.line, why, cure)
+
+    def weakest(self, step: int, first: int) -> Culprit | None:
+        """The root or reciprocal whose argument has the fewest bits, if they are few."""
+        found: list[tuple[int, int, Node]] = []
+        for value, node in self.nodes.items():
+            for part in self._parts(node):
+                held = self._value_of.get(part.args[0].number) if part.kind in _NORMALISED else None
+                if held is not None:
+                    found.append((int(abs(self.words[held][step])).bit_length(), value, part))
+        few = [f for f in found if f[0] <= _FEW * self.program.arithmetic.word]
+        if not few:
+            return None
+        bits, value, part = min(few, key=lambda f: f[0])
+        why = f"{part.kind}: argument {float(self.argument(part.args[0])[step]):.3g} has only "
+        return Culprit(
+            first + step, self._name(value), part.line, f"{why}{bits} significant bits", _cure(part)
+        )
+
+    def _declared(self, value: int) -> int:
+        """The state that a value becomes; the value itself where it becomes none."""
+        return next((state for state, after in self.program.states if after == value), value)
+
+    def _name(self, value: int) -> str:
+        """What a value is called, in words where its author gave it no name."""
+        said, state = self.program.values[value].name, self._declared(value)
+        if state != value:
+            return f"{said}, the next value of state {self.program.values[state].name}"
+        node = self.nodes[value]
+        return said if node.name else f"{said}, {_role(node)}"
 
     def _parts(self, node: Node) -> list[Node]:
         """The node and those that are computed as part of it, arguments first."""
@@ -184,8 +251,21 @@ class _Twin:
             return None
         return (
             f"{node.kind}: argument {abs(x) / full:.2g} of full scale is below the floor 2^-{bits}",
-            f"scale {name} up, or declare a narrower range than [{arg.low:.3g}, {arg.high:.3g}]",
+            _cure(node),
         )
+
+
+def _cure(node: Node) -> str:
+    """What gives the argument of a root or reciprocal more bits."""
+    arg = node.args[0]
+    name = arg.name or f"the argument ({arg.line})"
+    return f"scale {name} up, or declare a narrower range than [{arg.low:.3g}, {arg.high:.3g}]"
+
+
+def outside(values: FloatArray, said: Value) -> npt.NDArray[np.bool_]:
+    """Which values lie outside a declared range by more than rounding."""
+    slack = _RANGE_SLACK * (said.high - said.low)
+    return (values < said.low - slack) | (values > said.high + slack)
 
 
 def _role(node: Node) -> str:

@@ -15,10 +15,10 @@ from boresight.model.declarations import Output
 from boresight.model.fixed import IntArray
 from boresight.model.graph import Node
 from boresight.model.program import Program
-from boresight.sim.compare.culprit import find_culprit
+from boresight.sim.compare.culprit import Culprit, find_culprit, outside
 from boresight.sim.compare.difference import Difference, differences, first_beyond
 
-__all__ = ["Accuracy", "judge_accuracy"]
+__all__ = ["Accuracy", "beyond_declared", "judge_accuracy"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -112,6 +112,10 @@ def judge_accuracy(
     clamped : dict
         See `sim.records.feed.Feed`.
     """
+
+    def culprit_at(n: int) -> Culprit | None:
+        return find_culprit(program, nodes, inputs[:n], states[:n])
+
     apart = tuple(differences(outputs, found, reference))
     names: dict[str, int] = {}
     culprit = ""
@@ -123,12 +127,32 @@ def judge_accuracy(
             if count
         }
         wrong = first_beyond(outputs, found, reference)
-        steps = [wrong] if wrong is not None else []
-        steps += [int(np.argmax(saturated))] if saturated.any() else []
-        upto = max(steps) + 1 if wrong is None else wrong + 1
-        first = find_culprit(program, nodes, inputs[:upto], states[:upto])
+        steps = {wrong} if wrong is not None else set()
+        steps |= {int(np.argmax(saturated))} if saturated.any() else set()
+        first = next(filter(None, (culprit_at(step + 1) for step in sorted(steps))), None)
         culprit = str(first) if first else _coarse(program, seen)
     return Accuracy(apart, int(saturated.sum()), names, clamped, culprit)
+
+
+def beyond_declared(program: Program, states: IntArray) -> tuple[str, ...]:
+    """Warnings of states that left their declared ranges, which their words happen to hold.
+
+    Parameters
+    ----------
+    states : int64 (n, n_states)
+        State words after each update.
+    """
+    texts = []
+    for k, (state, _) in enumerate(program.states):
+        value, reals = program.values[state], program.format(state).real(states[:, k])
+        wrong = outside(reals, value)
+        if wrong.any():
+            step = int(np.argmax(wrong))
+            texts.append(
+                f"state {value.name} is {reals[step]:.6g} in step {step}, beyond its declared "
+                f"range [{value.low:g}, {value.high:g}]: widen it"
+            )
+    return tuple(texts)
 
 
 def _named(program: Program, nodes: dict[int, Node], value: int) -> str:

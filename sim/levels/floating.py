@@ -37,7 +37,9 @@ class NumpyFloat:
         names = (i.name for i in self.estimator.inputs)
         u = SimpleNamespace(**{n: np.float64(v) for n, v in zip(names, record, strict=True)})
         with np.errstate(all="ignore"):
-            state, out = self.estimator.step(SimpleNamespace(**self._state), u, self._params)
+            state, out = self.estimator.checked_step(
+                SimpleNamespace(**self._state), u, self._params
+            )
         self._state = {name: np.float64(value) for name, value in state.items()}
         return {o.name: float(out[o.name]) for o in self.estimator.outputs}
 

@@ -52,7 +52,10 @@ class Intake:
             if declared.flags:
                 values.append(0.0)
                 continue
-            value = self._number(record, declared.name)
+            if declared.name not in record:
+                wanted = f"a value for every input of {self.estimator.name}"
+                raise self._error(declared.name, wanted, "none")
+            value = self.number(declared.name, record[declared.name])
             new[declared.name] = not math.isnan(value)
             if math.isnan(value):
                 value = self._missing(declared.name, declared.missing)
@@ -75,11 +78,6 @@ class Intake:
         self.new = np.array([new[i.name] for i in self.estimator.inputs])
         self._steps += 1
         return np.array(values)
-
-    def _number(self, record: Mapping[str, float], name: str) -> float:
-        if name not in record:
-            raise self._error(name, f"a value for every input of {self.estimator.name}", "none")
-        return self.number(name, record[name])
 
     def number(self, name: str, given: object) -> float:
         """A value of the next record as a number, NaN if there is none.

@@ -193,8 +193,8 @@ def test_unbounded_values_are_refused_by_name() -> None:
 
     with pytest.raises(
         InputError,
-        match=r"^unbounded: value slope: range \[0\.5, inf\] is not finite; "
-        r"declare it with model\.ops\.bounded$",
+        match=r"^test_estimator\.py, line \d+: unbounded: the range \[0\.5, inf\] of slope is not "
+        r"finite; declare it with ops\.bounded, or use ops\.clip$",
     ):
         Unbounded().compile()
 

@@ -214,7 +214,7 @@ def test_constants_are_finite(g: Any, value: Any) -> None:
 def test_reciprocal_through_zero_is_refused_by_name(g: Any, low: float, high: float) -> None:
     with pytest.raises(
         InputError,
-        match=rf"^unit: reciprocal of speed: its range \[{low:g}, "
+        match=rf"^test_graph\.py, line \d+: unit: reciprocal of speed: its range \[{low:g}, "
         rf"{high:g}\] must exclude 0; clip it first$",
     ):
         1.0 / leaf(g, "speed", low, high)

@@ -22,7 +22,7 @@ from boresight.cli import main
 from boresight.model.resolve import estimator_of
 from boresight.sim.check import check
 from boresight.sim.records.record import Record
-from tests.strangers.records import PROGRAMS, STRANGERS, csv
+from tests.support.strangers import PROGRAMS, STRANGERS, csv
 
 NAMES = list(STRANGERS)
 #: Each kind of operation once: for the RTL at every change.

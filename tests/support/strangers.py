@@ -1,4 +1,4 @@
-"""Records of the strangers' programs: what their sensors would give, seeded.
+"""Records of `tests/strangers/programs`: what their sensors would give, seeded.
 
 Every function gives columns by input name in the declared units, and the heads of a CSV in which
 some columns stand in other units.
@@ -21,7 +21,7 @@ Columns: TypeAlias = dict[str, Array]
 #: Columns, and by input name: head in a CSV, values in its unit of those in the declared one.
 Given: TypeAlias = tuple[Columns, dict[str, tuple[str, Callable[[Array], Array]]]]
 
-PROGRAMS = Path(__file__).with_name("programs")
+PROGRAMS = Path(__file__).parents[1] / "strangers" / "programs"
 
 
 def scaled(head: str, factor: float) -> tuple[str, Callable[[Array], Array]]:
