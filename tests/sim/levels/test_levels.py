@@ -115,7 +115,7 @@ def test_words_clamp() -> None:
     program = Leaky().compile(word=18)
     assert words_of(program, np.array([[9.0, -9.0], [0.5, 0.25]])).tolist() == [
         [131071, -131072],
-        [1 << 15, 1 << 15],
+        [1 << 14, 1 << 14],
     ]
 
 
@@ -161,7 +161,7 @@ def test_numpy_is_the_reference() -> None:
 class Third(Estimator):
     """What single precision does not hold."""
 
-    inputs = (Input("z", 0.0, 4.0),)
+    inputs = (Input("z", 0.0, 4.0, ""),)
     params = (Param("k", 1.0 / 3.0, 0.0, 1.0),)
     states = (State("x", -9.0, 9.0, "", 0.1),)
     outputs = (Output("y"), Output("sum"))

@@ -21,11 +21,11 @@ class Leaky(Estimator):
     """A low pass: words of both signs, saturation, a state that starts at 1."""
 
     inputs = (Input("u", -2.0, 2.0, "m"), Input("v", -1.0, 1.0, "m"))
-    states = (State("y", -1.0, 1.0, "m", 0.75),)
+    states = (State("y", -0.5, 0.5, "m", 0.25),)
     outputs = (Output("y", "m"), Output("sum", "m"))
 
     def step(self, x: Any, u: Any, p: Any) -> Any:
-        y = x.y + 0.3 * (u.u - x.y)
+        y = x.y + 0.5 * (u.u - x.y)
         return {"y": y}, {"y": y, "sum": y - 3.0 * u.v}
 
 
