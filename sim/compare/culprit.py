@@ -83,7 +83,7 @@ def find_culprit(
     twin = _Twin(program, nodes, words)
     found: tuple[int, int] | None = None
     for place, op in enumerate(program.ops):
-        if op.dest in nodes:
+        if op.dest in nodes or op.dest in twin.copies:
             wrong = twin.leaves(op.dest)
             if wrong.any():
                 found = min(found or (n, 0), (int(np.argmax(wrong)), place))
@@ -99,6 +99,7 @@ class _Twin:
     def __init__(self, program: Program, nodes: dict[int, Node], words: list[IntArray]) -> None:
         self.program, self.nodes, self.words = program, nodes, words
         self._value_of = {node.number: number for number, node in nodes.items()}
+        self.copies = _copies(program, nodes)
 
     def real(self, value: int) -> FloatArray:
         """A value's words in its unit."""
@@ -106,6 +107,8 @@ class _Twin:
 
     def leaves(self, value: int) -> npt.NDArray[np.bool_]:
         """In which updates a value is further from its twin than rounding explains."""
+        if value in self.copies:  # another binary point, nothing else
+            return self._far(np.abs(self.real(self.copies[value]) - self.real(value)), value)
         node, exact = self.nodes[value], self.real(value)
         with np.errstate(all="ignore"):
             twin = self.computed(node)
@@ -113,6 +116,11 @@ class _Twin:
             if node.kind == "wrap" or node.unit == "ht":
                 apart = np.abs((apart + 1.0) % 2.0 - 1.0)
             scale = np.maximum(self._size(node), np.abs(twin))
+        return self._far(apart, value, scale)
+
+    def _far(
+        self, apart: FloatArray, value: int, scale: FloatArray | float = 0.0
+    ) -> npt.NDArray[np.bool_]:
         lsb = math.ldexp(1.0, -self.program.values[value].frac)
         relative = math.ldexp(1.0, 8 - self.program.arithmetic.word)
         return ~(apart <= _ROUNDING_LSB * lsb + relative * scale)
@@ -138,6 +146,8 @@ class _Twin:
 
     def explain(self, value: int, step: int, first: int) -> Culprit:
         """In words."""
+        if value in self.copies:
+            return self._explain_copy(value, step, first)
         node, said = self.nodes[value], self.program.values[value]
         with np.errstate(all="ignore"):
             twin = float(self.computed(node)[step])
@@ -156,6 +166,21 @@ class _Twin:
         elif math.isnan(twin):
             why, cure = "no number in float64", "keep its arguments in their domain"
         return Culprit(first + step, name, node.line, why, cure)
+
+    def _explain_copy(self, value: int, step: int, first: int) -> Culprit:
+        """A value that another one's format, mostly a state's, cannot hold."""
+        source = self.copies[value]
+        state = next((s for s, after in self.program.states if after == value), None)
+        said = self.program.values[value if state is None else state]
+        node = self.nodes.get(source)
+        return Culprit(
+            first + step,
+            said.name if state is None else f"state {said.name}",
+            "" if node is None else node.line,
+            f"saturates: {float(self.real(source)[step]):.6g} does not fit its range "
+            f"[{said.low:.6g}, {said.high:.6g}]",
+            f"widen the range ({said.range_source}) or limit the value",
+        )
 
     def _parts(self, node: Node) -> list[Node]:
         """The node and those that are computed as part of it, arguments first."""
@@ -186,6 +211,17 @@ class _Twin:
             f"{node.kind}: argument {abs(x) / full:.2g} of full scale is below the floor 2^-{bits}",
             f"scale {name} up, or declare a narrower range than [{arg.low:.3g}, {arg.high:.3g}]",
         )
+
+
+def _copies(program: Program, nodes: dict[int, Node]) -> dict[int, int]:
+    """Values that are others with another binary point, and these others."""
+    return {
+        op.dest: op.terms[0].a
+        for op in program.ops
+        if op.dest not in nodes
+        and len(op.terms) == 1
+        and program.values[op.dest].name == f"{program.values[op.terms[0].a].name}_aligned"
+    }
 
 
 def _role(node: Node) -> str:
