@@ -64,14 +64,14 @@ class All(Base):
 
     def step(self, x: Any, u: Any, p: Any) -> Any:
         y = ops.clip(x.y + 0.125 * u.u, -1.0, 1.0)
-        sized = ops.abs_(u.u) + 0.5
+        sized = ops.absolute(u.u) + 0.5
         out = (
-            ops.sin_ht(u.u) * ops.cos_ht(3.0 * u.u)
+            ops.sincos_ht(u.u)[0] * ops.sincos_ht(3.0 * u.u)[1]
             + 1.0 / sized
             + ops.rsqrt(sized)
             + ops.where(u.u < 0.25, y, -y)
             + ops.wrap_ht(y + 0.75)
-            + ops.asin_ht(0.15 * ops.abs_(u.u))
+            + ops.asin_ht(0.15 * ops.absolute(u.u))
         )
         return {"y": y}, {"y": out}
 
