@@ -118,6 +118,8 @@ class _Twin:
 
     def leaves(self, value: int) -> npt.NDArray[np.bool_]:
         """In which updates a value is further from its twin than rounding explains."""
+        if value in self.copies:  # another binary point, nothing else
+            return self._far(np.abs(self.real(self.copies[value]) - self.real(value)), value)
         node, exact = self.nodes[value], self.real(value)
         with np.errstate(all="ignore"):
             twin = self.computed(node)
@@ -125,6 +127,11 @@ class _Twin:
             if node.kind == "wrap" or node.unit == "ht":
                 apart = np.abs((apart + 1.0) % 2.0 - 1.0)
             scale = np.maximum(self._size(node), np.abs(twin))
+        return self._far(apart, value, scale)
+
+    def _far(
+        self, apart: FloatArray, value: int, scale: FloatArray | float = 0.0
+    ) -> npt.NDArray[np.bool_]:
         lsb = math.ldexp(1.0, -self.program.values[value].frac)
         relative = math.ldexp(1.0, 8 - self.program.arithmetic.word)
         return ~(apart <= _ROUNDING_LSB * lsb + relative * scale)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import subprocess
 import tempfile
 from pathlib import Path
@@ -63,10 +64,11 @@ class Simulated:
         """End the process."""
         if self._process is not None:
             assert self._process.stdin is not None and self._process.stdout is not None
-            self._process.stdin.close()
-            self._process.stdout.close()
             self._process.kill()
             self._process.wait()
+            with contextlib.suppress(OSError):  # what it has not read any more
+                self._process.stdin.close()
+            self._process.stdout.close()
             self._process = None
         if self._folder is not None:
             self._folder.cleanup()
@@ -111,14 +113,17 @@ class Simulated:
         ------
         SimulationFailed
             The update did not end, gave another number of words, or took other cycles than the
-            schedule says.
+            schedule says; or the process has ended.
         """
         if self._process is None:
             self._start()
         process, n = self._process, len(self.program.outputs)
         assert process is not None and process.stdin is not None and process.stdout is not None
-        process.stdin.write(words_of(self.program, record[None, :]).astype("<i4").tobytes())
-        process.stdin.flush()
+        try:
+            process.stdin.write(words_of(self.program, record[None, :]).astype("<i4").tobytes())
+            process.stdin.flush()
+        except OSError as error:
+            raise SimulationFailed("rtl: the simulation has ended") from error
         head = process.stdout.read(4)
         count = int(np.frombuffer(head, dtype="<i4")[0]) if len(head) == 4 else -1
         rest = process.stdout.read(4 * (max(count, 0) + 2))

@@ -34,7 +34,9 @@ _RULES = (
     # 10 rad/s is 95 turns a minute, in half of all samples.
     _Rule("rad/s", lambda typical: typical > 10.0, "deg/s"),
     _Rule("m/s^2", lambda typical: 0.9 < typical < 1.1, "g (g0 in a header)", wants_triple=True),
-    _Rule("m/s^2", lambda typical: 900.0 < typical < 1100.0, "mg", wants_triple=True),
+    _Rule(
+        "m/s^2", lambda typical: 900.0 < typical < 1100.0, "mg (mg0 in a header)", wants_triple=True
+    ),
     # The Earth's field is 22 to 67 uT.
     _Rule("uT", lambda typical: 0.15 < typical < 1.0, "gauss", wants_triple=True),
     _Rule("uT", lambda typical: 150.0 < typical < 1000.0, "milligauss", wants_triple=True),

@@ -268,7 +268,11 @@ def test_declarations_that_contradict_themselves(make: Any, message: str) -> Non
         ({"states": (State("a b", 0.0, 1.0),)}, "estimator leaky: wanted state names of letters"),
         (
             {"inputs": (Input("f", 0.0, 1.0, "", valid_of="z"),)},
-            "estimator leaky, input f: wanted valid_of names of inputs, found z",
+            "estimator leaky, input f: wanted valid_of names of inputs, found z; choose of inputs",
+        ),
+        (
+            {"inputs": (*Leaky.inputs, Input("f", 0.0, 1.0, "", valid_of=("v", "f")))},
+            "estimator leaky, input f: wanted valid_of names of inputs, found f; choose of u, v",
         ),
     ],
 )

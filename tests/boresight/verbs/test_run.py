@@ -1,0 +1,236 @@
+"""`boresight run`: what it gives, what it writes, and what it refuses."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import boresight
+from boresight.cli import main
+from boresight.model.estimators import estimator
+from boresight.sim.accuracy import attitude_rmse
+from boresight.sim.bundled import bundled
+from boresight.sim.feed import inputs_of
+from boresight.sim.log import read_log
+from boresight.sim.records.files import read_record
+
+#: The function has the module's name.
+module = importlib.import_module("boresight.verbs.run")
+
+SYNTHETIC = bundled("synthetic_60s")
+
+MINE = """
+from boresight import Estimator, Input, Output, Param, State
+
+
+class Mine(Estimator):
+    inputs = (Input("z", -4.0, 4.0, "m", clamp=True), Input("dt", 0.0, 1.0, "s"))
+    params = (Param("k", 0.5, 0.0, 1.0),)
+    states = (State("x", -8.0, 8.0, "m", 1.0),)
+    outputs = (Output("x", "m"), Output("h", "ht"), Output("s", "flags"))
+
+    def step(self, x, u, p):
+        y = x.x + p.k * (u.z - x.x)
+        return {"x": y}, {"x": y, "h": 0.125 * u.z, "s": u.dt + u.dt}
+"""
+LOG = "t[ms],z[cm],x_true,h_true[deg]\n0,200,1.5,45\n500,-100,,\n1000,900,2.0,90\n"
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.py").write_text(MINE)
+    (tmp_path / "log.csv").write_text(LOG)
+    return tmp_path
+
+
+@pytest.mark.parametrize("on", ["float", "numpy", "fixed", "c"])
+def test_by_hand(here: Path, on: str) -> None:
+    data = boresight.run("mine.py", "log.csv", on=on, output="out.csv")
+    x, h = [1.5, 0.25, 2.125], [0.25, -0.125, 0.5]
+    assert (data["estimator"], data["on"], data["log"]) == ("mine", on, "log")
+    assert data["t"].tolist() == [0.0, 0.5, 1.0]
+    assert np.abs(data["outputs"]["x"] - x).max() < 1e-8
+    assert np.abs(data["outputs"]["h"] - h).max() < 1e-8
+    assert data["outputs"]["s"].tolist() == [1.0, 1.0, 1.0]
+    assert data["units"] == {"x": "m", "h": "ht", "s": "flags"}
+    assert data["warnings"] == [] and data["clamped"] == {"z": 1}
+    assert [(d["output"], d["samples"]) for d in data["truth"]] == [("x", 2), ("h", 2)]
+    assert data["truth"][0]["max"] == pytest.approx(0.125, abs=1e-8)
+    assert all(d["tolerance"] is None for d in data["truth"])
+    assert "q" not in data and "rmse_deg" not in data
+    # What it wrote is a log itself, half turns in degrees.
+    out = read_record("out.csv")
+    assert {n: c.unit for n, c in out.columns.items()} == {
+        "t": "s", "x": "m", "h": "deg", "s": "flags"
+    }  # fmt: skip
+    assert out.columns["t"].values.tolist() == [0.0, 0.5, 1.0]
+    assert np.array_equal(out.columns["x"].values, data["outputs"]["x"])
+    assert np.array_equal(out.columns["h"].values, 180.0 * data["outputs"]["h"])
+
+
+def test_parameters_steps_and_widths(here: Path) -> None:
+    still = boresight.run("mine.py", "log.csv", params={"k": 0.0}, steps=2)
+    assert still["outputs"]["x"].tolist() == [1.0, 1.0] and len(still["t"]) == 2
+    third = {"k": 1.0 / 3.0}
+    words = [
+        boresight.run("mine.py", "log.csv", params=third, word=w)["outputs"]["x"] for w in (18, 32)
+    ]
+    assert 1e-6 < np.abs(words[0] - words[1]).max() < 1e-3
+
+
+def test_data_in_memory() -> None:
+    class Mine(boresight.Estimator):
+        inputs = (boresight.Input("z", -4.0, 4.0, "m"),)
+        outputs = (boresight.Output("y", ""),)
+
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            return {}, {"y": u.z + 1.0}
+
+    for given in (Mine, Mine()):
+        data = boresight.run(given, {"z[cm]": [100.0, -50.0]})
+        assert data["outputs"]["y"].tolist() == [2.0, 0.5]
+        assert data["t"] is None and data["truth"] == []
+
+
+def test_a_record_without_times_or_units_is_written_without(here: Path) -> None:
+    boresight.run("mine.py", {"z": [0.5], "dt": [0.25]}, on="numpy", output="out.csv")
+    assert Path("out.csv").read_text() == "x[m],h[deg],s[flags]\n0.75,11.25,0.5\n"
+
+
+def test_attitudes() -> None:
+    log, filter = read_log(SYNTHETIC), estimator("complementary")
+    data = boresight.run("complementary", SYNTHETIC, on="float", steps=200)
+    inputs = inputs_of(filter, log)[:200]
+    reference = filter.run_float(inputs[:, :, None]).outputs
+    q = np.stack([reference[n][:, 0] for n in ("qw", "qx", "qy", "qz")], axis=1)
+    assert np.abs(data["q"] - q).max() < 1e-9
+    heading = 180.0 * reference["heading"][:, 0]
+    assert np.abs((data["euler_deg"][:, 0] - heading + 180) % 360 - 180).max() < 1e-7
+    assert data["status"].dtype == np.int64
+    assert data["status"].tolist() == reference["status"][:, 0].tolist()
+    assert log.q is not None
+    rmse = attitude_rmse(data["q"], log.q[:200], None)._asdict()
+    assert data["rmse_deg"] == pytest.approx(rmse)
+    assert data["warnings"] == []
+
+
+def test_a_log_in_memory_is_the_file(tmp_path: Path) -> None:
+    """Through `Log`, which may say which samples count."""
+    log = read_log(SYNTHETIC)
+    assert log.q is not None
+    mov = np.arange(len(log)) >= 40
+    for given in (log, SYNTHETIC):
+        assert boresight.run("complementary", given, on="c", steps=90)["rmse_deg"] is not None
+    one, other = (
+        boresight.run("complementary", given, on="c", steps=90)["outputs"]
+        for given in (log, SYNTHETIC)
+    )
+    assert all(np.array_equal(one[n], other[n]) for n in one)
+    data = boresight.run("complementary", replace(log, mov=mov), on="c", steps=90)
+    assert data["rmse_deg"] == pytest.approx(
+        attitude_rmse(data["q"], log.q[:90], mov[:90])._asdict()
+    )
+    assert data["rmse_deg"] != pytest.approx(
+        boresight.run("complementary", log, on="c", steps=90)["rmse_deg"]
+    )
+
+
+def test_attitudes_without_truth() -> None:
+    columns = read_record(SYNTHETIC).head(30).columns
+    given = {n: c.values for n, c in columns.items() if not n.startswith("q")}
+    data = boresight.run("mekf", given, on="c")
+    assert data["rmse_deg"] is None and data["truth"] == []
+    assert data["q"].shape == (30, 4) and data["euler_deg"].shape == (30, 3)
+
+
+def test_command_line(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", "mine.py", "log.csv", "--param", "k=0.5"]) == 0
+    assert capsys.readouterr().out == (
+        "3 rows to mine-fixed.csv, RMSE against the log's truth: x 0.08839 m, h 0 ht\n"
+    )
+    assert Path("mine-fixed.csv").read_text().startswith("t[s],x[m],h[deg],s[flags]\n0.0,1.5,")
+    assert main(["run", "mine.py", "log.csv", "--json", "--steps", "2"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["t"] == [0.0, 0.5] and data["outputs"]["s"] == [1.0, 1.0]
+    assert data["truth"][1]["output"] == "h"
+    assert sorted(p.name for p in here.glob("*.csv")) == ["log.csv", "mine-fixed.csv"]
+
+
+def test_command_line_of_an_attitude(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    line = ["run", "complementary", str(SYNTHETIC), "--on", "c", "--steps", "50", "-o", "a.csv"]
+    assert main(line) == 0
+    captured = capsys.readouterr()
+    assert re.fullmatch(
+        r"50 rows to a\.csv, RMSE against the log's reference, deg: (\w+ \d+\.\d{3}(, )?)+\n",
+        captured.out,
+    )
+    assert captured.err == ""
+    assert len(Path("a.csv").read_text().splitlines()) == 51
+
+
+def test_warnings_go_to_standard_error(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    columns = read_record(SYNTHETIC).head(30).columns
+    head = ",".join(columns)
+    rows = np.stack([c.values for c in columns.values()], axis=1)
+    rows[:, 4:7] /= 9.80665
+    text = "\n".join(",".join("" if x != x else repr(float(x)) for x in row) for row in rows)
+    Path("g.csv").write_text(f"{head}\n{text}\n")
+    assert main(["run", "mekf", "g.csv", "--on", "c"]) == 0
+    assert re.fullmatch(
+        r"warning: ax ay az: typically [\d.]+ m/s\^2, which looks like g \(g0 in a header\)\n",
+        capsys.readouterr().err,
+    )
+
+
+def test_a_truth_without_any_value(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("gap.csv").write_text("t,z,x_true\n0,1,\n0.5,1,\n")
+    assert main(["run", "mine.py", "gap.csv"]) == 0
+    assert capsys.readouterr().out == "2 rows to mine-fixed.csv\n"
+
+
+def test_json_has_no_nan(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = MINE.replace('"h": 0.125 * u.z', '"h": (u.z * 0.0) / (u.z * 0.0)')
+    Path("mine.py").write_text(text)
+    assert main(["run", "mine.py", "log.csv", "--on", "numpy", "--json"]) == 0
+    data = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+    assert data["outputs"]["h"] == [None] * 3
+    assert data["outputs"]["x"] == [1.5, 0.25, 2.125]
+
+
+@pytest.mark.parametrize(
+    "arguments, message",
+    [
+        (["mine.py", "log.csv", "--on", "vhdl"], "error: on: wanted one of numpy, float, fixed, c, "
+         "rtl, found 'vhdl'; "),
+        (["mine.py", "log.csv", "--config", "huge"], "error: config: wanted one of small, fast"),
+        (["mine.py", "log.csv", "--word", "33"], "error: word: wanted 18 to 32 bits, found 33; "),
+        (["mine.py", "log.csv", "--steps", "0"], "error: steps: wanted 1 or more, found 0; "),
+        (["mine.py", "log.csv", "--param", "k=2"], "error: parameter k: wanted 0 to 1"),
+        (["mine.py", "none.csv"], "error: none.csv: wanted a log file that can be read, found no "),
+        (["none.py", "log.csv"], "error: none.py: wanted a Python file with an estimator, found "),
+        (["mine.py", "log.csv", "-o", "log.csv"], "error: log.csv: wanted "),
+        (["mekf", "log.csv"], "error: log 'log': wanted a column gx [rad/s], an input of mekf, "),
+        (["mine.py", "bad.csv"], "error: bad.csv, line 3, column z: wanted a finite number, or "),
+    ],
+)  # fmt: skip
+def test_refused(
+    here: Path, arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("bad.csv").write_text("t,z\n0,1\n1,x\n")
+    before = sorted(here.iterdir())
+    assert main(["run", *arguments]) == 2
+    captured = capsys.readouterr()
+    assert captured.err.startswith(message) and captured.err.count("\n") == 1
+    assert captured.out == ""
+    assert [p for p in sorted(here.iterdir()) if p.suffix == ".csv"] == [
+        p for p in before if p.suffix == ".csv"
+    ]
+    assert Path("log.csv").read_text() == LOG

@@ -1,0 +1,215 @@
+"""Differences: half turns modulo 2, flags exactly, quaternions of either sign, no numbers."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from boresight.model.estimator import Output
+from boresight.sim.compare.difference import (
+    ATTITUDE,
+    QUATERNION,
+    Difference,
+    differences,
+    first_beyond,
+)
+
+NAN, INF = float("nan"), float("inf")
+
+
+def apart(
+    output: Output, found: list[float], reference: list[float], judged: bool = True
+) -> Difference:
+    (made,) = differences(
+        [output], {output.name: np.array(found)}, {output.name: np.array(reference)}, judged=judged
+    )
+    return made
+
+
+def test_figures() -> None:
+    made = apart(Output("y", "m", tolerance=2.0), [1.0, 5.0, 0.0, 3.0], [1.0, 3.0, 1.0, 1.0])
+    assert made == Difference("y", "m", 4, 2.0, 1.5, 1, 2.0)
+    assert made.good
+    assert not apart(Output("y", "m", tolerance=1.9), [1.0, 5.0], [1.0, 3.0]).good
+    assert made.to_json() == {
+        "output": "y", "unit": "m", "samples": 4, "max": 2.0, "rms": 1.5, "at_step": 1,
+        "tolerance": 2.0, "good": True,
+    }  # fmt: skip
+
+
+def test_what_is_not_judged() -> None:
+    assert apart(Output("y"), [9.0], [0.0]) == Difference("y", "", 1, 9.0, 9.0, 0, None)
+    assert apart(Output("y"), [9.0], [0.0]).good
+    shown = apart(Output("y", "", tolerance=1.0), [9.0], [0.0], judged=False)
+    assert shown.tolerance is None and shown.good
+    assert apart(Output("s", "flags"), [9.0], [0.0], judged=False).tolerance is None
+
+
+def test_only_outputs_with_a_reference_in_order() -> None:
+    values = {n: np.zeros(2) for n in "abc"}
+    made = differences([Output(n) for n in "abc"], values, {"c": np.ones(2), "a": np.zeros(2)})
+    assert [(d.output, d.largest) for d in made] == [("a", 0.0), ("c", 1.0)]
+
+
+@pytest.mark.parametrize(
+    "found, reference, wanted",
+    [
+        (0.75, 0.5, 0.25),
+        (-1.0, 1.0, 0.0),
+        (0.9375, -0.9375, 0.125),
+        (-0.9375, 0.9375, 0.125),
+        (0.5, -0.5, 1.0),
+        (3.25, 0.75, 0.5),
+    ],
+)
+def test_half_turns_are_modulo_two(found: float, reference: float, wanted: float) -> None:
+    assert apart(Output("h", "ht"), [found], [reference]).largest == wanted
+    assert apart(Output("h", "deg"), [found], [reference]).largest == abs(found - reference)
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.integers(-4096, 4096), st.integers(-4096, 4096), st.integers(-3, 3))
+def test_half_turns_as_angles(a: int, b: int, turns: int) -> None:
+    found = apart(Output("h", "ht"), [a / 1024 + 2 * turns], [b / 1024]).largest
+    wanted = math.acos(max(-1.0, min(1.0, math.cos(math.pi * (a - b) / 1024)))) / math.pi
+    assert found == pytest.approx(wanted, abs=1e-7)
+    assert 0.0 <= found <= 1.0
+
+
+@pytest.mark.parametrize("unit", ["flags", "bits"])
+def test_flags_are_compared_exactly(unit: str) -> None:
+    flags = Output("s", unit, tolerance=5.0)
+    made = apart(flags, [3.0, 4.0, 4.0, 7.0], [3.0, 4.0, 5.0, 0.0])
+    assert made == Difference("s", "words", 4, 1.0, math.sqrt(0.5), 2, 0.0)
+    assert not made.good
+    assert apart(flags, [3.0 + 1e-9, 8.0], [3.0, 8.0 - 1e-9]).good
+
+
+def test_gaps_of_a_truth_are_left_out_and_those_of_a_run_are_faults() -> None:
+    found, reference = [0.0, 1.0, 5.0], [NAN, 3.0, NAN]
+    truth = apart(Output("y", "m", tolerance=9.0), found, reference, judged=False)
+    assert truth == Difference("y", "m", 1, 2.0, 2.0, 1, None)
+    run = apart(Output("y", "m", tolerance=9.0), found, reference)
+    assert (run.samples, run.at_step, run.good) == (3, 0, False)
+    assert math.isnan(run.largest) and math.isnan(run.rms)
+    assert run.to_json()["max"] is None and run.to_json()["rms"] is None
+    assert json.loads(json.dumps(run.to_json(), allow_nan=False))["good"] is False
+    assert not apart(Output("s", "flags"), [1.0, NAN], [1.0, 1.0]).good
+    assert not apart(Output("s", "flags"), [1.0, 1.0], [1.0, NAN]).good
+
+
+def test_the_first_that_is_no_number_is_shown() -> None:
+    made = apart(Output("y", tolerance=1.0), [0.0, NAN, NAN, 9.0], [0.0, 0.0, 0.0, 0.0])
+    assert made.at_step == 1 and not made.good
+
+
+@pytest.mark.parametrize("unit", ["m", "ht", "flags"])
+def test_infinite_references_are_beyond(unit: str) -> None:
+    for reference in (INF, -INF):
+        output = Output("y", unit, tolerance=1e300)
+        assert not apart(output, [0.0, 0.0], [0.0, reference]).good
+        assert first_beyond(
+            [output], {"y": np.zeros(2)}, {"y": np.array([0.0, reference])}
+        ) == 1  # fmt: skip
+
+
+def test_no_reference_at_all() -> None:
+    made = apart(Output("y", "m"), [1.0], [NAN], judged=False)
+    assert (made.samples, made.at_step) == (0, None) and math.isnan(made.largest)
+    assert made.good and made.to_json()["max"] is None
+    assert not Difference("y", "m", 0, 0.0, 0.0, None, 1.0).good
+
+
+@pytest.mark.parametrize(
+    "made, text",
+    [
+        (Difference("y", "m", 4, 2.0, 1.5, 1, 2.0), "y            max 2 m in step 1, rms 1.5: "
+         "within 2"),
+        (Difference("y", "", 4, 2.0, 1.5, 1, 1.0), "y            max 2 in step 1, rms 1.5: BEYOND "
+         "1"),
+        (Difference("y", "", 0, NAN, NAN, None, None), "y            max nan, rms nan: not judged"),
+    ],
+)  # fmt: skip
+def test_lines(made: Difference, text: str) -> None:
+    assert made.line() == text
+
+
+ATTITUDES = tuple(Output(n, "", tolerance=1e-3) for n in QUATERNION)
+
+
+def columns(q: np.ndarray) -> dict[str, np.ndarray]:
+    return dict(zip(QUATERNION, q.T, strict=True))
+
+
+def turned(degrees: float, axis: int = 3) -> np.ndarray:
+    q = np.zeros(4)
+    q[0], q[axis] = math.cos(math.radians(degrees) / 2), math.sin(math.radians(degrees) / 2)
+    return q
+
+
+def test_quaternions_of_either_sign_are_one_attitude() -> None:
+    q = np.stack([turned(10.0), turned(200.0, 1), turned(-90.0, 2)])
+    signs = np.array([[1.0], [-1.0], [-1.0]])
+    made = differences(ATTITUDES, columns(q), columns(signs * q))
+    assert [d.output for d in made] == [*QUATERNION, ATTITUDE]
+    assert all(d.largest == 0.0 and d.good for d in made[:4])
+    assert made[4].largest < 1e-6
+    # One sign for all four: a component alone that is mirrored stays apart.
+    q[0, 3] = -q[0, 3]
+    assert not differences(ATTITUDES, columns(q), columns(np.stack([turned(10.0)] * 3)))[3].good
+
+
+def test_attitudes_by_their_angle() -> None:
+    q, r = np.stack([turned(10.0), turned(0.0)]), np.stack([turned(12.0), -3.0 * turned(0.0)])
+    made = differences(ATTITUDES, columns(q), columns(r))[4]
+    assert (made.output, made.unit, made.at_step, made.samples) == ("attitude", "deg", 0, 2)
+    assert made.largest == pytest.approx(2.0, rel=1e-9)
+    # 1e-3 in a component is at most 4e-3 rad.
+    assert made.tolerance == pytest.approx(math.degrees(4e-3)) and not made.good
+    near = differences(ATTITUDES, columns(q[:1]), columns(turned(10.2)[None, :]))[4]
+    assert near.good and near.largest == pytest.approx(0.2)
+    far = differences(ATTITUDES, columns(q[1:]), columns(turned(190.0, 2)[None, :]))[4]
+    assert far.largest == pytest.approx(170.0)
+
+
+def test_attitudes_are_judged_where_every_component_is() -> None:
+    some = (*ATTITUDES[:3], Output("qz"))
+    q = turned(10.0)[None, :]
+    assert differences(some, columns(q), columns(q))[4].tolerance is None
+    wider = (*ATTITUDES[:3], Output("qz", tolerance=0.1))
+    assert differences(wider, columns(q), columns(q))[4].tolerance == pytest.approx(
+        math.degrees(0.4)
+    )
+    assert differences(ATTITUDES, columns(q), columns(q), judged=False)[4].tolerance is None
+
+
+def test_attitudes_need_all_four() -> None:
+    q = columns(turned(10.0)[None, :])
+    less = {n: v for n, v in q.items() if n != "qy"}
+    assert len(differences(ATTITUDES, q, less)) == 3
+    assert len(differences(ATTITUDES[:3], {n: q[n] for n in QUATERNION[:3]}, q)) == 3
+    gap = {n: np.array([NAN if n == "qz" else v[0]]) for n, v in q.items()}
+    assert differences(ATTITUDES, q, gap, judged=False)[4].samples == 0
+    assert not differences(ATTITUDES, q, gap)[4].good
+
+
+@pytest.mark.parametrize(
+    "found, wanted",
+    [
+        ({"a": [0.0, 2.0, 9.0], "b": [0.0, 0.0, 0.0]}, 2),
+        ({"a": [0.0, 2.0, 0.0], "b": [0.0, 0.0, 0.0]}, None),
+        ({"a": [0.0, 0.0, 9.0], "b": [0.0, 1.0, 0.0]}, 1),
+        ({"a": [0.0, NAN, 9.0], "b": [0.0, 0.0, 0.0]}, 1),
+        ({"a": [-3.0, NAN, 9.0], "b": [0.0, 0.0, 0.0]}, 0),
+    ],
+)
+def test_first_beyond(found: dict[str, list[float]], wanted: int | None) -> None:
+    outputs = (Output("a", "m", tolerance=2.0), Output("b", "flags"), Output("shown"))
+    values = {n: np.array(v) for n, v in found.items()} | {"shown": np.full(3, 99.0)}
+    reference = {n: np.zeros(3) for n in values}
+    assert first_beyond(outputs, values, reference) == wanted

@@ -1,0 +1,194 @@
+"""Records as inputs: units, steps, missing samples, flags and ranges, and closed loops' intake."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator, Input, Output
+from boresight.sim.records.feed import Feed, feed
+from boresight.sim.records.record import Column, Record
+from boresight.sim.worlds.intake import Intake
+
+NAN = float("nan")
+
+
+class Probe(Estimator):
+    """One input of each kind."""
+
+    inputs = (
+        Input("ok", 0.0, 1.0, "", valid_of=("z", "c")),
+        Input("z", -2.0, 2.0, "m", missing="hold"),
+        Input("c", -1.0, 3.0, "", missing=0.5, clamp=True),
+        Input("plain", -4.0, 4.0, "rad/s"),
+        Input("only_z", -1.0, 2.0, "", valid_of="z"),
+    )
+    outputs = (Output("y", "m"), Output("h", "ht"), Output("plain"), Output("s", "flags"))
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        return {}, {}
+
+
+class Timed(Estimator):
+    """Reads the time step."""
+
+    inputs = (Input("dt", -0.25, 0.5, "s"),)
+    outputs = (Output("y"),)
+
+
+def fed(estimator: Estimator, units: dict[str, str] | None = None, **columns: Any) -> Feed:
+    held = {
+        n: Column(np.array(v, dtype=np.float64), (units or {}).get(n)) for n, v in columns.items()
+    }
+    return feed(estimator, Record("walk", held))
+
+
+def naive(rows: list[tuple[float, float, float]]) -> tuple[list[Any], list[Any], int]:
+    """What `Probe` reads, as one would say it."""
+    out, new, clamped, held = [], [], 0, NAN
+    for z, c, plain in rows:
+        has_z, has_c = z == z, c == c
+        held = z if has_z else held
+        value = c if has_c else 0.5
+        clamped += not -1.0 <= value <= 3.0
+        value = max(-1.0, min(3.0, value))
+        out.append([float(has_z and has_c), held, value, plain, float(has_z)])
+        new.append([has_z and has_c, has_z, has_c, True, has_z])
+    return out, new, clamped
+
+
+gap = st.just(NAN)
+rows = st.tuples(
+    st.floats(-2.0, 2.0),
+    st.lists(
+        st.tuples(st.floats(-2.0, 2.0) | gap, st.floats(-9.0, 9.0) | gap, st.floats(-4.0, 4.0)),
+        min_size=1,
+        max_size=12,
+    ),
+).map(lambda pair: [(pair[0], *pair[1][0][1:]), *pair[1][1:]])
+
+
+@settings(max_examples=150, deadline=None)
+@given(rows)
+def test_as_a_plain_loop_has_it(samples: list[tuple[float, float, float]]) -> None:
+    z, c, plain = zip(*samples, strict=True)
+    found = fed(Probe(), z=z, c=c, plain=plain)
+    inputs, new, clamped = naive(samples)
+    assert found.inputs.tolist() == inputs
+    assert found.new.tolist() == new
+    assert found.clamped == ({"c": clamped} if clamped else {})
+    assert len(found) == len(samples) and found.t is None
+
+    intake = Intake(Probe(), "world w")
+    for k, (z1, c1, plain1) in enumerate(samples):
+        assert intake.take({"z": z1, "c": c1, "plain": plain1}).tolist() == inputs[k]
+        assert intake.new.tolist() == new[k]
+    assert intake.clamped == found.clamped
+
+
+@pytest.mark.parametrize(
+    "low, high, valid, missed",
+    [(0.0, 1.0, 1.0, 0.0), (-1.0, 1.0, 1.0, 0.0), (0.0, 2.0, 1.0, 0.0), (0.0, 0.5, 0.5, 0.0),
+     (0.25, 4.0, 1.0, 0.25)],
+)  # fmt: skip
+def test_flags_are_one_and_nothing(low: float, high: float, valid: float, missed: float) -> None:
+    class Flagged(Estimator):
+        inputs = (Input("z", 0.0, 1.0, "", missing=0.0), Input("f", low, high, "", valid_of="z"))
+        outputs = (Output("y"),)
+
+    assert fed(Flagged(), z=[1.0, NAN]).inputs[:, 1].tolist() == [valid, missed]
+    intake = Intake(Flagged(), "w")
+    assert [intake.take({"z": z})[1] for z in (1.0, NAN)] == [valid, missed]
+
+
+def test_units_of_the_header() -> None:
+    found = fed(
+        Probe(),
+        {"z": "cm", "plain": "deg/s", "c": "percent", "y_true": "mm", "h_true": "deg", "t": "ms"},
+        t=[0.0, 500.0],
+        z=[150.0, NAN],
+        c=[50.0, NAN],
+        plain=[180.0, -90.0],
+        y_true=[1500.0, NAN],
+        h_true=[90.0, -45.0],
+        s_true=[3.0, 4.0],
+    )
+    assert found.inputs == pytest.approx(
+        np.array([[1.0, 1.5, 0.5, math.pi, 1.0], [0.0, 1.5, 0.5, -math.pi / 2, 0.0]])
+    )
+    assert found.t is not None and found.t.tolist() == [0.0, 0.5]
+    assert found.truth["y"] == pytest.approx([1.5, NAN], nan_ok=True)
+    assert found.truth["h"] == pytest.approx([0.5, -0.25])
+    assert found.truth["s"].tolist() == [3.0, 4.0]
+    assert set(found.truth) == {"y", "h", "s"}  # `plain` is an input: its column is no truth
+
+
+def test_truth_of_either_name() -> None:
+    more = {"z": [0.0], "c": [0.0], "plain": [0.0]}
+    assert fed(Probe(), y=[1.0], **more).truth["y"].tolist() == [1.0]
+    assert fed(Probe(), y=[1.0], y_true=[2.0], **more).truth["y"].tolist() == [2.0]
+    assert fed(Probe(), plain_true=[2.0], **more).truth["plain"].tolist() == [2.0]
+
+
+def test_time_steps() -> None:
+    assert fed(Timed(), t=[0.0, 0.25, 0.375]).inputs[:, 0].tolist() == [0.1875, 0.25, 0.125]
+    assert fed(Timed(), {"t": "ms"}, t=[0.0, 250.0, 375.0]).inputs[1:, 0].tolist() == [0.25, 0.125]
+    assert fed(Timed(), t=[0.0, 0.25], dt=[-0.25, 0.5]).inputs[:, 0].tolist() == [-0.25, 0.5]
+    assert fed(Timed(), {"dt": "ms"}, dt=[125.0]).inputs[:, 0].tolist() == [0.125]
+
+
+@pytest.mark.parametrize(
+    "changes, units, message",
+    [
+        ({"z": None}, {}, "log 'walk': wanted a column z [m], an input of probe, found columns c, "
+         "plain; add it, or rename the one that holds it"),
+        ({"z": [NAN, 1.0]}, {}, "record, z[0]: wanted a number in the first row, found no value; "
+         "complete the log"),
+        ({"plain": [1.0, NAN]}, {}, "record, plain[1]: wanted a number, found no value; complete "
+         "the log, or declare Input('plain', ..., missing=...)"),
+        ({"z": [2.0, -2.5]}, {}, "record, z[1]: wanted -2 to 2 m, the declared range, found -2.5; "
+         "correct the unit in the header, or the range; clamp=True would clamp it"),
+        ({"z": [2.125, 3.0]}, {}, "record, z[0]: wanted -2 to 2 m, the declared range, found "
+         "2.125, and 1 more beyond it; "),
+        ({"z": [250.0, 1.0]}, {"z": "cm"}, "record, z[0]: wanted -2 to 2 m, the declared range, "
+         "found 2.5; "),
+        ({}, {"z": "kg"}, "log 'walk', column z: wanted a unit that converts to m, found kg (kg "
+         "is no m); correct the unit in the header"),
+        ({}, {"c": "m"}, "log 'walk', column c: wanted a unit that converts to a plain number, "
+         "found m (m is no plain number); "),
+        ({}, {"plain": "xyzzy"}, "log 'walk', column plain: wanted a unit that converts to rad/s, "
+         "found xyzzy (unit 'xyzzy' is not known); "),
+        ({"t": [0.0, 1.0]}, {"t": "m"}, "log 'walk', column t: wanted a unit that converts to s, "),
+        ({"y_true": [0.0, 1.0]}, {"y_true": "s"}, "log 'walk', column y_true: wanted a unit that "),
+    ],
+)  # fmt: skip
+def test_refused(changes: Any, units: dict[str, str], message: str) -> None:
+    columns: dict[str, Any] = {"z": [1.0, 1.0], "c": [1.0, 1.0], "plain": [1.0, 1.0]} | changes
+    with pytest.raises(InputError, match=f"^{re.escape(message)}"):
+        fed(Probe(), units, **{n: v for n, v in columns.items() if v is not None})
+
+
+def test_many_columns_are_not_all_named() -> None:
+    with pytest.raises(InputError, match=r"wanted a column dt \[s\].*, \.\.\.; add it"):
+        fed(Timed(), **{f"k{n:02d}": [0.0] for n in range(13)})
+
+
+def test_words() -> None:
+    program = _Timed().compile()
+    found = fed(_Timed(), dt=[-0.25, 0.125, 0.5])
+    frac = program.values[program.inputs[0]].frac
+    assert found.words(program).tolist() == [[-(1 << frac - 2)], [1 << frac - 3], [1 << frac - 1]]
+
+
+class _Timed(Timed):
+    inputs = (Input("dt", -0.25, 0.75, "s"),)
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        return {}, {"y": u.dt}

@@ -1,0 +1,247 @@
+"""Closed loops: what goes round, where two part, and worlds that are at fault."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator, Input, Output, State
+from boresight.sim.levels.registry import make_level
+from boresight.sim.records.feed import feed
+from boresight.sim.records.text import format_csv, parse_csv
+from boresight.sim.worlds.loop import Loop, Parting, close_loop, parting
+from boresight.sim.worlds.world import World
+
+NAN = float("nan")
+
+
+class Half(Estimator):
+    """A controller that can be followed by hand; ``new`` tells whether z is."""
+
+    inputs = (
+        Input("z", -8.0, 8.0, "m", missing="hold"),
+        Input("new", 0.0, 1.0, "", valid_of="z"),
+        Input("c", -1.0, 1.0, "", missing=0.0, clamp=True),
+    )
+    states = (State("n", 0.0, 64.0, "", 0.0),)
+    outputs = (Output("u", "m"), Output("n", ""), Output("c", ""))
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        n = x.n + u.new
+        return {"n": n}, {"u": -0.5 * u.z, "n": n, "c": u.c + 0.0}
+
+
+class Plant(World):
+    """Moves by what it is told; every third sample is missing."""
+
+    def __init__(self, length: int = 6) -> None:
+        self.length = length
+
+    def start(self) -> None:
+        self.z, self.k = 4.0, 0
+        self.heard: list[Any] = []
+
+    def record(self, outputs: Mapping[str, float] | None) -> Mapping[str, float] | None:
+        self.heard.append(outputs)
+        if self.k == self.length:
+            return None
+        if outputs is not None:
+            self.z += outputs["u"]
+        self.k += 1
+        told = {"u_true": float(self.k)} if self.k % 2 else {}
+        return {"z": NAN if self.k % 3 == 0 else self.z, "c": 2.0 * self.k - 4.0, **told}
+
+
+def closed(world: World, level: str = "numpy", **options: Any) -> Loop:
+    return close_loop(world, Half(), make_level(level, Half()), **options)
+
+
+def test_by_hand() -> None:
+    plant = Plant()
+    found = closed(plant)
+    # z: 4, 4-2, (2-1), held: 1-1 = 0, ...
+    assert found.inputs.tolist() == [
+        [4.0, 1.0, -1.0],
+        [2.0, 1.0, 0.0],
+        [2.0, 0.0, 1.0],
+        [0.0, 1.0, 1.0],
+        [0.0, 1.0, 1.0],
+        [0.0, 0.0, 1.0],
+    ]
+    assert found.outputs["u"].tolist() == [-2.0, -1.0, -1.0, 0.0, 0.0, 0.0]
+    assert found.outputs["n"].tolist() == [1.0, 2.0, 2.0, 3.0, 4.0, 4.0]
+    assert found.new[:, 0].tolist() == [True, True, False, True, True, False]
+    assert found.truth["u"][::2].tolist() == [1.0, 3.0, 5.0]
+    assert np.isnan(found.truth["u"][1::2]).all() and list(found.truth) == ["u"]
+    assert found.clamped == {"c": 5}
+    assert (found.level, found.records_per_s > 0) == ("numpy", True)
+    assert plant.heard[0] is None
+    assert plant.heard[1:] == [
+        {n: v[k] for n, v in found.outputs.items()} for k in range(len(found.inputs))
+    ]
+
+
+def test_what_it_saw_is_a_log() -> None:
+    """Run again on any level it gives the same outputs: gaps and flags are kept."""
+    for level in ("numpy", "fixed"):
+        found = closed(Plant(), level)
+        again = parse_csv(Path("loop.csv"), format_csv(found.record(Half(), "loop")).encode())
+        assert list(again.columns) == ["z", "c", "u_true"]
+        given = feed(Half(), again)
+        assert np.array_equal(given.inputs, found.inputs)
+        assert np.array_equal(given.truth["u"], found.truth["u"], equal_nan=True)
+        replayed = make_level(level, Half()).run(given.inputs).outputs
+        for name, values in found.outputs.items():
+            assert np.array_equal(replayed[name], values)
+    assert found.record(Half(), "loop").place(2, "z") == "loop, z[2]"
+
+
+def test_a_loop_starts_both_anew() -> None:
+    plant, level = Plant(), make_level("numpy", Half())
+    first = close_loop(plant, Half(), level)
+    second = close_loop(plant, Half(), level)
+    assert np.array_equal(first.inputs, second.inputs)
+    assert parting(Half(), first, second) is None
+
+
+def test_steps_and_progress() -> None:
+    assert len(closed(Plant(), steps=2).inputs) == 2
+    assert len(closed(Plant(), steps=99).inputs) == 6
+    heard: list[int] = []
+    closed(Plant(2500), progress=heard.append, steps=2100)
+    assert heard == [1000, 2000]
+
+
+class Odd(Plant):
+    """At fault in its third record."""
+
+    def __init__(self, third: Any) -> None:
+        super().__init__()
+        self.third = third
+
+    def record(self, outputs: Mapping[str, float] | None) -> Any:
+        given = super().record(outputs)
+        if self.k == 3:
+            return self.third(outputs, given)
+        return given
+
+
+@pytest.mark.parametrize(
+    "third, message",
+    [
+        (lambda o, r: 5, "world odd, step 2: wanted a record: values by input name, or None at the "
+         "end, found int; return a dictionary"),
+        (lambda o, r: {"z": 1.0}, "world odd, step 2, c: wanted a value for every input of half, "
+         "found none; "),
+        (lambda o, r: {**r, "z": 9.0}, "world odd, step 2, z: wanted -8 to 8 m, found 9; "),
+        (lambda o, r: {**r, "u_true": "much"}, "world odd, step 2, u_true: wanted a number, found "
+         "str; "),
+        (lambda o, r: {**r, "u_true": np.inf}, "world odd, step 2, u_true: wanted a finite number"),
+    ],
+)  # fmt: skip
+def test_records_that_are_refused(third: Any, message: str) -> None:
+    with pytest.raises(InputError, match=f"^{re.escape(message)}"):
+        closed(Odd(third))
+
+
+def test_worlds_that_raise() -> None:
+    with pytest.raises(
+        InputError,
+        match=r"^world odd, test_loop\.py, line \d+: wanted a record, found KeyError: 'v'; ",
+    ):
+        closed(Odd(lambda o, r: o["v"]))
+
+    class Unready(Plant):
+        def start(self) -> None:
+            raise RuntimeError("no data\nat all")
+
+    with pytest.raises(InputError, match=r"^world unready, .*found RuntimeError: no data; "):
+        closed(Unready())
+
+    class Refusing(Plant):
+        def start(self) -> None:
+            raise InputError("mine")
+
+    with pytest.raises(InputError, match="^mine$"):
+        closed(Refusing())
+
+
+def test_worlds_without_records() -> None:
+    with pytest.raises(
+        InputError,
+        match=r"^world plant: wanted at least one record, found none; let record\(\) return None "
+        r"only at the end$",
+    ):
+        closed(Plant(0))
+    with pytest.raises(InputError, match=r"^world world, world\.py, line \d+: .*NotImplemented"):
+        closed(World())
+
+
+def test_names_of_worlds() -> None:
+    class Called(World):
+        name = "mine"
+
+    assert (World.name, Plant.name, Called.name) == ("world", "plant", "mine")
+    assert World().start() is None
+
+
+def loop_of(level: str, inputs: Any, **outputs: Any) -> Loop:
+    table = np.array(inputs, dtype=np.float64)
+    named = {n: np.array(v, dtype=np.float64) for n, v in outputs.items()}
+    return Loop(level, table, np.ones(table.shape, dtype=np.bool_), named, {}, {}, 1.0)
+
+
+SAME = [[1.0, 1.0, 0.0], [2.0, 1.0, 0.0], [3.0, 1.0, 0.0]]
+OUT = {"u": [0.0, 0.0, 0.0], "n": [1.0, 2.0, 3.0], "c": [0.0, 0.0, 0.0]}
+
+
+@pytest.mark.parametrize(
+    "inputs, outputs, wanted",
+    [
+        (SAME, OUT, None),
+        (SAME[:2], {n: v[:2] for n, v in OUT.items()}, None),
+        (SAME, {**OUT, "n": [1.0, 2.5, 9.0]}, Parting(1, "output n", ("c", "rtl"), (2.0, 2.5),
+                                                      True)),
+        ([SAME[0], [2.0, 0.0, 0.5], SAME[2]], OUT, Parting(1, "input new", ("c", "rtl"), (1.0, 0.0),
+                                                          False)),
+        # Inputs and outputs in one step: the records came first.
+        ([*SAME[:2], [3.0, 1.0, 0.5]], {**OUT, "u": [0.0, 0.0, 1.0]},
+         Parting(2, "input c", ("c", "rtl"), (0.0, 0.5), False)),
+        # Outputs in an earlier step than inputs: the levels.
+        ([*SAME[:2], [3.0, 1.0, 0.5]], {**OUT, "c": [0.0, 1e-300, 1.0]},
+         Parting(1, "output c", ("c", "rtl"), (0.0, 1e-300), True)),
+    ],
+)  # fmt: skip
+def test_parting(inputs: Any, outputs: Any, wanted: Parting | None) -> None:
+    one, other = loop_of("c", SAME, **OUT), loop_of("rtl", inputs, **outputs)
+    assert parting(Half(), one, other) == wanted
+
+
+def test_lines_of_partings() -> None:
+    assert Parting(1, "output n", ("c", "rtl"), (2.0, 2.5), True).line() == (
+        "c and rtl part in step 1: output n on the same records: these levels differ, 2.0 and 2.5"
+    )
+    assert Parting(7, "input z", ("c", "float"), (2.0, 0.1), False).line() == (
+        "c and float part in step 7: input z of the record, 2.0 and 0.1"
+    )
+
+
+def test_integer_levels_never_part_and_floats_do() -> None:
+    class Third(Half):
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            state, out = super().step(x, u, p)
+            return state, {**out, "u": -u.z / 3.0}
+
+    loops = {
+        n: close_loop(Plant(40), Third(), make_level(n, Third())) for n in ("fixed", "c", "float")
+    }
+    assert parting(Third(), loops["fixed"], loops["c"]) is None
+    near = parting(Third(), loops["c"], loops["float"])
+    assert near is not None and near.same_records and (near.step, near.what) == (0, "output u")
+    assert near.values[0] != near.values[1] == -4.0 / 3.0
