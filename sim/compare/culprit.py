@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model.fixed import IntArray
-from boresight.model.graph import Node
+from boresight.model.graph import LEAVES, Node
 from boresight.model.interpreter import Interpreter
 from boresight.model.program import Program, Value
 
@@ -112,14 +112,16 @@ class _Twin:
         self.program, self.nodes, self.words = program, nodes, words
         self._value_of = {node.number: number for number, node in reversed(nodes.items())}
 
+    @property
+    def _limits(self) -> tuple[int, int]:
+        return self.program.arithmetic.min_int, self.program.arithmetic.max_int
+
     def real(self, value: int) -> FloatArray:
         """A value's words in its unit."""
         return self.program.format(value).real(self.words[value])
 
     def leaves(self, value: int) -> npt.NDArray[np.bool_]:
         """In which updates a value is further from its twin than rounding explains."""
-        if value in self.copies:  # another binary point, nothing else
-            return self._far(np.abs(self.real(self.copies[value]) - self.real(value)), value)
         node, exact = self.nodes[value], self.real(value)
         with np.errstate(all="ignore"):
             twin = self.computed(node)
@@ -127,11 +129,6 @@ class _Twin:
             if node.kind == "wrap" or node.unit == "ht":
                 apart = np.abs((apart + 1.0) % 2.0 - 1.0)
             scale = np.maximum(self._size(node), np.abs(twin))
-        return self._far(apart, value, scale)
-
-    def _far(
-        self, apart: FloatArray, value: int, scale: FloatArray | float = 0.0
-    ) -> npt.NDArray[np.bool_]:
         lsb = math.ldexp(1.0, -self.program.values[value].frac)
         relative = math.ldexp(1.0, 8 - self.program.arithmetic.word)
         return ~(apart <= _ROUNDING_LSB * lsb + relative * scale)
@@ -153,12 +150,14 @@ class _Twin:
             found = self._function_fault(part, step)
             if found is not None:
                 return Culprit(first + step, self._name(value), part.line or node.line, *found)
-        reached = float(self.real(value)[step])
+        at_limit = int(self.words[value][step]) in self._limits
+        with np.errstate(all="ignore"):
+            reached = float((self.computed(node) if at_limit else self.real(value))[step])
         return Culprit(
             first + step,
             self._name(value),
             node.line,
-            f"{reached:.6g} does not fit its range [{said.low:.6g}, {said.high:.6g}]",
+            f"{'saturates: ' if at_limit else ''}{reached:.6g} does not fit its range [{said.low:.6g}, {said.high:.6g}]",
             f"widen the range ({said.range_source}) or limit the value",
         )
 
@@ -178,6 +177,8 @@ class _Twin:
         """A node from its arguments."""
         if node.kind == "const":
             return np.full(len(self.words[0]), node.value)
+        if node.kind in LEAVES:
+            return self.real(self._value_of[node.number])
         args = [self.argument(a) for a in node.args]
         return np.asarray(_COMPUTE[node.kind](node, args), dtype=np.float64)
 
@@ -191,11 +192,9 @@ class _Twin:
             found = self._function_fault(part, step)
             if found is not None:
                 return Culprit(first + step, name, part.line or node.line, *found)
-        word = int(self.words[value][step])
-        arith = self.program.arithmetic
         why = f"float64 has {twin:.6g} where the word has {float(self.real(value)[step]):.6g}"
         cure = "see its operands in the report"
-        if word in (arith.min_int, arith.max_int):
+        if int(self.words[value][step]) in self._limits:
             why = f"saturates: {twin:.6g} does not fit its range [{said.low:.6g}, {said.high:.6g}]"
             cure = f"widen the range ({said.range_source}) or limit the value"
         elif math.isnan(twin):
@@ -227,7 +226,7 @@ class _Twin:
         """What a value is called, in words where its author gave it no name."""
         said, state = self.program.values[value].name, self._declared(value)
         if state != value:
-            return f"{said}, the next value of state {self.program.values[state].name}"
+            return f"state {self.program.values[state].name}"
         node = self.nodes[value]
         return said if node.name else f"{said}, {_role(node)}"
 

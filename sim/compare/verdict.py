@@ -157,7 +157,7 @@ def beyond_declared(program: Program, states: IntArray) -> tuple[str, ...]:
 
 def _named(program: Program, nodes: dict[int, Node], value: int) -> str:
     state = next((s for s, after in program.states if after == value), None)
-    if value not in nodes and state is not None:
+    if state is not None and value not in program.outputs:
         return f"state {program.values[state].name}"
     line = nodes[value].line if value in nodes else ""
     return program.values[value].name + (f", {line}" if line else "")
