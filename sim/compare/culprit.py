@@ -157,7 +157,8 @@ class _Twin:
             first + step,
             self._name(value),
             node.line,
-            f"{'saturates: ' if at_limit else ''}{reached:.6g} does not fit its range [{said.low:.6g}, {said.high:.6g}]",
+            ("saturates: " if at_limit else "")
+            + f"{reached:.6g} does not fit its range [{said.low:.6g}, {said.high:.6g}]",
             f"widen the range ({said.range_source}) or limit the value",
         )
 
