@@ -1,6 +1,6 @@
 """Estimators that look right and are wrong in fixed point, one fault each.
 
-The line to blame carries ``# FAULT``, but where the fault is of no single line.
+The line to blame carries ``# FAULT``.
 """
 
 from boresight import Estimator, Input, Output, Param, State, ops
@@ -95,16 +95,15 @@ class SmallDivisor(Estimator):
 
 
 class CoarseFilter(Estimator):
-    """A slow average, in a word of 18 bits."""
+    """A slow average, too slow for a word of 18 bits."""
 
-    word = 18
     inputs = (Input("x", -100.0, 100.0, "V"),)
     states = (State("mean", -100.0, 100.0, "V"),)
     outputs = (Output("mean", "V", tolerance=0.01),)
 
     def step(self, x, u, p):
         """A time constant of 1,000 samples."""
-        mean = x.mean + 1e-3 * (u.x - x.mean)
+        mean = x.mean + 1e-3 * (u.x - x.mean)  # FAULT
         return {"mean": mean}, {"mean": mean}
 
 
@@ -118,7 +117,7 @@ class Vanishing(Estimator):
 
     def step(self, x, u, p):
         """A microsecond at a time."""
-        count = x.count + u.rate * p.dt
+        count = x.count + u.rate * p.dt  # FAULT
         return {"count": count}, {"count": count}
 
 
