@@ -12,7 +12,7 @@ import numpy.typing as npt
 from boresight.firmware.build import CModel, WordRanges
 from boresight.model.declarations import Output
 from boresight.model.fixed import IntArray
-from boresight.model.graph import Node
+from boresight.model.graph import LEAVES, Node
 from boresight.model.program import Program
 from boresight.sim.compare.culprit import Culprit, find_culprit, outside
 from boresight.sim.compare.difference import Difference, differences, first_beyond
@@ -157,14 +157,15 @@ def _named(program: Program, nodes: dict[int, Node], value: int) -> str:
 def _coarse(program: Program, nodes: dict[int, Node], seen: WordRanges, states: IntArray) -> str:
     """What to do where no single operation is to blame: rounding adds up.
 
-    Every update rounds a state once, so the one whose changes have the fewest bits is the worst.
+    Every update rounds a state once, so the one whose changes have the fewest bits is the worst;
+    one that stands still loses them all.
     """
     rounding = "no operation leaves its float twin: rounding adds up"
     if not program.states:
         return f"{rounding}; use a wider word"
     changes = np.abs(np.diff(states, axis=0, prepend=states[:1])).max(axis=0)
-    moving = [k for k in range(len(changes)) if changes[k]] or [0]
-    k = min(moving, key=lambda k: int(changes[k]))
+    computed = [k for k, (_, after) in enumerate(program.states) if _is_computed(nodes, after)]
+    k = min(computed or [0], key=lambda k: int(changes[k]))
     state, after = program.states[k]
     value, line = program.values[state], nodes[after].line if after in nodes else ""
     used = max(int(seen.high[state]), -int(seen.low[state]), 1)
@@ -176,3 +177,8 @@ def _coarse(program: Program, nodes: dict[int, Node], seen: WordRanges, states: 
         + ("narrow that range, " if unused > 1 else "")
         + "use a wider word, or carry the remainder in a second state"
     )
+
+
+def _is_computed(nodes: dict[int, Node], value: int) -> bool:
+    """Whether arithmetic makes a value: it is no leaf, and no copy of one."""
+    return value in nodes and nodes[value].kind not in LEAVES

@@ -110,15 +110,21 @@ class CoarseFilter(Estimator):
 class Vanishing(Estimator):
     """Adds increments below the last bit of what they are added to."""
 
-    inputs = (Input("rate", 0.0, 1.0, "1/s"),)
+    inputs = (Input("rate", 0.0, 1.0, "1/s"), Input("gain", 0.0, 1.0))
     params = (Param("dt", 1e-6, 0.0, 1e-3, "s", "time step"),)
-    states = (State("count", 0.0, 1e4),)
-    outputs = (Output("count", tolerance=1e-4),)
+    states = (
+        State("gain", 0.0, 1.0, initial=0.5),
+        State("smooth", 0.0, 1.0, "1/s"),
+        State("count", 0.0, 1e4),
+    )
+    outputs = (Output("count", tolerance=1e-4), Output("period", "s", tolerance=1e-6))
 
     def step(self, x, u, p):
         """A microsecond at a time."""
         count = x.count + u.rate * p.dt  # FAULT
-        return {"count": count}, {"count": count}
+        smooth = x.smooth + x.gain * (u.rate - x.smooth)
+        after = {"gain": u.gain, "smooth": smooth, "count": count}
+        return after, {"count": count, "period": 2.0 / (smooth + 0.5)}
 
 
 class Windup(Estimator):

@@ -41,7 +41,10 @@ CASES = {
         {"x": 40.0 * np.sin(0.002 * _K)},
         "rounding adds up; state mean (bad.py, line ",
     ),
-    "Vanishing": ({"rate": 0.5 + 0.0 * _K}, "rounding adds up; state count (bad.py, line "),
+    "Vanishing": (
+        {"rate": 0.5 + 0.1 * np.sin(_K), "gain": 0.5 + 0.0 * _K},
+        "rounding adds up; state count (bad.py, line ",
+    ),
     "Windup": ({"error": 12.0 + _NOISE}, "does not fit its range [-50, 50]"),
     "LongVector": (
         {"x": 0.4 + 0.3 * np.sin(_K), "y": 0.4 + 0.3 * np.cos(_K)},
