@@ -122,7 +122,7 @@ class Vanishing(Estimator):
     def step(self, x, u, p):
         """A microsecond at a time."""
         count = x.count + u.rate * p.dt  # FAULT
-        smooth = x.smooth + x.gain * (u.rate - x.smooth)
+        smooth = ops.clip(x.smooth + x.gain * (u.rate - x.smooth), 0.0, 1.0)
         after = {"gain": u.gain, "smooth": smooth, "count": count}
         return after, {"count": count, "period": 2.0 / (smooth + 0.5)}
 
