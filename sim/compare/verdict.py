@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -13,7 +12,7 @@ import numpy.typing as npt
 from boresight.firmware.build import CModel, WordRanges
 from boresight.model.declarations import Output
 from boresight.model.fixed import IntArray
-from boresight.model.graph import Node
+from boresight.model.graph import LEAVES, Node
 from boresight.model.program import Program
 from boresight.sim.compare.culprit import Culprit, find_culprit, outside
 from boresight.sim.compare.difference import Difference, differences, first_beyond
@@ -130,7 +129,7 @@ def judge_accuracy(
         steps = {wrong} if wrong is not None else set()
         steps |= {int(np.argmax(saturated))} if saturated.any() else set()
         first = next(filter(None, (culprit_at(step + 1) for step in sorted(steps))), None)
-        culprit = str(first) if first else _coarse(program, seen)
+        culprit = str(first) if first else _coarse(program, nodes, seen, states)
     return Accuracy(apart, int(saturated.sum()), names, clamped, culprit)
 
 
@@ -163,22 +162,31 @@ def _named(program: Program, nodes: dict[int, Node], value: int) -> str:
     return program.values[value].name + (f", {line}" if line else "")
 
 
-def _coarse(program: Program, seen: WordRanges) -> str:
-    """What to do where no single operation is to blame: rounding adds up."""
-    spare: list[tuple[int, str]] = []
-    for state, _ in program.states:
-        used = max(int(seen.high[state]), -int(seen.low[state]), 1)
-        bits = program.arithmetic.word - 1 - int(math.log2(used) + 1)
-        name, value = program.values[state].name, program.values[state]
-        spare.append(
-            (
-                bits,
-                f"state {name} leaves {bits} of its bits unused in [{value.low:g}, {value.high:g}]",
-            )
-        )
+def _coarse(program: Program, nodes: dict[int, Node], seen: WordRanges, states: IntArray) -> str:
+    """What to do where no single operation is to blame: rounding adds up.
+
+    Every update rounds a state once, so the one whose changes have the fewest bits is the worst;
+    one that stands still loses them all.
+    """
     rounding = "no operation leaves its float twin: rounding adds up"
-    if not spare:
+    if not program.states:
         return f"{rounding}; use a wider word"
-    bits, text = max(spare, key=lambda pair: pair[0])
-    advice = f"{text}: narrow its range, or " if bits > 1 else ""
-    return f"{rounding}; {advice}use a wider word, or carry the remainder in a second state"
+    changes = np.abs(np.diff(states, axis=0, prepend=states[:1])).max(axis=0)
+    computed = [k for k, (_, after) in enumerate(program.states) if _is_computed(nodes, after)]
+    k = min(computed or [0], key=lambda k: int(changes[k]))
+    state, after = program.states[k]
+    value, line = program.values[state], nodes[after].line if after in nodes else ""
+    used = max(int(seen.high[state]), -int(seen.low[state]), 1)
+    unused = program.arithmetic.word - 1 - used.bit_length()
+    return (
+        f"{rounding}; state {value.name}{f' ({line})' if line else ''} changes by no more than "
+        f"{int(changes[k])} of its least significant bits in an update and leaves {unused} bits of "
+        f"its range [{value.low:g}, {value.high:g}] unused: "
+        + ("narrow that range, " if unused > 1 else "")
+        + "use a wider word, or carry the remainder in a second state"
+    )
+
+
+def _is_computed(nodes: dict[int, Node], value: int) -> bool:
+    """Whether arithmetic makes a value: it is no leaf, and no copy of one."""
+    return value in nodes and nodes[value].kind not in LEAVES

@@ -1,6 +1,6 @@
 """Estimators that look right and are wrong in fixed point, one fault each.
 
-The line to blame carries ``# FAULT``, but where the fault is of no single line.
+The line to blame carries ``# FAULT``.
 """
 
 from boresight import Estimator, Input, Output, Param, State, ops
@@ -95,31 +95,36 @@ class SmallDivisor(Estimator):
 
 
 class CoarseFilter(Estimator):
-    """A slow average, in a word of 18 bits."""
+    """A slow average, too slow for a word of 18 bits."""
 
-    word = 18
     inputs = (Input("x", -100.0, 100.0, "V"),)
     states = (State("mean", -100.0, 100.0, "V"),)
     outputs = (Output("mean", "V", tolerance=0.01),)
 
     def step(self, x, u, p):
         """A time constant of 1,000 samples."""
-        mean = x.mean + 1e-3 * (u.x - x.mean)
+        mean = x.mean + 1e-3 * (u.x - x.mean)  # FAULT
         return {"mean": mean}, {"mean": mean}
 
 
 class Vanishing(Estimator):
     """Adds increments below the last bit of what they are added to."""
 
-    inputs = (Input("rate", 0.0, 1.0, "1/s"),)
+    inputs = (Input("rate", 0.0, 1.0, "1/s"), Input("gain", 0.0, 1.0))
     params = (Param("dt", 1e-6, 0.0, 1e-3, "s", "time step"),)
-    states = (State("count", 0.0, 1e4),)
-    outputs = (Output("count", tolerance=1e-4),)
+    states = (
+        State("gain", 0.0, 1.0, initial=0.5),
+        State("smooth", 0.0, 1.0, "1/s"),
+        State("count", 0.0, 1e4),
+    )
+    outputs = (Output("count", tolerance=1e-4), Output("period", "s", tolerance=1e-6))
 
     def step(self, x, u, p):
         """A microsecond at a time."""
-        count = x.count + u.rate * p.dt
-        return {"count": count}, {"count": count}
+        count = x.count + u.rate * p.dt  # FAULT
+        smooth = ops.clip(x.smooth + x.gain * (u.rate - x.smooth), 0.0, 1.0)
+        after = {"gain": u.gain, "smooth": smooth, "count": count}
+        return after, {"count": count, "period": 2.0 / (smooth + 0.5)}
 
 
 class Windup(Estimator):
