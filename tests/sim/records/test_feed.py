@@ -111,7 +111,15 @@ def test_flags_are_one_and_nothing(low: float, high: float, valid: float, missed
 def test_units_of_the_header() -> None:
     found = fed(
         Probe(),
-        {"z": "cm", "plain": "deg/s", "c": "percent", "y_true": "mm", "h_true": "deg", "t": "ms"},
+        {
+            "s_true": "",
+            "z": "cm",
+            "plain": "deg/s",
+            "c": "percent",
+            "y_true": "mm",
+            "h_true": "deg",
+            "t": "ms",
+        },
         t=[0.0, 500.0],
         z=[150.0, NAN],
         c=[50.0, NAN],
@@ -155,6 +163,7 @@ def test_time_steps() -> None:
          "the log, or declare Input('plain', ..., missing=...)"),
         ({"z": [2.0, -2.5]}, {}, "record, z[1]: wanted -2 to 2 m, the declared range, found -2.5; "
          "correct the unit in the header, or the range; clamp=True would clamp it"),
+        ({"z": [-2.0, 2.5]}, {}, "record, z[1]: wanted -2 to 2 m, the declared range, found 2.5; "),
         ({"z": [2.125, 3.0]}, {}, "record, z[0]: wanted -2 to 2 m, the declared range, found "
          "2.125, and 1 more beyond it; "),
         ({"z": [250.0, 1.0]}, {"z": "cm"}, "record, z[0]: wanted -2 to 2 m, the declared range, "
@@ -178,6 +187,17 @@ def test_refused(changes: Any, units: dict[str, str], message: str) -> None:
 def test_many_columns_are_not_all_named() -> None:
     with pytest.raises(InputError, match=r"wanted a column dt \[s\].*, \.\.\.; add it"):
         fed(Timed(), **{f"k{n:02d}": [0.0] for n in range(13)})
+    with pytest.raises(InputError, match=r"found columns k00, k01, .*, k07; add it"):
+        fed(Timed(), **{f"k{n:02d}": [0.0] for n in range(8)})
+
+
+def test_units_with_another_zero() -> None:
+    class Warm(Estimator):
+        inputs = (Input("temperature", 200.0, 400.0, "K"),)
+        outputs = (Output("y"),)
+
+    found = fed(Warm(), {"temperature": "degC"}, temperature=[0.0, 26.85])
+    assert found.inputs[:, 0] == pytest.approx([273.15, 300.0])
 
 
 def test_words() -> None:

@@ -99,6 +99,14 @@ def test_typical_is_the_median_of_new_samples() -> None:
     assert warnings_of(Sensors(), inputs, new) == ()
 
 
+def test_a_pair_of_axes_is_no_vector() -> None:
+    class Pair(Estimator):
+        inputs = tuple(Input(f"a{axis}", -20.0, 20.0, "m/s^2") for axis in "xy")
+        outputs = (Output("y"),)
+
+    assert warnings_of(Pair(), np.array([[0.6, 0.8]]), np.ones((1, 2), bool)) == ()
+
+
 @pytest.mark.parametrize("name", bundled_names())
 def test_bundled_logs_are_plausible(name: str) -> None:
     assert feed(estimator("mekf"), read_record(bundled(name))).warnings == ()
