@@ -286,7 +286,8 @@ def _sum(node: Node, args: list[FloatArray]) -> FloatArray:
 #: Each kind of node in float64.
 _COMPUTE: dict[str, Callable[[Node, list[FloatArray]], object]] = {
     "sum": _sum,
-    "mul": lambda node, a: a[0] * a[1],
+    # 0 times 1/0 is 0, as in the words and in the reference, whose roots have a floor.
+    "mul": lambda node, a: np.where((a[0] == 0.0) | (a[1] == 0.0), 0.0, a[0] * a[1]),
     "select": lambda node, a: np.where(a[0] < 0.0, a[1], a[2]),
     "flip": lambda node, a: np.where(a[0] < 0.0, -a[1], a[1]),
     "abs": lambda node, a: np.abs(a[0]),

@@ -175,6 +175,14 @@ def test_nobody_is_to_blame_for_rounding(word: int) -> None:
     assert look(Slow(), inputs, word) is None
 
 
+def test_nothing_times_the_root_of_nothing_is_nothing() -> None:
+    class Direction(Base):
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            return {"y": x.y}, {"y": ops.bounded(u.u * ops.rsqrt(u.u * u.u), -2.0, 2.0, "")}
+
+    assert look(Direction(), [1.0, 0.0, -1.0]) is None
+
+
 def test_only_the_last_updates_are_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
     inputs = [4.0, 0.0, 0.0, 0.0, 0.0]
     monkeypatch.setattr(module, "WINDOW", 5)
