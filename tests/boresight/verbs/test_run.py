@@ -217,7 +217,7 @@ def test_json_has_no_nan(here: Path, capsys: pytest.CaptureFixture[str]) -> None
         (["mine.py", "none.csv"], "error: none.csv: wanted a log file that can be read, found no "),
         (["none.py", "log.csv"], "error: none.py: wanted a Python file with an estimator, found "),
         (["mine.py", "log.csv", "-o", "log.csv"], "error: log.csv: wanted "),
-        (["mekf", "log.csv"], "error: log 'log': wanted a column gx [rad/s], an input of mekf, "),
+        (["mekf", "log.csv"], "error: log.csv: wanted a column gx [rad/s], an input of mekf, "),
         (["mine.py", "bad.csv"], "error: bad.csv, line 3, column z: wanted a finite number, or "),
     ],
 )  # fmt: skip
