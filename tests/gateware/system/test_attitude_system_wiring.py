@@ -217,6 +217,7 @@ def test_the_host_reads_the_readers(bench: Bench, rng: random.Random) -> None:
 
 def test_each_setting_goes_to_one_place(bench: Bench) -> None:
     async def test(ctx):
+        assert ctx.get(bench.inertial.enable)
         assert not ctx.get(bench.settings["results_hold"])
         for name, value in bench.settings.items():
             others = {n: ctx.get(v) for n, v in bench.settings.items() if n != name}

@@ -10,8 +10,8 @@ HALF = 1 << 31
 EDGES = (0, 1, -1, HALF - 1, -HALF, 1 - HALF, HALF // 2, -HALF // 2, 59_652, 59_653, -59_653)
 
 
-async def digits_of(ctx, dut: AngleDigits, word: int) -> str:
-    """Start, the 32 bits, then each power of ten as often as it can be taken away."""
+async def shift(ctx, dut: AngleDigits, word: int) -> None:
+    """Start, then the 32 bits."""
     ctx.set(dut.start, 1)
     await ctx.tick()
     ctx.set(dut.start, 0)
@@ -22,17 +22,22 @@ async def digits_of(ctx, dut: AngleDigits, word: int) -> str:
         ctx.set(dut.last, k == 31)
         await ctx.tick()
     ctx.set(dut.shift, 0)
+
+
+async def digits_of(ctx, dut: AngleDigits, word: int) -> str:
+    """Then each power of ten as often as it can be taken away, and once more."""
+    await shift(ctx, dut, word)
     text = ""
     for power in range(5):
         ctx.set(dut.power, power)
+        await ctx.tick()  # not asked to take it away
         ctx.set(dut.subtract, 1)
-        digit = 0
-        while ctx.get(dut.possible):
-            digit += 1
+        digit, possible = 0, True
+        while possible:
+            _, _, possible = await ctx.tick().sample(dut.possible)
+            digit += possible
             assert digit < 10
-            await ctx.tick()
         ctx.set(dut.subtract, 0)
-        await ctx.tick()
         text += str(digit)
     return text
 
@@ -49,21 +54,17 @@ def test_digits(simulate) -> None:
     simulate(dut, bench)
 
 
-def test_what_is_possible_stays_until_it_is_taken(simulate) -> None:
-    """Without ``subtract`` nothing changes."""
+def test_an_angle_forgets_the_one_before(simulate) -> None:
+    """What was left of it would make a whole hundredth of one that lacks almost nothing."""
     dut = AngleDigits()
+    word = pow(36_000 // 32, -1, 1 << 27) * (HALF // 32 - 1) % (1 << 27)
+    assert (word * 36_000 + HALF) % (1 << 32) == (1 << 32) - 32
 
     async def bench(ctx):
-        wanted = await digits_of(ctx, dut, HALF - 1)
-        assert wanted == "18000"
-        ctx.set(dut.power, 4)
-        await ctx.tick().repeat(3)
-        assert not ctx.get(dut.possible)
-        await digits_of(ctx, dut, 0)
-        for power in range(5):
-            ctx.set(dut.power, power)
-            await ctx.tick()
-            assert not ctx.get(dut.possible)
+        for before in (HALF - 1, -1 << 30):
+            await shift(ctx, dut, before)
+            digits = await digits_of(ctx, dut, word)
+            assert f"+{digits[:3]}.{digits[3:]}" == angle_text(word)
 
     simulate(dut, bench)
 
