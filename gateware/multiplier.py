@@ -41,7 +41,7 @@ class Multiplier(wiring.Component):
         Clock enable of every register.
     a, b : In(signed(W))
         Factors.
-    p : Out(signed(2 W))
+    p : Out(signed(2 * W))
         Product.
     """
 

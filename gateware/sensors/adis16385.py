@@ -116,7 +116,7 @@ class Adis16385(wiring.Component):
         Words, stamp and number hold for `hold_cycles` after ``sample``.
     temperature, diag_stat : Out(16)
         The latest of both that were read, good sample or not.
-    flags : Out(FLAGS), events : Out(len(EVENTS))
+    flags : Out(len(FLAGS)), events : Out(len(EVENTS))
         See `gateware.sensors.adis16385_flags`.
     """
 

@@ -79,11 +79,11 @@ class Hmr3300(wiring.Component):
         until the next.
     is_counts : Out(1)
         Its kind.
-    values : Out(3 of signed 16)
+    values : Out(signed(16)) array
         Heading 0..3599, pitch, roll in tenths of a degree; or magnetometer counts x, y, z.
-    flags : Out(struct of `FLAGS`)
-        Levels.
-    events : Out(one bit for each of `EVENTS`)
+    flags : Out(len(FLAGS))
+        Levels, by `FLAGS`.
+    events : Out(len(EVENTS))
         One cycle each.
     """
 

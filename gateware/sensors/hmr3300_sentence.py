@@ -71,7 +71,7 @@ class SentenceParser(wiring.Component):
         A good line has come; ``values`` and ``is_counts`` are new with this cycle and stay.
     is_counts : Out(1)
         The values are magnetometer counts; else heading, pitch, roll.
-    values : Out(3 of signed 16)
+    values : Out(signed(16)) array
         Counts, or tenths of a degree.
     rejected : Out(1)
         A line is not good.

@@ -18,7 +18,7 @@ class ProcessorBus(wiring.Signature):
     -------
     adr : Out(addr_width)
         Word address.
-    dat_w, dat_r : Out(32), In(32)
+    dat_w : Out(32), dat_r : In(32)
         Written and read word.
     sel : Out(4)
         Bytes that are written.

@@ -30,7 +30,7 @@ from boresight.model.errors import InputError
 
 __all__ = ["AttitudeSystem", "system_design"]
 
-#: Toggles of the LED per second are the clock's frequency over this, roughly.
+#: Bit of the time with which the LED changes, at most: about three times a second at 100 MHz.
 _BLINK_BIT = 25
 
 
@@ -309,7 +309,7 @@ class AttitudeSystem(wiring.Component):
     def _lights(self, m: Module, time: Signal) -> None:
         """One that blinks with updates, one for what is wrong with the sensors."""
         came, beat = Signal(), Signal()
-        bit = min(_BLINK_BIT, max(int(self.clock_hz / 4).bit_length(), 1))
+        bit = min(_BLINK_BIT, int(self.clock_hz / 4).bit_length())
         m.d.sync += beat.eq(time[bit])
         with m.If(self._attitude.updated):
             m.d.sync += came.eq(1)

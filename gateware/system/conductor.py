@@ -64,7 +64,7 @@ class Conductor(wiring.Component):
         Clock cycle of that sample.
     index : Out(3), word : In(16)
         Which word of it (gyro x, y, z, accelerometer x, y, z); the word, in the same cycle.
-    line : In(1), is_counts : In(1), values : In(3 x 16)
+    line : In(1), is_counts : In(1), values : In(3 * 16)
         A line of the compass has come; magnetometer counts, or heading, pitch and roll.
     filter : In
         Number of the filter; one that none has changes nothing.

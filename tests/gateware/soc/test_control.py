@@ -85,6 +85,21 @@ def test_alarm_across_the_wrap() -> None:
     run(bench)
 
 
+@pytest.mark.parametrize(
+    "ahead, rings",
+    [(0x7FFF_FF00, False), (0x6000_0000, False), (-0x5000_0000, True), (-0x7FFF_FF00, True)],
+)
+def test_alarm_half_the_range_away(ahead: int, rings: bool) -> None:
+    async def bench(ctx, dut):
+        await transfer(ctx, dut, "timer", 1)
+        now = await transfer(ctx, dut, "cycles")
+        await transfer(ctx, dut, "alarm", now + ahead & 0xFFFF_FFFF)
+        await ctx.tick().repeat(2)
+        assert ctx.get(dut.timer) == rings
+
+    run(bench)
+
+
 def test_console_out(listen) -> None:
     received = bytearray()
     dut = Control(divisor=8, watchdog_cycles=4096, pages=24)
