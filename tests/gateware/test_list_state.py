@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import pytest
 
 from boresight.gateware.copies import with_copies
@@ -84,8 +86,11 @@ def test_the_score_is_what_the_slots_say(machine: Machine, urgent: int) -> None:
 
 
 def test_the_program_lasts_until_its_last_word_is_taken() -> None:
-    """Also if nothing reads that word."""
-    work = state_of(by_hand((Op(31, (Term(0, 30, 31),)),), inputs=30)).p
-    attempt = list_pass(work, [0.0, 0.0], Style())
-    assert attempt is not None and attempt.gets[-1] == 29
-    assert attempt.length == attempt.score[1] == 30
+    """Also if its results have left before: in a cycle that a write keeps free of gets."""
+    ops = (Op(31, (Term(0, 30, 31),)), Op(32, (Term(8, 30, 31),)))
+    program = dataclasses.replace(by_hand(ops, inputs=30), outputs=(31,), output_names=("y0",))
+    attempt = list_pass(state_of(program).p, [0.0, 0.0, 0.0], Style())
+    assert attempt is not None
+    latency, length, slots, _ = attempt.score
+    assert latency < 20 and slots == 3
+    assert attempt.gets[-1] == 31 and length == attempt.length == 32
