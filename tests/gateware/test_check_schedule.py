@@ -299,3 +299,40 @@ def test_false_copy(machine: Machine) -> None:
     wrong = dataclasses.replace(copy, terms=(Term(t.a, t.b, t.shift - 1),))
     low = dataclasses.replace(s.program, ops=(*p.ops, wrong, *s.program.ops[added + 1 :]))
     rejected(p, dataclasses.replace(s, program=low), a, r"has no next value of its own$")
+
+
+def other_values(p: Program) -> Program:
+    n = next(n for n, v in enumerate(p.values) if v.kind in (Kind.PARAM, Kind.CONST, Kind.STATE))
+    value = dataclasses.replace(p.values[n], initial=p.values[n].initial ^ 1)
+    return dataclasses.replace(p, values=(*p.values[:n], value, *p.values[n + 1 :]))
+
+
+def other_ops(p: Program) -> Program:
+    (term, *terms), ops = p.ops[0].terms, p.ops[1:]
+    changed = dataclasses.replace(term, shift=term.shift ^ 1)
+    return dataclasses.replace(
+        p, ops=(dataclasses.replace(p.ops[0], terms=(changed, *terms)), *ops)
+    )
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        other_values,
+        other_ops,
+        lambda p: dataclasses.replace(p, inputs=p.inputs[::-1]),
+        lambda p: dataclasses.replace(p, outputs=p.outputs[::-1]),
+        lambda p: dataclasses.replace(p, table_memory=(*p.table_memory, *[0] * 512)),
+        lambda p: dataclasses.replace(p, arithmetic=dataclasses.replace(p.arithmetic, headroom=19)),
+        lambda p: dataclasses.replace(p, states=p.states[:-1]),
+    ],
+)
+def test_schedule_of_another_program(other: Callable[[Program], Program]) -> None:
+    """It differs in one thing, and says that it was made of this one; or does not say so."""
+    p, s, a = made(1, CONFIGS["small"])
+    assert len(p.states) == 4 and len(p.outputs) > 1
+    q = other(p)
+    assert q != p
+    message = r": the schedule is not that of this program$"
+    rejected(q, dataclasses.replace(s, source=q.digest), a, message)
+    rejected(p, dataclasses.replace(s, source=q.digest), a, message)
