@@ -21,6 +21,7 @@ FLOAT = (
     "firmware/float_build.py",
     "firmware/float_text.py",
     "firmware/float_trace.py",
+    "firmware/precision.py",
 )
 #: What `compile` uses besides the rooms of the compiler.
 MORE = (

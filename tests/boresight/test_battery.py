@@ -64,7 +64,7 @@ CORES = (
     "boresight.sim.check.build_core",
     "boresight.sim.divergence.build_core",
     "boresight.verbs.check.shared_core",
-    "boresight.verbs.run.build_core",
+    "boresight.sim.levels.registry.build_core",
 )
 
 

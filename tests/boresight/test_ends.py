@@ -67,6 +67,7 @@ def stopped(argv: list[str], tmp_path: Path, *, after: str, everybody: bool) -> 
     with subprocess.Popen(
         [*COMMAND, *argv],
         cwd=tmp_path,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # not as in the background
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
         text=True,

@@ -45,7 +45,7 @@ def test_literals() -> None:
     assert SINGLE.literal(-0.5) == "-0.5f"
     assert SINGLE.literal(1e-300) == "1.1754944e-38f"
     assert SINGLE.literal(0.0) == "0.0f"
-    with pytest.raises(ValueError, match="^number must be finite in single precision, not 1e"):
+    with pytest.raises(ValueError, match="^number must be finite in a float, not 1e"):
         SINGLE.literal(1e39)
 
 

@@ -25,6 +25,7 @@ class Builds:
 
     def __init__(self, folder: Path) -> None:
         self.folder, self.cache = folder, folder / "cache $x"  # as a make variable and a shell word
+        self.keep = True
         self.include, self.calls = folder / "include", folder / "calls"
         for new in (self.cache, self.include):
             new.mkdir()
@@ -47,7 +48,7 @@ class Builds:
         done = subprocess.run(
             ["make", "-s"],
             cwd=self.folder,
-            env={"PATH": "/usr/bin:/bin", "OBJCACHE": launcher(self.cache)},
+            env={"PATH": "/usr/bin:/bin", "OBJCACHE": launcher(self.cache, keep=self.keep)},
             capture_output=True,
         )
         return done.returncode, target.read_text() if target.exists() else ""
@@ -65,6 +66,16 @@ def test_the_second_build_takes_what_the_first_made(builds: Builds) -> None:
     assert builds.make() == builds.make() == (0, "library")
     assert builds.count() == 1
     assert [path.suffix for path in builds.cache.iterdir()] == [".o"], "nothing else is left"
+
+
+def test_what_only_takes_leaves_nothing(builds: Builds) -> None:
+    builds.keep = False
+    assert builds.make() == builds.make() == (0, "library") and builds.count() == 2
+    assert not list(builds.cache.iterdir())
+    builds.keep = True
+    builds.make()
+    builds.keep = False
+    assert builds.make() == (0, "library") and builds.count() == 3
 
 
 def test_whatever_decides_the_object_makes_a_new_one(builds: Builds) -> None:
@@ -94,5 +105,5 @@ def test_a_failure_is_one_and_leaves_nothing(builds: Builds) -> None:
 
 
 def test_launcher_is_shell_words() -> None:
-    words = shlex.split(launcher(Path("/a b/$c")).replace("$$", "$"))
-    assert words[-1] == "/a b/$c" and Path(words[-2]).name == "runtime_objects.py"
+    words = shlex.split(launcher(Path("/a b/$c"), keep=True).replace("$$", "$"))
+    assert words[-2:] == ["keep", "/a b/$c"] and Path(words[-3]).name == "runtime_objects.py"
