@@ -1,4 +1,4 @@
-"""Boresight: attitude estimators from equations to FPGA, proven equal bit by bit.
+"""Boresight: estimators from equations to FPGA, proven equal bit by bit.
 
 Everything the command line does is one function here::
 
