@@ -78,8 +78,7 @@ class _VerbParser(_Parser):
 
 def _parser() -> _Parser:
     parser = _Parser(
-        prog="boresight",
-        description="Estimators from equations to FPGA, proven equal bit by bit.",
+        prog="boresight", description="Estimators from equations to FPGA, proven equal bit by bit."
     )
     parser.add_argument("--version", action="version", version=boresight.__version__)
     verbs = parser.add_subparsers(

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from boresight.model.errors import InputError
 from boresight.sim.log_checks import COLUMNS, check_samples, quote, wanted_value
+from boresight.sim.records.text import fields_of, lines_of
 
 __all__ = ["format_csv", "parse_csv"]
 
@@ -58,7 +59,7 @@ def parse_csv(path: Path, content: bytes) -> dict[str, FloatArray]:
     InputError
         If the content is not a log; the message names the line and the column.
     """
-    lines = _text_lines(path, content)
+    lines = lines_of(path, content)
     top = next((k for k, s in enumerate(lines) if s.strip() and not s.startswith("#")), None)
     if top is None:
         raise InputError.at(
@@ -80,21 +81,6 @@ def parse_csv(path: Path, content: bytes) -> dict[str, FloatArray]:
             fix="write one line per sample",
         )
     return _parse_rows(path, top + 2, names, rows)
-
-
-def _text_lines(path: Path, content: bytes) -> list[str]:
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        text = "\0"
-    if "\0" in text:
-        raise InputError.at(
-            str(path),
-            wanted="a CSV log in UTF-8 text",
-            found="binary data",
-            fix="export it as text; an archive of arrays must be named .npz",
-        )
-    return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
 
 
 def _check_header(where: str, names: list[str]) -> None:
@@ -133,18 +119,7 @@ def _parse_rows(
         return f"{path}, line {row + first_line}, column {COLUMNS[array][component]}"
 
     width = len(names)
-    counts = np.array([row.count(",") for row in rows]) + 1
-    if (counts != width).any():
-        row = int(np.argmax(counts != width))
-        raise InputError.at(
-            f"{path}, line {row + first_line}",
-            wanted=f"{width} fields, as in the header",
-            found=str(counts[row]) if rows[row].strip() else "an empty line",
-            fix="complete or remove the line",
-        )
-    body = ",".join(rows)
-    fields = body.split(",")
-    table = _numbers(body, fields).reshape(-1, width)
+    fields, table = fields_of(path, first_line, width, rows)
     empty = np.isnan(table)
     order = {
         array: [names.index(name) for name in columns]
@@ -169,26 +144,3 @@ def _parse_rows(
     arrays["t"] = arrays["t"][:, 0]
     check_samples(arrays, place)
     return arrays
-
-
-def _numbers(body: str, fields: list[str]) -> FloatArray:
-    """Value of each field: NaN if it is empty, infinity if it is not a finite number."""
-    # Only what cannot be mistaken goes the fast way: float() also takes "nan" (which would pass
-    # for empty), "1_000", and digits of other scripts.
-    plain = not body.encode().translate(None, delete=b"0123456789+-.eE, \t")
-    if plain:
-        try:
-            return np.array([float(field or "nan") for field in fields])
-        except ValueError:
-            pass  # the caller needs to know which field, so look at each
-    return np.array([_number(field.strip()) for field in fields])
-
-
-def _number(field: str) -> float:
-    if not field:
-        return np.nan
-    try:
-        value = float(field) if field.isascii() and "_" not in field else np.inf
-    except ValueError:
-        return np.inf
-    return value if np.isfinite(value) else np.inf
