@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import io
-import zipfile
-import zlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -14,23 +12,12 @@ import numpy.typing as npt
 
 from boresight.model.errors import InputError
 from boresight.sim.log_checks import check_samples, clean_arrays, clean_rate, index_place
+from boresight.sim.records.archive import arrays_of
 
 __all__ = ["format_npz", "parse_npz"]
 
 _REQUIRED = ("t", "gyr", "acc", "mag")
 _OPTIONAL = ("q", "mov", "restart", "fs")
-#: What numpy, zipfile and zlib raise on bytes that are no archive, or a damaged one.
-_UNREADABLE = (
-    AttributeError,
-    EOFError,
-    KeyError,
-    MemoryError,
-    OSError,
-    RuntimeError,
-    ValueError,
-    zipfile.BadZipFile,
-    zlib.error,
-)
 
 
 def format_npz(arrays: Mapping[str, npt.ArrayLike]) -> bytes:
@@ -67,16 +54,7 @@ def parse_npz(path: Path, content: bytes) -> dict[str, Any]:
     InputError
         If the content is not a log; the message names the array and the index, from 0.
     """
-    try:
-        archive = np.load(io.BytesIO(content), allow_pickle=False)
-        held = {key: archive[key] for key in (*_REQUIRED, *_OPTIONAL) if key in archive.files}
-    except _UNREADABLE:
-        raise InputError.at(
-            str(path),
-            wanted="an .npz archive of plain arrays",
-            found="something that cannot be read as one",
-            fix="write it with numpy.savez; a CSV log must not be named .npz",
-        ) from None
+    held: dict[str, Any] = dict(arrays_of(path, content, (*_REQUIRED, *_OPTIONAL)))
     missing = [key for key in _REQUIRED if key not in held]
     if missing:
         raise InputError.at(

@@ -10,6 +10,7 @@ from __future__ import annotations
 import io
 import zipfile
 import zlib
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ from boresight.model.errors import InputError
 from boresight.sim.records.record import Record, columns_of, index_place, name_of
 from boresight.sim.records.steps import RESTART_S, steps_of
 
-__all__ = ["format_npz", "parse_npz"]
+__all__ = ["arrays_of", "format_npz", "parse_npz"]
 
 #: Arrays of the nine-axis form, and their columns.
 _TRIPLES = {
@@ -54,6 +55,28 @@ def format_npz(record: Record) -> bytes:
     return buffer.getvalue()
 
 
+def arrays_of(
+    path: Path, content: bytes, names: Collection[str] | None = None
+) -> dict[str, npt.NDArray[Any]]:
+    """Arrays of an archive, those of ``names`` or all; other ones are not looked at.
+
+    Raises
+    ------
+    InputError
+        It is no archive of plain arrays.
+    """
+    try:
+        archive = np.load(io.BytesIO(content), allow_pickle=False)
+        return {key: archive[key] for key in archive.files if names is None or key in names}
+    except _UNREADABLE:
+        raise InputError.at(
+            str(path),
+            wanted="an .npz archive of plain arrays",
+            found="something that cannot be read as one",
+            fix="write it with numpy.savez; a CSV log must not be named .npz",
+        ) from None
+
+
 def parse_npz(path: Path, content: bytes) -> Record:
     """Unpack and check the content of an ``.npz`` log.
 
@@ -69,16 +92,7 @@ def parse_npz(path: Path, content: bytes) -> Record:
     InputError
         It is no such archive; the message names the array and the index, from 0.
     """
-    try:
-        archive = np.load(io.BytesIO(content), allow_pickle=False)
-        held = {key: archive[key] for key in archive.files}
-    except _UNREADABLE:
-        raise InputError.at(
-            str(path),
-            wanted="an .npz archive of plain arrays",
-            found="something that cannot be read as one",
-            fix="write it with numpy.savez; a CSV log must not be named .npz",
-        ) from None
+    held = arrays_of(path, content)
     if not held:
         raise InputError.at(
             str(path), wanted="arrays", found="an empty archive", fix="store one array per column"
