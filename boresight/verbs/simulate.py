@@ -326,7 +326,9 @@ def add_arguments(parser: ArgumentParser) -> None:
         action="store_true",
         help="every fault of both sensors instead: when seen, what it does",
     )
-    parser.add_argument("-o", "--output", default="build", metavar="DIR")
+    parser.add_argument(
+        "-o", "--output", metavar="DIR", help="default build; of a world: a log of what it saw"
+    )
 
 
 def call(args: Namespace) -> Outcome:
@@ -344,16 +346,17 @@ def call(args: Namespace) -> Outcome:
             )
         data = simulate_faults(args.filter, progress=progress_of(args))
         return 0 if data["good"] else 1, data, faults_text(data)
+    output = "build" if args.output is None else args.output
     data = simulate(
         args.filter,
         args.log,
         config=args.config,
         seconds=args.seconds,
         source=args.source,
-        output=args.output,
+        output=output,
         progress=progress_of(args),
     )
-    return 0 if data["good"] else 1, data, f"{simulate_text(data)}\n{args.output}/board.html"
+    return 0 if data["good"] else 1, data, f"{simulate_text(data)}\n{output}/board.html"
 
 
 def _call_world(args: Namespace) -> Outcome:
@@ -372,7 +375,7 @@ def _call_world(args: Namespace) -> Outcome:
         against=args.against or "c",
         config=args.config,
         steps=args.steps,
-        output=None if args.output == "build" else args.output,
+        output=args.output,
         progress=progress_of(args),
     )
     return 0 if data["good"] else 1, data, loop_text(data)

@@ -46,8 +46,9 @@ class Run:
 class Level(Protocol):
     """An estimator in one form, with states of its own.
 
-    ``step`` and ``run`` go on where the last one stopped; ``reset`` starts anew. A level holds
-    resources until ``close``.
+    ``step`` and ``run`` go on where the last one stopped, but for ``run`` of a level that replays
+    records from a reset on (`sim.levels.rtl`); ``reset`` starts anew. A level holds resources until
+    ``close``.
     """
 
     @property
