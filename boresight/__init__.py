@@ -28,6 +28,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from boresight.loop import simulate_world
     from boresight.model import ops
     from boresight.model.declarations import Input, Output, Param, State
     from boresight.model.errors import InputError, ToolMissing
@@ -43,7 +44,6 @@ if TYPE_CHECKING:
     from boresight.verbs.doctor import doctor
     from boresight.verbs.experiment import experiment
     from boresight.verbs.list import list_estimators
-    from boresight.verbs.loop import simulate_world
     from boresight.verbs.monitor import monitor
     from boresight.verbs.report import report
     from boresight.verbs.run import run

@@ -60,7 +60,7 @@ def code_of(error: BaseException) -> int:
 
 
 def _is_schedule_error(error: BaseException) -> bool:
-    from boresight.gateware.slots import ScheduleError
+    from boresight.gateware.schedule.slots import ScheduleError
 
     return isinstance(error, ScheduleError)
 
@@ -68,8 +68,8 @@ def _is_schedule_error(error: BaseException) -> bool:
 def _is_tool_failure(error: BaseException) -> bool:
     from boresight.firmware.soc.image import ImageError
     from boresight.gateware.synthesis.yosys import SynthesisError
-    from boresight.model.tool_failure import ToolFailed
-    from boresight.sim.cosim import SimulationFailed
+    from boresight.model.tools.failure import ToolFailed
+    from boresight.sim.rtl.cosim import SimulationFailed
 
     return isinstance(error, ImageError | SimulationFailed | SynthesisError | ToolFailed)
 

@@ -13,7 +13,7 @@ from typing import Any
 from boresight.model.errors import InputError
 from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
-from boresight.sim.reading import kind_of, read_json
+from boresight.sim.records.reading import kind_of, read_json
 
 __all__ = ["parse_settings", "read_params", "values_for"]
 

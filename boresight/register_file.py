@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from boresight.model.errors import InputError
-from boresight.sim.reading import kind_of, read_json
+from boresight.sim.records.reading import kind_of, read_json
 
 __all__ = ["read_registers"]
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from boresight.firmware.soc.image import build_image, project_files
 from boresight.gateware.boards.ise import write_ise_project
 from boresight.gateware.core import Core
-from boresight.gateware.register_map import files_of
+from boresight.gateware.registers.files import files_of
 from boresight.gateware.soc.attitude_soc import RAM_WORDS, AttitudeSoc
 from boresight.gateware.soc.cpu import cpu_verilog
 from boresight.gateware.soc.memory import ram_verilog

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator
 
 from boresight.firmware.check import check
 from boresight.firmware.names import comment, identifier, literal, unique
-from boresight.model.program import Kind, Negate, Op, Overflow, Program, Scale, Term, When
+from boresight.model.words.program import Kind, Negate, Op, Overflow, Program, Scale, Term, When
 
 __all__ = ["Body"]
 

@@ -17,9 +17,9 @@ import numpy.typing as npt
 from boresight.disk.cache import Cache
 from boresight.firmware.emit import emit_c
 from boresight.model.errors import ToolMissing
-from boresight.model.fixed import IntArray
-from boresight.model.program import Kind, Program
-from boresight.model.tool_failure import ToolFailed, failure
+from boresight.model.tools.failure import ToolFailed, failure
+from boresight.model.words.fixed import IntArray
+from boresight.model.words.program import Kind, Program
 
 __all__ = [
     "CFLAGS",

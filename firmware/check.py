@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from boresight.model.program import Kind, Negate, Op, Program, Scale, When
+from boresight.model.words.program import Kind, Negate, Op, Program, Scale, When
 
 __all__ = ["check"]
 

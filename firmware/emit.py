@@ -14,7 +14,7 @@ from boresight.firmware.helpers import definitions, helpers
 from boresight.firmware.host import host_source
 from boresight.firmware.layout import END, banner, block, head, join
 from boresight.firmware.names import literal, unique
-from boresight.model.program import Program
+from boresight.model.words.program import Program
 
 __all__ = ["emit_c"]
 

@@ -1,4 +1,4 @@
-"""Static functions of the emitted C: the operations of `model.fixed`, without undefined behaviour.
+"""Static functions of the emitted C: operations of `model.words.fixed`; nothing undefined.
 
 Accumulators are unsigned, so that no sum can overflow; a shift to the right of a negative number
 is used only where the compiler's own is arithmetic, which is a constant it folds.
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 
-from boresight.model.fixed import Arithmetic
+from boresight.model.words.fixed import Arithmetic
 
 __all__ = ["definitions", "helpers"]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from boresight.firmware.body import Body
 from boresight.firmware.layout import END, banner, block, head, join
-from boresight.model.program import Op, Overflow
+from boresight.model.words.program import Op, Overflow
 
 __all__ = ["host_source"]
 

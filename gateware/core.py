@@ -8,19 +8,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
-from boresight.gateware.allocate import Allocation, allocate_together
-from boresight.gateware.check_core import check_core
-from boresight.gateware.engine import Engine
-from boresight.gateware.image import Image
-from boresight.gateware.listing import listing
+from boresight.gateware.engine.engine import Engine
 from boresight.gateware.machine import CONFIGS, Machine
-from boresight.gateware.microcode import assemble
-from boresight.gateware.schedule import schedule
-from boresight.gateware.slots import Schedule, ScheduleError
-from boresight.gateware.state_rooms import state_rooms
+from boresight.gateware.microcode.assemble import assemble
+from boresight.gateware.microcode.image import Image
+from boresight.gateware.microcode.listing import listing
+from boresight.gateware.schedule.allocate import Allocation, allocate_together
+from boresight.gateware.schedule.check_core import check_core
+from boresight.gateware.schedule.search import schedule
+from boresight.gateware.schedule.slots import Schedule, ScheduleError
+from boresight.gateware.schedule.state_rooms import state_rooms
 from boresight.gateware.verilog import to_verilog
 from boresight.model.errors import InputError
-from boresight.model.program import Kind, Program
+from boresight.model.words.program import Kind, Program
 
 __all__ = ["Core", "Part", "build_core", "build_shared_core", "machine_for"]
 
@@ -58,7 +58,7 @@ class Core:
 
     All that is said of a program (`program`, `schedule`, `allocation`, `listing`,
     `parameter_addresses`) is said of the one at hand; `select` takes up another. The schedules have
-    been proven by `gateware.check_core`.
+    been proven by `gateware.schedule.check_core`.
 
     Parameters
     ----------

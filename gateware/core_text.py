@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from boresight.gateware.core import Core
-from boresight.gateware.register_model import Port, Streams, register_map
-from boresight.gateware.register_names import comment
-from boresight.model.fixed import Format
+from boresight.gateware.registers.model import Port, Streams, register_map
+from boresight.gateware.registers.names import comment
+from boresight.model.words.fixed import Format
 
 __all__ = ["core_ports", "core_text"]
 

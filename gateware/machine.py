@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from boresight.model.fixed import Arithmetic
+from boresight.model.words.fixed import Arithmetic
 
 __all__ = ["CONFIGS", "Field", "Machine"]
 

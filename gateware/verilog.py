@@ -17,8 +17,8 @@ from amaranth.back import rtlil
 from amaranth.lib import wiring
 
 from boresight.gateware.synthesis.yosys import SynthesisError, find_tool
-from boresight.model.tool_failure import failure
-from boresight.model.user_folders import yosys_environment
+from boresight.model.tools.failure import failure
+from boresight.model.tools.folders import yosys_environment
 
 __all__ = ["Device", "amaranth_yosys", "to_verilog"]
 

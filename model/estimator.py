@@ -18,10 +18,10 @@ import numpy.typing as npt
 
 from boresight.model.declarations import Input, Output, Param, State, check_declared
 from boresight.model.errors import InputError, closest
-from boresight.model.fixed import Arithmetic
-from boresight.model.graph import Graph, Node
-from boresight.model.lower import lower
-from boresight.model.program import Kind, Port, Program
+from boresight.model.lowering.graph import Graph, Node
+from boresight.model.lowering.lower import lower
+from boresight.model.words.fixed import Arithmetic
+from boresight.model.words.program import Kind, Port, Program
 
 __all__ = [
     "Estimator",
@@ -324,7 +324,7 @@ class Estimator:
 def place_of(error: BaseException) -> str:
     """File and line where an error happened, outside the tracers' own files."""
     here = Path(__file__).parent
-    own = (here, here.with_name("firmware"))
+    own = (here, here / "lowering", here / "algebra", here.with_name("firmware"))
     frames = traceback.extract_tb(error.__traceback__)
     theirs = [f for f in frames if Path(f.filename).parent not in own] or frames
     return f"{Path(theirs[-1].filename).name}, line {theirs[-1].lineno}"

@@ -1,10 +1,10 @@
 """The operations estimators are written in: the same code on float64 arrays and on the tracer.
 
 On numpy arrays each function computes in float64, element by element; on traced values
-(`model.graph.Node`) it adds to the graph. On plain numbers its result is correctly rounded
-(`model.rounded`): such constants become part of a program, and must be the same on every machine;
-those of ``math`` and numpy are not. Besides these functions use ``+ - * /``, unary minus and
-the comparisons ``< > <= >=`` whose results combine with ``& | ~``.
+(`model.lowering.graph.Node`) it adds to the graph. On plain numbers its result is correctly rounded
+(`model.words.rounded`): such constants become part of a program, and must be the same on every
+machine; those of ``math`` and numpy are not. Besides these functions use ``+ - * /``, unary minus
+and the comparisons ``< > <= >=`` whose results combine with ``& | ~``.
 
 The range of a divisor must not contain zero nor span more than 2^22. A word that cannot normalise
 so much (W < 32) counts a divisor below 2^-(W - 1 - guard) of its full scale as that.
@@ -19,8 +19,8 @@ from typing import Any
 
 import numpy as np
 
-from boresight.model import rounded
-from boresight.model.graph import LEAVES, Condition, Node
+from boresight.model.lowering.graph import LEAVES, Condition, Node
+from boresight.model.words import rounded
 
 __all__ = [
     "absolute",

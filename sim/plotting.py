@@ -7,7 +7,7 @@ import os
 import re
 from typing import Any
 
-from boresight.model.user_folders import matplotlib_environment
+from boresight.model.tools.folders import matplotlib_environment
 
 __all__ = ["COLOUR", "INK", "figure_and_axes", "legend", "settings", "svg"]
 

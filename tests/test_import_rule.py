@@ -64,7 +64,7 @@ def test_import_rule(folder):
 
 
 def test_disk_needs_little():
-    may = ("boresight.disk", "boresight.model.errors", "boresight.model.user_folders")
+    may = ("boresight.disk", "boresight.model.errors", "boresight.model.tools.folders")
     for path in files_of("boresight/disk"):
         ours = {name for name in modules(path) if name.startswith("boresight.")}
         assert all(n.startswith(may) for n in ours), path

@@ -25,7 +25,7 @@ from filelock import FileLock
 from boresight.disk.claims import Claim, claim
 from boresight.disk.manifest import digest
 from boresight.model.errors import InputError
-from boresight.model.user_folders import cache_folder
+from boresight.model.tools.folders import cache_folder
 
 __all__ = ["LIMIT_MB", "LIMIT_VARIABLE", "Cache", "Cleared", "Entry", "Usage"]
 

@@ -14,17 +14,17 @@ from boresight.firmware.build import CModel
 from boresight.gateware.core import build_core
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
-from boresight.model.interpreter import Interpreter
-from boresight.model.program import Program
 from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
+from boresight.model.words.interpreter import Interpreter
+from boresight.model.words.program import Program
+from boresight.options import Outcome, progress_of
 from boresight.sharing import estimator_names
-from boresight.sim.bundled import bundled
 from boresight.sim.levels.integer import words_of
+from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
 from boresight.sim.records.record import Record
 from boresight.verbs.demo import FILTERS
-from boresight.verbs.options import Outcome, progress_of
 
 __all__ = ["add_arguments", "bench", "call", "random_inputs"]
 

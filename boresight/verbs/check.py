@@ -12,18 +12,18 @@ from boresight.disk.output import OutputFile, free_name
 from boresight.model.errors import InputError
 from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
+from boresight.options import Outcome, model_options, params_of, progress_of
 from boresight.sharing import estimator_names, params_of_each
-from boresight.sim.check import LEVELS, CheckResult
-from boresight.sim.check import check as check_log
-from boresight.sim.check_shared import check_shared, shared_core
-from boresight.sim.divergence import load_reproducer, replay_reproducer
-from boresight.sim.reading import reason
+from boresight.sim.compare.check import LEVELS, CheckResult
+from boresight.sim.compare.check import check as check_log
+from boresight.sim.compare.check_shared import check_shared, shared_core
+from boresight.sim.compare.divergence import load_reproducer, replay_reproducer
 from boresight.sim.records.files import read_record
 from boresight.sim.records.nine_axis import record_of
+from boresight.sim.records.reading import reason
 from boresight.sim.records.record import Record
-from boresight.sim.simulators import SIMULATORS
+from boresight.sim.rtl.simulators import SIMULATORS
 from boresight.terminal import say
-from boresight.verbs.options import Outcome, model_options, params_of, progress_of
 
 __all__ = ["add_arguments", "call", "check", "log_files"]
 
@@ -101,12 +101,12 @@ def check(
     progress: Callable[[str], None] | None = None,
     each: Callable[[CheckResult], None] | None = None,
 ) -> list[CheckResult]:
-    """Check an estimator on logs; see `sim.check.check`.
+    """Check an estimator on logs; see `sim.compare.check.check`.
 
     ``name`` may be several names with commas: then one core holds them all and they take turns
-    (`sim.check_shared.check_shared`); ``params`` is then a mapping by estimator. ``logs`` are paths
-    of logs or folders, or what `sim.records.record.Record.of` takes. ``each`` is called with every
-    result as soon as it is there.
+    (`sim.compare.check_shared.check_shared`); ``params`` is then a mapping by estimator. ``logs``
+    are paths of logs or folders, or what `sim.records.record.Record.of` takes. ``each`` is called
+    with every result as soon as it is there.
 
     Raises
     ------

@@ -19,8 +19,8 @@ from boresight.gateware.boards.ise import write_ise_project
 from boresight.gateware.boards.top import records_design
 from boresight.gateware.core import Core
 from boresight.gateware.core_text import core_text
-from boresight.gateware.image import rom_pieces
-from boresight.gateware.register_map import files_of, register_map_files
+from boresight.gateware.microcode.image import rom_pieces
+from boresight.gateware.registers.files import files_of, register_map_files
 from boresight.gateware.synthesis.estimate import Estimate, estimate
 from boresight.gateware.system.attitude_system import AttitudeSystem, system_design
 from boresight.gateware.system.programs import system_core
@@ -28,11 +28,11 @@ from boresight.gateware.verilog import to_verilog
 from boresight.model.errors import InputError
 from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
+from boresight.options import Outcome, model_options, params_of, progress_of
 from boresight.sharing import estimator_names, params_of_each
-from boresight.sim.check_shared import shared_core
-from boresight.sim.report_data import report_data
+from boresight.sim.compare.check_shared import shared_core
+from boresight.sim.report.data import report_data
 from boresight.soc_project import SOC_CLOCK_HZ, soc_verilog, write_soc
-from boresight.verbs.options import Outcome, model_options, params_of, progress_of
 
 __all__ = [
     "add_arguments",

@@ -14,13 +14,18 @@ from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
+from boresight.options import Outcome, progress_of
 from boresight.sharing import estimator_names
-from boresight.sim.bundled import bundled
-from boresight.sim.covariance_trial import MANOEUVRES, CovarianceTrial, covariance_trial, manoeuvre
-from boresight.sim.feed import inputs_of
-from boresight.sim.log import read_log
+from boresight.sim.attitude.covariance_trial import (
+    MANOEUVRES,
+    CovarianceTrial,
+    covariance_trial,
+    manoeuvre,
+)
+from boresight.sim.attitude.feed import inputs_of
+from boresight.sim.attitude.log import read_log
+from boresight.sim.records.bundled import bundled
 from boresight.verbs.demo import FILTERS
-from boresight.verbs.options import Outcome, progress_of
 
 __all__ = ["P0", "add_arguments", "call", "covariance", "initial_covariances"]
 

@@ -16,15 +16,15 @@ from boresight.gateware.synthesis.estimate import Estimate
 from boresight.gateware.system.programs import system_core
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import estimator_of as find_estimator
+from boresight.options import Outcome, progress_of
+from boresight.sim.attitude.log import Log, read_log
 from boresight.sim.board.setup import REAL
-from boresight.sim.bundled import bundled
-from boresight.sim.check import check as check_log
-from boresight.sim.check_shared import shared_core
-from boresight.sim.log import Log, read_log
-from boresight.sim.report_data import report_data
-from boresight.sim.report_html import render_html
+from boresight.sim.compare.check import check as check_log
+from boresight.sim.compare.check_shared import shared_core
+from boresight.sim.records.bundled import bundled
+from boresight.sim.report.data import report_data
+from boresight.sim.report.html import render_html
 from boresight.verbs.compile import estimate_core, together, write_core, write_system
-from boresight.verbs.options import Outcome, progress_of
 from boresight.verbs.simulate import BOARD_FILES, default_log, simulate_text, write_board
 
 __all__ = ["FILTERS", "RECORDING", "STEPS", "add_arguments", "call", "demo", "summary_table"]

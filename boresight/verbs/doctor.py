@@ -14,9 +14,9 @@ from boresight.firmware.soc.image import PACKAGES as PACKAGES_CROSS
 from boresight.firmware.soc.image import find_cross_compiler
 from boresight.gateware.synthesis.yosys import find_tool
 from boresight.model.errors import ToolMissing
+from boresight.options import Outcome
 from boresight.sim.formal.tools import solver_version
-from boresight.sim.simulators import available, version
-from boresight.verbs.options import Outcome
+from boresight.sim.rtl.simulators import available, version
 
 __all__ = ["add_arguments", "call", "clear_cache", "doctor"]
 

@@ -10,9 +10,9 @@ from typing import Any
 
 from boresight.arguments import check_choice, check_number
 from boresight.disk.output import output_folder
+from boresight.options import Outcome, progress_of
 from boresight.sim.experiments import ma2014
 from boresight.sim.experiments.ma2014_html import render
-from boresight.verbs.options import Outcome, progress_of
 
 __all__ = ["EXPERIMENTS", "add_arguments", "call", "experiment", "target_lines"]
 

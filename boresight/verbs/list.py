@@ -7,7 +7,7 @@ from typing import Any
 
 from boresight.gateware.machine import CONFIGS
 from boresight.model.estimators import ESTIMATORS
-from boresight.verbs.options import Outcome
+from boresight.options import Outcome
 
 __all__ = ["add_arguments", "call", "list_estimators"]
 

@@ -10,14 +10,14 @@ from pathlib import Path
 from typing import Any
 
 from boresight.arguments import check_number
-from boresight.board_line import BoardLine, Listener, RegisterTable
+from boresight.board.line import BoardLine, Listener, RegisterTable
+from boresight.board.plot import plot_image
 from boresight.disk.output import OutputFile, apart
 from boresight.gateware.boards.frames import Kind
 from boresight.gateware.system.attitude_frame import Attitude
 from boresight.model.errors import InputError
-from boresight.monitor_plot import plot_image
+from boresight.options import Outcome
 from boresight.terminal import say
-from boresight.verbs.options import Outcome
 
 __all__ = ["Track", "add_arguments", "attitude_line", "call", "monitor", "track_of"]
 

@@ -15,13 +15,13 @@ from boresight.gateware.synthesis.estimate import Estimate
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
-from boresight.sim.check import CheckResult
-from boresight.sim.check import check as check_log
+from boresight.options import Outcome, model_options, params_of, progress_of
+from boresight.sim.compare.check import CheckResult
+from boresight.sim.compare.check import check as check_log
 from boresight.sim.records.record import Record
-from boresight.sim.report_data import report_data
-from boresight.sim.report_html import render_html
+from boresight.sim.report.data import report_data
+from boresight.sim.report.html import render_html
 from boresight.verbs.compile import core_for, estimate_core
-from boresight.verbs.options import Outcome, model_options, params_of, progress_of
 
 __all__ = ["add_arguments", "call", "report", "write_report"]
 

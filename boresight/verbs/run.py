@@ -16,17 +16,17 @@ from boresight.model.declarations import QUATERNION
 from boresight.model.estimator import Estimator, with_params
 from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
-from boresight.sim.accuracy import attitude_rmse
+from boresight.options import Outcome, model_options, params_of
+from boresight.sim.attitude.accuracy import attitude_rmse
+from boresight.sim.attitude.feed import attitude_of, euler_deg_of, named_outputs, status_of
 from boresight.sim.compare.difference import differences
-from boresight.sim.feed import attitude_of, euler_deg_of, named_outputs, status_of
 from boresight.sim.levels.registry import LEVELS, make_level
 from boresight.sim.records.feed import Feed, feed
 from boresight.sim.records.nine_axis import record_of
 from boresight.sim.records.record import Column, Record
+from boresight.sim.records.segments import interpret
 from boresight.sim.records.text import format_csv
-from boresight.sim.segments import interpret
 from boresight.terminal import tell
-from boresight.verbs.options import Outcome, model_options, params_of
 
 __all__ = ["LEVELS", "add_arguments", "call", "run"]
 

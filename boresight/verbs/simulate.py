@@ -14,7 +14,10 @@ from boresight.disk.output import output_folder
 from boresight.gateware.core import Core
 from boresight.gateware.machine import CONFIGS
 from boresight.gateware.system.programs import FILTERS, system_core
+from boresight.loop import loop_text, simulate_world
 from boresight.model.errors import InputError
+from boresight.options import Outcome, progress_of
+from boresight.sim.attitude.log import Log, read_log
 from boresight.sim.board.build import Board, make_board
 from boresight.sim.board.faults import (
     COMPASS_FAULTS,
@@ -27,10 +30,7 @@ from boresight.sim.board.page import render_page
 from boresight.sim.board.run import BoardRun, Judgement, judge, run_board, stimulus
 from boresight.sim.board.setup import REAL
 from boresight.sim.board.spans import timeline_of
-from boresight.sim.log import Log, read_log
-from boresight.sim.synthetic import synthetic_log
-from boresight.verbs.loop import loop_text, simulate_world
-from boresight.verbs.options import Outcome, progress_of
+from boresight.sim.worlds.synthetic import synthetic_log
 
 __all__ = [
     "BOARD_FILES",

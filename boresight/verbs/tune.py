@@ -16,13 +16,13 @@ from boresight.disk.output import OutputFile
 from boresight.model.errors import InputError
 from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
-from boresight.sim.accuracy import AttitudeRmse
-from boresight.sim.bundled import is_comparison
-from boresight.sim.log import read_log
-from boresight.sim.scoring import Scorer, has_truth
+from boresight.options import Outcome, number_options, params_of, progress_of
+from boresight.sim.attitude.accuracy import AttitudeRmse
+from boresight.sim.attitude.log import read_log
+from boresight.sim.attitude.scoring import Scorer, has_truth
+from boresight.sim.records.bundled import is_comparison
 from boresight.sim.tuning import Fold, Tuned, deal_folds, pattern_search, sensitivities, tunable
 from boresight.verbs.check import log_files
-from boresight.verbs.options import Outcome, number_options, params_of, progress_of
 
 __all__ = ["add_arguments", "call", "tune", "tuning_text"]
 

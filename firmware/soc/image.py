@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from boresight.model.errors import ToolMissing
-from boresight.model.tool_failure import failure
+from boresight.model.tools.failure import failure
 
 __all__ = [
     "CFLAGS",

@@ -10,8 +10,8 @@ from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.boards.frames import Kind
 from boresight.gateware.boards.pack import reply_layout
-from boresight.gateware.engine import word_layout
-from boresight.gateware.registers import BusSignature
+from boresight.gateware.bus.core_registers import BusSignature
+from boresight.gateware.engine.engine import word_layout
 
 __all__ = ["Dispatcher"]
 

@@ -10,7 +10,7 @@ from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.boards.framer import body_layout
 from boresight.gateware.boards.frames import Kind, word_bytes
-from boresight.gateware.engine import word_layout
+from boresight.gateware.engine.engine import word_layout
 
 __all__ = ["Packer", "reply_layout"]
 

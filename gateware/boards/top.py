@@ -17,7 +17,7 @@ from boresight.gateware.boards.pack import Packer
 from boresight.gateware.boards.records_text import records_text
 from boresight.gateware.boards.unpack import Unpacker
 from boresight.gateware.core import Core
-from boresight.gateware.engine import Engine
+from boresight.gateware.engine.engine import Engine
 from boresight.gateware.serial.uart import Receiver, Transmitter, divisor_for
 from boresight.model.errors import InputError
 

@@ -12,7 +12,7 @@ from amaranth.lib.wiring import In, Out
 from boresight.gateware.sensors.hmr3300_command import Commander
 from boresight.gateware.sensors.hmr3300_sentence import SentenceParser
 from boresight.gateware.serial.uart import Receiver, Transmitter, divisor_for
-from boresight.model.rounded import binary_exponent
+from boresight.model.words.rounded import binary_exponent
 
 __all__ = ["BAUD", "FLAGS", "LINES_HZ", "Hmr3300"]
 

@@ -8,9 +8,9 @@ from amaranth.hdl import Cat, Module, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
+from boresight.gateware.bus.wishbone import WishboneSignature
 from boresight.gateware.serial.uart import Receiver, Transmitter
 from boresight.gateware.soc.layout import CONTROL, KICK
-from boresight.gateware.system.wishbone import WishboneSignature
 
 __all__ = ["Control"]
 

@@ -8,11 +8,11 @@ from amaranth.hdl import Cat, Module, Mux, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
+from boresight.gateware.bus.wishbone import WishboneSignature
 from boresight.gateware.soc.control import Control
 from boresight.gateware.soc.cpu import Cpu, cpu_verilog
 from boresight.gateware.soc.layout import CONTROL, CONTROL_BASE, SLOT_BASE, SLOT_WORDS
 from boresight.gateware.soc.memory import Ram, ram_verilog
-from boresight.gateware.system.wishbone import WishboneSignature
 from boresight.gateware.verilog import to_verilog
 
 __all__ = ["Soc", "soc_verilog"]

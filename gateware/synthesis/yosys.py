@@ -21,8 +21,8 @@ from typing import Any, Final, NamedTuple
 
 from boresight.disk.cache import Cache
 from boresight.model.errors import ToolMissing
-from boresight.model.tool_failure import failure
-from boresight.model.user_folders import yosys_environment
+from boresight.model.tools.failure import failure
+from boresight.model.tools.folders import yosys_environment
 
 __all__ = ["OLDEST", "Synthesis", "SynthesisError", "Tool", "find_tool", "synthesise"]
 

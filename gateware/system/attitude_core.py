@@ -8,9 +8,9 @@ from amaranth.hdl import Module
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In
 
+from boresight.gateware.bus.core_registers import BusSignature
 from boresight.gateware.core import Core
-from boresight.gateware.engine import Engine
-from boresight.gateware.registers import BusSignature
+from boresight.gateware.engine.engine import Engine
 from boresight.gateware.system.conductor import Conductor
 from boresight.gateware.system.programs import core_plan
 

@@ -11,8 +11,8 @@ from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.boards.framer import body_layout
 from boresight.gateware.boards.frames import Kind
+from boresight.gateware.bus.results import ResultPort
 from boresight.gateware.system.attitude_text import LINE, AngleDigits, Op
-from boresight.gateware.system.results import ResultPort
 
 __all__ = ["AttitudeOutput", "OutputMode"]
 

@@ -11,8 +11,10 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.boards.board import Line
+from boresight.gateware.bus.arbiter import BusArbiter
+from boresight.gateware.bus.wishbone import WishboneSignature, WishboneSlave
 from boresight.gateware.core import Core
-from boresight.gateware.register_model import RegisterMap
+from boresight.gateware.registers.model import RegisterMap
 from boresight.gateware.sensors.adis16385 import Adis16385
 from boresight.gateware.sensors.adis16385_flags import FLAG_MEANINGS
 from boresight.gateware.sensors.hmr3300 import FLAGS as COMPASS_FLAGS
@@ -20,12 +22,10 @@ from boresight.gateware.sensors.hmr3300 import Hmr3300
 from boresight.gateware.system.attitude_core import AttitudeCore
 from boresight.gateware.system.attitude_output import AttitudeOutput
 from boresight.gateware.system.bridge import Bridge
-from boresight.gateware.system.bus_arbiter import BusArbiter
 from boresight.gateware.system.programs import core_plan
 from boresight.gateware.system.system_bus import ADDRESS_BITS, SystemBus
 from boresight.gateware.system.system_registers import system_map, system_registers
 from boresight.gateware.system.system_text import system_text
-from boresight.gateware.system.wishbone import WishboneSignature, WishboneSlave
 from boresight.model.errors import InputError
 
 __all__ = ["AttitudeSystem", "system_design"]

@@ -13,7 +13,7 @@ from boresight.gateware.boards.framer import Framer, body_layout
 from boresight.gateware.boards.frames import Kind
 from boresight.gateware.boards.pack import Packer
 from boresight.gateware.boards.unpack import Unpacker
-from boresight.gateware.registers import BusSignature
+from boresight.gateware.bus.core_registers import BusSignature
 from boresight.gateware.serial.uart import Receiver, Transmitter, divisor_for
 
 __all__ = ["Bridge"]
@@ -49,7 +49,7 @@ class Bridge(wiring.Component):
     rx : In(1), tx : Out(1)
         Serial line.
     bus : Out(BusSignature), request : Out(1), grant : In(1)
-        An initiator of `gateware.system.bus_arbiter`; ``grant`` is 1 for an only one.
+        An initiator of `gateware.bus.arbiter`; ``grant`` is 1 for an only one.
     i : In(stream of {data: 8, last: 1, raw: 1})
         Bodies to push, or raw text.
     events : Out

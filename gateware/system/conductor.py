@@ -8,7 +8,8 @@ from amaranth.hdl import Cat, Const, Module, Mux, Signal, Value
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from boresight.gateware.engine import word_layout
+from boresight.gateware.bus.results import ResultPort, Results
+from boresight.gateware.engine.engine import word_layout
 from boresight.gateware.system.conductor_words import (
     HEADER,
     OUTPUTS,
@@ -23,7 +24,6 @@ from boresight.gateware.system.conductor_words import (
     waiting_words,
 )
 from boresight.gateware.system.plan import RAW, RECORD, Plan
-from boresight.gateware.system.results import ResultPort, Results
 
 __all__ = ["HEADER", "OUTPUTS", "RAWS", "RECORDS", "STAMP", "Conductor", "header_layout"]
 
@@ -76,7 +76,7 @@ class Conductor(wiring.Component):
     restart : In(1)
         The next update restarts the filter.
     i : Out(stream), o : In(stream), choice : Out, chosen : In(1), framing : In(1)
-        The core (`gateware.engine.Engine` with a selector).
+        The core (`gateware.engine.engine.Engine` with a selector).
     saturated : In(1)
         Its ``saturated_update``.
     updated : Out(1)

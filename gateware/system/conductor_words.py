@@ -8,9 +8,9 @@ from typing import Any
 from amaranth.hdl import Cat, Const, Module, Mux, Signal, Value
 from amaranth.lib import data, memory
 
-from boresight.gateware.bitwise import Bitwise, multiplex
+from boresight.gateware.bus.results import Results
+from boresight.gateware.engine.bitwise import Bitwise, multiplex
 from boresight.gateware.system.plan import RAW, RECORD, Plan
-from boresight.gateware.system.results import Results
 
 __all__ = [
     "HEADER",

@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from boresight.gateware.slots import Schedule
-from boresight.model.program import Program
+from boresight.gateware.schedule.slots import Schedule
+from boresight.model.words.program import Program
 
 __all__ = ["FRONT_NAMES", "RAW", "RECORD", "Plan", "plan_of"]
 

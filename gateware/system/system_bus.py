@@ -9,11 +9,11 @@ from amaranth.hdl import Cat, Const, Module, Mux, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from boresight.gateware.register_model import Register
-from boresight.gateware.registers import PROGRAM, BusSignature
-from boresight.gateware.system.counters import EventCounters
-from boresight.gateware.system.csr import Csr
-from boresight.gateware.system.results import INDEX_BITS, ResultPort
+from boresight.gateware.bus.core_registers import PROGRAM, BusSignature
+from boresight.gateware.bus.counters import EventCounters
+from boresight.gateware.bus.csr import Csr
+from boresight.gateware.bus.results import INDEX_BITS, ResultPort
+from boresight.gateware.registers.model import Register
 
 __all__ = ["ADDRESS_BITS", "COUNTERS", "CSR", "RESULTS", "SystemBus"]
 
@@ -32,9 +32,9 @@ class SystemBus(wiring.Component):
 
     ::
 
-        0x000..0x204  the core, as `gateware.registers` says
+        0x000..0x204  the core, as `gateware.bus.core_registers` says
         0x400..       registers of the system (`Csr`)
-        0x500..0x53F  results (`gateware.system.results`)
+        0x500..0x53F  results (`gateware.bus.results`)
         0x600..       counters of events
 
     Other addresses read 0, writes there are acknowledged and do nothing, and both are an event, as

@@ -1,7 +1,7 @@
 """The registers of a complete system, declared once: hardware, files and host read this.
 
-`system_registers` is the block that `gateware.system.csr` makes; `system_map` is everything on the
-bus of `gateware.system.system_bus`, for JSON, SVD, C header, page (`gateware.register_map`) and
+`system_registers` is the block that `gateware.bus.csr` makes; `system_map` is everything on the
+bus of `gateware.system.system_bus`, for JSON, SVD, C header, page (`gateware.registers.files`) and
 `boresight monitor`.
 """
 
@@ -11,7 +11,7 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 
 from boresight.gateware.core import Core
-from boresight.gateware.register_model import Access, BitField, Register, RegisterMap, register_map
+from boresight.gateware.registers.model import Access, BitField, Register, RegisterMap, register_map
 from boresight.gateware.system.attitude_frame import OUTPUTS, STAMP
 from boresight.gateware.system.plan import RECORD
 from boresight.gateware.system.system_bus import COUNTERS, CSR, RESULTS

@@ -33,7 +33,7 @@ import dataclasses
 from typing import Any
 
 from boresight.model import ops
-from boresight.model.covariance import (
+from boresight.model.algebra.covariance import (
     BELOW_ONE,
     Symmetric,
     bounded_element,
@@ -45,6 +45,7 @@ from boresight.model.covariance import (
     symmetric,
     updated_column,
 )
+from boresight.model.algebra.quaternion import dot, matrix, multiply, right_matrix, turn
 from boresight.model.estimator import Estimator, Param, State
 from boresight.model.estimators.ekf_parts import (
     ALIGN_NOISE,
@@ -67,7 +68,6 @@ from boresight.model.estimators.ekf_parts import (
     sum_of,
     update,
 )
-from boresight.model.quaternion import dot, matrix, multiply, right_matrix, turn
 
 __all__ = ["STATUS_BITS", "EkfBias"]
 

@@ -10,10 +10,23 @@ from __future__ import annotations
 from typing import Any
 
 from boresight.model import ops
-from boresight.model.covariance import BELOW_ONE, Symmetric, bounded_element, congruence, symmetric
+from boresight.model.algebra.covariance import (
+    BELOW_ONE,
+    Symmetric,
+    bounded_element,
+    congruence,
+    symmetric,
+)
+from boresight.model.algebra.quaternion import (
+    dot,
+    euler_ht,
+    increment,
+    left_matrix,
+    matrix,
+    multiply,
+)
 from boresight.model.estimator import Param, State
 from boresight.model.estimators.nine_axis import INPUTS, OUTPUTS
-from boresight.model.quaternion import dot, euler_ht, increment, left_matrix, matrix, multiply
 
 __all__ = [
     "ALIGN_NOISE",

@@ -22,13 +22,14 @@ from __future__ import annotations
 from typing import Any
 
 from boresight.model import ops
-from boresight.model.covariance import (
+from boresight.model.algebra.covariance import (
     covariance_of,
     covariance_states,
     downdated,
     element_names,
     updated_column,
 )
+from boresight.model.algebra.quaternion import cross, dot, matrix, multiply
 from boresight.model.estimator import Estimator, Param, State
 from boresight.model.estimators.ekf_parts import (
     ALIGN_P,
@@ -51,7 +52,6 @@ from boresight.model.estimators.ekf_parts import (
     sum_of,
     update,
 )
-from boresight.model.quaternion import cross, dot, matrix, multiply
 
 __all__ = ["STATUS_BITS", "EkfQuaternion"]
 

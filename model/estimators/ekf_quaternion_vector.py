@@ -19,7 +19,7 @@ import dataclasses
 from typing import Any
 
 from boresight.model import ops
-from boresight.model.covariance import (
+from boresight.model.algebra.covariance import (
     Symmetric,
     bounded_element,
     covariance_of,
@@ -27,6 +27,7 @@ from boresight.model.covariance import (
     element_names,
     symmetric,
 )
+from boresight.model.algebra.quaternion import conjugate_turn, dot, matrix, multiply
 from boresight.model.estimator import Estimator, Param, State
 from boresight.model.estimators.ekf_parts import (
     ALIGN_NOISE,
@@ -50,7 +51,6 @@ from boresight.model.estimators.ekf_parts import (
     sum_of,
     update,
 )
-from boresight.model.quaternion import conjugate_turn, dot, matrix, multiply
 
 __all__ = ["STATUS_BITS", "EkfQuaternionVector"]
 

@@ -30,7 +30,8 @@ from __future__ import annotations
 from typing import Any
 
 from boresight.model import ops
-from boresight.model.covariance import Symmetric, symmetric
+from boresight.model.algebra.covariance import Symmetric, symmetric
+from boresight.model.algebra.quaternion import cross, dot, matrix, turn
 from boresight.model.estimator import Estimator
 from boresight.model.estimators.mekf_interface import (
     BIAS_SCALE,
@@ -42,7 +43,6 @@ from boresight.model.estimators.mekf_interface import (
     STATUS_BITS,
     covariance_name,
 )
-from boresight.model.quaternion import cross, dot, matrix, turn
 
 __all__ = ["STATUS_BITS", "Mekf"]
 

@@ -13,15 +13,15 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.gateware.system.attitude_frame import WORDS
-from boresight.model.attitude import quaternion_conjugate, quaternion_multiply
+from boresight.sim.attitude.log import Log
+from boresight.sim.attitude.rotation import quaternion_conjugate, quaternion_multiply
 from boresight.sim.board.build import Board, make_board
 from boresight.sim.board.run import BoardRun, run_board, stimulus
 from boresight.sim.board.setup import FASTER, FAULTY
-from boresight.sim.cosim import SimulationFailed
 from boresight.sim.devices.adis16385 import FAULTS as INERTIAL_FAULTS
 from boresight.sim.devices.hmr3300 import FAULTS as COMPASS_FAULTS
-from boresight.sim.log import Log
-from boresight.sim.synthetic import SensorError, synthetic_log
+from boresight.sim.rtl.cosim import SimulationFailed
+from boresight.sim.worlds.synthetic import SensorError, synthetic_log
 
 __all__ = [
     "COMPASS_FAULTS",

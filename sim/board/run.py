@@ -13,12 +13,12 @@ import numpy.typing as npt
 from boresight.gateware.boards.frames import Decoder, Kind, encode
 from boresight.gateware.system.attitude_frame import OUTPUTS, WORDS
 from boresight.model.errors import InputError
-from boresight.model.fixed import IntArray
+from boresight.model.words.fixed import IntArray
+from boresight.sim.attitude.log import Log
 from boresight.sim.board.build import Board, board_parameters, board_sources
+from boresight.sim.board.front import COUNTS, HEADING, NO_LINE, Chain, Samples, quantise, run_chain
 from boresight.sim.board.trace import Trace, read_trace
-from boresight.sim.compiled import build
-from boresight.sim.front import COUNTS, HEADING, NO_LINE, Chain, Samples, quantise, run_chain
-from boresight.sim.log import Log
+from boresight.sim.rtl.compiled import build
 
 __all__ = [
     "BoardRun",

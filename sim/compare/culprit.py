@@ -15,10 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from boresight.model.fixed import IntArray
-from boresight.model.graph import LEAVES, Node
-from boresight.model.interpreter import Interpreter
-from boresight.model.program import Program, Value
+from boresight.model.lowering.graph import LEAVES, Node
+from boresight.model.words.fixed import IntArray
+from boresight.model.words.interpreter import Interpreter
+from boresight.model.words.program import Program, Value
 
 __all__ = ["WINDOW", "Culprit", "find_culprit", "outside"]
 

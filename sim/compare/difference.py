@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from boresight.model.attitude import quaternion_conjugate, quaternion_multiply
 from boresight.model.declarations import EXACT_UNITS, QUATERNION, Output
+from boresight.sim.attitude.rotation import quaternion_conjugate, quaternion_multiply
 
 __all__ = ["ATTITUDE", "Difference", "differences", "first_beyond"]
 

@@ -11,9 +11,9 @@ import numpy.typing as npt
 
 from boresight.firmware.build import CModel, WordRanges
 from boresight.model.declarations import Output
-from boresight.model.fixed import IntArray
-from boresight.model.graph import LEAVES, Node
-from boresight.model.program import Program
+from boresight.model.lowering.graph import LEAVES, Node
+from boresight.model.words.fixed import IntArray
+from boresight.model.words.program import Program
 from boresight.sim.compare.culprit import Culprit, find_culprit, outside
 from boresight.sim.compare.difference import Difference, differences, first_beyond
 

@@ -15,10 +15,14 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.disk.output import OutputFile
-from boresight.model.attitude import quaternion_conjugate, quaternion_multiply, quaternion_normalise
 from boresight.model.errors import InputError
-from boresight.sim.log import Log, log_content
-from boresight.sim.synthetic import GRAVITY
+from boresight.sim.attitude.log import Log, log_content
+from boresight.sim.attitude.rotation import (
+    quaternion_conjugate,
+    quaternion_multiply,
+    quaternion_normalise,
+)
+from boresight.sim.worlds.synthetic import GRAVITY
 
 __all__ = ["convert", "main"]
 

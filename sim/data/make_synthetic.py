@@ -6,8 +6,8 @@ import sys
 
 from boresight.disk.output import OutputFile
 from boresight.model.errors import InputError
-from boresight.sim.log import Log, log_content
-from boresight.sim.synthetic import SensorError, synthetic_log
+from boresight.sim.attitude.log import Log, log_content
+from boresight.sim.worlds.synthetic import SensorError, synthetic_log
 
 __all__ = ["synthetic_60s"]
 

@@ -10,15 +10,20 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.gateware.core import build_core
-from boresight.model.attitude import (
+from boresight.model.errors import InputError
+from boresight.model.estimators import ESTIMATORS
+from boresight.sim.attitude.log import Log
+from boresight.sim.attitude.rotation import (
     matrix_to_quaternion,
     quaternion_to_euler,
     quaternion_to_rotation_vector,
 )
-from boresight.model.errors import InputError
-from boresight.model.estimators import ESTIMATORS
-from boresight.sim.calibration import nearest_rotation, orthogonality_error, triad_matrix
 from boresight.sim.experiments import ma2014_paper as paper
+from boresight.sim.experiments.calibration import (
+    nearest_rotation,
+    orthogonality_error,
+    triad_matrix,
+)
 from boresight.sim.experiments.ma2014_methods import (
     Method,
     available,
@@ -42,9 +47,8 @@ from boresight.sim.experiments.ma2014_world import (
     noise_free_log,
 )
 from boresight.sim.experiments.spectrum import line_amplitude, share, spectrum
-from boresight.sim.log import Log
-from boresight.sim.world.devices import TABLE_2, facts_json
-from boresight.sim.world.triad import misalignment
+from boresight.sim.worlds.devices import TABLE_2, facts_json
+from boresight.sim.worlds.triad import misalignment
 
 __all__ = ["RUNS", "run"]
 

@@ -7,7 +7,7 @@ from importlib.resources import files
 from typing import Any
 
 from boresight.sim.experiments.ma2014_plots import plots
-from boresight.sim.report_html import number, unit
+from boresight.sim.report.html import number, unit
 
 __all__ = ["render"]
 

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from boresight.model.attitude import wrap_rad
+from boresight.sim.attitude.rotation import wrap_rad
 
 __all__ = ["filter_to_the_letter", "mag_acc_angles"]
 

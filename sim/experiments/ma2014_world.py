@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from boresight.sim.attitude.log import Log
 from boresight.sim.experiments.ma2014_paper import TABLE_1
-from boresight.sim.log import Log
-from boresight.sim.world.devices import TABLE_2, accelerometer, gyro, magnetometer
-from boresight.sim.world.motion import StackedMotion, Swing
-from boresight.sim.world.recording import Sensors, record
-from boresight.sim.world.triad import misalignment, soft_iron
+from boresight.sim.worlds.devices import TABLE_2, accelerometer, gyro, magnetometer
+from boresight.sim.worlds.motion import StackedMotion, Swing
+from boresight.sim.worlds.recording import Sensors, record
+from boresight.sim.worlds.triad import misalignment, soft_iron
 
 __all__ = [
     "AVERAGED",
@@ -135,7 +135,7 @@ def make_log(motion: StackedMotion, case: Case, seed: int) -> Log:
 
 def noise_free_log(motion: StackedMotion, rate_hz: float) -> Log:
     """The same with ideal sensors at another rate."""
-    from boresight.sim.world.triad import Triad
+    from boresight.sim.worlds.triad import Triad
 
     ideal = Triad(rate_hz, 0.0, 1e9)
     return record(

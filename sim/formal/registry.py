@@ -4,22 +4,19 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
-from pathlib import Path
 
 from boresight.model.errors import InputError
+from boresight.sim.formal import blocks
 from boresight.sim.formal.prove import Proof
 
 __all__ = ["all_proofs", "find_proofs"]
 
 
 def all_proofs() -> tuple[Proof, ...]:
-    """The proofs of every module of this package, by name."""
+    """The proofs of every block, by name."""
     found: list[Proof] = []
-    for module in pkgutil.iter_modules([str(Path(__file__).parent)]):
-        if not module.name.startswith("__"):
-            found += getattr(
-                importlib.import_module(f"boresight.sim.formal.{module.name}"), "PROOFS", ()
-            )
+    for module in pkgutil.iter_modules(blocks.__path__):
+        found += importlib.import_module(f"{blocks.__name__}.{module.name}").PROOFS
     names = [proof.name for proof in found]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:

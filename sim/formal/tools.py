@@ -11,7 +11,7 @@ from pathlib import Path
 
 from boresight.gateware.synthesis.yosys import find_tool
 from boresight.model.errors import ToolMissing
-from boresight.model.user_folders import yosys_environment
+from boresight.model.tools.folders import yosys_environment
 
 __all__ = ["SOLVERS", "Tools", "find_tools", "solver_environment", "solver_version"]
 

@@ -7,9 +7,9 @@ import numpy.typing as npt
 
 from boresight.firmware.build import CModel
 from boresight.model.estimator import input_words
-from boresight.model.fixed import IntArray
-from boresight.model.interpreter import Interpreter
-from boresight.model.program import Program
+from boresight.model.words.fixed import IntArray
+from boresight.model.words.interpreter import Interpreter
+from boresight.model.words.program import Program
 from boresight.sim.levels.level import Run, run_of_words
 
 __all__ = ["Emitted", "Interpreted", "words_of"]

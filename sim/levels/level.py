@@ -8,8 +8,8 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from boresight.model.fixed import IntArray
-from boresight.model.program import Program
+from boresight.model.words.fixed import IntArray
+from boresight.model.words.program import Program
 
 __all__ = ["Level", "Run", "run_of_words"]
 
@@ -32,7 +32,7 @@ class Run:
     states : int64 (n, n_states) or None
         State words after each update, where the level shows them.
     latency_cycles, interval_cycles : int64 (n, n_outputs), (n,) or None
-        Of levels with a clock: `sim.cosim.RtlRun`.
+        Of levels with a clock: `sim.rtl.cosim.RtlRun`.
     """
 
     outputs: dict[str, FloatArray]

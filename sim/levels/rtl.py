@@ -10,15 +10,15 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from boresight.gateware.bus.core_registers import PROGRAM
 from boresight.gateware.core import Core
-from boresight.gateware.registers import PROGRAM
-from boresight.sim.compiled import Compiled, build
-from boresight.sim.cosim import RtlSimulation
 from boresight.sim.levels.integer import words_of
 from boresight.sim.levels.level import Run, run_of_words
-from boresight.sim.memories import split_memories
-from boresight.sim.sharing import selection
-from boresight.sim.simulators import SimulationFailed
+from boresight.sim.rtl.compiled import Compiled, build
+from boresight.sim.rtl.cosim import RtlSimulation
+from boresight.sim.rtl.memories import split_memories
+from boresight.sim.rtl.sharing import selection
+from boresight.sim.rtl.simulators import SimulationFailed
 
 __all__ = ["Simulated"]
 
@@ -31,8 +31,8 @@ _PATIENCE = 4
 class Simulated:
     """The core's Verilog, compiled by Verilator, with random start values.
 
-    ``run`` replays records from the core's reset on in one go (`sim.cosim`); ``step`` feeds a core
-    that lives in a process of its own, started by the first step after `reset`.
+    ``run`` replays records from the core's reset on in one go (`sim.rtl.cosim`); ``step`` feeds a
+    core that lives in a process of its own, started by the first step after `reset`.
 
     Parameters
     ----------

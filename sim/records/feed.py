@@ -10,7 +10,7 @@ import numpy.typing as npt
 from boresight.model.declarations import EXACT_UNITS, QUATERNION, Input
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, input_words
-from boresight.model.program import Program
+from boresight.model.words.program import Program
 from boresight.sim.records.plausible import warnings_of
 from boresight.sim.records.record import TRUTH, Column, Record
 from boresight.sim.records.steps import steps_of

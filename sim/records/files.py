@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from boresight.sim.reading import read_bytes
 from boresight.sim.records.archive import parse_npz
+from boresight.sim.records.reading import read_bytes
 from boresight.sim.records.record import Record
 from boresight.sim.records.text import parse_csv
 

@@ -11,9 +11,9 @@ from typing import Any
 from boresight.disk.output import output_folder
 from boresight.firmware.soc.image import ImageError
 from boresight.model.errors import InputError, ToolMissing
-from boresight.sim.bundled import bundled
-from boresight.sim.cosim import SimulationFailed
-from boresight.sim.log import Log, read_log
+from boresight.sim.attitude.log import Log, read_log
+from boresight.sim.records.bundled import bundled
+from boresight.sim.rtl.cosim import SimulationFailed
 from boresight.sim.soc.board import soc_board
 from boresight.sim.soc.comparison import ESTIMATORS, compare
 from boresight.sim.soc.offload import offload

@@ -14,7 +14,7 @@ from boresight.firmware.float_emit import emit_float_c, float_prefix
 from boresight.firmware.soc.filter import filter_header
 from boresight.firmware.soc.image import Image, build_image, source
 from boresight.gateware.core import Core
-from boresight.gateware.register_header import to_header
+from boresight.gateware.registers.header import to_header
 from boresight.gateware.soc.attitude_soc import AttitudeSoc
 from boresight.gateware.soc.cpu import cpu_verilog
 from boresight.gateware.soc.layout import soc_header
@@ -25,7 +25,7 @@ from boresight.model.estimator import Estimator
 from boresight.sim.board.build import Board, board_parameters, make_board
 from boresight.sim.board.run import Stimulus, cycles_limit
 from boresight.sim.board.setup import SCALED, Setup
-from boresight.sim.compiled import Compiled, build
+from boresight.sim.rtl.compiled import Compiled, build
 
 __all__ = ["BoardBench", "Watched", "attitude_files", "attitude_image", "soc_board"]
 

@@ -17,9 +17,9 @@ from boresight.firmware.float_program import trace_float
 from boresight.gateware.core import build_core
 from boresight.model.estimator import Estimator, input_words
 from boresight.model.estimators import estimator
-from boresight.sim.accuracy import largest_turn_deg
-from boresight.sim.feed import attitude_of, inputs_of
-from boresight.sim.log import Log
+from boresight.sim.attitude.accuracy import largest_turn_deg
+from boresight.sim.attitude.feed import attitude_of, inputs_of
+from boresight.sim.attitude.log import Log
 from boresight.sim.soc.measure import Measured, measure_float, measure_integer
 
 __all__ = ["ESTIMATORS", "FLOAT_BOUND_DEG", "PAPER_CYCLES", "compare", "compare_one"]

@@ -15,8 +15,8 @@ from boresight.firmware.soc.image import Image, build_image, source
 from boresight.gateware.soc.layout import soc_header
 from boresight.gateware.soc.system import Soc, soc_verilog
 from boresight.model.estimator import Estimator, input_words
-from boresight.model.program import Program
-from boresight.sim.compiled import Compiled, build
+from boresight.model.words.program import Program
+from boresight.sim.rtl.compiled import Compiled, build
 
 __all__ = [
     "DIVISOR",

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from boresight.firmware.build import CModel
+from boresight.sim.attitude.log import Log
 from boresight.sim.board.run import stimulus
-from boresight.sim.log import Log
 from boresight.sim.soc.board import BoardBench, attitude_image
 
 __all__ = ["offload"]

@@ -53,7 +53,7 @@ def main() -> None:
 
         disturb()
     if args.passes is not None:
-        from boresight.gateware import schedule
+        from boresight.gateware.schedule import search as schedule
 
         schedule._PASSES = (args.passes, args.passes)
     programs(args.folder / "programs")

@@ -17,7 +17,7 @@ ROOT = Path(__file__).parent.parent.parent
 #: Float forms of estimators, and conversions of attitudes for people and for references: nothing of
 #: a program comes from them.
 FLOAT = (
-    "model/attitude.py",
+    "sim/attitude/rotation.py",
     "firmware/float_build.py",
     "firmware/float_text.py",
     "firmware/float_trace.py",
@@ -27,10 +27,10 @@ FLOAT = (
 MORE = (
     "boresight/soc_project.py",
     "boresight/verbs/compile.py",
-    "sim/check_shared.py",
-    "sim/report_data.py",
-    "sim/report_numerics.py",
-    "sim/report_schedule.py",
+    "sim/compare/check_shared.py",
+    "sim/report/data.py",
+    "sim/report/numerics.py",
+    "sim/report/schedule.py",
 )
 #: Functions of ``math`` that IEEE 754 or arithmetic fixes to the last bit.
 EXACT_MATH = {
@@ -89,7 +89,7 @@ def wrong(path: Path) -> list[str]:
 
 
 def test_the_compiler_uses_no_library_bits() -> None:
-    allowed = {"model/tables.py": ["p ** power"]}  # of `PRECISE`
+    allowed = {"model/words/tables.py": ["p ** power"]}  # of `PRECISE`
     found = {str(p.relative_to(ROOT)): wrong(p) for p in files()}
     assert len(found) > 130
     assert {name: uses for name, uses in found.items() if uses} == allowed

@@ -10,8 +10,8 @@ import pytest
 from boresight.cli import main
 from boresight.model.errors import InputError, shortened
 from boresight.model.estimators import ESTIMATORS
-from boresight.model.program import Program
-from boresight.model.program_check import check_program
+from boresight.model.words.check import check_program
+from boresight.model.words.program import Program
 
 HEADER = "t,gx,gy,gz,ax,ay,az,mx,my,mz\n"
 ROWS = "".join(f"{k / 100},0.01,0.02,0.03,0.1,0.2,9.8,1,20,-40\n" for k in range(20))

@@ -23,7 +23,7 @@ from hypothesis import strategies as st
 
 from boresight.cli import main
 from boresight.model.estimator import Estimator
-from boresight.model.program import Program
+from boresight.model.words.program import Program
 from boresight.verbs.experiment import EXPERIMENTS
 from tests.support.command_lines import FILES, command_lines
 
@@ -49,8 +49,8 @@ def begin(*_: object, **__: object) -> Any:
 #: Where the work of the verbs begins: all but the first are needed after `Estimator.compile` only
 #: where a program comes from elsewhere.
 SEAMS = (
-    "boresight.sim.divergence.CModel",
-    "boresight.sim.divergence.build_core",
+    "boresight.sim.compare.divergence.CModel",
+    "boresight.sim.compare.divergence.build_core",
     "boresight.verbs.accuracy.benchmark",
     "boresight.verbs.covariance.covariance_trial",
     "boresight.verbs.covariance.manoeuvre",
@@ -61,8 +61,8 @@ SEAMS = (
 
 #: Where a core is built.
 CORES = (
-    "boresight.sim.check.build_core",
-    "boresight.sim.divergence.build_core",
+    "boresight.sim.compare.check.build_core",
+    "boresight.sim.compare.divergence.build_core",
     "boresight.verbs.check.shared_core",
     "boresight.sim.levels.registry.build_core",
 )

@@ -11,7 +11,7 @@ import pytest
 import boresight
 from boresight.cli import main
 from boresight.core_files import core_files, project_files
-from boresight.sim.bundled import bundled
+from boresight.sim.records.bundled import bundled
 from boresight.verbs.demo import summary_table
 
 HEADER = "t,gx,gy,gz,ax,ay,az,mx,my,mz\n"

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from boresight.cli import main
-from boresight.sim.bundled import bundled
+from boresight.sim.records.bundled import bundled
 
 COMMAND = [sys.executable, "-m", "boresight"]
 LOG = str(bundled("synthetic_60s"))

@@ -10,7 +10,7 @@ import pytest
 from boresight.cli import main
 from boresight.model.errors import InputError
 from boresight.sharing import estimator_names, params_for_each, params_of_each
-from boresight.sim.bundled import bundled
+from boresight.sim.records.bundled import bundled
 from boresight.verbs.compile import compile
 
 NAMES = ["complementary", "complementary_as_printed"]

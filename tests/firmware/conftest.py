@@ -9,14 +9,24 @@ from pathlib import Path
 
 import pytest
 
-from boresight.model.fixed import Arithmetic
-from boresight.model.program import Kind, Negate, Op, Overflow, Program, Scale, Term, Value, When
+from boresight.model.words.fixed import Arithmetic
+from boresight.model.words.program import (
+    Kind,
+    Negate,
+    Op,
+    Overflow,
+    Program,
+    Scale,
+    Term,
+    Value,
+    When,
+)
 
 Rows = list[list[int]]
 
 
 class Plain:
-    """The docstrings of `model.fixed` and `model.program` in Python integers, nothing shared."""
+    """The docstrings of `model.words.fixed` and `model.words.program` in plain integers."""
 
     def __init__(self, program: Program) -> None:
         self.program = program

@@ -3,8 +3,18 @@
 import pytest
 
 from boresight.firmware.body import Body
-from boresight.model.fixed import Arithmetic
-from boresight.model.program import Kind, Negate, Op, Overflow, Program, Scale, Term, Value, When
+from boresight.model.words.fixed import Arithmetic
+from boresight.model.words.program import (
+    Kind,
+    Negate,
+    Op,
+    Overflow,
+    Program,
+    Scale,
+    Term,
+    Value,
+    When,
+)
 
 
 def value(name: str, kind: Kind, initial: int = 0) -> Value:

@@ -14,10 +14,10 @@ import pytest
 
 from boresight.firmware.build import CModel, build_library, find_compiler
 from boresight.model.errors import ToolMissing
-from boresight.model.fixed import Arithmetic
-from boresight.model.interpreter import Interpreter
-from boresight.model.program import Kind, Op, Overflow, Program, Term, Value
-from boresight.model.tool_failure import ToolFailed
+from boresight.model.tools.failure import ToolFailed
+from boresight.model.words.fixed import Arithmetic
+from boresight.model.words.interpreter import Interpreter
+from boresight.model.words.program import Kind, Op, Overflow, Program, Term, Value
 from tests.support.random_program import random_inputs, random_program
 
 

@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 
 from boresight.firmware.check import check
-from boresight.model.fixed import Arithmetic
-from boresight.model.program import Kind, Negate, Op, Program, Scale, Term, Value, When
+from boresight.model.words.fixed import Arithmetic
+from boresight.model.words.program import Kind, Negate, Op, Program, Scale, Term, Value, When
 
 VALUES = (
     Value("x", Kind.INPUT, 31, -1, 1, "test"),

@@ -16,9 +16,19 @@ import pytest
 
 from boresight.firmware.build import find_compiler
 from boresight.firmware.emit import emit_c
-from boresight.model.fixed import Arithmetic
-from boresight.model.interpreter import Interpreter
-from boresight.model.program import Kind, Negate, Op, Overflow, Program, Scale, Term, Value, When
+from boresight.model.words.fixed import Arithmetic
+from boresight.model.words.interpreter import Interpreter
+from boresight.model.words.program import (
+    Kind,
+    Negate,
+    Op,
+    Overflow,
+    Program,
+    Scale,
+    Term,
+    Value,
+    When,
+)
 from tests.support.random_program import random_inputs, random_program
 
 GOLDEN = Path(__file__).parent / "golden"

@@ -8,9 +8,9 @@ import pytest
 from boresight.firmware.float_build import FloatCModel
 from boresight.model.estimator import Estimator
 from boresight.model.estimators import estimator
-from boresight.sim.bundled import bundled
-from boresight.sim.feed import attitude_of, inputs_of
-from boresight.sim.log import read_log
+from boresight.sim.attitude.feed import attitude_of, inputs_of
+from boresight.sim.attitude.log import read_log
+from boresight.sim.records.bundled import bundled
 
 #: Largest difference of the attitude on a bundled log, deg. A rounding of an angle near half a
 #: turn is 2^-25 half turns, 5e-6 deg; a filter that forgets in 10 s keeps some 2,560 of them at

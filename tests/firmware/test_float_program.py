@@ -9,9 +9,9 @@ import pytest
 
 from boresight.firmware.float_program import FloatProgram, trace_float
 from boresight.model.estimators import ESTIMATORS
-from boresight.sim.bundled import bundled
-from boresight.sim.feed import inputs_of
-from boresight.sim.log import read_log
+from boresight.sim.attitude.feed import inputs_of
+from boresight.sim.attitude.log import read_log
+from boresight.sim.records.bundled import bundled
 
 APPLY: dict[str, Callable] = {
     "add": lambda a, b: a + b,

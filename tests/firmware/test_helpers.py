@@ -10,7 +10,7 @@ import pytest
 
 from boresight.firmware.build import find_compiler
 from boresight.firmware.helpers import definitions, helpers
-from boresight.model.fixed import Arithmetic
+from boresight.model.words.fixed import Arithmetic
 
 ALL = (
     "mul_shift",

@@ -2,7 +2,7 @@
 
 from boresight.firmware.body import Body
 from boresight.firmware.host import host_source
-from boresight.model.program import Program
+from boresight.model.words.program import Program
 
 
 def test_entry_points(odd_names: Program) -> None:

@@ -2,7 +2,7 @@
 
 from boresight.firmware.body import Body
 from boresight.firmware.layout import banner, block, head, join
-from boresight.model.program import Program
+from boresight.model.words.program import Program
 
 
 def test_block_indents_but_leaves_blank_lines_empty() -> None:

@@ -15,9 +15,9 @@ from boresight.firmware.float_emit import emit_float_c, float_prefix
 from boresight.firmware.soc.filter import filter_header
 from boresight.model.estimator import input_words
 from boresight.model.estimators import estimator
-from boresight.sim.bundled import bundled
-from boresight.sim.feed import inputs_of
-from boresight.sim.log import read_log
+from boresight.sim.attitude.feed import inputs_of
+from boresight.sim.attitude.log import read_log
+from boresight.sim.records.bundled import bundled
 
 FLAGS = (
     "-std=c99",

@@ -13,7 +13,7 @@ from amaranth.lib import wiring
 from amaranth.sim import Simulator
 
 from boresight.gateware.verilog import to_verilog
-from boresight.model.user_folders import yosys_environment
+from boresight.model.tools.folders import yosys_environment
 
 #: Simulation models of the primitives in use, out of the synthesis tool's library.
 PRIMITIVES = ("DSP48A1", *(f"LUT{n}" for n in range(2, 7)))

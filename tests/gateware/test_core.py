@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from boresight.gateware.core import Core, build_core, build_shared_core
-from boresight.gateware.emulator import Emulator
 from boresight.gateware.machine import CONFIGS
-from boresight.gateware.slots import ScheduleError
-from boresight.model.interpreter import Interpreter
-from boresight.model.program import Kind
+from boresight.gateware.microcode.emulator import Emulator
+from boresight.gateware.schedule.slots import ScheduleError
+from boresight.model.words.interpreter import Interpreter
+from boresight.model.words.program import Kind
 from tests.support.random_program import random_inputs, random_program, random_programs
 
 CONFIG = pytest.mark.parametrize("config", sorted(CONFIGS))
@@ -93,8 +93,8 @@ def test_parameters_go_on_in_the_next_bank() -> None:
 @CONFIG
 def test_many_parameters(config: str) -> None:
     """So many that in ``fast`` they fill more than one bank's share."""
-    from boresight.model.fixed import Arithmetic
-    from boresight.model.program import Op, Program, Term, Value
+    from boresight.model.words.fixed import Arithmetic
+    from boresight.model.words.program import Op, Program, Term, Value
 
     def wide(name: str, n: int) -> Program:
         values = [Value("x", Kind.INPUT, 31, -1, 1, "test")]

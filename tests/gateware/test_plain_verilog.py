@@ -11,15 +11,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from boresight.gateware.bus.core_registers import PROGRAM
 from boresight.gateware.core import Core
 from boresight.gateware.core_text import core_text
-from boresight.gateware.microcode import decode
-from boresight.gateware.registers import PROGRAM
+from boresight.gateware.microcode.assemble import decode
 from boresight.model.estimators import estimator
-from boresight.model.interpreter import Interpreter
-from boresight.sim.check_shared import shared_core
-from boresight.sim.simulators import available
-from boresight.sim.verilator import build_program
+from boresight.model.words.interpreter import Interpreter
+from boresight.sim.compare.check_shared import shared_core
+from boresight.sim.rtl.simulators import available
+from boresight.sim.rtl.verilator import build_program
 
 BENCH = Path(__file__).with_name("plain_bench.v")
 MODES = ("2001", "2005", "2005-sv", "2009", "2012")

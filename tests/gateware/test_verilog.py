@@ -7,12 +7,12 @@ import sys
 
 import pytest
 
-from boresight.gateware.lane import Lane
+from boresight.gateware.engine.lane import Lane
 from boresight.gateware.machine import CONFIGS
 from boresight.gateware.verilog import to_verilog
 
 TEXT = """
-from boresight.gateware.lane import Lane
+from boresight.gateware.engine.lane import Lane
 from boresight.gateware.machine import CONFIGS
 from boresight.gateware.verilog import to_verilog
 print(to_verilog(Lane(machine=CONFIGS["small"]), "lane", instances=True), end="")

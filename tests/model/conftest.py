@@ -9,11 +9,11 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from boresight.model.fixed import Arithmetic
-from boresight.model.graph import Graph
-from boresight.model.interpreter import Interpreter
-from boresight.model.lower import lower
-from boresight.model.program import Kind, Program
+from boresight.model.lowering.graph import Graph
+from boresight.model.lowering.lower import lower
+from boresight.model.words.fixed import Arithmetic
+from boresight.model.words.interpreter import Interpreter
+from boresight.model.words.program import Kind, Program
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -21,8 +21,8 @@ from boresight.model.estimator import (
 )
 from boresight.model.estimators import ESTIMATORS, estimator
 from boresight.model.estimators.complementary import Complementary
-from boresight.model.interpreter import Interpreter
-from boresight.model.program import Kind
+from boresight.model.words.interpreter import Interpreter
+from boresight.model.words.program import Kind
 
 
 class Leaky(Estimator):

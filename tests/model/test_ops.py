@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from boresight.model import ops, rounded
-from boresight.model.fixed import Arithmetic
-from boresight.model.graph import Graph
+from boresight.model import ops
+from boresight.model.lowering.graph import Graph
+from boresight.model.words import rounded
+from boresight.model.words.fixed import Arithmetic
 
 WIDTHS = (18, 20, 23, 24, 27, 28, 31, 32)
 

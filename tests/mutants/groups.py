@@ -12,22 +12,19 @@ from tests.mutants.software import software_mutants
 __all__ = ["GROUPS", "all_mutants", "nearest_tests", "wider_tests"]
 
 #: Compiler: from the graph to the microcode and the C. Comparison: what says whether they agree.
-_COMPILER = {
-    "model": "fixed forms functions graph groups interpreter lower ops program",
-    "gateware": "allocate arrange captures check_core check_schedule copies emulator image "
-    "list_pass list_problem list_state machine microcode priorities schedule slots state_rooms",
-    "firmware": "body check emit helpers layout names",
-    "sim": "check check_shared cosim divergence segments",
-}
+_COMPILER = (
+    *("model/words", "model/lowering", "model/ops.py"),
+    *("gateware/schedule", "gateware/microcode", "gateware/machine.py"),
+    *(f"firmware/{name}.py" for name in ("body", "check", "emit", "helpers", "layout", "names")),
+    *("sim/compare", "sim/rtl/cosim.py", "sim/records/segments.py"),
+)
 #: Where parts meet: tests elsewhere that alone see them at work, by the beginning of the file.
 _BEYOND = {
     "gateware/system/attitude_": ["tests/sim/board/test_run.py"],
     "gateware/boards/": ["tests/gateware/boards/test_top.py"],
     "gateware/soc/attitude_soc": ["tests/sim/soc/test_board.py"],
     "gateware/soc/": ["tests/sim/soc/test_system.py"],
-    "gateware/sequencer": ["tests/sim/test_check.py"],
-    "gateware/engine": ["tests/sim/test_check.py"],
-    "gateware/lane": ["tests/sim/test_check.py"],
+    "gateware/engine/": ["tests/sim/compare/test_check.py"],
 }
 #: Tests that are no witnesses: they change the source's text themselves and want it as it is.
 _NO_WITNESS = {"tests/sim/formal/test_mutants.py"}
@@ -42,7 +39,13 @@ def _hardware_files(root: Path) -> list[str]:
 
 
 def _compiler_files(root: Path) -> list[str]:
-    return [f"{room}/{stem}.py" for room, stems in _COMPILER.items() for stem in stems.split()]
+    found = [
+        path
+        for part in _COMPILER
+        for path in sorted((root / part).glob("*.py") if (root / part).is_dir() else [root / part])
+        if path.name != "__init__.py"
+    ]
+    return [str(path.relative_to(root)) for path in found]
 
 
 #: Name of a group: how its files are found, and its faults.

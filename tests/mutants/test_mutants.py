@@ -140,7 +140,9 @@ def test_every_file_has_tests() -> None:
         "tests/gateware/sensors/test_adis16385.py",
         "tests/gateware/sensors/test_adis16385_faults.py",
     ]
-    assert "tests/gateware/test_engine.py" in wider_tests(ROOT, "gateware/sequencer.py")
+    assert "tests/gateware/engine/test_engine.py" in wider_tests(
+        ROOT, "gateware/engine/sequencer.py"
+    )
 
 
 def test_equivalent_ones_are_of_the_code_as_it_is(tmp_path: Path) -> None:

@@ -133,7 +133,7 @@ def users_script() -> Callable[[Path], Path]:
         _write(
             folder / "script.py",
             "import boresight, model\n"
-            "from boresight.sim.bundled import bundled\n"
+            "from boresight.sim.records.bundled import bundled\n"
             "log = bundled('ximu_walk')\n"
             "(result,) = boresight.check('complementary', log, steps=20, levels=('fixed', 'c'))\n"
             "print(model.OWNER, result.good, boresight.__file__)\n",

@@ -8,7 +8,7 @@ import sys
 import zipfile
 from pathlib import Path
 
-from boresight.sim.bundled import bundled
+from boresight.sim.records.bundled import bundled
 
 ROOMS = ("model", "gateware", "firmware", "sim")
 

@@ -16,12 +16,12 @@ from boresight.gateware.synthesis.estimate import Estimate
 from boresight.gateware.synthesis.timing import PathPoint, Timing, TimingPath
 from boresight.model.estimator import input_words
 from boresight.model.estimators.complementary import Complementary
-from boresight.sim.bundled import bundled
-from boresight.sim.extremes import Extremes, observe
-from boresight.sim.feed import inputs_of
-from boresight.sim.log import read_log
-from boresight.sim.report_accuracy import Replay
-from boresight.sim.report_data import assemble
+from boresight.sim.attitude.feed import inputs_of
+from boresight.sim.attitude.log import read_log
+from boresight.sim.records.bundled import bundled
+from boresight.sim.report.accuracy import Replay
+from boresight.sim.report.data import assemble
+from boresight.sim.report.extremes import Extremes, observe
 
 STEPS = 300
 

@@ -9,9 +9,9 @@ import pytest
 from boresight.model.errors import InputError
 from boresight.model.estimator import Param
 from boresight.model.estimators.complementary import Complementary
-from boresight.sim.scoring import Scorer
-from boresight.sim.synthetic import SensorError, synthetic_log
+from boresight.sim.attitude.scoring import Scorer
 from boresight.sim.tuning import deal_folds, pattern_search, rounded, sensitivities, tunable
+from boresight.sim.worlds.synthetic import SensorError, synthetic_log
 
 PARAMS = (Param("a", 1.0, 0.0, 50.0, "", ""), Param("b", 1.0, 0.25, 2.0, "", ""))
 

@@ -20,7 +20,7 @@ import pytest
 import boresight
 from boresight.cli import main
 from boresight.model.resolve import estimator_of
-from boresight.sim.check import check
+from boresight.sim.compare.check import check
 from boresight.sim.records.record import Record
 from tests.support.strangers import PROGRAMS, STRANGERS, csv
 

@@ -11,9 +11,9 @@ import numpy as np
 from hypothesis import strategies as st
 
 from boresight.gateware.boards.frames import Kind, encode
-from boresight.model.fixed import Arithmetic
-from boresight.model.program import Kind as ValueKind
-from boresight.model.program import Op, Program, Term, Value
+from boresight.model.words.fixed import Arithmetic
+from boresight.model.words.program import Kind as ValueKind
+from boresight.model.words.program import Op, Program, Term, Value
 
 __all__ = ["captures", "csv_logs", "maps", "npz_logs", "parameters", "reproducers"]
 

@@ -25,10 +25,10 @@ from boresight.gateware.core import Core
 from boresight.gateware.system.attitude_core import AttitudeCore
 from boresight.gateware.system.conductor import Conductor
 from boresight.gateware.verilog import to_verilog
-from boresight.model.fixed import IntArray, wrap
-from boresight.sim.compiled import build
-from boresight.sim.front import COUNTS, NO_LINE, Samples
-from boresight.sim.memories import split_memories
+from boresight.model.words.fixed import IntArray, wrap
+from boresight.sim.board.front import COUNTS, NO_LINE, Samples
+from boresight.sim.rtl.compiled import build
+from boresight.sim.rtl.memories import split_memories
 
 __all__ = ["Played", "play", "sample_command", "script_of"]
 

@@ -8,8 +8,18 @@ from __future__ import annotations
 import random
 from dataclasses import dataclass, field, replace
 
-from boresight.model.fixed import Arithmetic
-from boresight.model.program import Kind, Negate, Op, Overflow, Program, Scale, Term, Value, When
+from boresight.model.words.fixed import Arithmetic
+from boresight.model.words.program import (
+    Kind,
+    Negate,
+    Op,
+    Overflow,
+    Program,
+    Scale,
+    Term,
+    Value,
+    When,
+)
 
 __all__ = ["random_inputs", "random_program", "random_programs"]
 

@@ -14,7 +14,7 @@ import pytest
 from boresight.disk import cache as module
 from boresight.disk.cache import LIMIT_MB, LIMIT_VARIABLE, Cache, Cleared, Entry
 from boresight.model.errors import InputError
-from boresight.model.user_folders import cache_folder
+from boresight.model.tools.folders import cache_folder
 
 #: Uses or makes entry ``name``, says so, then waits until its input ends, or is killed in the make.
 OTHER = """

@@ -12,10 +12,10 @@ import pytest
 from boresight.cli import main
 from boresight.model.errors import InputError, ToolMissing
 from boresight.model.estimators import ESTIMATORS
-from boresight.sim.bundled import bundled
-from boresight.sim.log import write_log
-from boresight.sim.peers import PEERS
-from boresight.sim.synthetic import SensorError, synthetic_log
+from boresight.sim.attitude.log import write_log
+from boresight.sim.attitude.peers import PEERS
+from boresight.sim.records.bundled import bundled
+from boresight.sim.worlds.synthetic import SensorError, synthetic_log
 from boresight.verbs.accuracy import accuracy, accuracy_text, params_by_estimator, read_trials
 
 CHOICE = ["complementary", "vqf", "madgwick"]

@@ -14,13 +14,13 @@ from amaranth.lib import wiring
 from amaranth.sim import Simulator
 
 import boresight
-from boresight.board_line import Listener, RegisterTable, Reply
+from boresight.board.line import Listener, RegisterTable, Reply
 from boresight.cli import main
 from boresight.gateware.boards.framer import Framer
 from boresight.gateware.boards.frames import END, Decoder, Kind, encode
+from boresight.gateware.bus.results import Results
 from boresight.gateware.system.attitude_frame import Attitude, attitude_of, text_line
 from boresight.gateware.system.attitude_output import AttitudeOutput, OutputMode
-from boresight.gateware.system.results import Results
 from boresight.verbs.monitor import track_of
 
 REGISTERS = {

@@ -15,10 +15,10 @@ import pytest
 import boresight
 from boresight.cli import main
 from boresight.model.estimators import estimator
-from boresight.sim.accuracy import attitude_rmse
-from boresight.sim.bundled import bundled
-from boresight.sim.feed import inputs_of
-from boresight.sim.log import read_log
+from boresight.sim.attitude.accuracy import attitude_rmse
+from boresight.sim.attitude.feed import inputs_of
+from boresight.sim.attitude.log import read_log
+from boresight.sim.records.bundled import bundled
 from boresight.sim.records.files import read_record
 
 #: The function has the module's name.

@@ -8,7 +8,7 @@ import pytest
 import boresight
 from boresight.cli import main
 from boresight.gateware.system.programs import system_core
-from boresight.sim.bundled import bundled
+from boresight.sim.records.bundled import bundled
 from boresight.verbs.simulate import faults_text, simulate_text
 
 #: The function has the module's name.

@@ -9,9 +9,9 @@ import pytest
 
 from boresight.cli import main
 from boresight.model.errors import InputError
-from boresight.sim.bundled import bundled
-from boresight.sim.log import write_log
-from boresight.sim.synthetic import SensorError, synthetic_log
+from boresight.sim.attitude.log import write_log
+from boresight.sim.records.bundled import bundled
+from boresight.sim.worlds.synthetic import SensorError, synthetic_log
 from boresight.verbs.tune import tune, tuning_text
 
 NAMES = ["kp_pitch_per_s", "kp_roll_per_s", "kp_heading_per_s"]

@@ -15,7 +15,7 @@ from boresight.gateware.boards.top import records_design
 from boresight.gateware.core import Core
 from boresight.gateware.system.programs import system_core
 from boresight.model.errors import InputError
-from boresight.model.user_folders import yosys_environment
+from boresight.model.tools.folders import yosys_environment
 from boresight.verbs.compile import write_system
 
 FILES = [

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 
 from boresight.gateware.soc.layout import CONTROL, CONTROL_BASE, KICK, SLOT_BASE
-from boresight.sim.compiled import Compiled
+from boresight.sim.rtl.compiled import Compiled
 from boresight.sim.soc.measure import soc_bench
 from tests.support.rv32 import assemble, image
 

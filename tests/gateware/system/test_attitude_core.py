@@ -5,14 +5,14 @@ import random
 import numpy as np
 import pytest
 
+from boresight.gateware.bus.core_registers import PROGRAM
 from boresight.gateware.core import Core
-from boresight.gateware.registers import PROGRAM
 from boresight.gateware.system.conductor import HEADER, OUTPUTS, RAWS, RECORDS, STAMP, Conductor
 from boresight.gateware.system.programs import core_plan, system_core
-from boresight.model.fixed import IntArray
-from boresight.sim.bundled import bundled
-from boresight.sim.front import COUNTS, HEADING, NO_LINE, Samples, quantise, run_chain
-from boresight.sim.log import read_log
+from boresight.model.words.fixed import IntArray
+from boresight.sim.attitude.log import read_log
+from boresight.sim.board.front import COUNTS, HEADING, NO_LINE, Samples, quantise, run_chain
+from boresight.sim.records.bundled import bundled
 from tests.support.conductor_bench import Played, play, sample_command, script_of
 
 STEPS = 60

@@ -9,9 +9,9 @@ from amaranth.lib import wiring
 from amaranth.sim import Simulator
 
 from boresight.gateware.boards.frames import Kind
+from boresight.gateware.bus.results import Results
 from boresight.gateware.system.attitude_frame import OUTPUTS, STAMP, text_line
 from boresight.gateware.system.attitude_output import AttitudeOutput, OutputMode
-from boresight.gateware.system.results import Results
 
 #: Where the words of a frame stand in the result memory.
 PLACES = (0, STAMP, *(0x10 + k for k in range(len(OUTPUTS))))

@@ -11,6 +11,7 @@ import pytest
 from amaranth.hdl import Cat, DriverConflict, Module, Value
 from amaranth.lib.wiring import Out
 
+from boresight.gateware.bus.arbiter import BusArbiter
 from boresight.gateware.core import Core
 from boresight.gateware.sensors.adis16385 import Adis16385
 from boresight.gateware.sensors.hmr3300 import Hmr3300
@@ -20,7 +21,6 @@ from boresight.gateware.system.attitude_frame import FLAGS
 from boresight.gateware.system.attitude_output import AttitudeOutput
 from boresight.gateware.system.attitude_system import AttitudeSystem
 from boresight.gateware.system.bridge import Bridge
-from boresight.gateware.system.bus_arbiter import BusArbiter
 from boresight.gateware.system.programs import system_core
 from boresight.gateware.system.system_bus import RESULTS, SystemBus
 

@@ -5,11 +5,11 @@ import pytest
 
 from boresight.firmware.build import CModel
 from boresight.gateware.core import build_core
-from boresight.gateware.emulator import Emulator
-from boresight.gateware.register_map import register_map, register_map_files
+from boresight.gateware.microcode.emulator import Emulator
+from boresight.gateware.registers.files import register_map, register_map_files
 from boresight.gateware.system.programs import FILTERS, system_core
 from boresight.model.front import FRONT
-from boresight.model.interpreter import Interpreter
+from boresight.model.words.interpreter import Interpreter
 from tests.support.random_program import random_inputs
 
 CONFIG = pytest.mark.parametrize("config", ["small", "fast"])

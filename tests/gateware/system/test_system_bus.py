@@ -4,11 +4,11 @@ import pytest
 from amaranth.hdl import Module, Mux, Signal
 from amaranth.sim import Simulator
 
-from boresight.gateware.register_model import Access
+from boresight.gateware.bus.csr import is_live
+from boresight.gateware.bus.results import INDEX_BITS
+from boresight.gateware.registers.model import Access
 from boresight.gateware.system.conductor import RAWS
-from boresight.gateware.system.csr import is_live
 from boresight.gateware.system.plan import RAW
-from boresight.gateware.system.results import INDEX_BITS
 from boresight.gateware.system.system_bus import COUNTERS, CSR, RESULTS, SystemBus
 from boresight.gateware.system.system_registers import IDENTIFICATION, system_registers
 

@@ -9,10 +9,10 @@ import xml.etree.ElementTree as ET
 import pytest
 
 from boresight.gateware.core import Core
-from boresight.gateware.register_header import to_header
-from boresight.gateware.register_model import Access, RegisterMap
-from boresight.gateware.register_page import to_markdown
-from boresight.gateware.register_svd import to_svd
+from boresight.gateware.registers.header import to_header
+from boresight.gateware.registers.model import Access, RegisterMap
+from boresight.gateware.registers.page import to_markdown
+from boresight.gateware.registers.svd import to_svd
 from boresight.gateware.system.attitude_frame import FLAGS, OUTPUTS, STAMP
 from boresight.gateware.system.conductor import HEADER, RECORDS, header_layout
 from boresight.gateware.system.conductor import OUTPUTS as OUTPUTS_PLACE

@@ -10,7 +10,15 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from boresight.model.attitude import (
+from boresight.model.estimator import input_words, param_words
+from boresight.model.estimators.complementary import (
+    STATUS_BITS,
+    Complementary,
+    ComplementaryAsPrinted,
+    per_sample_gains,
+)
+from boresight.model.words.interpreter import Interpreter
+from boresight.sim.attitude.rotation import (
     euler_to_quaternion,
     quaternion_conjugate,
     quaternion_multiply,
@@ -19,14 +27,6 @@ from boresight.model.attitude import (
     rotate,
     rotation_vector_to_quaternion,
 )
-from boresight.model.estimator import input_words, param_words
-from boresight.model.estimators.complementary import (
-    STATUS_BITS,
-    Complementary,
-    ComplementaryAsPrinted,
-    per_sample_gains,
-)
-from boresight.model.interpreter import Interpreter
 
 GRAVITY = 9.80665
 FIELD = np.array([0.0, 27.9, -46.2])

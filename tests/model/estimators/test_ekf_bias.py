@@ -10,7 +10,14 @@ import pytest
 
 from boresight.firmware.build import CModel
 from boresight.gateware.core import build_core
-from boresight.model.attitude import (
+from boresight.model.errors import InputError
+from boresight.model.estimator import input_words
+from boresight.model.estimators.ekf_bias import BIAS_UNIT, STATUS_BITS, EkfBias
+from boresight.sim.attitude.accuracy import attitude_error
+from boresight.sim.attitude.feed import attitude_of, inputs_of
+from boresight.sim.attitude.log import read_log
+from boresight.sim.attitude.peers import PEERS
+from boresight.sim.attitude.rotation import (
     euler_to_quaternion,
     quaternion_conjugate,
     quaternion_multiply,
@@ -18,16 +25,9 @@ from boresight.model.attitude import (
     rotate,
     rotation_vector_to_quaternion,
 )
-from boresight.model.errors import InputError
-from boresight.model.estimator import input_words
-from boresight.model.estimators.ekf_bias import BIAS_UNIT, STATUS_BITS, EkfBias
-from boresight.sim.accuracy import attitude_error
-from boresight.sim.bundled import bundled
-from boresight.sim.check import with_params
-from boresight.sim.feed import attitude_of, inputs_of
-from boresight.sim.log import read_log
-from boresight.sim.peers import PEERS
-from boresight.sim.segments import with_state_outputs
+from boresight.sim.compare.check import with_params
+from boresight.sim.records.bundled import bundled
+from boresight.sim.records.segments import with_state_outputs
 
 GRAVITY = 9.80665
 FIELD = np.array([0.0, 18.0, -45.0])

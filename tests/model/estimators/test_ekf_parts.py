@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from boresight.model.covariance import symmetric
+from boresight.model.algebra.covariance import symmetric
 from boresight.model.estimators.ekf_parts import (
     FLOOR_NOISE,
     NORM_FLOOR,

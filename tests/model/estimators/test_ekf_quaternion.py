@@ -9,7 +9,14 @@ import numpy as np
 import pytest
 
 from boresight.gateware.core import build_core
-from boresight.model.attitude import (
+from boresight.model.errors import InputError
+from boresight.model.estimator import input_words, param_words
+from boresight.model.estimators.ekf_parts import START
+from boresight.model.estimators.ekf_quaternion import STATUS_BITS, EkfQuaternion
+from boresight.model.estimators.ekf_quaternion_vector import STATUS_BITS as VECTOR_BITS
+from boresight.model.estimators.ekf_quaternion_vector import EkfQuaternionVector
+from boresight.model.words.interpreter import Interpreter
+from boresight.sim.attitude.rotation import (
     euler_to_quaternion,
     quaternion_conjugate,
     quaternion_multiply,
@@ -17,13 +24,6 @@ from boresight.model.attitude import (
     rotate,
     rotation_vector_to_quaternion,
 )
-from boresight.model.errors import InputError
-from boresight.model.estimator import input_words, param_words
-from boresight.model.estimators.ekf_parts import START
-from boresight.model.estimators.ekf_quaternion import STATUS_BITS, EkfQuaternion
-from boresight.model.estimators.ekf_quaternion_vector import STATUS_BITS as VECTOR_BITS
-from boresight.model.estimators.ekf_quaternion_vector import EkfQuaternionVector
-from boresight.model.interpreter import Interpreter
 
 GRAVITY = 9.80665
 FIELD = np.array([0.0, 14.7, -40.6])

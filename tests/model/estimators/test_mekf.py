@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from boresight.model.attitude import (
+from boresight.model.errors import InputError
+from boresight.model.estimators import estimator
+from boresight.model.estimators.mekf import STATUS_BITS, Mekf
+from boresight.model.estimators.mekf_interface import PAIRS, covariance_name
+from boresight.sim.attitude.rotation import (
     euler_to_quaternion,
     quaternion_conjugate,
     quaternion_multiply,
     quaternion_to_rotation_vector,
     rotate,
 )
-from boresight.model.errors import InputError
-from boresight.model.estimators import estimator
-from boresight.model.estimators.mekf import STATUS_BITS, Mekf
-from boresight.model.estimators.mekf_interface import PAIRS, covariance_name
 
 GRAVITY = 9.80665
 FIELD = np.array([0.0, 18.0, -40.0])

@@ -9,10 +9,10 @@ from boresight.firmware.build import CModel
 from boresight.model.estimator import input_words, param_words
 from boresight.model.estimators.mekf import Mekf
 from boresight.model.estimators.mekf_interface import PAIRS, covariance_name
-from boresight.sim.bundled import bundled
-from boresight.sim.feed import inputs_of
-from boresight.sim.log import read_log
-from boresight.sim.segments import with_state_outputs
+from boresight.sim.attitude.feed import inputs_of
+from boresight.sim.attitude.log import read_log
+from boresight.sim.records.bundled import bundled
+from boresight.sim.records.segments import with_state_outputs
 
 STEPS = 4000
 PROGRAM = Mekf().compile()

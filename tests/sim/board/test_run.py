@@ -14,8 +14,8 @@ from boresight.gateware.system.attitude_frame import (
     text_line,
 )
 from boresight.model.errors import InputError
+from boresight.sim.attitude.log import Log
 from boresight.sim.board.run import frame_ends, judge, run_board, stimulus, writes
-from boresight.sim.log import Log
 
 from .conftest import UPDATES
 

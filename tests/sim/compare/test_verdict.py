@@ -11,7 +11,7 @@ import pytest
 
 from boresight.model import ops
 from boresight.model.estimator import Estimator, Input, Output, State
-from boresight.model.interpreter import Interpreter
+from boresight.model.words.interpreter import Interpreter
 from boresight.sim.compare import culprit as module
 from boresight.sim.compare.culprit import Culprit, find_culprit
 from boresight.sim.compare.difference import Difference

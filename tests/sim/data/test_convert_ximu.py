@@ -5,15 +5,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from boresight.model.attitude import (
+from boresight.model.errors import InputError
+from boresight.sim.attitude.log import read_log
+from boresight.sim.attitude.rotation import (
     euler_to_quaternion,
     quaternion_conjugate,
     quaternion_multiply,
     quaternion_normalise,
 )
-from boresight.model.errors import InputError
 from boresight.sim.data.convert_ximu import convert, main
-from boresight.sim.log import read_log
 
 TARE = quaternion_normalise([0.5, 0.1, -0.2, 0.8])
 #: Sensor to (north, west, up) as the device's filter has it, before the tare.

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from boresight.sim.bundled import bundled
+from boresight.sim.attitude.log import read_log
 from boresight.sim.data.make_synthetic import main
-from boresight.sim.log import read_log
+from boresight.sim.records.bundled import bundled
 
 ARRAYS = ("t", "gyr", "acc", "mag", "mag_new", "q")
 

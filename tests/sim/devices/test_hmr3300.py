@@ -3,7 +3,7 @@
 import pytest
 
 from boresight.sim.devices.hmr3300 import FAULTS, device_text
-from boresight.sim.simulators import available
+from boresight.sim.rtl.simulators import available
 from tests.support.devices.hmr3300_device_bench import Happened, run_reader
 
 pytestmark = pytest.mark.skipif(not available("verilator"), reason="needs Verilator")

@@ -3,7 +3,7 @@
 import pytest
 
 from boresight.gateware.sensors import hmr3300_number, hmr3300_sentence
-from boresight.sim.simulators import available
+from boresight.sim.rtl.simulators import available
 from tests.support.devices.hmr3300_fuzz import fuzz_noise, fuzz_parser, fuzz_pin
 
 pytestmark = pytest.mark.skipif(not available("verilator"), reason="needs Verilator")

@@ -17,7 +17,7 @@ from boresight.sim.experiments.ma2014_methods import (
     score,
 )
 from boresight.sim.experiments.ma2014_world import CASES, E1, E2, LOOP_HZ, make_log, noise_free_log
-from boresight.sim.world.devices import TABLE_2
+from boresight.sim.worlds.devices import TABLE_2
 
 METHODS = {m.key: m for m in available()}
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from boresight.model.attitude import quaternion_to_euler
+from boresight.sim.attitude.rotation import quaternion_to_euler
 from boresight.sim.experiments.ma2014_paper import TABLE_1, TABLE_3
 from boresight.sim.experiments.ma2014_world import (
     CASES,
@@ -16,7 +16,7 @@ from boresight.sim.experiments.ma2014_world import (
     make_log,
     noise_free_log,
 )
-from boresight.sim.world.devices import TABLE_2
+from boresight.sim.worlds.devices import TABLE_2
 
 
 def test_stages_end_where_table_1_says():

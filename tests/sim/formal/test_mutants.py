@@ -7,16 +7,16 @@ from amaranth.lib.crc import catalog
 
 import boresight.gateware.boards.framer
 import boresight.gateware.boards.unpack
-import boresight.gateware.registers
-import boresight.gateware.sequencer
+import boresight.gateware.bus.arbiter
+import boresight.gateware.bus.core_registers
+import boresight.gateware.bus.csr
+import boresight.gateware.bus.results
+import boresight.gateware.bus.wishbone
+import boresight.gateware.engine.sequencer
 import boresight.gateware.serial.uart
-import boresight.gateware.system.bus_arbiter
-import boresight.gateware.system.csr
-import boresight.gateware.system.results
 import boresight.gateware.system.system_bus
-import boresight.gateware.system.wishbone
 from boresight.gateware.machine import CONFIGS
-from boresight.sim.formal import (
+from boresight.sim.formal.blocks import (
     bus,
     crc,
     frames,
@@ -130,7 +130,7 @@ def test_unpacker(old: str, new: str, mutant) -> None:
     ],
 )
 def test_registers(old: str, new: str, mutant) -> None:
-    broken = mutant(boresight.gateware.registers, old, new)
+    broken = mutant(boresight.gateware.bus.core_registers, old, new)
     assert refuted(
         "registers.fast_3",
         lambda: registers.Bus(broken.Registers(machine=CONFIGS["fast"], digest=1, programs=3)),
@@ -148,7 +148,7 @@ def test_registers(old: str, new: str, mutant) -> None:
     ],
 )
 def test_registers_with_selector(old: str, new: str, mutant) -> None:
-    broken = mutant(boresight.gateware.registers, old, new)
+    broken = mutant(boresight.gateware.bus.core_registers, old, new)
     assert refuted(
         "registers.small_4_selector",
         lambda: registers.Bus(
@@ -168,7 +168,7 @@ def test_registers_with_selector(old: str, new: str, mutant) -> None:
     ],
 )
 def test_sequencer(old: str, new: str, mutant) -> None:
-    broken, machine = mutant(boresight.gateware.sequencer, old, new), CONFIGS["small"]
+    broken, machine = mutant(boresight.gateware.engine.sequencer, old, new), CONFIGS["small"]
     assert refuted(
         "sequencer.small",
         lambda: sequencer.Stepped(
@@ -192,7 +192,7 @@ def test_sequencer(old: str, new: str, mutant) -> None:
     ],
 )
 def test_arbiter(old: str, new: str, mutant) -> None:
-    broken = mutant(boresight.gateware.system.bus_arbiter, old, new)
+    broken = mutant(boresight.gateware.bus.arbiter, old, new)
     assert refuted(
         "bus.arbiter_3", lambda: bus.Shared(broken.BusArbiter(count=3, word=4, address=3))
     )
@@ -207,7 +207,7 @@ def test_arbiter(old: str, new: str, mutant) -> None:
     ],
 )
 def test_wishbone(old: str, new: str, mutant) -> None:
-    broken = mutant(boresight.gateware.system.wishbone, old, new)
+    broken = mutant(boresight.gateware.bus.wishbone, old, new)
     assert refuted("bus.wishbone", lambda: bus.Slave(broken.WishboneSlave()))
 
 
@@ -239,5 +239,5 @@ def test_system_bus(old: str, new: str, mutant) -> None:
     ],
 )
 def test_results(old: str, new: str, mutant) -> None:
-    broken = mutant(boresight.gateware.system.results, old, new)
+    broken = mutant(boresight.gateware.bus.results, old, new)
     assert refuted("results.whole_2", lambda: results.Whole(broken.Results(word=2, readers=2)))

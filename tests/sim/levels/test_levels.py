@@ -12,11 +12,11 @@ from boresight.firmware.precision import DOUBLE
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output, Param, State, with_params
 from boresight.model.estimators import ESTIMATORS, estimator
-from boresight.sim.bundled import bundled
 from boresight.sim.levels.floating import CompiledFloat, NumpyFloat
 from boresight.sim.levels.integer import Emitted, Interpreted, words_of
 from boresight.sim.levels.level import run_of_words
 from boresight.sim.levels.registry import LEVELS, make_level
+from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
 

@@ -14,7 +14,7 @@ from boresight.gateware.core import build_core
 from boresight.model.estimator import Estimator, Input, Output, State
 from boresight.sim.levels.integer import Interpreted
 from boresight.sim.levels.rtl import Simulated
-from boresight.sim.simulators import SimulationFailed
+from boresight.sim.rtl.simulators import SimulationFailed
 
 
 class Leaky(Estimator):

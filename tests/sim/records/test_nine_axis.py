@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from boresight.sim.log import Log
+from boresight.sim.attitude.log import Log
 from boresight.sim.records.nine_axis import record_of
 from boresight.sim.records.record import Column, Record
 

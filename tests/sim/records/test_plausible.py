@@ -7,7 +7,7 @@ import pytest
 
 from boresight.model.estimator import Estimator, Input, Output
 from boresight.model.estimators import estimator
-from boresight.sim.bundled import bundled, bundled_names
+from boresight.sim.records.bundled import bundled, bundled_names
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
 from boresight.sim.records.plausible import warnings_of

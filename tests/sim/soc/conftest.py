@@ -9,7 +9,7 @@ import pytest
 
 from boresight.firmware.soc.image import COMPILER, Image, build_image
 from boresight.gateware.soc.layout import soc_header
-from boresight.sim.compiled import Compiled
+from boresight.sim.rtl.compiled import Compiled
 from boresight.sim.soc.measure import soc_bench
 
 

@@ -9,9 +9,9 @@ import pytest
 
 from boresight.firmware.build import CModel
 from boresight.model.estimators import estimator
+from boresight.sim.attitude.log import read_log
 from boresight.sim.board.run import Stimulus, stimulus
-from boresight.sim.bundled import bundled
-from boresight.sim.log import read_log
+from boresight.sim.records.bundled import bundled
 from boresight.sim.soc.board import BoardBench, attitude_image, soc_board
 from boresight.sim.soc.offload import offload
 

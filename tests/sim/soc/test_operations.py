@@ -6,9 +6,9 @@ import pytest
 
 from boresight.firmware.float_program import trace_float
 from boresight.model.estimators import estimator
-from boresight.sim.bundled import bundled
-from boresight.sim.feed import inputs_of
-from boresight.sim.log import read_log
+from boresight.sim.attitude.feed import inputs_of
+from boresight.sim.attitude.log import read_log
+from boresight.sim.records.bundled import bundled
 from boresight.sim.soc.measure import measure_float
 from tests.support.soc.operations import counted_cycles, operation_cycles
 

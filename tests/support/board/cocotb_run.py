@@ -10,9 +10,9 @@ from pathlib import Path
 from boresight.sim.board.build import Board, board_parameters, board_sources
 from boresight.sim.board.run import BoardRun, Stimulus, cycles_limit, files_and_arguments, frames_of
 from boresight.sim.board.trace import read_trace
-from boresight.sim.cosim import SimulationFailed, quiet
-from boresight.sim.simulators import BUILD_ARGS, TIMESCALE
-from boresight.sim.verilator import build_program, cocotb_environment
+from boresight.sim.rtl.cosim import SimulationFailed, quiet
+from boresight.sim.rtl.simulators import BUILD_ARGS, TIMESCALE
+from boresight.sim.rtl.verilator import build_program, cocotb_environment
 
 __all__ = ["run_under_cocotb"]
 

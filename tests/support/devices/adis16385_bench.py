@@ -10,8 +10,8 @@ from typing import Any, Final
 from boresight.gateware.sensors.adis16385 import Adis16385
 from boresight.gateware.sensors.adis16385_flags import EVENTS, FLAG_MEANINGS
 from boresight.gateware.verilog import to_verilog
-from boresight.sim.compiled import build
 from boresight.sim.devices.adis16385 import FAULTS, device_text
+from boresight.sim.rtl.compiled import build
 
 __all__ = ["PERIOD", "SCALED", "Happened", "ReaderBench", "Sample", "log_text", "scaled_reader"]
 

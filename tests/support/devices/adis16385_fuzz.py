@@ -10,7 +10,7 @@ from pathlib import Path
 
 from boresight.gateware.sensors.adis16385_flags import EVENTS, FLAG_MEANINGS
 from boresight.gateware.verilog import to_verilog
-from boresight.sim.compiled import build
+from boresight.sim.rtl.compiled import build
 from tests.support.devices.adis16385_bench import PERIOD, scaled_reader
 from tests.support.devices.adis16385_contract import Contract, ContractBroken
 

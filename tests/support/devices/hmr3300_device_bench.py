@@ -9,8 +9,8 @@ from pathlib import Path
 
 from boresight.gateware.sensors.hmr3300 import FLAGS, LINES_HZ, Hmr3300
 from boresight.gateware.verilog import to_verilog
-from boresight.sim.compiled import Compiled, build
 from boresight.sim.devices.hmr3300 import FAULTS, device_text
+from boresight.sim.rtl.compiled import Compiled, build
 
 __all__ = ["CLOCK_HZ", "LINE_CYCLES", "Happened", "Line", "run_reader"]
 

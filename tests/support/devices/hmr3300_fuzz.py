@@ -11,7 +11,7 @@ from boresight.gateware.sensors.hmr3300 import Hmr3300
 from boresight.gateware.sensors.hmr3300_sentence import SentenceParser
 from boresight.gateware.serial.uart import Receiver
 from boresight.gateware.verilog import to_verilog
-from boresight.sim.compiled import build
+from boresight.sim.rtl.compiled import build
 from tests.support.devices.hmr3300_grammar import BROKEN, Event, events_of
 from tests.support.devices.hmr3300_symbols import hostile_bytes, hostile_line, noise
 

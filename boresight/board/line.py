@@ -1,0 +1,354 @@
+"""The host's end of a board's serial line: attitudes, answers, register accesses."""
+
+from __future__ import annotations
+
+import os
+import stat
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from boresight.gateware.boards.frames import END, Decoder, Kind, encode
+from boresight.gateware.system.attitude_frame import (
+    FORMATS,
+    WORDS,
+    Attitude,
+    attitude_of,
+    parse_line,
+)
+from boresight.model.errors import InputError
+from boresight.register_file import read_registers
+from boresight.sim.records.reading import reason
+
+__all__ = ["BoardLine", "Listener", "Reply", "RegisterTable"]
+
+#: Seconds without an answer after which an access is tried again, and how often.
+_ANSWER_S, _TRIES = 0.5, 3
+#: Most bytes of a frame; more without an END are no frame.
+_FRAME_MAX = 256
+
+
+@dataclass(frozen=True)
+class Reply:
+    """Answer to a register access: the address that was written, or the word that was read."""
+
+    kind: Kind
+    word: int
+
+
+class Listener:
+    """Gathers attitudes, of frames and of lines of text, and answers from a board's bytes.
+
+    Parameters
+    ----------
+    formats : mapping
+        Fraction bits of quaternion and status by filter (`gateware.system.attitude_frame.FORMATS`).
+
+    Attributes
+    ----------
+    bad : int
+        Frames and lines so far that were damaged or of another kind; the very first piece, which
+        may have begun before anybody listened, is not counted.
+    """
+
+    def __init__(self, formats: Mapping[int, tuple[int, int]] = FORMATS) -> None:
+        self.formats = formats
+        self.bad = 0
+        self._begun = False
+        self._piece = bytearray()
+
+    def feed(self, data: bytes) -> Iterator[Attitude | Reply]:
+        """Yield what ends in ``data``."""
+        for byte in data:
+            self._piece.append(byte)
+            # The body of a frame begins with a byte below 32, no line does.
+            line = byte == 10 and self._piece[0] >= 32 and self._piece[-2:] == b"\r\n"
+            if not line and byte != END and len(self._piece) <= _FRAME_MAX:
+                continue
+            piece = bytes(self._piece)
+            self._piece.clear()
+            if piece == bytes([END]):
+                self._begun = True
+                continue
+            item = self._line(piece) if line else self._frame(piece)
+            self.bad += item is None and self._begun
+            self._begun = True
+            if item is not None:
+                yield item
+
+    def _line(self, piece: bytes) -> Attitude | None:
+        return parse_line(piece.decode(), self.formats) if piece.isascii() else None
+
+    def _frame(self, piece: bytes) -> Attitude | Reply | None:
+        for kind, words in Decoder(word=32).feed(piece):
+            if kind is Kind.ATTITUDE and len(words) == len(WORDS):
+                return attitude_of(words, self.formats)
+            if kind in (Kind.READ, Kind.WRITE) and len(words) == 1:
+                return Reply(kind, words[0])
+        return None
+
+
+class RegisterTable:
+    """Registers by name, from the JSON of a register map; or by address, without one."""
+
+    def __init__(self, path: str | Path | None = None) -> None:
+        self.path = path
+        self.data: dict[str, Any] = {} if path is None else read_registers(path)
+        self._by_name = {r["name"]: r for r in self.data.get("registers", [])}
+
+    @property
+    def clock_hz(self) -> float:
+        """Clock of the system; 100 MHz if nothing tells."""
+        return float(self._by_name.get("clock_hz", {}).get("reset", 100_000_000))
+
+    @property
+    def formats(self) -> Mapping[int, tuple[int, int]]:
+        """As `FORMATS`."""
+        found = {}
+        for number, program in enumerate(self.data.get("programs", [])):
+            frac = {port["name"]: port["frac"] for port in program["outputs"]}
+            if {"qw", "status"} <= frac.keys():
+                found[number] = (frac["qw"], frac["status"])
+        return found or FORMATS
+
+    def find(self, name: str) -> dict[str, Any]:
+        """The register of a name or a number.
+
+        Raises
+        ------
+        InputError
+            There is none.
+        """
+        if name in self._by_name:
+            return dict(self._by_name[name])
+        try:
+            address = int(name, 0)
+        except ValueError:
+            wanted = (
+                f"a register of {self.path}"
+                if self.path
+                else "an address, or a name and --map registers.json"
+            )
+            raise InputError.at(
+                f"register {name}",
+                wanted=wanted,
+                found=repr(name),
+                fix="registers.md of the bitstream lists them",
+            ) from None
+        if not 0 <= address < 4096:
+            raise InputError.at(
+                f"register {name}",
+                wanted="an address from 0 to 4095",
+                found=name,
+                fix="registers.md of the bitstream lists them",
+            )
+        for register in self._by_name.values():
+            if register["address"] == address:
+                return dict(register)
+        return {"name": name, "address": address}
+
+    def word_of(self, register: Mapping[str, Any], text: str) -> int:
+        """The word for a value: a number in the register's unit, or one of its names.
+
+        Raises
+        ------
+        InputError
+            The register cannot hold it.
+        """
+        where = f"--write {register['name']}"
+        if register.get("access") == "read-only":
+            raise InputError.at(
+                where,
+                wanted="a register that can be written",
+                found="read-only",
+                fix="choose another",
+            )
+        if text in register.get("names", ()):
+            return int(list(register["names"]).index(text))
+        frac = register.get("frac")
+        try:
+            word = int(text, 0) if frac is None else round(float(text) * 2.0**frac)
+        except (ValueError, OverflowError):
+            raise InputError.at(
+                where,
+                wanted=" or ".join(["a number", *register.get("names", ())]),
+                found=repr(text),
+                fix="give such a value",
+            ) from None
+        width = register.get("width") or 32
+        plain = register.get("width") is None or register.get("signed")
+        low = register.get("minimum", -(1 << width - 1) if plain else 0)
+        high = register.get(
+            "maximum", len(register["names"]) - 1 if register.get("names") else (1 << width) - 1
+        )
+        if not low <= word <= high:
+            scale = 1.0 if frac is None else 2.0**-frac
+            raise InputError.at(
+                where,
+                wanted=f"{low * scale:g} to {high * scale:g}",
+                found=text,
+                fix="give a value inside the range",
+            )
+        return word
+
+    def value_of(self, register: Mapping[str, Any], word: int) -> Any:
+        """What a word says: number in the register's unit, name, or fields."""
+        width = register.get("width") or 32
+        bits = word & (1 << width) - 1
+        if register.get("signed") and bits >> width - 1:
+            bits -= 1 << width
+        if register.get("fields"):
+            return {f["name"]: bits >> f["bit"] & (1 << f["width"]) - 1 for f in register["fields"]}
+        names = register.get("names", ())
+        if 0 <= bits < len(names):
+            return names[bits]
+        return bits if register.get("frac") is None else bits * 2.0 ** -register["frac"]
+
+
+def _serial(source: str, baud: int) -> Any:
+    """The port, open; OSError says in its text what is wrong."""
+    import termios
+
+    import serial
+
+    try:
+        return serial.Serial(source, baud, timeout=0.05)
+    except (serial.SerialException, termios.error) as error:
+        number = getattr(error, "errno", None)
+        raise OSError(
+            number, os.strerror(number) if number else "a device that is no serial port"
+        ) from error
+    except (ValueError, OverflowError) as error:
+        raise OSError(0, f"no rate of {baud} there") from error
+
+
+def _capture(source: str, _: int) -> Any:
+    return Path(source).open("rb")
+
+
+class BoardLine:
+    """A serial port, or a file of what came from one.
+
+    Parameters
+    ----------
+    source : str
+        Port or file.
+    baud : int
+        Bits per second.
+    listener : Listener
+        Who understands the bytes.
+
+    Raises
+    ------
+    InputError
+        It cannot be opened.
+    """
+
+    def __init__(self, source: str, *, baud: int, listener: Listener) -> None:
+        self.source, self.listener = source, listener
+        try:
+            mode = Path(source).stat().st_mode
+            self.is_port = not stat.S_ISREG(mode)
+            if self.is_port and not stat.S_ISCHR(mode):
+                raise OSError(0, "a folder" if stat.S_ISDIR(mode) else "neither of them")
+            opened = _serial if self.is_port else _capture
+            self._file = opened(source, baud)
+        except OSError as error:
+            raise InputError.at(
+                source or "''",
+                wanted="a serial port, or a file of captured bytes",
+                found=reason(error),
+                fix="name one that is there and may be opened, at a rate that it has",
+            ) from error
+
+    def __enter__(self) -> BoardLine:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._file.close()
+
+    def items(self, *, silence_s: float) -> Iterator[Attitude | Reply]:
+        """What comes, until the file ends.
+
+        Raises
+        ------
+        InputError
+            The port says nothing that is understood for ``silence_s``, or is gone.
+        """
+        understood, heard = time.monotonic(), 0
+        while True:
+            data = self._read()
+            heard += len(data)
+            for item in self.listener.feed(data):
+                understood, heard = time.monotonic(), 0
+                yield item
+            if not data and not self.is_port:
+                return
+            if self.is_port and time.monotonic() - understood > silence_s:
+                raise InputError.at(
+                    self.source,
+                    wanted="attitudes from the board",
+                    found=f"{heard:,} other bytes" if heard else f"none for {silence_s:g} s",
+                    fix="check wiring and power, --baud, and register output_mode",
+                )
+
+    def access(
+        self,
+        kind: Kind,
+        words: list[int],
+        *,
+        also: Callable[[Attitude], object] = lambda attitude: None,
+    ) -> int:
+        """Send a register access and wait for its answer; attitudes meanwhile go to ``also``.
+
+        Raises
+        ------
+        InputError
+            No port, or no answer.
+        """
+        if not self.is_port:
+            raise InputError.at(
+                self.source,
+                wanted="a serial port to read or write registers",
+                found="a file",
+                fix="name the port",
+            )
+        for _ in range(_TRIES):
+            self._send(bytes([END]) + encode(kind, words, word=32))
+            end = time.monotonic() + _ANSWER_S
+            while time.monotonic() < end:
+                answer = None
+                for item in self.listener.feed(self._read()):
+                    if isinstance(item, Attitude):
+                        also(item)
+                    elif item.kind is kind and (kind is Kind.READ or item.word == words[0]):
+                        answer = item.word
+                if answer is not None:
+                    return answer
+        raise InputError.at(
+            self.source,
+            wanted="an answer from the board",
+            found=f"none in {_TRIES} tries",
+            fix="check the line to the board, and --baud",
+        )
+
+    def _read(self) -> bytes:
+        try:
+            if not self.is_port:
+                return bytes(self._file.read(65536))
+            return bytes(self._file.read(max(1, self._file.in_waiting)))
+        except OSError as error:
+            raise self._gone(error) from error
+
+    def _send(self, data: bytes) -> None:
+        try:
+            self._file.write(data)
+        except OSError as error:
+            raise self._gone(error) from error
+
+    def _gone(self, error: OSError) -> InputError:
+        return InputError.at(
+            self.source, wanted="a line that stays", found=str(error), fix="plug the board in again"
+        )

@@ -1,0 +1,1 @@
+"""Buses: the registers of a core, arbiter, Wishbone, declared registers, counters, results."""

@@ -1,0 +1,169 @@
+"""Registers in hardware, from their declaration."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from amaranth.hdl import Module, Signal
+from amaranth.lib import memory, wiring
+from amaranth.lib.wiring import In, Out
+
+from boresight.gateware.registers.model import Access, Register
+
+__all__ = ["Csr", "is_constant", "is_live", "offset_bits"]
+
+#: Bits of a bus word.
+WORD = 32
+
+
+def is_constant(register: Register) -> bool:
+    """Whether it always reads the same."""
+    return register.access is Access.READ_ONLY and register.reset is not None
+
+
+def is_live(register: Register) -> bool:
+    """Whether its word comes from a port."""
+    return register.access is Access.READ_ONLY and register.reset is None
+
+
+def offset_bits(registers: Sequence[Register]) -> int:
+    """Bits of an offset from the first register's address."""
+    first = registers[0].address
+    return max(1, (max(r.address for r in registers) - first).bit_length())
+
+
+class Csr(wiring.Component):
+    """A block of registers.
+
+    ============================ =======================================================
+    access                       what it is
+    ============================ =======================================================
+    read-only with a ``reset``   a constant
+    read-only without one        an input, ``name``: In(width)
+    read-write                   an output that keeps what is written, ``name``: Out(width)
+    write-only                   an order: ``name``: Out(width), not 0 only in one cycle, and
+                                 ``name_stb``: Out(1), 1 in that cycle
+    ============================ =======================================================
+
+    A memory holds the constants and copies of the written words, so that only inputs need a
+    multiplexer. With ``names`` a register takes no number that has none: such a write is ignored.
+    As the memory is, written registers are spared by a reset of domain ``sync``.
+
+    **Latency** 1 cycle for reading; outputs change 1 cycle after the write.
+
+    Parameters
+    ----------
+    registers : sequence of Register
+        The block in the order of addresses, the first one's a multiple of the block's size.
+
+    Members
+    -------
+    offset : In
+        Address less that of the first register, with one bit more: with that bit, or if no
+        register is there, ``r_data`` is 0.
+    w_data : In(32), w_en : In(1)
+        Write in this cycle, whatever the offset's highest bit is.
+    r_data : Out(32), known : Out(1)
+        The register at the ``offset`` of the cycle before; whether there is one.
+    """
+
+    def __init__(self, registers: Sequence[Register]) -> None:
+        if not registers:
+            raise ValueError("registers must not be empty")
+        self.registers = tuple(registers)
+        self.first = registers[0].address
+        self.bits = offset_bits(registers)
+        if self.first % (1 << self.bits):
+            raise ValueError(
+                f"first address must be a multiple of {1 << self.bits}, not {self.first}"
+            )
+        #: Members besides those of the bus.
+        self.ports: dict[str, Any] = {}
+        ports = self.ports
+        for before, register in zip((None, *registers), registers, strict=False):
+            if before is not None and register.address <= before.address:
+                raise ValueError(
+                    f"addresses must ascend, not {register.address} "
+                    f"({register.name}) after {before.address}"
+                )
+            width, reset = register.width or WORD, register.reset or 0
+            if not 1 <= width <= WORD or reset >> width:
+                raise ValueError(
+                    f"{register.name} must have 1 to {WORD} bits that hold its reset "
+                    f"value, not {width} bits for {reset}"
+                )
+            if is_live(register):
+                ports[register.name] = In(width)
+            elif register.access is Access.READ_WRITE:
+                ports[register.name] = Out(width, init=reset)
+            elif register.access is Access.WRITE_ONLY:
+                ports[register.name] = Out(width)
+                ports[f"{register.name}_stb"] = Out(1)
+        super().__init__(
+            {
+                "offset": In(self.bits + 1),
+                "w_data": In(WORD),
+                "w_en": In(1),
+                "r_data": Out(WORD),
+                "known": Out(1),
+                **ports,
+            }
+        )
+
+    def elaborate(self, platform: Any) -> Module:
+        """Memory, inputs, outputs."""
+        m = Module()
+        there = 1 << WORD  # a bit more, that says that a register is there
+        init = [0] * (1 << self.bits)
+        for register in self.registers:
+            init[register.address - self.first] = there | (register.reset or 0)
+        m.submodules.memory = words = memory.Memory(
+            shape=WORD + 1, depth=2 << self.bits, init=init, attrs={"ram_style": "block"}
+        )
+        w_port, r_port = words.write_port(), words.read_port()
+        live, copy = Signal(WORD), Signal(WORD)
+        low = self.offset[: self.bits]
+        m.d.comb += [
+            w_port.addr.eq(low),
+            w_port.data.eq(copy | there),
+            r_port.addr.eq(self.offset),
+            self.r_data.eq(r_port.data | live),
+            self.known.eq(r_port.data[WORD]),
+        ]
+        stored = {
+            r.name: Signal(r.width or WORD, name=r.name, init=r.reset or 0, reset_less=True)
+            for r in self.registers
+            if r.access is Access.READ_WRITE
+        }
+        for name, value in stored.items():
+            m.d.comb += getattr(self, name).eq(value)
+        m.d.sync += live.eq(0)
+        with m.Switch(low):
+            for register in self.registers:
+                with m.Case(register.address - self.first):
+                    if is_live(register):
+                        m.d.sync += live.eq(getattr(self, register.name))
+                    elif register.name in stored:
+                        self._write(m, register, w_port.en, copy, stored[register.name])
+                    elif register.access is Access.WRITE_ONLY:
+                        with m.If(self.w_en):
+                            m.d.comb += [
+                                getattr(self, f"{register.name}_stb").eq(1),
+                                getattr(self, register.name).eq(self.w_data),
+                            ]
+        with m.If(self.offset[self.bits]):
+            m.d.sync += live.eq(0)
+        return m
+
+    def _write(
+        self, m: Module, register: Register, enable: Signal, copy: Signal, stored: Signal
+    ) -> None:
+        """Take a word, and a copy of it."""
+        legal = self.w_en
+        if register.names and len(register.names) < 1 << len(stored):
+            legal = legal & (self.w_data[: len(stored)] < len(register.names))
+        m.d.comb += copy.eq(self.w_data[: len(stored)])
+        with m.If(legal):
+            m.d.comb += enable.eq(1)
+            m.d.sync += stored.eq(self.w_data)

@@ -1,0 +1,171 @@
+"""The micro-programmed engine: one core that runs every estimator."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth.hdl import Cat, Module, Mux, Signal
+from amaranth.lib import data, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from boresight.gateware.bus.core_registers import BusSignature, Registers
+from boresight.gateware.engine.lane import FIELDS, Lane
+from boresight.gateware.engine.operands import Operands
+from boresight.gateware.engine.sequencer import Sequencer
+from boresight.gateware.machine import Machine
+from boresight.gateware.microcode.image import Image
+
+__all__ = ["Engine", "word_layout"]
+
+
+def word_layout(word: int) -> data.StructLayout:
+    """Payload of the engine's streams: a word, and the mark of the last one of a record."""
+    return data.StructLayout({"data": word, "last": 1})
+
+
+class Engine(wiring.Component):
+    """Estimators as a core: records of input words in, records of output words out.
+
+    `docs/engine.md` is the contract. One of the image's programs runs, as a register says. It
+    stands still, all of it, while an input word is missing or an output word is not taken.
+
+    **Latency** that of the program: its word c is at work c cycles after the first input
+    word of the record was taken, stalls not counted.
+
+    Parameters
+    ----------
+    machine : Machine
+        Configuration: lanes and widths.
+    image : Image
+        Programs and initial memory contents.
+    selector : bool
+        The program that runs is chosen by a port, not by the bus.
+
+    Members
+    -------
+    i : In(stream of {data: W, last: 1})
+        Input records.
+    o : Out(stream of {data: W, last: 1})
+        Output records.
+    bus : In(BusSignature)
+        Parameters and status (`gateware.bus.core_registers`).
+    saturated_update : Out(1)
+        A sticky result of the last completed update saturated.
+    choice : In, chosen : Out(1), framing : Out(1)
+        With a selector: the program that shall run (`gateware.bus.core_registers`), whether it did
+        in the cycle before, and a pulse when an update is abandoned.
+    """
+
+    def __init__(self, *, machine: Machine, image: Image, selector: bool = False) -> None:
+        image.check(machine)
+        self.machine = machine
+        self.image = image
+        self.selector = selector
+        port = {"choice": In(range(len(image.lengths))), "chosen": Out(1), "framing": Out(1)}
+        word = machine.arithmetic.word
+        super().__init__(
+            {
+                "i": In(stream.Signature(word_layout(word))),
+                "o": Out(stream.Signature(word_layout(word))),
+                "bus": In(BusSignature(word=word)),
+                "saturated_update": Out(1),
+                **(port if selector else {}),
+            }
+        )
+
+    def elaborate(self, platform: Any) -> Module:
+        """Sequencer, operand memories, lanes, registers."""
+        m = Module()
+        machine = self.machine
+        m.submodules.sequencer = sequencer = Sequencer(machine=machine, image=self.image)
+        m.submodules.operands = operands = Operands(machine=machine, image=self.image)
+        m.submodules.registers = registers = Registers(
+            machine=machine,
+            digest=self.image.digest,
+            programs=len(self.image.lengths),
+            selector=self.selector,
+        )
+        wiring.connect(m, wiring.flipped(self.bus), registers.bus)
+        word, en = sequencer.word, sequencer.en
+
+        # Streams and parity.
+        parity = self._parity(m, sequencer, registers.program)
+        m.d.comb += [
+            sequencer.i_valid.eq(self.i.valid),
+            sequencer.i_last.eq(self.i.payload.last),
+            self.i.ready.eq(sequencer.i_ready),
+            sequencer.o_ready.eq(self.o.ready),
+            self.o.valid.eq(sequencer.o_valid),
+            self.o.payload.data.eq(operands.a[0]),
+            self.o.payload.last.eq(word.emit_last),
+            sequencer.program.eq(registers.program),
+            sequencer.request.eq(registers.request),
+            sequencer.switch.eq(registers.switch),
+            registers.grant.eq(sequencer.grant),
+            registers.framing.eq(sequencer.framing),
+            registers.commit.eq(sequencer.commit),
+            registers.idle.eq(sequencer.idle),
+            registers.parity.eq(parity),
+            self.saturated_update.eq(registers.saturated_update),
+            operands.en.eq(en),
+            operands.parity.eq(parity),
+        ]
+
+        granted = sequencer.grant
+        if self.selector:
+            granted = granted & ~registers.switch  # the bus may ask for a parameter meanwhile
+            m.d.comb += [
+                registers.choice.eq(self.choice),
+                self.chosen.eq(registers.chosen),
+                self.framing.eq(sequencer.framing),
+            ]
+
+        # Lanes. Lane 0 also writes input words, every lane parameters of its bank. Which of them
+        # a result gives way to is told apart without the handshakes: the write enable sees those.
+        saturated = []
+        claimed = word.get & sequencer.claim
+        for k in range(machine.lanes):
+            m.submodules[f"lane{k}"] = lane = Lane(machine=machine, sources=1 if k else 2)
+            own = {name: word[f"{name}{k}"] for name in (*FIELDS, "we", "dest")}
+            write = sequencer.write[k]
+            saturated.append(lane.saturated & write)
+            if k == 0:
+                if machine.lanes > 1:
+                    write = write & ~(claimed & self.bus.addr[8])
+                m.d.comb += [
+                    lane.outside.eq(word.get),
+                    lane.which.eq(~sequencer.claim),
+                    lane.words[1].eq(self.i.payload.data),
+                ]
+            else:
+                write = write | (granted & self.bus.addr[8])
+                m.d.comb += lane.outside.eq(claimed)
+            m.d.comb += [
+                lane.en.eq(en),
+                *(getattr(lane, name).eq(own[name]) for name in FIELDS),
+                operands.a_addr[k].eq(word[f"a_addr{k}"]),
+                operands.b_addr[k].eq(word[f"b_addr{k}"]),
+                operands.table[k].eq(word[f"table{k}"]),
+                operands.index[k].eq(lane.index),
+                lane.a.eq(operands.a[k]),
+                lane.b.eq(operands.b[k]),
+                lane.words[0].eq(self.bus.w_data),
+                operands.w_en[k].eq(write),
+                operands.w_addr[k].eq(Mux(claimed, self.bus.addr, own["dest"])),
+                operands.w_data[k].eq(lane.result),
+            ]
+        m.d.comb += registers.saturated.eq(Cat(saturated).any())
+        return m
+
+    def _parity(self, m: Module, sequencer: Sequencer, program: Signal) -> Signal:
+        """Which copy of the states is the current one: of the program that runs."""
+        parity = Signal(reset_less=True)
+        with m.If(sequencer.commit):
+            m.d.sync += parity.eq(~parity)
+        if len(self.image.lengths) > 1:
+            kept = Signal(len(self.image.lengths), reset_less=True)
+            with m.If(sequencer.commit):
+                m.d.sync += kept.bit_select(program, 1).eq(~parity)
+            with m.If(sequencer.start):
+                m.d.sync += parity.eq(kept.bit_select(program, 1))
+        return parity

@@ -1,0 +1,288 @@
+"""One multiply-accumulate lane: stages 1 to 6 of the pipeline."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth.hdl import Cat, Module, Mux, Signal, signed
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from boresight.gateware.engine.bitwise import Bitwise, choose
+from boresight.gateware.engine.leading import LeadingSignCount
+from boresight.gateware.engine.multiplier import Multiplier
+from boresight.gateware.engine.shifter import Shifter
+from boresight.gateware.machine import Machine
+from boresight.gateware.microcode.layout import lane_fields
+
+__all__ = ["Lane"]
+
+#: Fields of the microword that the lane itself obeys.
+FIELDS = (
+    "frac_a",
+    "frac_b",
+    "cap_index",
+    "cap_flag",
+    "cap_norm",
+    "quarter",
+    "neg",
+    "neg_flag",
+    "when",
+    "when_flag",
+    "shift",
+    "scale",
+    "first",
+    "wrap",
+    "sticky",
+)
+
+
+class Lane(wiring.Component):
+    """Sum of shifted products, ``q = sat/wrap(floor((half + sum ±floor(a b / 2^s)) / 2^G))``.
+
+    ::
+
+        stage 1     A, B [W]  --mask--> multiplier, captures (flag, index, leading-sign count)
+        stage 2..3  product in the making; sign, participation and shift amount decided
+        stage 4     product [2 W] >> amount, inverted when negative, zero when not taking part -> r
+        stage 5     acc [W + G + headroom] = (first ? half : acc) + r + (1 when negated)
+        stage 6     result [W] = acc[G:] clamped or cut, or one of the words loaded from outside
+
+    Every microword field acts in the cycle of its stage (`gateware.machine`); the word of the ROM
+    is skewed, so fields enter here undelayed.
+
+    **Latency** 5 cycles from ``a``, ``b`` (stage 1) to ``result`` (stage 6).
+
+    Parameters
+    ----------
+    machine : Machine
+        Configuration.
+    sources : int, 1 or 2
+        Outside words that may replace a result.
+
+    Members
+    -------
+    en : In(1)
+        Clock enable of every register.
+    a, b : In(W)
+        Operands of stage 1.
+    frac_a, ... sticky : In
+        Fields of the microword (`FIELDS`).
+    index : Out(7)
+        Segment index in force for an address formed in this cycle.
+    outside : In(1)
+        Stage 6: replace the result by an outside word.
+    which : In(1)
+        Which one.
+    words : In(W) array
+        Outside words.
+    result : Out(W)
+        Word to write.
+    saturated : Out(1)
+        The result was clamped and is marked sticky.
+    """
+
+    def __init__(self, *, machine: Machine, sources: int = 1) -> None:
+        if sources not in (1, 2):
+            raise ValueError(f"sources must be 1 or 2, not {sources!r}")
+        self.machine = machine
+        self.sources = sources
+        word = machine.arithmetic.word
+        known = lane_fields(machine)
+        super().__init__(
+            {
+                "en": In(1),
+                "a": In(word),
+                "b": In(word),
+                **{name: In(known[name].width) for name in FIELDS},
+                "index": Out(machine.arithmetic.INDEX_BITS),
+                "outside": In(1),
+                "which": In(1),
+                "words": In(word).array(sources),
+                "result": Out(word),
+                "saturated": Out(1),
+            }
+        )
+
+    @property
+    def latency(self) -> int:
+        """Cycles from operands to result."""
+        return Machine.STAGE_WRITE - Machine.STAGE_READ
+
+    def elaborate(self, platform: Any) -> Module:
+        """The stages in order."""
+        m = Module()
+        flag = self._captures(m)
+        product = self._multiply(m)
+        invert, skip = self._conditions(m, flag)
+        amount = self._amount(m)
+        term, carry = self._shift(m, product, amount, invert, skip)
+        acc = self._accumulate(m, term, carry)
+        self._write(m, acc)
+        return m
+
+    def _captures(self, m: Module) -> Signal:
+        """Stage 1: sign flag and segment index of the raw ``a``, plus a quarter if asked."""
+        arith = self.machine.arithmetic
+        top = self.a[arith.fraction_bits :]
+        # Plus 2^(W-2): the bit below the sign flips and carries into the sign.
+        index = Cat(top[:-2], top[-2] ^ self.quarter)
+        sign = top[-1] ^ (self.quarter & top[-2])
+        flag = Signal(reset_less=True)
+        held = Signal(arith.INDEX_BITS, reset_less=True)
+        with m.If(self.en):
+            with m.If(self.cap_flag):
+                m.d.sync += flag.eq(sign)
+            with m.If(self.cap_index):
+                m.d.sync += held.eq(index)
+        m.d.comb += self.index.eq(Mux(self.cap_index, index, held))
+        return flag
+
+    def _multiply(self, m: Module) -> Signal:
+        """Stages 1 to 3: masks and product, which is there in stage 4."""
+        arith = self.machine.arithmetic
+        m.submodules.multiplier = multiplier = Multiplier(word=arith.word)
+        m.d.comb += multiplier.en.eq(self.en)
+        for port, value, masked in (
+            (multiplier.a, self.a, self.frac_a),
+            (multiplier.b, self.b, self.frac_b),
+        ):
+            low, high = value[: arith.fraction_bits], value[arith.fraction_bits :]
+            m.d.comb += port.eq(Cat(low, high & ~masked.replicate(len(high))))
+        return multiplier.p
+
+    def _conditions(self, m: Module, flag: Signal) -> tuple[Signal, Signal]:
+        """Stage 2: invert and skip of the term, delayed to stage 4."""
+        invert = [Signal(name=f"invert{k}", reset_less=True) for k in (3, 4)]
+        skip = [Signal(name=f"skip{k}", reset_less=True) for k in (3, 4)]
+        with m.If(self.en):
+            m.d.sync += [
+                invert[0].eq(self.neg ^ (self.neg_flag & flag)),
+                skip[0].eq(~(self.when ^ (self.when_flag & flag))),
+                invert[1].eq(invert[0]),
+                skip[1].eq(skip[0]),
+            ]
+        return invert[1], skip[1]
+
+    def _amount(self, m: Module) -> Signal:
+        """Stage 3: shift amount, there in stage 4; not below 0."""
+        m.submodules.leading = leading = LeadingSignCount(arithmetic=self.machine.arithmetic)
+        m.d.comb += [
+            leading.en.eq(self.en),
+            leading.i.eq(self.a),
+            leading.capture.eq(self.cap_norm),
+        ]
+        n = leading.count
+        less = Signal.like(n)
+        with m.Switch(self.scale):
+            with m.Case(1):
+                m.d.comb += less.eq(n)
+            with m.Case(2):
+                m.d.comb += less.eq(n & ~1)
+            with m.Case(3):
+                m.d.comb += less.eq(n >> 1)
+        difference = Signal(signed(len(n) + 1))
+        amount = Signal(len(n), reset_less=True)
+        m.d.comb += difference.eq(self.shift - less)
+        with m.If(self.en):
+            m.d.sync += amount.eq(Mux(difference < 0, 0, difference))
+        return amount
+
+    def _shift(
+        self, m: Module, product: Signal, amount: Signal, invert: Signal, skip: Signal
+    ) -> tuple[Signal, Signal]:
+        """Stage 4: the term, ones' complement when negated, and its carry, there in stage 5."""
+        arith = self.machine.arithmetic
+        m.submodules.shifter = shifter = Shifter(width_in=2 * arith.word, width_out=arith.acc_width)
+        m.d.comb += [shifter.i.eq(product), shifter.amount.eq(amount), shifter.invert.eq(invert)]
+        term = Signal(signed(arith.acc_width), reset_less=True)
+        carry = Signal(reset_less=True)
+        # Masked in the table that inverts: a synchronous reset would have to wait for the enable.
+        with m.If(self.en):
+            m.d.sync += [
+                term.eq(shifter.o & (~skip).replicate(arith.acc_width)),
+                carry.eq(invert & ~skip),
+            ]
+        return term, carry
+
+    def _accumulate(self, m: Module, term: Signal, carry: Signal) -> Signal:
+        """Stage 5: the sum, there in stage 6."""
+        arith = self.machine.arithmetic
+        acc = Signal(signed(arith.acc_width), reset_less=True)
+        half = 1 << (arith.guard - 1) if arith.guard else 0
+        # One look-up table per bit: sum = propagate ^ carry with propagate = start ^ term, and the
+        # carry multiplexer takes the plain register ``term``.
+        start = Signal(arith.acc_width)
+        m.d.comb += start.eq(Mux(self.first, half, acc))
+        # The carry enters through a bit below the lowest one.
+        total = Cat(1, term) + Cat(carry, start)
+        with m.If(self.en):
+            m.d.sync += acc.eq(total[1:])
+        return acc
+
+    def _write(self, m: Module, acc: Signal) -> None:
+        """Stage 6: clamp, cut or load, each bit one look-up table behind three select lines."""
+        arith = self.machine.arithmetic
+        word = arith.word
+        q = acc[arith.guard :]
+        negative, over = q[-1], q[word - 1 : -1]
+        groups = [over[k : k + 5] for k in range(0, len(over), 5)]
+        differs = []
+        for k, bits in enumerate(groups):
+            m.submodules[f"differs{k}"] = unit = Bitwise(function=_differs, inputs=1 + len(bits))
+            differs.append(unit.connect(m, negative, *bits))
+        clamp = Signal()
+        m.d.comb += [
+            clamp.eq(Cat(differs).any() & ~self.wrap),
+            self.saturated.eq(clamp & self.sticky & ~self.outside),
+        ]
+        # Two more lines: equal, they tell the sign of acc; unlike, one outside word or the other.
+        line = []
+        for k, decide in enumerate((_line0, _line1)):
+            m.submodules[f"line{k}"] = unit = Bitwise(function=decide, inputs=3)
+            line.append(unit.connect(m, self.outside, self.which, negative))
+        words = [self.words[k] for k in range(self.sources)]
+        # Of the limit only the sign bit equals the sign.
+        for name, part, function in (
+            ("low", slice(0, word - 1), _result_low),
+            ("sign", slice(word - 1, word), _result_sign),
+        ):
+            m.submodules[f"result_{name}"] = result = Bitwise(
+                function=function, inputs=4 + len(words), width=part.stop - part.start
+            )
+            output = result.connect(m, clamp, *line, q[part], *(w[part] for w in words))
+            m.d.comb += self.result[part].eq(output)
+
+
+def _differs(sign: Any, *bits: Any) -> Any:
+    """Some bit above the word is unlike the sign."""
+    every, some = bits[0], bits[0]
+    for bit in bits[1:]:
+        every, some = every & bit, some | bit
+    return choose(sign, ~every, some)
+
+
+def _line0(outside: Any, which: Any, negative: Any) -> Any:
+    """First select line of the result."""
+    return choose(outside, ~which, negative)
+
+
+def _line1(outside: Any, which: Any, negative: Any) -> Any:
+    """Second select line of the result."""
+    return choose(outside, which, negative)
+
+
+def _result_low(clamp: Any, line0: Any, line1: Any, q: Any, *words: Any) -> Any:
+    """A bit of the result: of the limit, of the accumulator, or of an outside word."""
+    return _outside(choose(clamp, ~line0, q), line0, line1, words)
+
+
+def _result_sign(clamp: Any, line0: Any, line1: Any, q: Any, *words: Any) -> Any:
+    """The sign bit of the result."""
+    return _outside(choose(clamp, line0, q), line0, line1, words)
+
+
+def _outside(own: Any, line0: Any, line1: Any, words: tuple[Any, ...]) -> Any:
+    """A bit of the lane's own, or of the outside word that the lines choose."""
+    out = choose(line0 & ~line1, words[0], own)
+    return choose(line1 & ~line0, words[1], out) if len(words) > 1 else out

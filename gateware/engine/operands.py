@@ -1,0 +1,170 @@
+"""Register file and function tables: the memories that feed the lanes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth.hdl import Cat, Const, Module, Mux, Signal, Value
+from amaranth.lib import memory, wiring
+from amaranth.lib.wiring import In, Out
+
+from boresight.gateware.machine import Machine
+from boresight.gateware.microcode.image import Image
+
+__all__ = ["Operands"]
+
+BLOCK = {"ram_style": "block"}
+
+
+class Operands(wiring.Component):
+    """Operand memories of all lanes.
+
+    Lane i writes bank i; every lane has its own copy of every bank for each of its operands. With
+    one lane the function tables share the memory of operand b, behind the registers; with two they
+    have memories of their own with two read ports, blocks 0 and 1 in one and block 2 in another.
+    The bit of a state's address that tells current from next state is XORed with ``parity`` on
+    every port.
+
+    **Latency** 1 cycle from address to operand; a word written in one cycle can be addressed in the
+    next.
+
+    Parameters
+    ----------
+    machine : Machine
+        Configuration.
+    image : Image
+        Initial contents.
+
+    Members
+    -------
+    en : In(1)
+        Clock enable of reading. Writing has its own.
+    parity : In(1)
+        Which half of the state region is current.
+    a_addr, b_addr : In(9) array, table : In(1) array
+        Addresses of each lane (fields of the microword).
+    index : In(7) array
+        Segment index of each lane for table addresses.
+    a, b : Out(W) array
+        Operands of each lane.
+    w_en : In(1) array, w_addr : In(offset) array, w_data : In(W) array
+        Write port of each bank.
+    """
+
+    def __init__(self, *, machine: Machine, image: Image) -> None:
+        self.machine = machine
+        self.image = image
+        lanes, word = machine.lanes, machine.arithmetic.word
+        super().__init__(
+            {
+                "en": In(1),
+                "parity": In(1),
+                "a_addr": In(machine.register_bits).array(lanes),
+                "b_addr": In(machine.register_bits).array(lanes),
+                "table": In(1).array(lanes),
+                "index": In(machine.arithmetic.INDEX_BITS).array(lanes),
+                "a": Out(word).array(lanes),
+                "b": Out(word).array(lanes),
+                "w_en": In(1).array(lanes),
+                "w_addr": In(range(machine.bank_depth)).array(lanes),
+                "w_data": In(word).array(lanes),
+            }
+        )
+
+    def elaborate(self, platform: Any) -> Module:
+        """Banks and tables."""
+        m = Module()
+        if self.machine.lanes == 1:
+            self._one_lane(m)
+        else:
+            self._more_lanes(m)
+        return m
+
+    def _state(self, offset: Value) -> Value:
+        """Offset in a bank as the memory sees it."""
+        state = offset[-1]
+        return Cat(offset[:-2], offset[-2] ^ (self.parity & state), state)
+
+    def _memory(self, m: Module, name: str, init: list[int], depth: int) -> memory.Memory:
+        store = memory.Memory(
+            shape=self.machine.arithmetic.word, depth=depth, init=init, attrs=BLOCK
+        )
+        m.submodules[name] = store
+        return store
+
+    def _write(self, m: Module, store: memory.Memory, lane: int) -> None:
+        port = store.write_port()
+        m.d.comb += [
+            port.en.eq(self.w_en[lane]),
+            port.addr.eq(self._state(self.w_addr[lane])),
+            port.data.eq(self.w_data[lane]),
+        ]
+
+    def _read(self, m: Module, store: memory.Memory, address: Value) -> Value:
+        port = store.read_port()
+        m.d.comb += [port.en.eq(self.en), port.addr.eq(address)]
+        return port.data
+
+    def _one_lane(self, m: Module) -> None:
+        registers = self.image.registers
+        a_store = self._memory(m, "a0", registers, len(registers))
+        b_store = self._memory(m, "b0", registers + self.image.tables, 4 * len(registers))
+        for store in (a_store, b_store):
+            self._write(m, store, 0)
+        field = self.b_addr[0]
+        # Block k of the tables is quarter k + 1 of the memory.
+        block = Cat(~field[2], field[2] ^ field[3])
+        address = Mux(
+            self.table[0],
+            Cat(field[:2], self.index[0], block),
+            Cat(self._state(field), Const(0, 2)),
+        )
+        m.d.comb += [
+            self.a[0].eq(self._read(m, a_store, self._state(self.a_addr[0]))),
+            self.b[0].eq(self._read(m, b_store, address)),
+        ]
+
+    def _more_lanes(self, m: Module) -> None:
+        lanes, depth = self.machine.lanes, self.machine.bank_depth
+        block = self.machine.TABLE_BLOCK
+        tables = [
+            self._memory(m, "tables0", self.image.tables[: 2 * block], 2 * block),
+            self._memory(m, "tables1", self.image.tables[2 * block :], block),
+        ]
+        for lane in range(lanes):
+            for side, field, out in (
+                ("a", self.a_addr[lane], self.a[lane]),
+                ("b", self.b_addr[lane], self.b[lane]),
+            ):
+                words = []
+                for bank in range(lanes):
+                    store = self._memory(
+                        m,
+                        f"{side}{lane}_bank{bank}",
+                        self.image.registers[bank * depth : (bank + 1) * depth],
+                        depth,
+                    )
+                    self._write(m, store, bank)
+                    words.append(self._read(m, store, self._state(field[:-1])))
+                bank_select = Signal(name=f"{side}{lane}_select", reset_less=True)
+                with m.If(self.en):
+                    m.d.sync += bank_select.eq(field[-1])
+                operand = Mux(bank_select, words[1], words[0])
+                if side == "b":
+                    # Two select bits: bank 0 or 1, tables 0 or 1.
+                    table = Signal(name=f"table{lane}_select", reset_less=True)
+                    with m.If(self.en):
+                        m.d.sync += table.eq(self.table[lane])
+                        with m.If(self.table[lane]):
+                            m.d.sync += bank_select.eq(field[3])
+                    address = Cat(field[:2], self.index[lane], field[2])
+                    operand = Mux(
+                        table,
+                        Mux(
+                            bank_select,
+                            self._read(m, tables[1], address[:-1]),
+                            self._read(m, tables[0], address),
+                        ),
+                        operand,
+                    )
+                m.d.comb += out.eq(operand)

@@ -1,0 +1,280 @@
+"""Microcode ROM, program counter, clock enable and framing of the streams."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from amaranth.hdl import Cat, Module, Mux, Signal, Value
+from amaranth.lib import memory, wiring
+from amaranth.lib.wiring import In, Out
+
+from boresight.gateware.engine.bitwise import Bitwise, choose
+from boresight.gateware.machine import Machine
+from boresight.gateware.microcode.image import Image, rom_pieces
+from boresight.gateware.microcode.layout import microword_layout
+
+__all__ = ["Sequencer"]
+
+
+class Sequencer(wiring.Component):
+    """Steps through the microcode, stands still for the streams, and starts over after faults.
+
+    The program counter addresses the ROM, whose registered output goes into one more register, the
+    microword at work: behind the ROM there may be a multiplexer of several memories, and what
+    decides about the clock enable must come early. In the cycles after a reset, an abandoned
+    update or a change of program there is none yet: ``active`` is low.
+
+    A record is framed by ``last``: too early, or missing at ``get_last``, and the update is
+    abandoned, ``framing`` pulses and the program begins anew; after a missing ``last`` words are
+    swallowed up to the next one.
+
+    **Latency** one microword per cycle; a fault costs three cycles besides the words swallowed,
+    a change of program four.
+
+    Parameters
+    ----------
+    machine : Machine
+        Configuration.
+    image : Image
+        Microcode.
+
+    Members
+    -------
+    word : Out(layout)
+        Microword at work (`microword_layout`).
+    active : Out(1)
+        ``word`` is valid.
+    en : Out(1)
+        Clock enable of the machine.
+    i_valid, i_last : In(1), i_ready : Out(1)
+        Handshake of the input stream.
+    o_ready : In(1), o_valid : Out(1)
+        Handshake of the output stream.
+    program : In
+        The program that runs.
+    request : In(1)
+        Somebody wants to write to the register file while the machine is idle.
+    switch : In(1)
+        With ``request``: not to the register file, but to ``program``.
+    claim : Out(1)
+        The next first word of a record waits for that somebody.
+    grant : Out(1)
+        Somebody's turn is this cycle; the machine stands still. After a ``switch`` the program
+        begins anew: ``program`` has its new value in the next cycle.
+    start : Out(1)
+        The program counter is being set to the first word of ``program``.
+    write : Out(lanes)
+        The lane's bank is written: with a result, or that of lane 0 with an input word, or that of
+        lane 0 on ``grant``.
+    idle : Out(1)
+        The machine waits for the first word of a record.
+    commit : Out(1)
+        The update ends with this cycle.
+    framing : Out(1)
+        The update is abandoned with this cycle.
+    """
+
+    def __init__(self, *, machine: Machine, image: Image) -> None:
+        self.machine = machine
+        self.image = image
+        super().__init__(
+            {
+                "word": Out(microword_layout(machine)),
+                "active": Out(1),
+                "en": Out(1),
+                "i_valid": In(1),
+                "i_last": In(1),
+                "i_ready": Out(1),
+                "o_ready": In(1),
+                "o_valid": Out(1),
+                "program": In(range(len(image.lengths))),
+                "request": In(1),
+                "switch": In(1),
+                "start": Out(1),
+                "claim": Out(1),
+                "grant": Out(1),
+                "write": Out(machine.lanes),
+                "idle": Out(1),
+                "commit": Out(1),
+                "framing": Out(1),
+            }
+        )
+
+    def elaborate(self, platform: Any) -> Module:
+        """ROM, counter, handshakes, framing."""
+        m = Module()
+        word = self.word
+        home = self.active & word.home
+        # Two words after ``home`` the last word of the program is at work.
+        homes = Signal(2, reset_less=True)
+        fill = Signal(3)  # first word: addressed, out of the ROM, at work
+        pc = Signal(range(sum(rom_pieces(len(self.image.rom)))))
+        base = Signal.like(pc)
+        with m.Switch(self.program):
+            for number, first in enumerate(self.image.bases):
+                with m.Case(number):
+                    m.d.comb += base.eq(first)
+        m.d.comb += [self.active.eq(fill[2]), self.start.eq(~fill[0])]
+        with m.If(self.en):
+            m.d.sync += [pc.eq(Mux(home | self.start, base, pc + 1)), homes.eq(Cat(home, homes))]
+        self._rom(m, pc)
+
+        started, swallow = Signal(), Signal()
+        # A get proceeds when an input word is there, unless it is to be swallowed, or the bus
+        # claims the write port before the first one. These need nothing of the microword, whose
+        # bits come late: what decides about the clock enable is one look-up table behind them.
+        offered, blocked, bad, claim = Signal(), Signal(), Signal(), self.claim
+
+        def table(name: str, function: Callable[..., Any], *bits: Value) -> Value:
+            m.submodules[name] = unit = Bitwise(function=function, inputs=len(bits))
+            return unit.connect(m, *bits)
+
+        m.d.comb += [
+            claim.eq(self.request & ~started),
+            offered.eq(self.i_valid & ~swallow),
+            blocked.eq(table("blocked", _blocked, self.request, started, self.i_valid, swallow)),
+            bad.eq(blocked | (self.i_last ^ word.get_last)),
+        ]
+        for k in range(1, self.machine.lanes):
+            m.d.comb += self.write[k].eq(
+                table(
+                    f"write{k}",
+                    _written_only,
+                    self.active,
+                    word.get,
+                    blocked,
+                    word[f"we{k}"],
+                    word.emit,
+                    self.o_ready,
+                )
+            )
+
+        m.d.comb += [
+            self.en.eq(
+                table("en", _enabled, self.active, word.get, blocked, word.emit, self.o_ready)
+            ),
+            self.write[0].eq(
+                table(
+                    "write0",
+                    _written,
+                    self.active,
+                    word.get,
+                    Mux(claim, ~self.switch, offered),
+                    word.we0,
+                    word.emit,
+                    self.o_ready,
+                )
+            ),
+            self.framing.eq(
+                table(
+                    "framing",
+                    _misframed,
+                    self.active,
+                    word.get,
+                    blocked,
+                    self.i_last,
+                    word.get_last,
+                )
+            ),
+            self.grant.eq(self.active & word.get & claim),
+            self.i_ready.eq(swallow | (self.active & word.get & ~claim)),
+            self.o_valid.eq(self.active & word.emit),
+            self.idle.eq(self.active & word.get & ~started & ~self.i_valid),
+            self.commit.eq(
+                table(
+                    "commit",
+                    _completed,
+                    self.active,
+                    homes[1],
+                    word.get,
+                    bad,
+                    word.emit,
+                    self.o_ready,
+                )
+            ),
+        ]
+        m.d.sync += fill.eq(Cat(1, fill))
+        with m.If(
+            table(
+                "again",
+                _begun_anew,
+                self.active,
+                word.get,
+                claim & self.switch,
+                blocked,
+                self.i_last,
+                word.get_last,
+            )
+        ):
+            m.d.sync += fill.eq(0)
+        with m.If(self.active & word.get & ~blocked):
+            m.d.sync += [
+                started.eq(~(self.i_last | word.get_last)),
+                swallow.eq(word.get_last & ~self.i_last),
+            ]
+        with m.If(swallow & self.i_valid & self.i_last):
+            m.d.sync += swallow.eq(0)
+        return m
+
+    def _rom(self, m: Module, pc: Signal) -> None:
+        """The memories, and the word at work two cycles after its address."""
+        contents = self.image.hardware_rom(self.machine)
+        chosen: Value | None = None
+        for k, words in reversed(list(enumerate(contents))):
+            m.submodules[f"rom{k}"] = rom = memory.Memory(
+                shape=self.machine.word_bits,
+                depth=len(words),
+                init=words,
+                attrs={"rom_style": "block"},
+            )
+            port = rom.read_port()
+            m.d.comb += [port.addr.eq(pc), port.en.eq(self.en)]
+            if chosen is None:
+                chosen = port.data
+                continue
+            # This memory holds all words up to the bit of its depth, those behind it the rest.
+            behind = Signal(name=f"behind{k}", reset_less=True)
+            with m.If(self.en):
+                m.d.sync += behind.eq(pc[(len(words) - 1).bit_length()])
+            chosen = Mux(behind, chosen, port.data)
+        word = Signal(self.machine.word_bits, reset_less=True)
+        assert chosen is not None
+        with m.If(self.en):
+            m.d.sync += word.eq(chosen)
+        m.d.comb += self.word.eq(word)
+
+
+def _enabled(active: Any, get: Any, blocked: Any, emit: Any, o_ready: Any) -> Any:
+    """The machine moves: neither a get nor an emit waits."""
+    return ~(active & (get & blocked | emit & ~o_ready))
+
+
+def _blocked(request: Any, started: Any, i_valid: Any, swallow: Any) -> Any:
+    """A get has to wait."""
+    return request & ~started | ~(i_valid & ~swallow)
+
+
+def _written_only(active: Any, get: Any, blocked: Any, we: Any, emit: Any, o_ready: Any) -> Any:
+    """A result goes to another lane's bank."""
+    return active & we & ~(get & blocked) & ~(emit & ~o_ready)
+
+
+def _written(active: Any, get: Any, word: Any, we: Any, emit: Any, o_ready: Any) -> Any:
+    """A word goes to lane 0's bank: from outside at a get, else a result."""
+    return active & choose(get, word, we & ~(emit & ~o_ready))
+
+
+def _misframed(active: Any, get: Any, blocked: Any, last: Any, get_last: Any) -> Any:
+    """The word taken ends the stream's record or the program's, but not both."""
+    return active & get & ~blocked & (last ^ get_last)
+
+
+def _begun_anew(active: Any, get: Any, switch: Any, blocked: Any, last: Any, get_last: Any) -> Any:
+    """The update is abandoned, or the program changes."""
+    return active & get & (switch | ~blocked & (last ^ get_last))
+
+
+def _completed(active: Any, last: Any, get: Any, bad: Any, emit: Any, o_ready: Any) -> Any:
+    """The last word of the program is done, and without a fault."""
+    return active & last & ~(get & bad) & ~(emit & ~o_ready)

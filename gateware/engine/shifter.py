@@ -1,0 +1,72 @@
+"""Arithmetic right shifter, combinational."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth.hdl import Module, Mux, Signal, signed
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from boresight.gateware.engine.bitwise import Bitwise, multiplex
+
+__all__ = ["Shifter"]
+
+
+class Shifter(wiring.Component):
+    """``o = (i >> amount) ^ invert``: 32 positions, sign-extended, low bits of the result.
+
+    Three levels, each one six-input look-up table per bit: by 0, 8, 16 or 24; by 0, 2, 4 or 6; by
+    0 or 1 together with the inversion.
+
+    **Latency** none.
+
+    Parameters
+    ----------
+    width_in : int
+        Bits of the operand.
+    width_out : int
+        Bits of the result.
+
+    Members
+    -------
+    i : In(signed(width_in))
+        Operand.
+    amount : In(5)
+        Shift, 0..31.
+    invert : In(1)
+        Invert the result.
+    o : Out(signed(width_out))
+        Result.
+    """
+
+    def __init__(self, *, width_in: int, width_out: int) -> None:
+        for name, value in (("width_in", width_in), ("width_out", width_out)):
+            if not isinstance(value, int) or value < 2:
+                raise ValueError(f"{name} must be an integer of at least 2, not {value!r}")
+        self.width_in = width_in
+        self.width_out = width_out
+        super().__init__(
+            {
+                "i": In(signed(width_in)),
+                "amount": In(5),
+                "invert": In(1),
+                "o": Out(signed(width_out)),
+            }
+        )
+
+    def elaborate(self, platform: Any) -> Module:
+        """The three levels."""
+        m = Module()
+        value = self.i
+        # A level keeps only the bits that the levels after it can still reach.
+        for name, low, reach in (("coarse", 3, 7), ("middle", 1, 1)):
+            width = min(self.width_in, self.width_out + reach)
+            m.submodules[name] = mux = Bitwise(function=multiplex, inputs=6, width=width)
+            ways = [(value >> (k << low))[:width] for k in range(4)]
+            output = mux.connect(m, *ways, *self.amount[low : low + 2])
+            value = Signal(signed(width), name=f"{name}_o")
+            m.d.comb += value.eq(output)
+        last = Mux(self.amount[0], value >> 1, value)
+        m.d.comb += self.o.eq(last ^ self.invert.replicate(self.width_out))
+        return m

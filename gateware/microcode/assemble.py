@@ -1,0 +1,143 @@
+"""Assembler: a schedule with its registers becomes the words that fill the memories.
+
+A field of stage k of a slot issued in cycle t stands in ROM word t + k, so the hardware delays no
+field.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from boresight.gateware.machine import Machine
+from boresight.gateware.microcode.image import Image
+from boresight.gateware.schedule.allocate import Allocation
+from boresight.gateware.schedule.slots import Schedule, ScheduleError, Slot
+from boresight.model.words.program import Negate, Overflow, Scale, When
+
+__all__ = ["assemble", "decode", "encode"]
+
+#: (neg, neg_flag) of each sign and (when, when_flag) of each condition.
+_NEGATE = {Negate.NO: (0, 0), Negate.YES: (1, 0), Negate.IF: (0, 1), Negate.UNLESS: (1, 1)}
+_WHEN = {When.ALWAYS: (1, 0), When.IF: (0, 1), When.UNLESS: (1, 1)}
+_SCALE = {Scale.NONE: 0, Scale.FULL: 1, Scale.EVEN: 2, Scale.HALF: 3}
+
+Words = list[dict[str, int]]
+
+
+def assemble(schedule: Schedule, allocation: Allocation) -> Image:
+    """Contents of all memories for a schedule; the digest is that of the source program."""
+    machine, program = schedule.machine, schedule.program
+    words: Words = [{} for _ in range(schedule.length)]
+    registers = allocation.addresses()
+    stage = {f.name: f.stage for f in machine.fields()}
+
+    def put(cycle: int, name: str, value: int) -> None:
+        word = cycle + stage[name]
+        if word >= len(words):
+            raise ScheduleError(
+                f"{program.name}: field {name} of cycle {cycle} falls behind the "
+                f"program's {len(words)} words"
+            )
+        if words[word].setdefault(name, value) != value:
+            raise ScheduleError(f"{program.name}: field {name} of word {word} wanted twice")
+
+    for slot in schedule.slots:
+        for name, value in _slot_fields(schedule, registers, slot):
+            put(slot.cycle, name, value)
+    for k, (cycle, value) in enumerate(zip(schedule.gets, program.inputs, strict=True)):
+        for name, bits in (
+            ("get", 1),
+            ("get_last", int(k == len(schedule.gets) - 1)),
+            ("dest0", registers[value] % machine.bank_depth),
+        ):
+            put(cycle - stage[name], name, bits)
+    put(schedule.length - 1 - stage["home"], "home", 1)
+    mask = (1 << machine.arithmetic.word) - 1
+    size = Machine.TABLE_BLOCK * Machine.TABLE_BLOCKS
+    if len(program.table_memory) > size:
+        raise ScheduleError(
+            f"{program.name}: table memory must be {size} words or fewer, not "
+            f"{len(program.table_memory)!r}"
+        )
+    tables = [w & mask for w in program.table_memory]
+    image = Image(
+        rom=[encode(machine, w) for w in words],
+        registers=list(allocation.initial),
+        tables=tables + [0] * (size - len(tables)),
+        lengths=(schedule.length,),
+        digest=int(schedule.source, 16),
+    )
+    image.check(machine)
+    return image
+
+
+def _slot_fields(
+    schedule: Schedule, registers: dict[int, int], slot: Slot
+) -> Iterable[tuple[str, int]]:
+    """Fields of one slot by name; those left out are 0."""
+    lane = slot.lane
+    yield f"a_addr{lane}", registers[slot.a]
+    if slot.emit is not None:
+        yield "emit", 1
+        yield "emit_last", int(slot.emit == len(schedule.program.outputs) - 1)
+    if slot.op is None:
+        return
+    op = schedule.program.ops[slot.op]
+    yield f"cap_index{lane}", int(slot.cap_index)
+    yield f"cap_flag{lane}", int(slot.cap_flag)
+    yield f"cap_norm{lane}", int(slot.cap_norm)
+    yield f"quarter{lane}", int(slot.quarter)
+    yield f"first{lane}", int(slot.first)
+    if slot.last:
+        yield f"we{lane}", 1
+        yield f"wrap{lane}", int(op.overflow is Overflow.WRAP)
+        yield f"sticky{lane}", int(op.overflow is Overflow.SAT)
+        yield f"dest{lane}", registers[op.dest] % schedule.machine.bank_depth
+    if slot.term is None:
+        return
+    term = op.terms[slot.term]
+    if term.coefficient is not None:
+        assert op.table is not None
+        yield f"table{lane}", 1
+        yield f"b_addr{lane}", op.table << 2 | term.coefficient
+    else:
+        assert slot.b is not None
+        yield f"b_addr{lane}", registers[slot.b]
+    fraction = (term.fraction_a, term.fraction_b)
+    yield f"frac_a{lane}", int(fraction[slot.swap])
+    yield f"frac_b{lane}", int(fraction[not slot.swap])
+    neg, neg_flag = _NEGATE[term.negate]
+    when, when_flag = _WHEN[term.when]
+    yield f"neg{lane}", neg
+    yield f"neg_flag{lane}", neg_flag
+    yield f"when{lane}", when
+    yield f"when_flag{lane}", when_flag
+    yield f"shift{lane}", term.shift
+    yield f"scale{lane}", _SCALE[term.scale]
+
+
+def encode(machine: Machine, values: dict[str, int]) -> int:
+    """One microword from its fields; those left out are 0."""
+    word = at = 0
+    known = set()
+    for f in machine.fields():
+        value = values.get(f.name, 0)
+        if not 0 <= value < 1 << f.width:
+            raise ValueError(f"field {f.name} must be 0 to {(1 << f.width) - 1}, not {value!r}")
+        word |= value << at
+        at += f.width
+        known.add(f.name)
+    if unknown := set(values) - known:
+        raise ValueError(f"fields must be those of the machine, not {sorted(unknown)!r}")
+    return word
+
+
+def decode(machine: Machine, word: int) -> dict[str, int]:
+    """Fields of one microword."""
+    out = {}
+    for f in machine.fields():
+        out[f.name] = word & ((1 << f.width) - 1)
+        word >>= f.width
+    if word:
+        raise ValueError(f"word must have {machine.word_bits} bits, not more")
+    return out

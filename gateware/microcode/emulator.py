@@ -1,0 +1,255 @@
+"""Cycle-level emulator of the machine, written from `docs/engine.md` alone.
+
+It executes an image as the hardware does, stage by stage, one ROM word per cycle, so that a
+difference between model and core can be dated to the cycle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+from boresight.gateware.machine import Machine
+from boresight.gateware.microcode.assemble import decode
+from boresight.gateware.microcode.image import Image
+
+__all__ = ["Emulator", "Record", "Write"]
+
+
+@dataclass(frozen=True)
+class Write:
+    """A register written at the end of ``cycle`` (cycles with the machine running)."""
+
+    cycle: int
+    address: int
+    word: int
+
+
+@dataclass
+class Record:
+    """What one update did: output words with the cycle each was taken, register writes."""
+
+    outputs: list[int] = field(default_factory=list)
+    emitted: list[int] = field(default_factory=list)
+    lasts: list[bool] = field(default_factory=list)
+    writes: list[Write] = field(default_factory=list)
+    cycles: int = 0
+
+
+@dataclass
+class _Lane:
+    """Pipeline registers of one lane; the number is the stage that reads them."""
+
+    a1: int = 0
+    b1: int = 0
+    a2: int = 0
+    b2: int = 0
+    product3: int = 0
+    take3: bool = False
+    negate3: bool = False
+    product4: int = 0
+    amount4: int = 0
+    take4: bool = False
+    negate4: bool = False
+    r5: int = 0
+    carry5: int = 0
+    acc6: int = 0
+    index: int = 0
+    flag: bool = False
+    norm2: int = 0  #: count in force for the slot at stage 2
+    norm3: int = 0  #: ... and at stage 3
+
+
+class Emulator:
+    """The machine with an image in its memories; its first program runs until `select`.
+
+    Parameters
+    ----------
+    machine : Machine
+        Configuration.
+    image : Image
+        Memory contents.
+
+    Attributes
+    ----------
+    registers : list of int
+        The register file, signed words.
+    number : int
+        The program that runs.
+    parities : list of int
+        Which copy of each program's states is the current one.
+    saturated, framing : bool
+        Sticky flags.
+    """
+
+    def __init__(self, machine: Machine, image: Image) -> None:
+        self.machine = machine
+        self.image = image
+        programs = range(len(image.lengths))
+        self._roms = [[decode(machine, w) for w in image.program(k)] for k in programs]
+        self._lane_roms = [
+            [
+                [
+                    {n[:-1]: v for n, v in w.items() if n.endswith(str(k))}
+                    for k in range(machine.lanes)
+                ]
+                for w in rom
+            ]
+            for rom in self._roms
+        ]
+        self.number = 0
+        self.parities = [0 for _ in programs]
+        self.registers = [self._signed(w) for w in image.registers]
+        self.tables = [self._signed(w) for w in image.tables]
+        self.pc = 0
+        self.cycle = 0
+        self.saturated = False
+        self.framing = False
+        self.swallowing = False
+        self.lanes = [_Lane() for _ in range(machine.lanes)]
+
+    def _signed(self, word: int) -> int:
+        bits = self.machine.arithmetic.word
+        word &= (1 << bits) - 1
+        return word - (word >> (bits - 1) << bits)
+
+    @property
+    def rom(self) -> list[dict[str, int]]:
+        """Decoded words of the program that runs."""
+        return self._roms[self.number]
+
+    @property
+    def parity(self) -> int:
+        """Which copy of the running program's states is the current one."""
+        return self.parities[self.number]
+
+    def _physical(self, address: int) -> int:
+        """Register address with the parity folded into bit c of the state region."""
+        half = self.machine.bank_depth // 2
+        if address % self.machine.bank_depth >= half and self.parity:
+            address ^= half // 2
+        return address
+
+    def poke(self, address: int, word: int) -> None:
+        """Host write of a parameter; only between updates."""
+        if self.pc != 0:
+            raise ValueError("parameters must be written between updates")
+        self.registers[address] = self._signed(word)
+
+    def select(self, number: int) -> None:
+        """Host write of the program's number; only between updates."""
+        if self.pc != 0:
+            raise ValueError("the program must be selected between updates")
+        if 0 <= number < len(self._roms):
+            self.number = number
+
+    def update(self, words: Sequence[int]) -> Record:
+        """Feed one record, ``last`` with its last word, and run until the machine is idle again."""
+        return self.feed((w, k == len(words) - 1) for k, w in enumerate(words))
+
+    def feed(self, stream: Iterator[tuple[int, bool]]) -> Record:
+        """Run on words with ``last`` flags until the stream is dry and the machine waits for it."""
+        record = Record()
+        pending = next(stream, None)
+        while True:
+            if self.swallowing:
+                if pending is None:
+                    return record
+                self.swallowing = not pending[1]
+                pending = next(stream, None)
+                continue
+            takes = self.rom[self.pc]["get"]
+            if takes and pending is None:
+                return record
+            if self.pc == 0:
+                self.cycle = 0
+            self._step(pending if takes else None, record)
+            if takes:
+                pending = next(stream, None)
+            elif self.pc == 0 and not self.rom[0]["get"]:
+                return record
+
+    def _step(self, taken: tuple[int, bool] | None, record: Record) -> None:
+        """One cycle in which the machine runs."""
+        word = self.rom[self.pc]
+        writes: list[tuple[int, int]] = []
+        for k, lane in enumerate(self.lanes):
+            if word["emit"] and k == 0:
+                record.outputs.append(lane.a1)
+                record.emitted.append(self.cycle)
+                record.lasts.append(bool(word["emit_last"]))
+            field_of = self._lane_roms[self.number][self.pc][k]
+            written = self._stages(lane, field_of, taken[0] if taken and k == 0 else None)
+            if written is not None:
+                address = k * self.machine.bank_depth + field_of["dest"]
+                writes.append((self._physical(address), written))
+        for address, value in writes:
+            self.registers[address] = value
+            record.writes.append(Write(self.cycle, address, value))
+        self.cycle += 1
+        record.cycles = self.cycle
+        if taken is not None and taken[1] != bool(word["get_last"]):
+            self.framing = True
+            self.swallowing = not taken[1]
+            self.pc = 0
+            return
+        if word["home"]:
+            self.parities[self.number] ^= 1
+        self.pc = 0 if word["home"] else self.pc + 1
+
+    def _stages(self, lane: _Lane, f: dict[str, int], taken: int | None) -> int | None:
+        """All stages of one lane, the last one first; the word written, if any."""
+        arith = self.machine.arithmetic
+        # 6 write
+        q = lane.acc6 >> arith.guard
+        clamped = min(max(q, arith.min_int), arith.max_int)
+        result: int | None = None
+        if taken is not None:
+            result = taken
+        elif f["we"]:
+            result = self._signed(q) if f["wrap"] else clamped
+            self.saturated |= bool(f["sticky"] and not f["wrap"] and clamped != q)
+        # 5 accumulate
+        start = 1 << (arith.guard - 1) if f["first"] else lane.acc6
+        width = arith.acc_width
+        total = (start + lane.r5 + lane.carry5) & ((1 << width) - 1)
+        lane.acc6 = total - (total >> (width - 1) << width)
+        # 4 shift
+        r = lane.product4 >> lane.amount4
+        lane.r5 = (~r if lane.negate4 else r) if lane.take4 else 0
+        lane.carry5 = int(lane.take4 and lane.negate4)
+        # 3 shift amount
+        n = lane.norm3
+        lane.amount4 = max(0, f["shift"] - (0, n, n & ~1, n >> 1)[f["scale"]])
+        lane.product4, lane.take4, lane.negate4 = lane.product3, lane.take3, lane.negate3
+        # 2 multiply
+        lane.product3 = lane.a2 * lane.b2
+        lane.negate3 = bool(f["neg"] ^ (f["neg_flag"] & lane.flag))
+        lane.take3 = bool(f["when"] ^ (f["when_flag"] & lane.flag))
+        lane.norm3 = lane.norm2
+        # 1 read: captures see the raw A, the multiplier the masked words
+        index = self._captures(lane, f)
+        mask = (1 << arith.fraction_bits) - 1
+        lane.a2 = lane.a1 & mask if f["frac_a"] else lane.a1
+        lane.b2 = lane.b1 & mask if f["frac_b"] else lane.b1
+        # 0 address
+        lane.a1 = self.registers[self._physical(f["a_addr"])]
+        if f["table"]:
+            block, coefficient = f["b_addr"] >> 2 & 3, f["b_addr"] & 3
+            lane.b1 = self.tables[block * Machine.TABLE_BLOCK + index * 4 + coefficient]
+        else:
+            lane.b1 = self.registers[self._physical(f["b_addr"])]
+        return result
+
+    def _captures(self, lane: _Lane, f: dict[str, int]) -> int:
+        """Captures of stage 1; returns the index in force for addresses of this very cycle."""
+        arith = self.machine.arithmetic
+        seen = self._signed(lane.a1 + (f["quarter"] << (arith.word - 2)))
+        if f["cap_index"]:
+            lane.index = (seen >> arith.fraction_bits) & ((1 << arith.INDEX_BITS) - 1)
+        if f["cap_flag"]:
+            lane.flag = seen < 0
+        if f["cap_norm"]:
+            magnitude = lane.a1 ^ (lane.a1 >> 63)
+            lane.norm2 = min(arith.word - 1 - magnitude.bit_length(), arith.norm_max)
+        return lane.index

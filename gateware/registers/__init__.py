@@ -1,0 +1,1 @@
+"""Declared registers, and the texts made of them: JSON, C header, SVD, page."""

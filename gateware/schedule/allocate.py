@@ -1,0 +1,249 @@
+"""Register allocation: every value of a schedule gets a register, for as long as it is needed.
+
+The lower half of the banks holds the parameters of all programs of a core, in order (their
+addresses depend on nothing else: the host writes them; `Machine.parameter_register`), then what
+lives for a while (inputs in bank 0, results in the bank of their lane), then the constants. Only
+one program runs at a time, so all share the registers of inputs and results; constants with the
+same word share a register too. The upper half holds the states, current ones at ``1 0 ...`` and
+next ones at ``1 1 ...``, in the bank of the lane that computes the next value; no two programs
+share them, so a program that does not run keeps its own.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
+
+from boresight.gateware.machine import Machine
+from boresight.gateware.schedule.slots import Schedule, ScheduleError
+from boresight.model.words.program import Kind
+
+__all__ = ["Allocation", "Tenant", "allocate", "allocate_together", "result_bank"]
+
+
+@dataclass(frozen=True)
+class Tenant:
+    """``value`` owns register ``address`` from cycle ``start`` (readable) to ``end`` (last read).
+
+    Parameters, constants and current states own theirs from cycle 0 to the end of the program.
+    """
+
+    value: int
+    address: int
+    start: int
+    end: int
+
+
+@dataclass(frozen=True)
+class Allocation:
+    """Where every value of a program lives.
+
+    ``tenants`` has one entry for each value that has a register, in the order of values;
+    ``initial`` are the unsigned words of all registers of the core before the first update.
+    """
+
+    tenants: tuple[Tenant, ...]
+    initial: tuple[int, ...]
+
+    def addresses(self) -> dict[int, int]:
+        """Register of each value."""
+        return {t.value: t.address for t in self.tenants}
+
+    def occupant(self, address: int, cycle: int) -> int | None:
+        """Value that a read of ``address`` in ``cycle`` is meant for."""
+        for t in self.tenants:
+            if t.address == address and t.start <= cycle <= t.end:
+                return t.value
+        return None
+
+    def used(self, machine: Machine) -> tuple[tuple[int, int], ...]:
+        """Registers that the program uses, per bank: lower half, state pairs."""
+        depth = machine.bank_depth
+        lower: list[set[int]] = [set() for _ in range(machine.lanes)]
+        state: list[set[int]] = [set() for _ in range(machine.lanes)]
+        for t in self.tenants:
+            bank, offset = divmod(t.address, depth)
+            if offset < depth // 2:
+                lower[bank].add(offset)
+            else:
+                state[bank].add(offset % machine.state_slots)
+        return tuple((len(a), len(b)) for a, b in zip(lower, state, strict=True))
+
+    def to_json(self) -> str:
+        """The allocation as JSON."""
+        return json.dumps(asdict(self), indent=1, sort_keys=True)
+
+    @classmethod
+    def from_json(cls, text: str) -> Allocation:
+        """Inverse of `to_json`."""
+        d = json.loads(text)
+        return cls(tuple(Tenant(**t) for t in d["tenants"]), tuple(d["initial"]))
+
+
+def result_bank(schedule: Schedule, op: int) -> int:
+    """Bank that the result of an op is written to: that of its lane."""
+    return schedule.ends[op].lane
+
+
+def allocate(schedule: Schedule) -> Allocation:
+    """Registers of a program that has the core for itself; see `allocate_together`."""
+    return allocate_together([schedule])[0]
+
+
+def allocate_together(schedules: Sequence[Schedule]) -> tuple[Allocation, ...]:
+    """Give every value of the schedules, all on one machine, a register.
+
+    Raises
+    ------
+    ScheduleError
+        If a bank is full; the message counts what was wanted and what there is.
+    """
+    core = _Core(schedules[0].machine)
+    parts = [_Allocator(schedule, core) for schedule in schedules]
+    for part in parts:
+        part.parameters()
+    for part in parts:
+        part.states()
+    shared = [part.temporaries() for part in parts]
+    core.top = [max(tops) for tops in zip(*shared, strict=True)]
+    for part in parts:
+        part.constants()
+    initial = [0] * (core.machine.bank_depth * core.machine.lanes)
+    for part in parts:
+        part.fill(initial)
+    return tuple(part.result(initial) for part in parts)
+
+
+class _Core:
+    """What the programs of a core share: how far each bank is taken."""
+
+    def __init__(self, machine: Machine) -> None:
+        self.machine = machine
+        self.half = machine.bank_depth // 2
+        self.parameters = 0
+        #: State pairs of each bank.
+        self.states = [0] * machine.lanes
+        #: First offset of each bank's lower half that nobody has owned yet.
+        self.top = [0] * machine.lanes
+        #: Register of each constant word.
+        self.constants: dict[int, int] = {}
+
+
+class _Allocator:
+    """One program's part."""
+
+    def __init__(self, schedule: Schedule, core: _Core) -> None:
+        self.schedule = schedule
+        self.core = core
+        self.program = schedule.program
+        self.machine = schedule.machine
+        self.last_read = _last_reads(schedule)
+        self.tenants: dict[int, Tenant] = {}
+        self.end = schedule.length - 1
+
+    def result(self, initial: Iterable[int]) -> Allocation:
+        """Where everything is."""
+        return Allocation(tuple(self.tenants[n] for n in sorted(self.tenants)), tuple(initial))
+
+    def fill(self, initial: list[int]) -> None:
+        """Put this program's first words into the core's."""
+        program = self.program
+        mask = (1 << self.machine.arithmetic.word) - 1
+        following = dict(program.states)
+        for n, t in self.tenants.items():
+            value = program.values[n]
+            if value.kind in (Kind.PARAM, Kind.CONST, Kind.STATE):
+                initial[t.address] = value.initial & mask
+            if value.kind is Kind.STATE:  # both copies: whatever the parity is
+                initial[self.tenants[following[n]].address] = value.initial & mask
+
+    def own(self, value: int, address: int, start: int, end: int) -> None:
+        self.tenants[value] = Tenant(value, address, start, end)
+
+    def full(self, what: str, bank: int, wanted: int, there: int) -> ScheduleError:
+        return ScheduleError(
+            f"{self.program.name}: {what} need {wanted} registers of bank {bank}, "
+            f"the {self.machine.name} machine has {there} for them"
+        )
+
+    def parameters(self) -> None:
+        """Fixed registers, after those of the programs before this one."""
+        core, machine = self.core, self.machine
+        for n in self.program.of_kind(Kind.PARAM):
+            address = machine.parameter_register(core.parameters)
+            bank, offset = divmod(address, machine.bank_depth)
+            if bank >= machine.lanes or offset >= core.half:
+                raise self.full("parameters", machine.lanes - 1, offset + 1, core.half)
+            core.parameters += 1
+            core.top[bank] = offset + 1
+            self.own(n, address, 0, self.end)
+
+    def states(self) -> None:
+        """Pairs of current and next states."""
+        machine, core = self.machine, self.core
+        producer = {op.dest: k for k, op in enumerate(self.program.ops)}
+        for state, after in self.program.states:
+            bank = result_bank(self.schedule, producer[after])
+            base = bank * machine.bank_depth + core.half + core.states[bank]
+            self.own(state, base, 0, self.end)
+            written = self.schedule.write_cycle(producer[after])
+            self.own(after, base + machine.state_slots, written + 1, self.end)
+            core.states[bank] += 1
+        for bank, n in enumerate(core.states):
+            if n > machine.state_slots:
+                raise self.full("states", bank, n, machine.state_slots)
+
+    def temporaries(self) -> list[int]:
+        """Inputs and results, in the order in which they are written; registers are reused.
+
+        Returns how far each bank is taken.
+        """
+        schedule, program = self.schedule, self.program
+        births = [(g, n, 0) for g, n in zip(schedule.gets, program.inputs, strict=True)]
+        births += [
+            (schedule.write_cycle(k), op.dest, result_bank(schedule, k))
+            for k, op in enumerate(program.ops)
+            if op.dest not in self.tenants
+        ]
+        top = list(self.core.top)
+        busy: list[dict[int, int]] = [{} for _ in top]  # offset -> last read of its owner
+        for written, n, bank in sorted(births):
+            offset = next((k for k, end in sorted(busy[bank].items()) if end < written), top[bank])
+            top[bank] = max(top[bank], offset + 1)
+            end = max(self.last_read.get(n, 0), written)
+            busy[bank][offset] = end
+            self.own(n, bank * self.machine.bank_depth + offset, written + 1, end)
+        for bank, taken in enumerate(top):
+            if taken > self.core.half:
+                raise self.full("parameters, inputs and results", bank, taken, self.core.half)
+        return top
+
+    def constants(self) -> None:
+        """Constants that are read: one register for each word, in the emptiest bank."""
+        core, owner = self.core, self.core.constants
+        wanted = [n for n in self.program.of_kind(Kind.CONST) if n in self.last_read]
+        words = {self.program.values[n].initial for n in wanted} - owner.keys()
+        room = sum(core.half - top for top in core.top)
+        if len(words) > room:
+            raise ScheduleError(
+                f"{self.program.name}: {len(words)} constants, {room} registers of "
+                f"the {self.machine.name} machine left for them"
+            )
+        for n in wanted:
+            word = self.program.values[n].initial
+            if word not in owner:
+                bank = min(range(len(core.top)), key=core.top.__getitem__)
+                owner[word] = bank * self.machine.bank_depth + core.top[bank]
+                core.top[bank] += 1
+            self.own(n, owner[word], 0, self.end)
+
+
+def _last_reads(schedule: Schedule) -> dict[int, int]:
+    """Cycle of the last read of every value."""
+    last: dict[int, int] = {}
+    for s in schedule.slots:
+        reads: Iterable[int] = (s.a,) if s.b is None else (s.a, s.b)
+        for v in reads:
+            last[v] = max(last.get(v, 0), s.cycle)
+    return last

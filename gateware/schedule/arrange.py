@@ -1,0 +1,165 @@
+"""Arrangements: the ways in which one op can become consecutive slots.
+
+Terms are free in order, and the operands of a product may change ports. Captures are what ties the
+order down: a flag or normalisation count must be captured no later than the first slot that uses
+it, a segment index strictly before. A capture rides on a term that has the value on port ``a``, or
+takes a slot of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+from boresight.gateware.schedule.slots import Slot
+from boresight.model.words.program import Negate, Op, Scale, When
+
+__all__ = ["Arrangement", "Need", "arrangements", "needs", "reads", "uses_flag"]
+
+#: Captures that an op has to make itself: index, flag, norm.
+Need = tuple[bool, bool, bool]
+
+_MOST = 12  # arrangements kept per op and need
+
+
+@dataclass(frozen=True)
+class Arrangement:
+    """Slots of one op, not yet in order (cycle and lane of `slots` mean nothing).
+
+    ``before`` lists (earlier, later) pairs in an order in which release times propagate.
+    """
+
+    slots: tuple[Slot, ...]
+    before: tuple[tuple[int, int], ...]
+
+    def place(self, ready: Sequence[int]) -> tuple[int, list[int]]:
+        """Earliest first cycle, and the order of slots that allows it.
+
+        ``ready`` is the first cycle at which each value may be read.
+        """
+        release = [
+            max(ready[s.a], ready[s.b]) if s.b is not None else ready[s.a] for s in self.slots
+        ]
+        for earlier, later in self.before:
+            if release[later] <= release[earlier]:
+                release[later] = release[earlier] + 1
+        order = sorted(range(len(release)), key=release.__getitem__)
+        return max(release[k] - i for i, k in enumerate(order)), order
+
+
+def uses_flag(op: Op, term: int) -> bool:
+    """Whether the term depends on the captured flag."""
+    t = op.terms[term]
+    return t.negate in (Negate.IF, Negate.UNLESS) or t.when is not When.ALWAYS
+
+
+def needs(op: Op) -> Need:
+    """Which captures the op's terms rely on."""
+    return (
+        any(t.coefficient is not None for t in op.terms),
+        any(uses_flag(op, k) for k in range(len(op.terms))),
+        any(t.scale is not Scale.NONE for t in op.terms),
+    )
+
+
+def reads(op: Op) -> set[int]:
+    """Values that the op cannot do without: operands, and captures that its terms use."""
+    out = {v for t in op.terms for v in (t.a, t.b) if v is not None}
+    for value, due in zip((op.index, op.flag, op.norm), needs(op), strict=True):
+        if due and value is not None:
+            out.add(value)
+    return out
+
+
+def _carriers(op: Op, value: int, *, index: bool) -> list[tuple[int, bool] | None]:
+    """Terms (with swap) that can have ``value`` on port a; None is a slot of its own."""
+    out: list[tuple[int, bool] | None] = []
+    for k, t in enumerate(op.terms):
+        if t.a == value and not (index and t.coefficient is not None):
+            out.append((k, False))
+        elif t.b == value:
+            out.append((k, True))
+    return [*out, None]
+
+
+def _build(
+    op: Op,
+    number: int,
+    wanted: dict[str, tuple[int, bool]],
+    choice: dict[str, tuple[int, bool] | None],
+) -> Arrangement | None:
+    """One arrangement, or None if the choice of carriers contradicts itself."""
+    swaps: dict[int, bool] = {}
+    for carrier in choice.values():
+        if carrier is not None and swaps.setdefault(*carrier) != carrier[1]:
+            return None
+    slots = []
+    for k, t in enumerate(op.terms):
+        a, b = (t.b, t.a) if swaps.get(k, False) else (t.a, t.b)
+        assert a is not None
+        slots.append(Slot(0, 0, a, b, op=number, term=k, swap=swaps.get(k, False)))
+    places: dict[str, int] = {}
+    quarters: dict[int, bool] = {}
+    for kind, carrier in choice.items():
+        value, quarter = wanted[kind]
+        if carrier is None:
+            for k in range(len(op.terms), len(slots)):  # share a slot that captures already
+                if slots[k].a == value and (kind == "norm" or quarters.get(k, quarter) == quarter):
+                    break
+            else:
+                slots.append(Slot(0, 0, value, op=number))
+                k = len(slots) - 1
+        else:
+            k = carrier[0]
+        if kind != "norm" and quarters.setdefault(k, quarter) != quarter:
+            return None
+        places[kind] = k
+        slots[k] = replace(slots[k], **{f"cap_{kind}": True}, quarter=quarters.get(k, False))
+    edges = []
+    for k, t in enumerate(op.terms):
+        if "flag" in places and uses_flag(op, k) and k != places["flag"]:
+            edges.append((places["flag"], k))
+        if "norm" in places and t.scale is not Scale.NONE and k != places["norm"]:
+            edges.append((places["norm"], k))
+        if "index" in places and t.coefficient is not None:
+            edges.append((places["index"], k))
+    ordered = _topological(len(slots), edges)
+    return None if ordered is None else Arrangement(tuple(slots), ordered)
+
+
+def _topological(count: int, edges: list[tuple[int, int]]) -> tuple[tuple[int, int], ...] | None:
+    """Edges sorted so that each comes after those into its tail; None if there is a cycle."""
+    out: list[tuple[int, int]] = []
+    left = set(range(count))
+    while left:
+        free = [k for k in left if not any(e[1] == k and e[0] in left for e in edges)]
+        if not free:
+            return None
+        for k in sorted(free):
+            out += [e for e in edges if e[0] == k]
+            left.discard(k)
+    return tuple(out)
+
+
+def arrangements(op: Op, number: int, need: Need) -> list[Arrangement]:
+    """Ways to lay out an op that has to make the captures ``need``; the shortest first."""
+    wanted: dict[str, tuple[int, bool]] = {}
+    for kind, value, quarter, due in (
+        ("index", op.index, op.index_quarter, need[0]),
+        ("flag", op.flag, op.flag_quarter, need[1]),
+        ("norm", op.norm, False, need[2]),
+    ):
+        if due:
+            if value is None:
+                raise ValueError(f"op {number} uses a captured {kind} but names no value for it")
+            wanted[kind] = (value, quarter)
+    kinds = list(wanted)
+    found: list[Arrangement] = []
+    for carriers in product(*(_carriers(op, wanted[k][0], index=k == "index") for k in kinds)):
+        choice: dict[str, tuple[int, bool] | None] = dict(zip(kinds, carriers, strict=True))
+        if (built := _build(op, number, wanted, choice)) is not None:
+            found.append(built)
+    found.sort(key=lambda x: len(x.slots))
+    found = found[:_MOST]
+    return found

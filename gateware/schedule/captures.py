@@ -1,0 +1,111 @@
+"""Who could capture what for whom: captures that ride on the slots of other ops.
+
+A lane's index, flag and count registers persist. A slot that has a value on port ``a`` anyway can
+capture from it for ops that follow in the lane: they then need no slot of their own for it. Such a
+capture is a *gift*.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from boresight.gateware.schedule.arrange import needs, uses_flag
+from boresight.gateware.schedule.slots import Slot
+from boresight.model.words.program import Op, Program, Scale
+
+__all__ = ["KINDS", "Gift", "Key", "gifts", "give", "keys"]
+
+KINDS = ("index", "flag", "norm")
+#: What a capture register holds: value, and whether a quarter was added.
+Key = tuple[int, bool]
+
+
+@dataclass(frozen=True)
+class Gift:
+    """The slot of ``term`` has the value of ``key`` on port a, or on b with ``swap``.
+
+    ``kind`` counts in `KINDS`.
+    """
+
+    kind: int
+    key: Key
+    term: int
+    swap: bool
+
+
+def keys(op: Op) -> tuple[Key | None, Key | None, Key | None]:
+    """What the op wants its lane's registers to hold."""
+    pairs = ((op.index, op.index_quarter), (op.flag, op.flag_quarter), (op.norm, False))
+    index, flag, norm = (
+        (v, q) if due and v is not None else None
+        for (v, q), due in zip(pairs, needs(op), strict=True)
+    )
+    return index, flag, norm
+
+
+def gifts(program: Program) -> list[list[Gift]]:
+    """For each op, the captures it could make for others."""
+    wanted: dict[int, list[tuple[int, Key]]] = {}
+    for op in program.ops:
+        for kind, key in enumerate(keys(op)):
+            if key is not None and (kind, key) not in wanted.setdefault(key[0], []):
+                wanted[key[0]].append((kind, key))
+    out = []
+    for op in program.ops:
+        found = []
+        for k in reversed(range(len(op.terms))):  # a late slot disturbs less
+            t = op.terms[k]
+            found += [Gift(kind, key, k, False) for kind, key in wanted.get(t.a, ())]
+            if t.b is not None and t.b != t.a:
+                found += [Gift(kind, key, k, True) for kind, key in wanted.get(t.b, ())]
+        out.append(found)
+    return out
+
+
+def _uses(op: Op, term: int | None, kind: int) -> bool:
+    """Whether a slot depends on a capture register."""
+    if term is None:
+        return False
+    t = op.terms[term]
+    if kind == 0:
+        return t.coefficient is not None
+    return uses_flag(op, term) if kind == 1 else t.scale is not Scale.NONE
+
+
+def give(
+    slots: Sequence[Slot],
+    op: Op,
+    offers: Sequence[Gift],
+    held: list[Key | None],
+    wish: Callable[[int, Key], bool],
+) -> list[Slot]:
+    """``slots`` (one op's, in order) with those offers that ``wish`` wants; updates ``held``.
+
+    ``wish`` is asked only for captures that the op's own terms survive.
+    """
+    out = list(slots)
+    for gift in offers:
+        kind, key = gift.kind, gift.key
+        if held[kind] == key:
+            continue
+        at = next(i for i, s in enumerate(out) if s.term == gift.term)
+        s = out[at]
+        last_use = max((i for i, x in enumerate(out) if _uses(op, x.term, kind)), default=-1)
+        # An index serves the slots after its capture, the others the capturing slot too.
+        if at < last_use or at == last_use and kind != 0:
+            continue
+        if any(getattr(x, f"cap_{KINDS[kind]}") for x in out[at:]):
+            continue
+        if s.swap != gift.swap and s.a != s.b:
+            if s.cap_index or s.cap_flag or s.cap_norm or s.b is None:
+                continue
+            s = replace(s, a=s.b, b=s.a, swap=not s.swap)
+        if kind != 2 and (s.cap_index or s.cap_flag) and s.quarter != key[1]:
+            continue
+        if not wish(kind, key):
+            continue
+        quarter = s.quarter if kind == 2 else key[1]
+        out[at] = replace(s, **{f"cap_{KINDS[kind]}": True}, quarter=quarter)
+        held[kind] = key
+    return out

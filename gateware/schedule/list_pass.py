@@ -1,0 +1,187 @@
+"""One pass of list scheduling: cycle by cycle, the most urgent group that can start, starts.
+
+Time only moves forward, so what each lane's capture registers hold is known when a group is placed:
+a group that finds its index, flag or count there needs no capture of its own.
+"""
+
+from __future__ import annotations
+
+from bisect import insort
+from collections.abc import Sequence
+from heapq import heappop
+
+from boresight.gateware.schedule.arrange import Arrangement, Need
+from boresight.gateware.schedule.captures import KINDS, Key
+from boresight.gateware.schedule.problem import Attempt, ListProblem, Style
+from boresight.gateware.schedule.slots import ScheduleError
+from boresight.gateware.schedule.state import NOTHING, Fit, ListState
+
+__all__ = ["list_pass"]
+
+
+def list_pass(
+    problem: ListProblem,
+    priority: Sequence[float],
+    style: Style,
+    limit: tuple[int, int] | None = None,
+) -> Attempt | None:
+    """Place every node once.
+
+    ``limit`` is the latency and length to stay within: the pass gives up, and returns None, as
+    soon as it is sure to exceed the latency, or the length at exactly that latency.
+    """
+    return _Pass(problem, priority, style, limit).run()
+
+
+class _Pass(ListState):
+    """The choices of a pass."""
+
+    def __init__(
+        self,
+        problem: ListProblem,
+        priority: Sequence[float],
+        style: Style,
+        limit: tuple[int, int] | None,
+    ) -> None:
+        super().__init__(problem, priority, hold=style.hold, limit=limit)
+        self.style = style
+
+    def run(self) -> Attempt | None:
+        """The pass."""
+        problem = self.p
+        t = 0
+        limit = 64 + 8 * problem.machine.rom_words
+        while self.asleep or self.awake:
+            while self.asleep and self.asleep[0][0] <= t:
+                node = heappop(self.asleep)[1]
+                insort(self.awake, (-self.priority[node], node))
+            skip: set[int] = set()
+            while self.awake:
+                lanes = [k for k, f in enumerate(self.free) if f <= t]
+                best = self.choose(t, lanes, skip) if lanes else None
+                if best is None:
+                    break
+                node, lane, fit = best
+                if self.style.patience is not None and self.impatient(t, node, lane, fit[1]):
+                    skip.add(node)
+                    continue
+                for kind, key in self.dummies(fit[2]):
+                    giver = self.giver(t, node, lane, kind, key)
+                    if giver is not None:
+                        self.place(t, giver[0], lane, giver[1], (kind, key))
+                        break
+                else:
+                    self.place(t, node, lane, fit, None)
+            if self.over:
+                return None
+            t += 1
+            if t > limit:
+                raise ScheduleError(f"{problem.program.name}: no schedule within {limit} cycles")
+        return self.result()
+
+    def need(self, node: int, lane: int) -> Need:
+        """Captures that a node would have to make itself in a lane."""
+        if node >= self.p.n_ops:
+            return NOTHING
+        a, b, c = self.p.keys[node]
+        held = self.held[lane]
+        return (
+            a is not None and a != held[0],
+            b is not None and b != held[1],
+            c is not None and c != held[2],
+        )
+
+    def choose(self, t: int, lanes: list[int], skip: set[int]) -> tuple[int, int, Fit] | None:
+        """The most urgent node that can start at ``t``."""
+        problem, style = self.p, self.style
+        best: tuple[int, int, Fit] | None = None
+        best_key = float("-inf")
+        most = 2 * style.reuse
+        last_get = self.gets[-1] if self.gets else -1
+        for minus, node in self.awake:
+            if most - minus <= best_key:
+                break
+            if node in skip:
+                continue
+            is_op = node < problem.n_ops
+            for lane in reversed(lanes):  # lane 0 also serves gets and emits
+                if not is_op and (lane or t < last_get and t + 1 in self.gets):
+                    continue
+                if is_op and not self.may_keep(node, lane):
+                    continue
+                need = self.need(node, lane)
+                found = self.fit(node, need)
+                for f in found:
+                    if f[0] <= t:
+                        break
+                else:
+                    continue
+                if lane == 0 and is_op and not self.may_write(t + f[1] - 1 + self.write):
+                    continue
+                key = -minus
+                if is_op:
+                    full = problem.needs[node]
+                    if need != full:
+                        key += style.reuse * (self.fit(node, full)[0][1] - found[0][1])
+                    if style.keep:
+                        for kind in (0, 1, 2):
+                            if need[kind] and self.wanted(kind, self.held[lane][kind]):
+                                key -= style.keep
+                    if f[1] > len(problem.program.ops[node].terms) and any(
+                        t < free <= t + style.stay and self.need(node, other) < need
+                        for other, free in enumerate(self.free)
+                    ):
+                        key -= style.reuse
+                if key > best_key:
+                    best, best_key = (node, lane, f), key
+        return best
+
+    def impatient(self, t: int, node: int, lane: int, length: int) -> bool:
+        """Whether a group would stand in the way of one that is more urgent and nearly ready."""
+        assert self.style.patience is not None
+        if length == 1:
+            return False
+        bar = -self.priority[node] - self.style.patience
+        for minus, other in self.awake:
+            if minus >= bar:
+                return False
+            if other == node or other >= self.p.n_ops and lane:
+                continue
+            start = min(f[0] for f in self.fit(other, self.need(other, lane)))
+            if t < start < t + length and (
+                other >= self.p.n_ops
+                or all(f > start for k, f in enumerate(self.free) if k != lane)
+            ):
+                return True
+        return False
+
+    def dummies(self, arrangement: Arrangement) -> list[tuple[int, Key]]:
+        """Captures of an arrangement that take slots of their own."""
+        out = []
+        for s in arrangement.slots:
+            if s.term is None and s.op is not None:
+                for kind, name in enumerate(KINDS):
+                    key = self.p.keys[s.op][kind]
+                    if getattr(s, f"cap_{name}") and key is not None:
+                        out.append((kind, key))
+        return out
+
+    def giver(self, t: int, node: int, lane: int, kind: int, key: Key) -> tuple[int, Fit] | None:
+        """A short group that can start now and capture what ``node`` would need a slot for."""
+        for other in self.p.givers.get((kind, key), ()):
+            if (
+                other == node
+                or self.waits[other]
+                or (-self.priority[other], other) not in self.awake
+                or self.p.needs[other][kind]
+            ):
+                continue
+            f = self.fit(other, self.need(other, lane))[0]
+            if (
+                self.may_keep(other, lane)
+                and f[0] <= t
+                and f[1] <= self.style.detour
+                and (lane or self.may_write(t + f[1] - 1 + self.write))
+            ):
+                return other, f
+        return None

@@ -1,0 +1,145 @@
+"""How urgent each op is: longest paths to the outputs that matter, and lower bounds from them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from boresight.gateware.machine import Machine
+from boresight.gateware.schedule.arrange import arrangements, needs, reads, uses_flag
+from boresight.gateware.schedule.slots import ScheduleError
+from boresight.model.words.program import Kind, Op, Program, Scale
+
+__all__ = ["Paths", "paths", "slots_after", "topological"]
+
+
+@dataclass(frozen=True)
+class Paths:
+    """Longest paths from the end of each node. Nodes are the ops, then the emits.
+
+    ``urgent`` counts cycles to the emit of the last urgent output (None: it does not lead there),
+    ``total`` the cycles to the end of the program. ``slots`` is the fewest slots of each node.
+    ``latency_bound`` and ``length_bound`` are what no schedule can beat.
+    """
+
+    urgent: tuple[int | None, ...]
+    total: tuple[int, ...]
+    slots: tuple[int, ...]
+    latency_bound: int
+    length_bound: int
+
+
+def slots_after(op: Op, value: int) -> int:
+    """Slots of ``op`` that cannot come before ``value`` is readable, and a capture before them."""
+    late = {k for k, t in enumerate(op.terms) if value in (t.a, t.b)}
+    users = [
+        {k for k, t in enumerate(op.terms) if t.coefficient is not None},
+        {k for k in range(len(op.terms)) if uses_flag(op, k)},
+        {k for k, t in enumerate(op.terms) if t.scale is not Scale.NONE},
+    ]
+    extra = False
+    for captured, user, index in zip((op.index, op.flag, op.norm), users, (1, 0, 0), strict=True):
+        if value == captured and user:
+            extra = extra or not (late - user if index else late)
+            late = late | user
+    return max(1, len(late) + extra)
+
+
+def _shown(program: Program) -> set[int | None]:
+    """Values that some term reads, and so can have on port a."""
+    return {v for op in program.ops for t in op.terms for v in (t.a, t.b)}
+
+
+def _captures_apart(program: Program, nodes: list[int]) -> int:
+    """Captures for these ops that no term of the program can carry: each takes a slot."""
+    shown = _shown(program)
+    wanted = {
+        v
+        for k in nodes
+        for v, due in zip(
+            (program.ops[k].index, program.ops[k].flag, program.ops[k].norm),
+            needs(program.ops[k]),
+            strict=True,
+        )
+        if due
+    }
+    return len(wanted - shown)
+
+
+def paths(program: Program, machine: Machine, urgent: int) -> Paths:
+    """Longest paths of a lowered program."""
+    n_ops, n_out = len(program.ops), len(program.outputs)
+    latency = machine.latency
+    tail: list[int | None] = [None for _ in range(n_ops + n_out)]
+    total = [latency] * n_ops + [0] * n_out
+    for j in range(n_out):
+        total[n_ops + j] = 1 + machine.STAGE_READ + n_out - 1 - j
+        if j < urgent:
+            tail[n_ops + j] = urgent - 1 - j
+    producer = {op.dest: k for k, op in enumerate(program.ops)}
+    edges: dict[int, list[tuple[int, int]]] = {k: [] for k in range(n_ops)}
+    for k, op in enumerate(program.ops):
+        for value in sorted(reads(op)):
+            if value in producer:
+                edges[producer[value]].append((k, latency + slots_after(op, value) - 1))
+    for j, value in enumerate(program.outputs):
+        if value in producer:
+            edges[producer[value]].append((n_ops + j, latency))
+    order = topological(program)
+    for k in reversed(order):
+        for consumer, cost in edges[k]:
+            total[k] = max(total[k], total[consumer] + cost)
+            far = tail[consumer]
+            if far is not None:
+                tail[k] = max(tail[k] or 0, far + cost)
+    slots = [
+        min(len(x.slots) for x in arrangements(op, k, (False, False, False)))
+        for k, op in enumerate(program.ops)
+    ]
+    # An emit can ride on a slot that reads its value.
+    shown = _shown(program)
+    slots += [int(v not in shown) for v in program.outputs]
+    # Earliest end of every op, from the inputs.
+    ready = {v: k + 1 for k, v in enumerate(program.inputs)}
+    end = [0] * n_ops
+    for k in order:
+        op = program.ops[k]
+        end[k] = max([slots[k] - 1] + [ready.get(v, 0) + slots_after(op, v) - 1 for v in reads(op)])
+        ready[op.dest] = end[k] + latency
+    emits = [ready.get(v, 0) for v in program.outputs]
+    late = [end[k] + t for k, t in enumerate(tail[:n_ops]) if t is not None]
+    late += [e + urgent - 1 - j for j, e in enumerate(emits[:urgent])]
+    bound = max(late, default=0)
+    last = max(
+        [end[k] + total[k] for k in range(n_ops)]
+        + [e + total[n_ops + j] for j, e in enumerate(emits)]
+        + [len(program.inputs)]
+    )
+    # Lanes: every slot that leads to an urgent output comes before its last emit.
+    hot = [k for k, t in enumerate(tail[:n_ops]) if t is not None]
+    busy = sum(slots[k] for k in hot) + sum(slots[n_ops : n_ops + urgent])
+    busy += _captures_apart(program, hot)
+    bound = max(bound, -(-busy // machine.lanes) - 1)
+    last = max(last, -(-(sum(slots) + _captures_apart(program, order)) // machine.lanes) + 1)
+    return Paths(tuple(tail), tuple(total), tuple(slots), bound + machine.STAGE_READ + 1, last)
+
+
+def topological(program: Program) -> list[int]:
+    """Ops so that each comes after those it reads; ScheduleError if there is a cycle."""
+    known = {n for n, v in enumerate(program.values) if v.kind is not Kind.OP}
+    order: list[int] = []
+    left = list(range(len(program.ops)))
+    while left:
+        rest = []
+        for k in left:
+            if all(v in known for v in reads(program.ops[k])):
+                known.add(program.ops[k].dest)
+                order.append(k)
+            else:
+                rest.append(k)
+        if len(rest) == len(left):
+            name = program.values[program.ops[rest[0]].dest].name
+            raise ScheduleError(
+                f"{program.name}: op {name} waits for itself or for a value that nobody makes"
+            )
+        left = rest
+    return order

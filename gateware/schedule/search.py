@@ -1,0 +1,189 @@
+"""Scheduling: a program and a machine become a `Schedule`.
+
+List scheduling (`gateware.schedule.list_pass`) under priorities from longest paths
+(`gateware.schedule.priorities`), then a local search that disturbs the priorities and keeps what is
+not worse. Compared are the latency of the last urgent output, then the length of the program, then
+the cycles of all emits. The same arguments give the same schedule, on every machine.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Sequence
+
+from boresight.gateware.machine import Machine
+from boresight.gateware.schedule.copies import with_copies
+from boresight.gateware.schedule.deviates import Deviates
+from boresight.gateware.schedule.list_pass import list_pass
+from boresight.gateware.schedule.priorities import Paths, paths
+from boresight.gateware.schedule.problem import Attempt, ListProblem, Style
+from boresight.gateware.schedule.slots import Schedule, ScheduleError, Slot
+from boresight.model.words.program import Program
+
+__all__ = ["Schedule", "ScheduleError", "Slot", "schedule"]
+
+#: How far urgent nodes stand above the others, in cycles.
+_LEAD = 1000.0
+#: First style tried, and what the search varies.
+_FIRST = Style(reuse=16.0, keep=0.0)
+_REUSE = (2.0, 4.0, 8.0, 16.0, 32.0)
+_KEEP = (0.0, 4.0, 8.0)
+_PATIENCE = (None, 0.0, 4.0)
+_DETOUR = (1, 2, 3)
+_STAY = (0, 1, 2, 4)
+#: Fewest and most passes by default, and nodes placed in all of them.
+_PASSES = (20, 300)
+_EFFORT = 80_000
+#: Share of the passes that look for a style; the others keep the best one.
+_STYLE_SHARE = 0.2
+
+
+def schedule(
+    program: Program,
+    machine: Machine,
+    *,
+    urgent: int | None = None,
+    restarts: int | None = None,
+    seed: int = 0,
+    state_room: Sequence[int] | None = None,
+) -> Schedule:
+    """Lay out a program on a machine.
+
+    Parameters
+    ----------
+    program : Program
+        Source program; states get their copies here (`gateware.schedule.copies`).
+    machine : Machine
+        Its arithmetic must be the program's.
+    urgent : int, 0..number of outputs, optional
+        Leading outputs whose latency counts first. Default: all.
+    restarts : int, >= 0, optional
+        Passes beyond the first one: more time, a little better schedules. Default: fewer for longer
+        programs, so that the time is a few seconds for any.
+    seed : int
+        Seed of the local search.
+    state_room : sequence of int, optional
+        For each lane, the most states whose next values it may compute. Default: what a bank holds.
+
+    Raises
+    ------
+    ScheduleError
+        If the program does not fit.
+    """
+    if urgent is None:
+        urgent = len(program.outputs)
+    if not 0 <= urgent <= len(program.outputs):
+        raise ValueError(f"urgent must be 0 to {len(program.outputs)}, not {urgent!r}")
+    if restarts is not None and restarts < 0:
+        raise ValueError(f"restarts must be 0 or more, not {restarts!r}")
+    if program.arithmetic != machine.arithmetic:
+        raise ScheduleError(
+            f"{program.name}: program and machine must have the same arithmetic, "
+            f"not {program.arithmetic} and {machine.arithmetic}"
+        )
+    lowered = with_copies(program)
+    far = paths(lowered, machine, urgent)
+    problem = ListProblem(lowered, machine, far=far, urgent=urgent, state_room=state_room)
+    if sum(problem.state_room) < len(lowered.states):
+        raise ScheduleError(
+            f"{program.name}: {len(lowered.states)} states, the {machine.name} "
+            f"machine has room for {sum(problem.state_room)}"
+        )
+    if restarts is None:
+        restarts = max(_PASSES[0], min(_PASSES[1], _EFFORT // problem.nodes))
+    best = _search(problem, restarts, random.Random(seed))
+    if best.length > machine.rom_words:
+        raise ScheduleError(
+            f"{program.name}: program takes {best.length} microwords, the "
+            f"{machine.name} machine has {machine.rom_words}"
+        )
+    return Schedule(
+        program=lowered,
+        source=program.digest,
+        machine=machine,
+        slots=problem.slots(best),
+        gets=best.gets,
+        length=best.length,
+        urgent=urgent,
+    )
+
+
+def _priorities(far: Paths) -> list[float]:
+    """Base priority of every node: cycles that follow its start, urgent nodes on top."""
+    return [
+        (total if urgent is None else urgent + _LEAD) + slots - 1.0
+        for urgent, total, slots in zip(far.urgent, far.total, far.slots, strict=True)
+    ]
+
+
+def _style(rng: random.Random) -> Style:
+    """Some style."""
+    return Style(
+        reuse=rng.choice(_REUSE),
+        keep=rng.choice(_KEEP),
+        patience=rng.choice(_PATIENCE),
+        hold=rng.random() < 0.9,
+        detour=rng.choice(_DETOUR),
+        stay=rng.choice(_STAY),
+    )
+
+
+def _disturb(
+    priority: Sequence[float],
+    problem: ListProblem,
+    hot: Sequence[int],
+    rng: random.Random,
+    deviates: Deviates,
+) -> list[float]:
+    """Priorities with a few nodes moved, or a node with all that lead to it or follow from it."""
+    trial = list(priority)
+    some = hot if hot and rng.random() < 0.8 else range(len(trial))
+    size = rng.choice((2.0, 5.0, 12.0, 40.0))
+    if rng.random() < 0.5:
+        for _ in range(rng.choice((1, 2, 4, 8, 16))):
+            trial[rng.choice(some)] += deviates.draw(size)
+        return trial
+    for _ in range(rng.choice((1, 1, 2, 3))):
+        by = deviates.draw(size)
+        edges = problem.producers if rng.random() < 0.7 else problem.consumers
+        for k in _closure(edges, rng.choice(some)):
+            trial[k] += by
+    return trial
+
+
+def _closure(edges: Sequence[Sequence[int]], node: int) -> list[int]:
+    """``node`` and all that ``edges`` lead to from it."""
+    seen = [False] * len(edges)
+    seen[node] = True
+    out = [node]
+    for k in out:
+        for other in edges[k]:
+            if not seen[other]:
+                seen[other] = True
+                out.append(other)
+    return out
+
+
+def _search(problem: ListProblem, restarts: int, rng: random.Random) -> Attempt:
+    """Best attempt: first under many styles, then with priorities disturbed."""
+    far = problem.far
+    deviates = Deviates(rng)
+    priority, style = _priorities(far), _FIRST
+    best = list_pass(problem, priority, style)
+    assert best is not None
+    hot = [k for k, tail in enumerate(far.urgent) if tail is not None]
+    for k in range(restarts):
+        latency, length = best.score[:2]
+        if latency <= far.latency_bound and length <= far.length_bound:
+            break
+        trial, habit = priority, style
+        if k < restarts * _STYLE_SHARE:
+            habit = _style(rng)
+        else:
+            trial = _disturb(priority, problem, hot, rng, deviates)
+            if rng.random() < 0.1:
+                habit = _style(rng)
+        found = list_pass(problem, trial, habit, (latency, length))
+        if found is not None and found.score <= best.score:
+            best, priority, style = found, trial, habit
+    return best

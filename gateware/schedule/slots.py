@@ -1,0 +1,128 @@
+"""What a schedule is: issue slots, cycles of the gets, length."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from functools import cached_property
+
+from boresight.gateware.machine import Machine
+from boresight.model.words.program import Program
+
+__all__ = ["Schedule", "ScheduleError", "Slot"]
+
+
+class ScheduleError(ValueError):
+    """A program that does not fit the machine, or a schedule that breaks its rules."""
+
+
+@dataclass(frozen=True)
+class Slot:
+    """One issue slot: one term, one capture or one emit of one lane.
+
+    ``cycle`` is the cycle of stage 0. ``op`` numbers `Program.ops` (None: only an emit), ``term``
+    its terms (None: the slot contributes nothing). ``a`` and ``b`` are the values on the two
+    operand ports (``b`` None: table or nothing); with ``swap`` they are exchanged against the
+    term. ``emit`` is the position in `Program.outputs` of the value ``a`` that leaves here.
+    """
+
+    cycle: int
+    lane: int
+    a: int
+    b: int | None = None
+    op: int | None = None
+    term: int | None = None
+    swap: bool = False
+    cap_index: bool = False
+    cap_flag: bool = False
+    cap_norm: bool = False
+    quarter: bool = False
+    first: bool = False
+    last: bool = False
+    emit: int | None = None
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """A program laid out in time.
+
+    ``program`` is the lowered program (`gateware.schedule.copies`): the source program, ``source``
+    its digest, with copies for states that need them. ``slots`` are in order of (cycle, lane),
+    ``gets`` are the cycles at which the inputs are written, ``length`` counts the ROM words.
+    ``urgent`` is the number of leading outputs whose latency was minimised first.
+    """
+
+    program: Program
+    source: str
+    machine: Machine
+    slots: tuple[Slot, ...]
+    gets: tuple[int, ...]
+    length: int
+    urgent: int
+
+    @cached_property
+    def ends(self) -> dict[int, Slot]:
+        """Last slot of every op."""
+        return {s.op: s for s in self.slots if s.last and s.op is not None}
+
+    @property
+    def interval(self) -> int:
+        """Cycles from the first word of a record to the first word of the next."""
+        return self.length
+
+    @property
+    def latencies(self) -> tuple[int, ...]:
+        """Cycles from the first input word to each output word, both counted."""
+        words = {
+            s.emit: s.cycle + self.machine.STAGE_READ + 1 for s in self.slots if s.emit is not None
+        }
+        return tuple(words[k] for k in range(len(self.program.outputs)))
+
+    @property
+    def latency(self) -> int:
+        """Latency of the last urgent output."""
+        return self.latencies[self.urgent - 1] if self.urgent else 0
+
+    @property
+    def lane_use(self) -> tuple[float, ...]:
+        """Share of each lane's cycles that hold a slot."""
+        return tuple(
+            sum(s.lane == lane for s in self.slots) / self.length
+            for lane in range(self.machine.lanes)
+        )
+
+    def write_cycle(self, op: int) -> int:
+        """Cycle at whose end the result of an op is written."""
+        return self.ends[op].cycle + self.machine.STAGE_WRITE
+
+    def to_json(self) -> str:
+        """The schedule as JSON, the same text for the same schedule."""
+        return json.dumps(
+            {
+                "machine": self.machine.name,
+                "source": self.source,
+                "program": json.loads(self.program.to_json()),
+                "slots": [asdict(s) for s in self.slots],
+                "gets": self.gets,
+                "length": self.length,
+                "urgent": self.urgent,
+            },
+            indent=1,
+            sort_keys=True,
+        )
+
+    @classmethod
+    def from_json(cls, text: str, machine: Machine) -> Schedule:
+        """Inverse of `to_json` for the same machine."""
+        d = json.loads(text)
+        if d["machine"] != machine.name:
+            raise ScheduleError(f"machine must be {d['machine']!r}, not {machine.name!r}")
+        return cls(
+            program=Program.from_json(json.dumps(d["program"])),
+            source=d["source"],
+            machine=machine,
+            slots=tuple(Slot(**s) for s in d["slots"]),
+            gets=tuple(d["gets"]),
+            length=d["length"],
+            urgent=d["urgent"],
+        )

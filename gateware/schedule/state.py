@@ -1,0 +1,264 @@
+"""State of a list scheduling pass: what is placed, when and where, and what follows from that."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import replace
+from heapq import heapify, heappush
+
+from boresight.gateware.machine import Machine
+from boresight.gateware.schedule.arrange import Arrangement, Need
+from boresight.gateware.schedule.captures import KINDS, Key, give
+from boresight.gateware.schedule.problem import Attempt, ListProblem
+from boresight.gateware.schedule.slots import Slot
+
+__all__ = ["NOTHING", "Fit", "ListState"]
+
+#: Earliest start, number of slots, arrangement, order of its slots.
+Fit = tuple[int, int, Arrangement, list[int]]
+NOTHING: Need = (False, False, False)
+_NEVER = 1 << 30
+
+
+class ListState:
+    """Everything placed so far.
+
+    Parameters
+    ----------
+    problem : ListProblem
+        What is scheduled.
+    priority : sequence of float
+        Of every node.
+    hold : bool
+        A result of lane 0 may push later gets back by a cycle.
+    limit : (latency, length) or None
+        Beyond which `over` becomes true.
+    """
+
+    def __init__(
+        self,
+        problem: ListProblem,
+        priority: Sequence[float],
+        *,
+        hold: bool,
+        limit: tuple[int, int] | None,
+    ) -> None:
+        self.p = problem
+        self.limit = limit or (_NEVER, _NEVER)
+        self.urgent_slots = sum(
+            n
+            for n, tail in zip(problem.far.slots, problem.far.urgent, strict=True)
+            if tail is not None
+        )
+        self.over = False
+        self.long = False
+        self.hold = hold
+        self.priority = priority
+        program, machine = problem.program, problem.machine
+        self.write = machine.STAGE_WRITE
+        self.gets = list(range(len(program.inputs)))
+        self.horizon = -1  # latest get that a placed slot relies on
+        self.ready = [0] * len(program.values)
+        for v, g in zip(program.inputs, self.gets, strict=True):
+            self.ready[v] = g + 1
+        self.fits: dict[tuple[int, Need], list[Fit]] = {}
+        self.free = [0] * machine.lanes
+        self.held: list[list[Key | None]] = [[None, None, None] for _ in self.free]
+        #: How many ops still want each key.
+        self.pending: list[Counter[Key]] = [Counter() for _ in KINDS]
+        for wanted in problem.keys:
+            for kind, key in enumerate(wanted):
+                if key is not None:
+                    self.pending[kind][key] += 1
+        #: Next states that each lane may still compute.
+        self.state_room = list(problem.state_room)
+        self.writes0: set[int] = set()
+        self.groups: list[tuple[int, int, int, Sequence[Slot]]] = []
+        self.waits = list(problem.waits)
+        self.emits: list[int] = []
+        #: Nodes whose operands are all on their way, until they could start.
+        self.asleep: list[tuple[int, int]] = []
+        #: Nodes that could start about now, the most urgent first.
+        self.awake: list[tuple[float, int]] = []
+        for k in range(problem.nodes):
+            if not self.waits[k]:
+                self.known(k)
+
+    def known(self, node: int) -> None:
+        """All operands of a node have their times: it waits for its earliest start."""
+        dummies = 0
+        if node < self.p.n_ops:
+            full = self.p.arranged(node, self.p.needs[node])
+            dummies = len(full[-1].slots) - len(self.p.program.ops[node].terms)
+        heappush(self.asleep, (self.fit(node, NOTHING)[0][0] - dummies, node))
+
+    def fit(self, node: int, need: Need) -> list[Fit]:
+        """Ways to place a node, the shortest first; a longer one only if it ends before it."""
+        found = self.fits.get((node, need))
+        if found is None:
+            found = []
+            for x in self.p.arranged(node, need):
+                start, order = x.place(self.ready)
+                n = len(order)
+                if all(start + n < f[0] + f[1] or n == f[1] and start < f[0] for f in found):
+                    found = [f for f in found if f[1] < n]
+                    found.append((start, n, x, order))
+            self.fits[node, need] = found
+        return found
+
+    def wanted(self, kind: int, key: Key | None) -> bool:
+        """Whether ops still to come want a capture."""
+        return key is not None and self.pending[kind][key] > 0
+
+    def may_write(self, cycle: int) -> bool:
+        """Whether lane 0 may write its result in this cycle, if need be by delaying a get."""
+        return (
+            not self.gets
+            or cycle > self.gets[-1]
+            or cycle not in self.gets
+            or self.hold
+            and cycle > self.horizon
+        )
+
+    def may_keep(self, node: int, lane: int) -> bool:
+        """Whether the lane's bank has room for the result of an op, if that is a state."""
+        return not self.p.makes_state[node] or self.state_room[lane] > 0
+
+    def place(self, t: int, node: int, lane: int, fit: Fit, forced: tuple[int, Key] | None) -> None:
+        """Put a group into a lane."""
+        _, length, arrangement, order = fit
+        problem = self.p
+        slots: Sequence[Slot] = [arrangement.slots[k] for k in order]
+        self.awake.remove((-self.priority[node], node))
+        self.free[lane] = t + length
+        for s in slots:
+            for v in (s.a, s.b):
+                if v in problem.inputs and v is not None:
+                    self.horizon = max(self.horizon, self.ready[v] - 1)
+        if node < problem.n_ops:
+            end = t + length - 1
+            op = problem.program.ops[node]
+            if problem.makes_state[node]:
+                self.state_room[lane] -= 1
+            self.ready[op.dest] = end + problem.machine.latency
+            held = self.held[lane]
+            for kind, key in enumerate(problem.keys[node]):
+                if key is not None:
+                    held[kind] = key
+                    self.pending[kind][key] -= 1
+            if problem.gifts[node]:
+                slots = give(
+                    slots,
+                    op,
+                    problem.gifts[node],
+                    held,
+                    lambda kind, key: (
+                        (kind, key) == forced
+                        or self.pending[kind][key] > 0
+                        and not self.wanted(kind, held[kind])
+                    ),
+                )
+            self.watch(t, node, end)
+            if lane == 0:
+                slots = self.ride(t, slots)
+                self.writes0.add(end + self.write)
+                if self.gets and end + self.write <= self.gets[-1]:
+                    self.delay(end + self.write)
+        self.groups.append((node, lane, t, slots))
+        if node >= problem.n_ops:
+            self.emit(t, node, t)
+            return
+        for k in problem.consumers[node]:
+            self.follow(k)
+
+    def ride(self, t: int, slots: Sequence[Slot]) -> Sequence[Slot]:
+        """Emits that come next in the stream leave with slots that read their value anyway."""
+        problem = self.p
+        out = list(slots)
+        for i, s in enumerate(out):
+            node = problem.n_ops + self.emitted
+            if node == problem.nodes:
+                break
+            value = problem.program.outputs[self.emitted]
+            if value not in (s.a, s.b) or t + i + problem.machine.STAGE_READ in self.gets:
+                continue
+            if s.a != value:
+                if s.cap_index or s.cap_flag or s.cap_norm or s.b is None:
+                    continue
+                s = replace(s, a=s.b, b=s.a, swap=not s.swap)
+            out[i] = replace(s, emit=self.emitted)
+            entry = (-self.priority[node], node)
+            if entry in self.awake:
+                self.awake.remove(entry)
+            else:
+                self.asleep = [x for x in self.asleep if x[1] != node]
+                heapify(self.asleep)
+            self.emit(t, node, t + i)
+        return out
+
+    @property
+    def emitted(self) -> int:
+        """Number of emits placed."""
+        return len(self.emits)
+
+    def emit(self, t: int, node: int, cycle: int) -> None:
+        """Note an emit as placed in ``cycle`` by a decision of cycle ``t``."""
+        self.emits.append(cycle)
+        self.watch(t, node, cycle)
+        for k in self.p.consumers[node]:
+            self.follow(k)
+
+    def follow(self, node: int) -> None:
+        """One of the nodes that ``node`` waits for is placed."""
+        self.waits[node] -= 1
+        if not self.waits[node]:
+            self.known(node)
+
+    def watch(self, t: int, node: int, end: int) -> None:
+        """Note when, with a node placed in cycle ``t``, the limit can no longer be met."""
+        far, (latency, length) = self.p.far, self.limit
+        tail = far.urgent[node]
+        read = Machine.STAGE_READ
+        if tail is not None:
+            self.urgent_slots -= far.slots[node]
+            more = self.urgent_slots // len(self.free)  # cycles that the rest needs at least
+            if max(end + tail, t + more) + read + 1 > latency:
+                self.over = True
+            if node == self.p.n_ops + self.p.urgent - 1 and end + read + 1 < latency:
+                self.limit = (_NEVER, _NEVER)  # better already, whatever the length
+        self.long = self.long or end + far.total[node] > length
+        if self.long and self.emitted >= self.p.urgent and self.limit[0] != _NEVER:
+            self.over = True
+
+    def delay(self, cycle: int) -> None:
+        """Move gets from ``cycle`` on out of the way of lane 0's writes."""
+        if cycle not in self.gets:
+            return
+        following = cycle
+        for k, g in enumerate(self.gets):
+            if g < cycle:
+                continue
+            while following in self.writes0:
+                following += 1
+            self.gets[k] = following
+            self.ready[self.p.program.inputs[k]] = following + 1
+            following += 1
+        self.fits.clear()
+
+    def result(self) -> Attempt:
+        """Times of everything placed."""
+        problem = self.p
+        read = problem.machine.STAGE_READ
+        length = max(self.gets[-1] + 1 if self.gets else 3, 3)
+        count = 0
+        for node, _, start, slots in self.groups:
+            count += len(slots)
+            if node < problem.n_ops:
+                length = max(length, start + len(slots) + self.write)
+        words = [cycle + read + 1 for cycle in self.emits]
+        length = max([length, *words[-1:]])
+        latency = words[problem.urgent - 1] if problem.urgent else 0
+        return Attempt(
+            (latency, length, count, sum(words)), tuple(self.groups), tuple(self.gets), length
+        )

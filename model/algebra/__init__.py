@@ -1,0 +1,1 @@
+"""Quaternions, vectors and covariances on lists of scalars, traced or not."""

@@ -1,0 +1,119 @@
+"""Covariances of Kalman filters on lists of scalars: the same code on floats and on the tracer.
+
+A symmetric matrix is a full list of lists in which both halves hold the same scalars, so it is
+symmetric by construction and every element is computed once. Why this form and these scales:
+`docs/decisions/0007-covariance-form.md`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from boresight.model import ops
+from boresight.model.algebra.quaternion import Matrix, dot
+from boresight.model.estimator import State
+
+__all__ = [
+    "BELOW_ONE",
+    "Symmetric",
+    "bounded_element",
+    "congruence",
+    "covariance_of",
+    "covariance_states",
+    "downdated",
+    "element_names",
+    "symmetric",
+    "updated_column",
+]
+
+Symmetric = list[list[Any]]
+
+#: Bound of scaled covariances: below one, so that the word spends no bit on one itself.
+BELOW_ONE = 1.0 - 2.0**-17
+
+
+def symmetric(n: int, element: Callable[[int, int], Any]) -> Symmetric:
+    """The matrix whose element (i, j), i <= j, is ``element(i, j)``."""
+    p: Symmetric = [[None] * n for _ in range(n)]
+    for i in range(n):
+        for j in range(i, n):
+            p[i][j] = p[j][i] = element(i, j)
+    return p
+
+
+def element_names(n: int, prefix: str = "p") -> list[tuple[str, int, int]]:
+    """(name, i, j) of the stored elements, i <= j."""
+    return [(f"{prefix}{i}{j}", i, j) for i in range(n) for j in range(i, n)]
+
+
+def covariance_states(n: int, initial: Callable[[int], float]) -> tuple[State, ...]:
+    """States of a scaled covariance of order n; ``initial(i)`` is variance i."""
+    return tuple(
+        State(name, 0.0 if i == j else -BELOW_ONE, BELOW_ONE, "", initial(i) if i == j else 0.0)
+        for name, i, j in element_names(n)
+    )
+
+
+def covariance_of(x: Any, n: int) -> Symmetric:
+    """The covariance among the states ``x``."""
+    return symmetric(n, lambda i, j: getattr(x, f"p{i}{j}"))
+
+
+def bounded_element(value: Any, i: int, j: int) -> Any:
+    """An element of a scaled covariance: its trace is at most one."""
+    return ops.bounded(
+        value, 0.0 if i == j else -BELOW_ONE, BELOW_ONE, "covariance of trace below one"
+    )
+
+
+def congruence(m: Matrix, p: Symmetric, name: Callable[[int, int, Any], Any]) -> Symmetric:
+    """M^T P M; n^3 slots for P M and (n^3 + n^2)/2 for the upper half of the result.
+
+    ``name(i, j, value)`` gives each element of the result its range.
+    """
+    n = len(p)
+    columns = [[m[k][j] for k in range(n)] for j in range(n)]
+    pm = [
+        [
+            ops.bounded(
+                dot(p[i], columns[j]), -BELOW_ONE, BELOW_ONE, "part of a rotated covariance"
+            )
+            for j in range(n)
+        ]
+        for i in range(n)
+    ]
+    return symmetric(n, lambda i, j: name(i, j, dot(columns[i], [pm[k][j] for k in range(n)])))
+
+
+def updated_column(p: Symmetric, c: int, gains: list[list[Any]]) -> list[Any]:
+    """Column c of P - sum_k L_k L_k^T without computing the rest: n (1 + k) slots."""
+    if not gains:
+        return list(p[c])
+    return [
+        ops.bounded(
+            p[i][c] - _products(gains, i, c),
+            0.0 if i == c else -BELOW_ONE,
+            BELOW_ONE,
+            "covariance of trace below one",
+        )
+        for i in range(len(p))
+    ]
+
+
+def downdated(p: Symmetric, gains: list[list[Any]], skip: Any) -> Symmetric:
+    """P - sum_k L_k L_k^T, or P where ``skip`` holds: (1 + k) slots per stored element."""
+    return symmetric(
+        len(p),
+        lambda i, j: bounded_element(p[i][j] - ops.where(skip, 0.0, _products(gains, i, j)), i, j),
+    )
+
+
+def _products(gains: list[list[Any]], i: int, j: int) -> Any:
+    """sum_k L_ki L_kj. Sums of two and more are words that columns share."""
+    total: Any = 0.0
+    for k, column in enumerate(gains):
+        total = total + column[i] * column[j]
+        if k == 1:
+            total = ops.bounded(total, 0.0 if i == j else -BELOW_ONE, BELOW_ONE, "part of P")
+    return total

@@ -1,0 +1,145 @@
+"""Quaternion and vector algebra on lists of scalars: the same code on floats and on the tracer.
+
+Quaternions are Hamilton, scalar first, body to navigation (`docs/conventions.md`). Where
+`sim.attitude.rotation` works on whole arrays in float64, these functions build the sums of products
+that an estimator's ``step`` needs, one operation of the engine each. The comment gives their slots.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from boresight.model import ops
+
+__all__ = [
+    "Matrix",
+    "Vector",
+    "conjugate_turn",
+    "cross",
+    "dot",
+    "euler_ht",
+    "increment",
+    "left_matrix",
+    "matrix",
+    "multiply",
+    "right_matrix",
+    "turn",
+]
+
+Vector = Sequence[Any]
+Matrix = Sequence[Sequence[Any]]
+
+
+def dot(a: Vector, b: Vector) -> Any:
+    """a . b, one slot per component."""
+    total: Any = 0.0
+    for x, y in zip(a, b, strict=True):
+        total = total + x * y
+    return total
+
+
+def cross(a: Vector, b: Vector) -> tuple[Any, Any, Any]:
+    """a x b, 6 slots."""
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+def turn(c: Matrix, v: Vector) -> list[Any]:
+    """C v, 9 slots."""
+    return [dot(row, v) for row in c]
+
+
+def conjugate_turn(c: Matrix, v: Vector) -> list[Any]:
+    """C^T v, 9 slots."""
+    return [dot([row[k] for row in c], v) for k in range(3)]
+
+
+def left_matrix(q: Vector) -> list[list[Any]]:
+    """L(q): q p = L(q) p, (4, 4). Its first column is q, the others are Xi(q)."""
+    w, x, y, z = q
+    return [[w, -x, -y, -z], [x, w, -z, y], [y, z, w, -x], [z, -y, x, w]]
+
+
+def right_matrix(q: Vector) -> list[list[Any]]:
+    """R(q): p q = R(q) p, (4, 4)."""
+    w, x, y, z = q
+    return [[w, -x, -y, -z], [x, w, z, -y], [y, -z, w, x], [z, y, -x, w]]
+
+
+def multiply(p: Vector, q: Vector) -> list[Any]:
+    """p q, 16 slots."""
+    return [dot(row, q) for row in left_matrix(p)]
+
+
+def matrix(q: Vector) -> list[list[Any]]:
+    """C_nb of a unit quaternion; its rows are east, north and up in body axes. 21 slots."""
+    w, x, y, z = q
+
+    def element(value: Any) -> Any:
+        return ops.bounded(value, -1.0, 1.0, "rotation matrix")
+
+    return [
+        [
+            element(1.0 - 2.0 * y * y - 2.0 * z * z),
+            element(2.0 * x * y - 2.0 * w * z),
+            element(2.0 * x * z + 2.0 * w * y),
+        ],
+        [
+            element(2.0 * x * y + 2.0 * w * z),
+            element(1.0 - 2.0 * x * x - 2.0 * z * z),
+            element(2.0 * y * z - 2.0 * w * x),
+        ],
+        [
+            element(2.0 * x * z - 2.0 * w * y),
+            element(2.0 * y * z + 2.0 * w * x),
+            element(1.0 - 2.0 * x * x - 2.0 * y * y),
+        ],
+    ]
+
+
+def increment(half: Vector) -> list[Any]:
+    """Quaternion of the turn by 2 ``half`` [rad], three terms of each series, 13 slots.
+
+    With y = |half|^2::
+
+        w = 1 - y/2 + y^2/24        v = half (1 - y/6 + y^2/120)
+
+    Its norm is one within y^3/360. Components of ``half`` lie in [-1, 1].
+    """
+    y = ops.bounded(dot(half, half), 0.0, 3.0, "three squares")
+    yy = y * y
+    w = ops.bounded(1.0 - 0.5 * y + (1.0 / 24.0) * yy, -1.0, 1.0, "cosine")
+    s = ops.bounded(1.0 - (1.0 / 6.0) * y + (1.0 / 120.0) * yy, 0.0, 1.0, "sine over angle")
+    return [w, *(ops.bounded(s * h, -1.0, 1.0, "sine") for h in half)]
+
+
+def euler_ht(q: Vector, norm_rsqrt: Any = 1.0) -> tuple[Any, Any, Any]:
+    """Pitch, roll, heading [half turns] of a quaternion, C = Rz(psi) Rx(theta) Ry(gamma).
+
+    Half the sum and half the difference of heading and roll are arc tangents of quaternion
+    components, and what is left is the pitch, which asks for neither a pole nor a third root::
+
+        w + x = r cos((psi + gamma)/2)    y + z = r sin((psi + gamma)/2)    r = sqrt(1 + sin theta)
+        w - x = s cos((psi - gamma)/2)    z - y = s sin((psi - gamma)/2)    s = sqrt(1 - sin theta)
+        theta = +-(pi/2 - 2 asin(min(r, s) / sqrt(2)))      plus where s < r
+
+    Parameters
+    ----------
+    q
+        Of norm 1/``norm_rsqrt``: between 1/16 and 2.
+    """
+    w, x, y, z = q
+    pairs = [(y + z, w + x), (z - y, w - x)]
+    half_sum, half_difference = (ops.atan2_ht(s, c) for s, c in pairs)
+    squares = [c * c + s * s for s, c in pairs]
+    scale = ops.saturated(norm_rsqrt * math.sqrt(0.5), 16.0)
+    roots = [ops.saturated(ops.saturated(n * scale, 4.0) * ops.rsqrt(n), 2.0) for n in squares]
+    low = squares[0] < squares[1]
+    sine = ops.saturated(ops.where(low, roots[0], roots[1]), 2.0)  # at most sqrt(1/2)
+    pitch = ops.flip(low, 0.5 - 2.0 * ops.asin_ht(sine))
+    return (
+        ops.wrap_ht(pitch),
+        ops.wrap_ht(half_sum - half_difference),
+        ops.wrap_ht(half_sum + half_difference),
+    )

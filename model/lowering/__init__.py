@@ -1,0 +1,1 @@
+"""From a traced graph of real values to a program of integers."""

@@ -1,0 +1,318 @@
+"""Groups: from a form to a multiply-accumulate operation with proven shifts and binary point.
+
+A product of words with f_a and f_b fraction bits reaches an accumulator of f + G fraction bits by
+the shift f_a + f_b - (f + G). It must lie in 0..31 (after the normalisation count is taken off),
+and the sum of the largest magnitudes must stay inside the accumulator; both are proven here for
+every group, for all words whatever their declared range. A binary point f that does not allow it is
+made coarser; where the format is prescribed (binary angles, purposeful clamps, states) the group
+is split instead.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from boresight.model.errors import InputError
+from boresight.model.lowering.forms import Form, Product
+from boresight.model.words import tables
+from boresight.model.words.fixed import Arithmetic, Format
+from boresight.model.words.program import Kind, Negate, Op, Overflow, Scale, Term, Value, When
+
+__all__ = ["Groups", "Target"]
+
+#: Binary points down to which a group is made coarser before it is refused.
+_COARSEST_FRAC = -200
+
+
+@dataclass(frozen=True)
+class Target:
+    """What is known of a group's result before its format."""
+
+    name: str
+    low: float
+    high: float
+    source: str
+    unit: str = ""
+    overflow: Overflow = Overflow.SAT
+
+
+@dataclass(frozen=True)
+class _Placed:
+    """A product with its shift; ``one``: it is multiplied by the word 2^one."""
+
+    product: Product
+    shift: int
+    one: int | None
+
+
+class Groups:
+    """The values and operations of a program in the making."""
+
+    def __init__(self, name: str, arith: Arithmetic) -> None:
+        self.name = name
+        self.arith = arith
+        self.values: list[Value] = []
+        self.ops: list[Op] = []
+        self._names: set[str] = set()
+        self._constants: dict[tuple[int, int], int] = {}
+
+    # -- values ---------------------------------------------------------------------------------
+
+    def value(self, value: Value) -> int:
+        """Append a value, its name made unique; return its number."""
+        name, k = value.name, 1
+        while name in self._names:
+            k += 1
+            name = f"{value.name}_{k}"
+        self._names.add(name)
+        self.values.append(replace(value, name=name))
+        return len(self.values) - 1
+
+    def constant(self, c: float, frac: int) -> int:
+        """The constant nearest to ``c`` with ``frac`` fraction bits."""
+        word = int(Format(self.arith.word, frac).quantise(c))
+        return self._constant(f"const_{c:.6g}", word, frac)
+
+    def one(self, frac: int) -> int:
+        """The word 2^frac: multiplication by it is a pure shift."""
+        return self._constant(f"one_{frac}", 1 << frac, frac)
+
+    def _constant(self, name: str, word: int, frac: int) -> int:
+        if (word, frac) not in self._constants:
+            real = math.ldexp(word, -frac)
+            self._constants[word, frac] = self.value(
+                Value(name, Kind.CONST, frac, real, real, "constant", "", word)
+            )
+        return self._constants[word, frac]
+
+    def frac(self, number: int) -> int:
+        """Fraction bits of a value."""
+        return self.values[number].frac
+
+    # -- groups ---------------------------------------------------------------------------------
+
+    def group(
+        self, form: Form, target: Target, *, frac: int | None = None, exact: bool = False
+    ) -> int:
+        """Append the group that computes ``form``; return its value.
+
+        ``frac`` asks for a binary point (default: the finest that holds the range); with
+        ``exact`` it must be met.
+        """
+        if not (math.isfinite(target.low) and math.isfinite(target.high)):
+            raise InputError(
+                f"{self.name}: value {target.name}: range [{target.low:g}, "
+                f"{target.high:g}] is not finite; declare it with model.ops.bounded"
+            )
+        if frac is None:
+            frac = Format.for_range(self.arith.word, target.low, target.high).frac
+        products = list(form.products)
+        while True:
+            placed = self._place(form, products, frac)
+            if isinstance(placed, int):
+                alone = len(products) == 1 and form.constant == 0.0
+                if alone and products[placed].scale is not Scale.NONE:
+                    raise InputError(
+                        f"{self.name}: value {target.name} would pass 63 bits: a root "
+                        "or reciprocal in it varies too much for one format; declare "
+                        "its range with model.ops.bounded"
+                    )
+                products[placed] = self._separate(form, products[placed], target.name)
+            elif placed is not None:
+                return self._append(form, placed, target, frac)
+            elif exact:
+                worst = self._coarsest(form, products)
+                if worst is None:
+                    return self._raised(replace(form, products=products), target, frac)
+                if products[worst].scale is not Scale.NONE:
+                    raise InputError(
+                        f"{self.name}: value {target.name} would pass 63 bits: a "
+                        "factor of it has no upper bound; declare the product's range "
+                        "with model.ops.bounded first"
+                    )
+                products[worst] = self._separate(form, products[worst], target.name)
+            elif frac > _COARSEST_FRAC:
+                frac -= 1
+            else:
+                raise InputError(
+                    f"{self.name}: value {target.name} would pass 63 bits: no binary "
+                    "point keeps its terms inside the accumulator"
+                )
+
+    def _place(
+        self, form: Form, products: Sequence[Product], frac: int
+    ) -> list[_Placed] | int | None:
+        """Shifts for a result of ``frac`` fraction bits.
+
+        Returns the number of a product that only a group of its own can compute, or None if the
+        binary point is too fine.
+        """
+        arith = self.arith
+        total = 1 << (arith.guard - 1)
+        placed: list[_Placed] = []
+        for number, p in enumerate(products):
+            slack = self._slack(p.scale)
+            if math.ldexp(self._magnitude(form, p), frac + arith.guard) < 1.0:
+                continue  # below the accumulator's last bit
+            # shift = (fraction bits of the product) - (those of the accumulator)
+            shift = (
+                (arith.fraction_bits if p.fraction_a else self.frac(p.a))
+                - p.exponent
+                - frac
+                - arith.guard
+            )
+            one = None
+            if p.times_one:
+                one = min(arith.word - 2, arith.shift_max - shift)
+                frac_b, bound_b = one, 1 << max(one, 0)
+            else:
+                frac_b, bound_b = self._second(form, p)
+            shift += frac_b
+            if shift > arith.shift_max or (one is not None and one < 0):
+                return number
+            if shift < slack:
+                return None
+            if slack and form.norm == p.a and one is not None:
+                total += 1 << (arith.word - 1 + arith.guard)  # normalised itself: inside the word
+            else:
+                total += _ceil_shift(self._bound(p.a, p.fraction_a) * bound_b, shift - slack)
+            placed.append(_Placed(p, shift, one))
+        if form.constant != 0.0 or not placed:
+            own = Format.for_range(arith.word, form.constant, form.constant).frac
+            number = self.constant(form.constant, min(own, frac + arith.guard))
+            one = arith.word - 2
+            shift = self.frac(number) + one - frac - arith.guard
+            if shift < 0:
+                return None
+            if shift > arith.shift_max:
+                one, shift = one - (shift - arith.shift_max), arith.shift_max
+            total += _ceil_shift(self._bound(number, False) << one, shift)
+            placed.append(_Placed(Product(number), shift, one))
+        return placed if total < 1 << (arith.acc_width - 1) else None
+
+    def _append(self, form: Form, placed: Sequence[_Placed], target: Target, frac: int) -> int:
+        terms = tuple(
+            Term(
+                p.a,
+                p.b if k.one is None else self.one(k.one),
+                k.shift,
+                p.coefficient,
+                p.negate,
+                p.when,
+                p.fraction_a,
+                p.fraction_b,
+                p.scale,
+            )
+            for k in placed
+            for p in (k.product,)
+        )
+        conditional = any(
+            t.when is not When.ALWAYS or t.negate in (Negate.IF, Negate.UNLESS) for t in terms
+        )
+        flag = form.flag if conditional else None
+        number = self.value(
+            Value(target.name, Kind.OP, frac, target.low, target.high, target.source, target.unit)
+        )
+        self.ops.append(
+            Op(
+                number,
+                terms,
+                target.overflow,
+                flag=flag[0] if flag else None,
+                flag_quarter=flag[1] if flag else False,
+                norm=form.norm if any(t.scale is not Scale.NONE for t in terms) else None,
+                index=form.index[0] if form.index else None,
+                index_quarter=form.index[1] if form.index else False,
+                table=form.table.block if form.table else None,
+            )
+        )
+        return number
+
+    def _raised(self, form: Form, target: Target, frac: int) -> int:
+        """``form`` in the finest format that works, then shifted up to ``frac`` step by step."""
+        if target.overflow is Overflow.WRAP:  # a coarser word wraps at a multiple of the period
+            fmt = Format(self.arith.word, frac - 1)
+            wide = replace(target, low=fmt.min, high=fmt.max)
+        else:
+            bound = math.fsum(
+                [abs(form.constant), *(self._magnitude(form, p) for p in form.products)]
+            )
+            wide = replace(target, low=-bound, high=bound)
+        part = self.group(form, replace(wide, name=f"{target.name}_part"))
+        step = min(self.arith.norm_max, self.arith.headroom - 1)
+        while self.frac(part) + step < frac:
+            part = self.group(
+                Form([Product(part)]),
+                replace(target, name=f"{target.name}_part"),
+                frac=self.frac(part) + step,
+                exact=True,
+            )
+        return self.group(Form([Product(part)]), target, frac=frac, exact=True)
+
+    def _separate(self, form: Form, p: Product, name: str) -> Product:
+        """Compute one product as a value of its own; return the product that adds it."""
+        bound = self._magnitude(form, p)
+        low, high = -bound, bound
+        if p.scale is Scale.NONE and p.b is not None:
+            a, b = self.values[p.a], self.values[p.b]
+            corners = [
+                math.ldexp(x * y, p.exponent) for x in (a.low, a.high) for y in (b.low, b.high)
+            ]
+            low, high = min(corners), max(corners)
+        alone = Form([replace(p, negate=Negate.NO, when=When.ALWAYS)], norm=form.norm)
+        number = self.group(alone, Target(f"{name}_part", low, high, "interval"))
+        return Product(number, negate=p.negate, when=p.when)
+
+    def _coarsest(self, form: Form, products: Sequence[Product]) -> int | None:
+        """The product of two words with the fewest fraction bits: the one to compute apart."""
+        bits = {
+            k: self.frac(p.a) + self._second(form, p)[0] - p.exponent - self._slack(p.scale)
+            for k, p in enumerate(products)
+            if not p.times_one
+        }
+        return min(bits, key=lambda k: bits[k]) if bits else None
+
+    # -- bounds ---------------------------------------------------------------------------------
+
+    def _slack(self, scale: Scale) -> int:
+        """Largest number of bits by which the normalisation count lessens a shift."""
+        largest = self.arith.norm_max
+        return {Scale.NONE: 0, Scale.FULL: largest, Scale.EVEN: largest, Scale.HALF: largest // 2}[
+            scale
+        ]
+
+    def _bound(self, number: int, is_fraction: bool) -> int:
+        """Largest magnitude the word can have, whatever happens."""
+        if is_fraction:
+            return 1 << self.arith.fraction_bits
+        v = self.values[number]
+        return abs(v.initial) if v.kind is Kind.CONST else 1 << (self.arith.word - 1)
+
+    def _second(self, form: Form, p: Product) -> tuple[int, int]:
+        """(fraction bits, largest word) of the second factor; not for times one."""
+        if p.coefficient is not None:
+            assert form.table is not None
+            fmt = tables.coefficient_formats(form.table, self.arith)[p.coefficient]
+            return fmt.frac, 1 << (self.arith.word - 1)
+        assert p.b is not None
+        return (
+            self.arith.fraction_bits if p.fraction_b else self.frac(p.b),
+            self._bound(p.b, p.fraction_b),
+        )
+
+    def _magnitude(self, form: Form, p: Product) -> float:
+        """Largest magnitude of a product, from the ranges of its factors."""
+        size = 1.0 if p.fraction_a else max(abs(self.values[p.a].low), abs(self.values[p.a].high))
+        if p.coefficient is not None:
+            frac_b, bound_b = self._second(form, p)
+            size *= math.ldexp(bound_b, -frac_b)
+        elif p.b is not None and not p.fraction_b:
+            size *= max(abs(self.values[p.b].low), abs(self.values[p.b].high))
+        return min(math.ldexp(size, p.exponent + self._slack(p.scale)), p.limit)
+
+
+def _ceil_shift(magnitude: int, shift: int) -> int:
+    """Largest magnitude of floor(x / 2^shift) for |x| <= magnitude."""
+    return -(-magnitude >> shift)

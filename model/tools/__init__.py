@@ -1,0 +1,1 @@
+"""The world outside: folders of the user, and tools that fail."""

@@ -1,0 +1,1 @@
+"""Words of W bits: their meaning, tables, programs of them and the interpreter."""

@@ -1,0 +1,196 @@
+"""Integer semantics: the one place that says what every fixed-point operation means.
+
+The interpreter (`model.words.interpreter`), the generated C (`firmware.emit`) and the core
+(`gateware.engine.lane`) all implement exactly what stands here; tests compare this file with the
+independent package ``apytypes``.
+
+A *word* is a W-bit two's complement integer; a `Format` adds the binary point. The only
+arithmetic operation is the multiply-accumulate group (see `model.words.program.Op`)::
+
+    acc  = 2^(G-1) + sum_k  sign_k * floor(a_k * b_k / 2^s_k)      G guard bits, exact
+    q    = floor(acc / 2^G)                                        RND: half up
+    dest = SAT: clamp(q) to W bits      WRAP: q modulo 2^W
+
+``s_k`` is the static shift of the term, less the *normalisation count* where the term asks
+for it. Products never pass 2W-1 bits, the accumulator never passes `Arithmetic.acc_width` bits
+(the compiler proves that for every operation), so everything fits int64.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.model.words.rounded import binary_exponent
+
+__all__ = [
+    "Arithmetic",
+    "Format",
+    "IntArray",
+    "fraction",
+    "leading_sign_count",
+    "table_index",
+    "saturate",
+    "wrap",
+]
+
+IntArray = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Arithmetic:
+    """Widths of the machine's arithmetic.
+
+    Parameters
+    ----------
+    word : int, 18..32
+        Bits of a word, W.
+    guard : int
+        Fraction bits of the accumulator below the result's least significant bit, G. Default (0):
+        8 for words from 28 bits, 6 from 22, else 4; fewer leave more room to normalise.
+    headroom : int
+        Integer bits of the accumulator above the result's sign bit.
+    """
+
+    word: int = 32
+    guard: int = 0
+    headroom: int = 20
+
+    #: Bits of the segment index of a function table (128 segments over one power of two).
+    INDEX_BITS = 7
+    #: Bits of a term's shift field: shifts are 0..31.
+    SHIFT_BITS = 5
+
+    def __post_init__(self) -> None:
+        if not 18 <= self.word <= 32:
+            raise ValueError(f"word must be 18 to 32 bits, not {self.word!r}")
+        if self.guard == 0:
+            object.__setattr__(self, "guard", 4 + 2 * (self.word >= 22) + 2 * (self.word >= 28))
+
+    @property
+    def acc_width(self) -> int:
+        """Bits of the accumulator: W + G + headroom."""
+        return self.word + self.guard + self.headroom
+
+    @property
+    def shift_max(self) -> int:
+        """Largest shift of a term."""
+        return (1 << self.SHIFT_BITS) - 1
+
+    @property
+    def norm_max(self) -> int:
+        """Largest normalisation count: x * 2^(W-2) shifted by W-2-G-n must not need n < 0."""
+        return self.word - 2 - self.guard
+
+    @property
+    def fraction_bits(self) -> int:
+        """Bits below the segment index: the position inside a segment."""
+        return self.word - 1 - self.INDEX_BITS
+
+    @property
+    def min_int(self) -> int:
+        """Smallest word."""
+        return -(1 << (self.word - 1))
+
+    @property
+    def max_int(self) -> int:
+        """Largest word."""
+        return (1 << (self.word - 1)) - 1
+
+
+@dataclass(frozen=True)
+class Format:
+    """Binary point of a word: value = integer * 2^-frac.
+
+    ``frac`` may be negative or exceed the word. ``str()`` gives the ``ap_fixed`` notation
+    ``fixed<W,I>`` where I counts the integer bits with the sign.
+    """
+
+    word: int
+    frac: int
+
+    def __str__(self) -> str:
+        return f"fixed<{self.word},{self.word - self.frac}>"
+
+    @property
+    def lsb(self) -> float:
+        """Value of the least significant bit."""
+        return math.ldexp(1.0, -self.frac)
+
+    @property
+    def min(self) -> float:
+        """Smallest value."""
+        return -math.ldexp(1.0, self.word - 1 - self.frac)
+
+    @property
+    def max(self) -> float:
+        """Largest value."""
+        return math.ldexp((1 << (self.word - 1)) - 1, -self.frac)
+
+    def quantise(self, value: Any) -> IntArray:
+        """Nearest word to each value (ties up, as RND), saturated to the format."""
+        scaled = np.floor(np.ldexp(np.asarray(value, dtype=np.float64), self.frac) + 0.5)
+        limit = 2 ** (self.word - 1)
+        return np.clip(scaled, -limit, limit - 1).astype(np.int64)
+
+    def real(self, integer: Any) -> npt.NDArray[np.float64]:
+        """Value of each word."""
+        return np.ldexp(np.asarray(integer, dtype=np.float64), -self.frac)
+
+    @classmethod
+    def for_range(cls, word: int, low: float, high: float) -> Format:
+        """Finest format of ``word`` bits that holds [low, high]."""
+        if not (np.isfinite(low) and np.isfinite(high) and low <= high):
+            raise ValueError(f"range must be finite and ordered, not [{low!r}, {high!r}]")
+        magnitude = max(abs(low), abs(high))
+        if magnitude == 0.0:
+            return cls(word, word - 1)
+        frac = word - 1 - binary_exponent(magnitude)
+        fmt = cls(word, frac)
+        while high > fmt.max or low < fmt.min:
+            frac -= 1
+            fmt = cls(word, frac)
+        return fmt
+
+
+def wrap(q: Any, word: int) -> Any:
+    """WRAP: ``q`` modulo 2^word as two's complement."""
+    half = 1 << (word - 1)
+    return ((q + half) & ((1 << word) - 1)) - half
+
+
+def saturate(q: Any, word: int) -> Any:
+    """SAT: ``q`` clamped to the word."""
+    return np.clip(q, -(1 << (word - 1)), (1 << (word - 1)) - 1)
+
+
+def leading_sign_count(x: Any, arith: Arithmetic) -> Any:
+    """Normalisation count n: how far ``x`` can be shifted left before it would overflow.
+
+    Counts the copies of the sign bit below the sign bit, at most `Arithmetic.norm_max`.
+    """
+    magnitude = np.asarray(x ^ (x >> 63), dtype=np.int64)
+    count = np.zeros_like(magnitude)
+    for n in range(1, arith.norm_max + 1):
+        count += magnitude < (1 << (arith.word - 1 - n))
+    return count
+
+
+def table_index(x: Any, arith: Arithmetic, quarter: bool) -> Any:
+    """Segment index: the `INDEX_BITS` bits below the sign bit of ``x``.
+
+    With ``quarter`` the index is that of ``x`` plus a quarter of the word's range (cosine from
+    the table of the sine: half turns plus one half).
+    """
+    if quarter:
+        x = x + (1 << (arith.word - 2))
+    return (x >> arith.fraction_bits) & ((1 << arith.INDEX_BITS) - 1)
+
+
+def fraction(x: Any, arith: Arithmetic) -> Any:
+    """Position inside the segment: the bits below the segment index, unsigned."""
+    return x & ((1 << arith.fraction_bits) - 1)

@@ -1,0 +1,262 @@
+"""The fixed-point program: what the interpreter, the C and the core execute.
+
+A program is a list of *values* (words with a binary point and a name) and a list of *operations*
+in executable order. Every operation is one multiply-accumulate group (`model.words.fixed`);
+functions are already expanded into such groups on tables. One update reads the inputs, runs every
+operation once, emits the outputs and replaces the states.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, is_dataclass
+from enum import Enum, StrEnum
+from functools import cached_property
+from typing import Any
+
+from boresight.model.words.fixed import Arithmetic, Format
+
+__all__ = ["Kind", "Negate", "Op", "Overflow", "Port", "Program", "Scale", "Term", "Value", "When"]
+
+
+class Kind(StrEnum):
+    """Where a value comes from."""
+
+    INPUT = "input"  #: one word of the input stream, new at every update
+    PARAM = "param"  #: a register that the host may write between updates
+    STATE = "state"  #: carried from update to update
+    CONST = "const"  #: fixed when the program is compiled
+    OP = "op"  #: result of an operation
+
+
+class Overflow(StrEnum):
+    """What happens to a result beyond the word (names of ap_fixed)."""
+
+    SAT = "SAT"  #: clamp, and raise the sticky saturation flag
+    CLIP = "CLIP"  #: clamp on purpose: no flag
+    WRAP = "WRAP"  #: modulo 2^W: binary angles
+
+
+class Negate(StrEnum):
+    """Sign of a term. The flag is the sign bit of `Op.flag`."""
+
+    NO = "no"
+    YES = "yes"
+    IF = "if"  #: minus when the flag is set
+    UNLESS = "unless"  #: minus when the flag is clear
+
+
+class When(StrEnum):
+    """Whether a term takes part."""
+
+    ALWAYS = "always"
+    IF = "if"  #: only when the flag is set
+    UNLESS = "unless"  #: only when the flag is clear
+
+
+class Scale(StrEnum):
+    """By how much the normalisation count n of `Op.norm` lessens a term's shift."""
+
+    NONE = "none"
+    FULL = "full"  #: n
+    EVEN = "even"  #: n with its lowest bit cleared
+    HALF = "half"  #: floor(n / 2)
+
+
+@dataclass(frozen=True)
+class Value:
+    """A named word.
+
+    ``low`` and ``high`` bound it in real units, ``range_source`` says how that is known.
+    ``initial`` is the word of a constant, the reset word of a state, the default of a parameter.
+    """
+
+    name: str
+    kind: Kind
+    frac: int
+    low: float
+    high: float
+    range_source: str
+    unit: str = ""
+    initial: int = 0
+    meaning: str = ""
+
+
+@dataclass(frozen=True)
+class Term:
+    """One product of an operation: ``sign * floor(a * b / 2^shift)``.
+
+    ``a`` is a value. ``b`` is a value, or None when ``coefficient`` (0..3) names a word of the
+    operation's table segment. ``fraction_a``/``fraction_b`` replace the word by its bits below the
+    segment index (`model.words.fixed.fraction`).
+    """
+
+    a: int
+    b: int | None
+    shift: int
+    coefficient: int | None = None
+    negate: Negate = Negate.NO
+    when: When = When.ALWAYS
+    fraction_a: bool = False
+    fraction_b: bool = False
+    scale: Scale = Scale.NONE
+
+
+@dataclass(frozen=True)
+class Op:
+    """One multiply-accumulate group.
+
+    ``flag``  value whose sign bit decides conditional terms; with ``flag_quarter`` the sign bit of
+              that word plus a quarter of the word's range.
+    ``norm``  value whose leading-sign count scales terms.
+    ``index`` value whose segment index addresses ``table`` (with ``index_quarter`` likewise).
+    ``table`` block of the table memory: word address = 512 * table + 4 * index + coefficient.
+    """
+
+    dest: int
+    terms: tuple[Term, ...]
+    overflow: Overflow = Overflow.SAT
+    flag: int | None = None
+    flag_quarter: bool = False
+    norm: int | None = None
+    index: int | None = None
+    index_quarter: bool = False
+    table: int | None = None
+
+    def operands(self) -> Iterator[int]:
+        """Every value the operation reads (with repeats)."""
+        for term in self.terms:
+            yield term.a
+            if term.b is not None:
+                yield term.b
+        for v in (self.flag, self.norm, self.index):
+            if v is not None:
+                yield v
+
+
+@dataclass(frozen=True)
+class Port:
+    """What is said of an output: it changes nothing that the hardware does.
+
+    ``tolerance`` is the largest difference to float64 that its author accepts, in ``unit``.
+    """
+
+    name: str
+    unit: str = ""
+    tolerance: float | None = None
+    meaning: str = ""
+
+
+@dataclass(frozen=True)
+class Program:
+    """A compiled estimator.
+
+    ``inputs`` and ``outputs`` list values in stream order; ``states`` maps each state value to the
+    value that replaces it at the end of an update (possibly itself). ``table_memory`` is the flat
+    function table (W-bit words, a multiple of 512). ``ports`` say more of the outputs, ``urgent``
+    of how many leading ones the latency counts first (None: all); neither is part of the `digest`.
+    """
+
+    name: str
+    arithmetic: Arithmetic
+    values: tuple[Value, ...]
+    ops: tuple[Op, ...]
+    inputs: tuple[int, ...]
+    outputs: tuple[int, ...]
+    output_names: tuple[str, ...]
+    states: tuple[tuple[int, int], ...]
+    table_memory: tuple[int, ...]
+    ports: tuple[Port, ...] = ()
+    urgent: int | None = None
+
+    def format(self, value: int) -> Format:
+        """Format of a value."""
+        return Format(self.arithmetic.word, self.values[value].frac)
+
+    def find(self, name: str) -> int:
+        """Number of the value called ``name``; KeyError if there is none."""
+        for number, value in enumerate(self.values):
+            if value.name == name:
+                return number
+        raise KeyError(name)
+
+    def of_kind(self, kind: Kind) -> list[int]:
+        """Numbers of all values of one kind, in order."""
+        return [n for n, v in enumerate(self.values) if v.kind is kind]
+
+    def to_json(self) -> str:
+        """The program as JSON, the same text for the same program."""
+        return json.dumps(_plain(self), indent=1, sort_keys=True)
+
+    @classmethod
+    def from_json(cls, text: str) -> Program:
+        """Inverse of `to_json`."""
+        d = json.loads(text)
+
+        def terms(listed: list[dict[str, Any]]) -> tuple[Term, ...]:
+            return tuple(
+                Term(
+                    **{
+                        **t,
+                        "negate": Negate(t["negate"]),
+                        "when": When(t["when"]),
+                        "scale": Scale(t["scale"]),
+                    }
+                )
+                for t in listed
+            )
+
+        return cls(
+            name=d["name"],
+            arithmetic=Arithmetic(**d["arithmetic"]),
+            values=tuple(Value(**{**v, "kind": Kind(v["kind"])}) for v in d["values"]),
+            ops=tuple(
+                Op(**{**o, "terms": terms(o["terms"]), "overflow": Overflow(o["overflow"])})
+                for o in d["ops"]
+            ),
+            inputs=tuple(d["inputs"]),
+            outputs=tuple(d["outputs"]),
+            output_names=tuple(d["output_names"]),
+            states=tuple((a, b) for a, b in d["states"]),
+            table_memory=tuple(d["table_memory"]),
+            ports=tuple(Port(**port) for port in d.get("ports", ())),
+            urgent=d.get("urgent"),
+        )
+
+    @cached_property
+    def digest(self) -> str:
+        """The identity that reports and the core's build register carry: a SHA-256.
+
+        It covers what the hardware does (arithmetic, operations, binary points, table, first words)
+        and what its ports mean (names, units, declared ranges). It does not cover what is only said
+        about values in between: their names, and ranges that follow from those of the ports.
+        """
+        plain = {**_plain(self), "values": [_identity(v) for v in self.values]}
+        text = json.dumps({key: plain[key] for key in plain if key not in ("ports", "urgent")})
+        return hashlib.sha256(text.encode()).hexdigest()
+
+
+#: Kinds of values that somebody outside reads or writes.
+_PORTS = (Kind.INPUT, Kind.PARAM, Kind.STATE)
+
+
+def _plain(x: Any) -> Any:
+    """``x`` in JSON's types, keys in order."""
+    if isinstance(x, Enum):
+        return x.value
+    if isinstance(x, tuple):
+        return [_plain(y) for y in x]
+    if is_dataclass(x):
+        names = sorted(f.name for f in fields(x))
+        return {name: _plain(getattr(x, name)) for name in names}
+    return x
+
+
+def _identity(value: Value) -> list[Any]:
+    """What a digest covers of a value."""
+    inside = [value.kind.value, value.frac, value.initial]
+    if value.kind not in _PORTS:
+        return inside
+    return [*inside, value.name, value.unit, float(value.low), float(value.high)]

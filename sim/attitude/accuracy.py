@@ -1,0 +1,127 @@
+"""Attitude error in degrees, measured as the BROAD benchmark does.
+
+The error ``e = q_est q_ref*``, taken in navigation axes, is split into a turn about the vertical
+(heading error) and the remaining tilt (inclination error). The figure of a run is the root mean
+square of each over the samples that move and have a reference.
+
+D. Laidig, M. Caruso, A. Cereatti, T. Seel, "BROAD - A Benchmark for Robust Inertial Orientation
+Estimation", Data 6(7):72, 2021, doi 10.3390/data6070072.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.model.errors import InputError
+from boresight.sim.attitude.rotation import (
+    quaternion_conjugate,
+    quaternion_multiply,
+    quaternion_normalise,
+)
+
+__all__ = ["AttitudeError", "AttitudeRmse", "attitude_error", "attitude_rmse", "largest_turn_deg"]
+
+FloatArray = npt.NDArray[np.float64]
+
+
+class AttitudeError(NamedTuple):
+    """Error of each sample [deg], arrays (...,) in 0..180; NaN where a quaternion is NaN."""
+
+    total: FloatArray
+    heading: FloatArray
+    inclination: FloatArray
+
+
+class AttitudeRmse(NamedTuple):
+    """Root mean square error of a run [deg]."""
+
+    total: float
+    heading: float
+    inclination: float
+
+
+def attitude_error(q_est: npt.ArrayLike, q_ref: npt.ArrayLike) -> AttitudeError:
+    """Split the error of each sample into heading and inclination.
+
+    With ``e = (w, x, y, z)`` the angles are ``2 acos|w|``, ``2 atan|z/w|`` and
+    ``2 acos sqrt(w^2 + z^2)``; they are computed as arc tangents, which keep their digits near
+    zero.
+
+    Parameters
+    ----------
+    q_est, q_ref : array_like, (..., 4)
+        Attitudes b to n (ENU), of any norm above zero and either sign.
+
+    Returns
+    -------
+    AttitudeError
+
+    Raises
+    ------
+    InputError
+        If a quaternion has norm zero.
+    """
+    error = quaternion_multiply(
+        quaternion_normalise(q_est), quaternion_conjugate(quaternion_normalise(q_ref))
+    )
+    w, x, y, z = np.moveaxis(np.abs(error), -1, 0)
+    return AttitudeError(
+        total=np.degrees(2.0 * np.arctan2(np.sqrt(x * x + y * y + z * z), w)),
+        heading=np.degrees(2.0 * np.arctan2(z, w)),
+        inclination=np.degrees(2.0 * np.arctan2(np.hypot(x, y), np.hypot(w, z))),
+    )
+
+
+def attitude_rmse(
+    q_est: npt.ArrayLike, q_ref: npt.ArrayLike, mov: npt.ArrayLike | None = None
+) -> AttitudeRmse:
+    """Root mean square error over the samples that count.
+
+    Only a gap in the *reference* excuses a sample: an estimate that is NaN makes the result NaN.
+
+    Parameters
+    ----------
+    q_est, q_ref : array_like, (n, 4)
+        Attitudes b to n (ENU). A row of q_ref with a NaN is a gap.
+    mov : array_like of bool, (n,), optional
+        Samples that count; all of them by default.
+
+    Returns
+    -------
+    AttitudeRmse
+
+    Raises
+    ------
+    InputError
+        If the shapes differ or no sample counts.
+    """
+    q_est = np.asarray(q_est, dtype=np.float64)
+    q_ref = np.asarray(q_ref, dtype=np.float64)
+    if q_est.shape != q_ref.shape or q_est.ndim != 2:
+        raise InputError(
+            f"q_est and q_ref must have one shape (n, 4), not {q_est.shape!r} and {q_ref.shape!r}"
+        )
+    counts = ~np.isnan(q_ref).any(axis=1)
+    if mov is not None:
+        mov = np.asarray(mov, dtype=np.bool_)
+        if mov.shape != counts.shape:
+            raise InputError(f"mov must have the shape {counts.shape!r}, not {mov.shape!r}")
+        counts &= mov
+    if not counts.any():
+        raise InputError("no sample counts: mov and a reference attitude never come together")
+    errors = attitude_error(q_est[counts], q_ref[counts])
+    return AttitudeRmse(*(float(np.sqrt(np.mean(np.square(e)))) for e in errors))
+
+
+def largest_turn_deg(q_a: FloatArray, q_b: FloatArray) -> float:
+    """Largest angle [deg] between two runs' attitudes (n, 4); NaN if there is none.
+
+    Samples in which either is the zero quaternion, no attitude yet, do not count.
+    """
+    both = q_a.any(axis=1) & q_b.any(axis=1)
+    if not both.any():
+        return float("nan")
+    return float(attitude_error(q_a[both], q_b[both]).total.max())

@@ -1,0 +1,87 @@
+"""The accuracy page: one HTML file that needs nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib.resources import files
+from typing import Any
+
+from boresight.sim.attitude.benchmark_plots import difference_plot, mean_plot, style_of, trial_plot
+from boresight.sim.report.html import UNKNOWN, number
+
+__all__ = ["render_page"]
+
+
+def _deg(x: float | None) -> str:
+    """Degrees with two decimals."""
+    return UNKNOWN if x is None else f"{x:.2f}"
+
+
+def _best(rows: list[Mapping[str, Any]], trial: str, reference: str) -> float | None:
+    """Least total RMSE of a trial among the rows, but for the reference itself."""
+    values = [
+        t["total"]
+        for r in rows
+        for t in r["trials"]
+        if t["trial"] == trial and t["total"] is not None and r["estimator"] != reference
+    ]
+    return min(values, default=None)
+
+
+def render_page(data: Mapping[str, Any]) -> str:
+    """HTML text of the dict that `boresight accuracy` gives."""
+    import jinja2
+
+    environment = jinja2.Environment(
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    environment.filters |= {"deg": _deg, "number": number}
+    template = environment.from_string(
+        files("boresight.sim.attitude").joinpath("benchmark.html").read_text(encoding="utf-8")
+    )
+    rows = [r for r in data["estimators"] if r["level"] != "float"]
+    floating = {r["estimator"]: r for r in data["estimators"] if r["level"] == "float"}
+    groups: dict[str, list[str]] = {}
+    for log in data["logs"]:
+        groups.setdefault(log["reference"], []).append(log["trial"])
+    truth = groups.get("truth", [])
+    ranked = sorted(
+        rows,
+        key=lambda r: (
+            r["mean_deg"]["total"]
+            if r["mean_deg"] and r["mean_deg"]["total"] is not None
+            else float("inf")
+        ),
+    )
+    compared = [r for r in rows if r["vs_float_max_deg"] is not None]
+    names = [log["trial"] for log in data["logs"]]
+    return template.render(
+        d=data,
+        rows=ranked,
+        floating=floating,
+        groups=groups,
+        truth=truth,
+        compared=compared,
+        folders=list(rows[0]["mean_by_folder_deg"]),
+        style=style_of(rows),
+        unknown=UNKNOWN,
+        cell=lambda row, trial: next(t for t in row["trials"] if t["trial"] == trial),
+        best={log["trial"]: _best(rows, log["trial"], log["reference"]) for log in data["logs"]},
+        mean=mean_plot(rows, salt="mean") if truth else None,
+        dots={
+            kind: trial_plot(
+                [r for r in rows if r["estimator"] != kind],
+                trials,
+                salt=f"dots-{kind}",
+                label="total RMSE, deg (logarithmic)"
+                if kind == "truth"
+                else "total RMS difference, deg (logarithmic)",
+            )
+            for kind, trials in groups.items()
+        },
+        difference=difference_plot(rows, names, salt="difference") if compared else None,
+    )

@@ -1,0 +1,1 @@
+"""What is proven, block by block; each module has `PROOFS`."""

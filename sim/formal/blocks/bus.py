@@ -1,0 +1,211 @@
+"""Proofs of the way to the registers: `gateware.bus.arbiter`, `gateware.bus.wishbone`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth.hdl import Assert, Assume, Cat, Elaboratable, Module, Mux, Signal
+
+from boresight.gateware.bus.arbiter import BusArbiter
+from boresight.gateware.bus.wishbone import WishboneSlave
+from boresight.sim.formal.harness import before, reached, unknown
+from boresight.sim.formal.inside import Inside
+from boresight.sim.formal.prove import Proof
+
+__all__ = ["PROOFS", "Shared", "Slave"]
+
+
+class Shared(Elaboratable):
+    """Any initiators that keep what they ask for until it is done, and any bus.
+
+    Parameters
+    ----------
+    dut : BusArbiter
+        Component.
+    """
+
+    def __init__(self, dut: BusArbiter) -> None:
+        self.dut = dut
+
+    def elaborate(self, platform: Any) -> Module:
+        """One transfer at a time, each finished, nobody passed over."""
+        m = Module()
+        dut, count = self.dut, self.dut.count
+        m.submodules.dut = (inside := Inside(dut, platform)).module
+        bus, owner = dut.bus, inside["owner"]
+        request = unknown(m, count, "request")
+        w_ack, r_data = unknown(m, 1, "w_ack"), unknown(m, len(bus.r_data), "r_data")
+        m.d.comb += [
+            dut.request.eq(request),
+            bus.w_ack.eq(w_ack),
+            bus.r_data.eq(r_data),
+            Assume(~w_ack | bus.w_stb),
+        ]
+        ends = []
+        for k, initiator in enumerate(dut.initiators):
+            drives = Cat(
+                unknown(m, 1, f"w_stb{k}"),
+                unknown(m, len(initiator.addr), f"addr{k}"),
+                unknown(m, len(initiator.w_data), f"w_data{k}"),
+            )
+            m.d.comb += Cat(initiator.w_stb, initiator.addr, initiator.w_data).eq(drives)
+            end = request[k] & Mux(initiator.w_stb, initiator.w_ack, dut.grant[k])
+            waited = before(m, request[k] & ~end, f"waited{k}")
+            ends.append(end)
+            m.d.comb += [
+                Assume(~waited | (request[k] & (drives == before(m, drives, f"drives{k}")))),
+                # Whoever is granted is seen on the bus as it is, and only its word is taken.
+                Assert(
+                    ~dut.grant[k]
+                    | (
+                        request[k]
+                        & (bus.addr == initiator.addr)
+                        & (bus.w_data == initiator.w_data)
+                        & (bus.w_stb == initiator.w_stb)
+                        & (dut.read == ~initiator.w_stb)
+                    )
+                ),
+                Assert(initiator.w_ack == (dut.grant[k] & w_ack)),
+                Assert(initiator.r_data == r_data),
+            ]
+        writing = before(m, bus.w_stb & ~w_ack, "writing")
+        m.d.comb += [
+            # One at a time.
+            Assert((dut.grant & (dut.grant - 1)[:count]) == 0),
+            Assert((bus.w_stb | dut.read) == dut.grant.any()),
+            # A write that has begun goes on until it is acknowledged.
+            Assert(
+                ~writing
+                | (
+                    bus.w_stb
+                    & (bus.addr == before(m, bus.addr, "bus_addr"))
+                    & (bus.w_data == before(m, bus.w_data, "bus_w_data"))
+                    & (dut.grant == before(m, dut.grant, "grant_before"))
+                )
+            ),
+            # The bus is never idle for two cycles while somebody asks.
+            Assert(~before(m, request.any() & ~dut.grant.any(), "idle") | dut.grant.any()),
+            Assert(owner < count),
+            reached(m, Cat(ends).any() & writing & w_ack, "long_write"),
+            *(reached(m, end, f"end{k}") for k, end in enumerate(ends)),
+        ]
+        self._fair(m, owner, request, ends)
+        return m
+
+    def _fair(self, m: Module, owner: Any, request: Any, ends: list[Any]) -> None:
+        """How often the others went first: at most as often as there are others."""
+        count = self.dut.count
+        for k in range(count):
+            passed = Signal(range(count + 1), name=f"passed{k}")
+            with m.If(~request[k] | ends[k]):
+                m.d.sync += passed.eq(0)
+            with m.Elif(Cat(ends[j] for j in range(count) if j != k).any()):
+                m.d.sync += passed.eq(passed + 1)
+            # How many turns come before that of k.
+            distance = Mux(owner > k, count + k - owner, k - owner)
+            m.d.comb += Assert(passed + distance < count)
+
+
+class Slave(Elaboratable):
+    """Any Wishbone master that keeps its transfer until ``ack`` or gives it up, and any bus.
+
+    Parameters
+    ----------
+    dut : WishboneSlave
+        Component.
+    """
+
+    def __init__(self, dut: WishboneSlave) -> None:
+        self.dut = dut
+
+    def elaborate(self, platform: Any) -> Module:
+        """Every transfer on the bus is one that the master began, and is answered once."""
+        m = Module()
+        dut = self.dut
+        m.submodules.dut = (inside := Inside(dut, platform)).module
+        wb, bus = dut.wb, dut.bus
+        cyc, stb = unknown(m, 1, "cyc"), unknown(m, 1, "stb")
+        drives = Cat(unknown(m, 1, "we"), unknown(m, len(wb.adr), "adr"), unknown(m, 32, "dat_w"))
+        grant, r_data = unknown(m, 1, "grant"), unknown(m, 32, "r_data")
+        w_ack = unknown(m, 1, "w_ack")
+        m.d.comb += [
+            wb.cyc.eq(cyc),
+            wb.stb.eq(stb),
+            Cat(wb.we, wb.adr, wb.dat_w).eq(drives),
+            dut.grant.eq(grant),
+            bus.r_data.eq(r_data),
+            bus.w_ack.eq(w_ack),
+            Assume(~grant | dut.request),
+            Assume(~w_ack | (grant & bus.w_stb)),
+        ]
+        selected = cyc & stb
+        going = before(m, selected & ~wb.ack, "going")
+        m.d.comb += Assume(~(going & selected) | (drives == before(m, drives, "drives")))
+
+        # The transfer that the bus is asked for: what the master drove when it began.
+        ends = dut.request & Mux(bus.w_stb, w_ack, grant)
+        fetched = before(m, ends & ~bus.w_stb, "fetched")
+        free = ~dut.request & ~fetched & ~wb.ack
+        kept = Signal(len(drives), name="kept")
+        begun, held_on = Signal(name="begun"), Signal(name="held_on")
+        began = before(m, free & selected, "began")
+        with m.If(free):
+            m.d.sync += [kept.eq(drives), begun.eq(selected), held_on.eq(selected)]
+        with m.Else():
+            m.d.sync += held_on.eq(held_on & selected)
+        with m.If(ends):
+            m.d.sync += begun.eq(0)
+        is_write, adr, dat_w = kept[0], kept[1 : 1 + len(wb.adr)], kept[1 + len(wb.adr) :]
+        word = before(m, r_data, "word")
+        complete = before(m, Mux(is_write, ends, fetched) & held_on & selected, "complete")
+        m.d.comb += [
+            # On the bus is the master's transfer, as it drove it, until its end, and no other.
+            Assert(dut.request == begun),
+            Assert(
+                ~dut.request | ((bus.addr == adr) & (bus.w_data == dat_w) & (bus.w_stb == is_write))
+            ),
+            Assert(dut.request | ~bus.w_stb),
+            Assert(~began | dut.request),
+            # The answer: once, after the end, to who has waited for it, with the right word.
+            Assert(wb.ack == complete),
+            Assert(~(wb.ack & ~is_write) | (wb.dat_r == word)),
+            Assert(~wb.ack | ~dut.request),
+            # For induction.
+            Assert(inside["fetch"] == fetched),
+            Assert(~(dut.request | fetched) | (inside["wanted"] == held_on)),
+            Assert(~(fetched & (dut.request | wb.ack))),
+            Assert(~fetched | ~is_write),
+            reached(m, wb.ack & is_write, "wrote"),
+            reached(m, wb.ack & ~is_write, "read"),
+            reached(m, ends & ~held_on, "given_up"),
+        ]
+        return m
+
+
+def _arbiter(count: int) -> Proof:
+    return Proof(
+        name=f"bus.arbiter_{count}",
+        depth=12,
+        induction=3,
+        cover=range(11, 13),
+        claim=f"BusArbiter, {count} initiators: one has the bus at a time; a transfer that has "
+        "begun is finished as it began; an acknowledge goes to its own writer; nobody waits "
+        "longer than one transfer of each other one",
+        harness=lambda: Shared(BusArbiter(count=count, word=4, address=3)),
+    )
+
+
+PROOFS = (
+    _arbiter(2),
+    _arbiter(3),
+    Proof(
+        name="bus.wishbone",
+        depth=12,
+        induction=3,
+        cover=range(11, 13),
+        claim="WishboneSlave: on the bus come the transfers that the master began, each once, as "
+        "it drove them, finished even if given up; each is answered once, with its own word, if "
+        "it was not given up",
+        harness=lambda: Slave(WishboneSlave(address=12)),
+    ),
+)

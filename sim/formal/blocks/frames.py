@@ -1,0 +1,237 @@
+"""Proof of the frames from end to end: `gateware.boards.framer` to `gateware.boards.unpack`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth.hdl import Array, Assert, Assume, Cat, Elaboratable, Module, Mux, Signal
+
+from boresight.gateware.boards.framer import Framer
+from boresight.gateware.boards.frames import END, Kind, word_bytes
+from boresight.gateware.boards.unpack import Unpacker
+from boresight.sim.formal.blocks.crc import GOOD, shifts
+from boresight.sim.formal.harness import reached, unknown
+from boresight.sim.formal.inside import Inside
+from boresight.sim.formal.prove import Proof
+
+__all__ = ["LENGTHS", "PROOFS", "Delivered"]
+
+#: Words of a frame of each kind.
+LENGTHS = {Kind.WRITE: 2, Kind.READ: 1}
+#: Bits of a word; three bytes.
+WORD = 18
+
+
+class Delivered(Elaboratable):
+    """Every frame arrives whole, once, with its own kind and words, or is told to be dropped.
+
+    The line between the two hands on every byte, at any pace; between frames anything may stand
+    that is no byte.
+
+    Parameters
+    ----------
+    framer : Framer
+        One side.
+    unpacker : Unpacker
+        The other, for words of `WORD` bits and frames of `LENGTHS`.
+    """
+
+    def __init__(self, framer: Framer, unpacker: Unpacker) -> None:
+        self.framer = framer
+        self.unpacker = unpacker
+
+    def elaborate(self, platform: Any) -> Module:
+        """Source, frame, and the two buffers."""
+        m = Module()
+        framer, unpacker = self.framer, self.unpacker
+        m.submodules.framer = (sending := Inside(framer, platform)).module
+        m.submodules.unpacker = (taking := Inside(unpacker, platform)).module
+        size = word_bytes(WORD)
+
+        # A body: kind, words, the last byte marked; the number of bytes that have been taken.
+        valid, byte = unknown(m, 1, "valid"), unknown(m, 8, "byte")
+        ready, done = unknown(m, 1, "ready"), unknown(m, 1, "done")
+        self.number = number = Signal(range(2 + 2 * size), name="number")
+        self.kind = kind = Signal(8, name="kind_sent")
+        self.length = length = Signal(2, name="length")  # words
+        self.taken_byte = taken_byte = Signal(8, name="taken_byte")
+        last = (number == length * size) & (number != 0)
+        m.d.comb += [
+            length.eq(Mux(kind == Kind.WRITE, 2, 1)),
+            framer.i.valid.eq(valid),
+            framer.i.payload.data.eq(byte),
+            framer.i.payload.last.eq(last),
+            framer.i.payload.raw.eq(0),
+            framer.o.ready.eq(ready),
+            Assume((number != 0) | (byte == Kind.WRITE) | (byte == Kind.READ)),
+            unpacker.data.eq(framer.o.payload),
+            unpacker.valid.eq(framer.o.valid & ready),
+            unpacker.done.eq(done),
+            unpacker.read.eq(unknown(m, 1, "read")),
+            unpacker.index.eq(unknown(m, len(unpacker.index), "index")),
+        ]
+        waited, stood = Signal(name="waited"), Signal(9, name="stood")
+        m.d.sync += [waited.eq(valid & ~framer.i.ready), stood.eq(Cat(valid, byte))]
+        m.d.comb += Assume(~waited | (Cat(valid, byte) == stood))
+        with m.If(valid & framer.i.ready):
+            m.d.sync += [number.eq(number + 1), taken_byte.eq(byte)]
+            with m.If(number == 0):
+                m.d.sync += kind.eq(byte)
+
+        # The framer stores one byte. Which it is, is told by the part that comes next.
+        part, full, special = sending["part"], sending["full"], sending["special"]
+        self.parts = tuple(part == k for k in range(5))
+        begin, body, low, _, _ = self.parts
+        self.full = full
+        self.of_body = full & (body & (number != 0) | low)
+        out = full & ready & (~special | sending["escaped"])
+        finished = out & begin
+        with m.If(finished):
+            m.d.sync += number.eq(0)
+        self._buffers(m, taking, out=out & self.of_body, finished=finished, done=done, size=size)
+        self._insides(m, sending, taking, size=size)
+        return m
+
+    def _buffers(
+        self, m: Module, taking: Inside, *, out: Any, finished: Any, done: Any, size: int
+    ) -> None:
+        """The frame that is sent and the frame that waits."""
+        unpacker, count = self.unpacker, max(LENGTHS.values())
+        words = [Signal(WORD, name=f"word{k}") for k in range(count)]
+        held = [Signal(WORD, name=f"held{k}") for k in range(count)]
+        gathered = Signal(8 * size, name="bytes_sent")
+        pending, held_kind = Signal(name="frame_waits"), Signal(2, name="held_kind")
+        dropped = Signal(name="frame_dropped")
+        self.seen = seen = Signal(range(2 + 2 * size), name="seen")  # bytes of the body
+        kind, byte = self.kind, self.taken_byte
+        m.d.sync += dropped.eq(0)
+        with m.If(out):
+            m.d.sync += seen.eq(seen + 1)
+            with m.If(seen != 0):
+                m.d.sync += gathered.eq(Cat(gathered[8:], byte))
+            for k in range(count):
+                with m.If(seen == size * (k + 1)):
+                    m.d.sync += words[k].eq(Cat(gathered[8:], byte))
+        with m.If(finished):
+            m.d.sync += seen.eq(0)
+        with m.If(done):
+            m.d.sync += pending.eq(0)
+        with m.If(finished):
+            with m.If(~pending | done):
+                m.d.sync += [
+                    pending.eq(1),
+                    held_kind.eq(kind),
+                    *(h.eq(w) for h, w in zip(held, words, strict=True)),
+                ]
+            with m.Else():
+                m.d.sync += dropped.eq(1)
+        place = taking["place"]
+        buffer, half = taking.memories["buffer"], taking["half"]
+        m.d.comb += [
+            Assert(unpacker.pending == pending),
+            Assert(~pending | (unpacker.kind == held_kind)),
+            Assert(unpacker.dropped == dropped),
+            reached(
+                m,
+                pending
+                & (held_kind == Kind.WRITE)
+                & (held[0][:8] == 0xC0)
+                & (held[1][8:16] == 0xDB),
+                "escaped_frame",
+            ),
+            reached(m, dropped, "one_too_many"),
+        ]
+        depth = unpacker.depth
+        for k in range(count):
+            for name, where, frame in (("sent", half, words), ("held", ~half, held)):
+                spy = buffer.read_port(domain="comb")
+                m.d.comb += spy.addr.eq(k + Mux(where, depth, 0))
+                there = (
+                    (seen > size * (k + 1))
+                    if name == "sent"
+                    else (pending & ((held_kind == Kind.WRITE) | (k == 0)))
+                )
+                m.d.comb += Assert(~there | (spy.data == frame[k]))
+        # Words are read as they stand in the buffer.
+        looked, wanted = Signal(name="looked"), Signal(WORD, name="wanted")
+        m.d.sync += [
+            looked.eq(
+                unpacker.read & pending & ((unpacker.index == 0) | (held_kind == Kind.WRITE))
+            ),
+            wanted.eq(Array(held)[unpacker.index]),
+        ]
+        m.d.comb += [
+            Assert(~looked | (unpacker.word_data == wanted)),
+            Assert(~pending | (held_kind == Kind.WRITE) | (held_kind == Kind.READ)),
+            *(
+                Assert(
+                    (place < n)
+                    | (seen == self.length * size + 1)
+                    | (taking["gathered"][8 * (size - n) :] == gathered[8 * (size - n) :])
+                )
+                for n in range(1, size)
+            ),
+        ]
+
+    def _insides(self, m: Module, sending: Inside, taking: Inside, *, size: int) -> None:
+        """How far the unpacker is, by the framer's part: for induction."""
+        number, seen, kind, length = self.number, self.seen, self.kind, self.length
+        begin, body, low, high, finish = self.parts
+        full, byte, literal = self.full, sending["byte"], sending["literal"]
+        ours, theirs = sending.variable("crc"), taking.variable("crc")
+        sent, got = ~ours.crc, ~theirs.crc  # the registers
+        ending = full & begin
+        within = seen != 0
+        checks = Mux(high, ~full, Mux(finish, 2 - full, Mux(ending, 2, 0)))
+        m.d.comb += [
+            Assert(sending["part"] < 5),
+            Assert(taking["escaped"] == sending["escaped"]),
+            Assert(~sending["escaped"] | (full & sending["special"])),
+            Assert(~taking["bad"]),
+            # How far the framer is.
+            Assert(~(begin & ~full) | (number == 0)),
+            Assert(~body | (number <= length * size)),
+            Assert(~(low | high | finish | ending) | (number == length * size + 1)),
+            Assert((number == 0) | (kind == Kind.WRITE) | (kind == Kind.READ)),
+            # What is stored.
+            Assert(seen == number - self.of_body),
+            Assert(~self.of_body | ((byte == self.taken_byte) & ~literal)),
+            Assert(~(self.of_body & (number == 1)) | (self.taken_byte == kind)),
+            Assert(~(full & (begin | (body & (number == 0)))) | ((byte == END) & literal)),
+            Assert(~(full & high) | ((byte == ours.crc[:8]) & ~literal)),
+            Assert(~(full & finish) | ((byte == ours.crc[8:]) & ~literal)),
+            # How far the unpacker is.
+            Assert(taking["headed"] == within),
+            Assert(~within | (taking["kind"] == kind)),
+            Assert(within | ((taking["place"] == 0) & (taking["count"] == 0))),
+            Assert(
+                ~within | (checks != 0) | (seen == 1 + size * taking["count"] + taking["place"])
+            ),
+            Assert(taking["place"] < size),
+            Assert((checks == 0) | ((taking["count"] == length) & (taking["place"] == checks))),
+            # The two checks.
+            Assert(~body | (number != 0) | (sent == 0xFFFF)),
+            Assert(~(body & ~full & (number == 0)) | (got == 0xFFFF)),
+            Assert(~(self.of_body & (seen == 0)) | (got == 0xFFFF)),
+            Assert(
+                ~((body & (number != 0)) | low)
+                | (sent == Mux(full, shifts(got, self.taken_byte), got))
+            ),
+            Assert(~(high & full) | (got == sent)),
+            Assert(~((high & ~full) | (finish & full)) | (got == shifts(sent, ours.crc[:8]))),
+            Assert(~(finish & ~full | ending) | (theirs.match_detected & (got == GOOD))),
+        ]
+
+
+PROOFS = (
+    Proof(
+        name="frames.delivered",
+        depth=8,
+        induction=3,
+        cover=range(40, 42),
+        claim=f"Framer to Unpacker, words of {WORD} bits, frames of 1 and 2 words: every frame "
+        "arrives whole, once, unchanged, whatever bytes it holds, or is told to be dropped if "
+        "the one before still waits; the one that waits stays as it is",
+        harness=lambda: Delivered(Framer(), Unpacker(word=WORD, lengths=LENGTHS)),
+    ),
+)

@@ -1,0 +1,114 @@
+"""Proof of the memory of results: `gateware.bus.results`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth.hdl import Assert, Assume, Cat, Elaboratable, Module, Signal
+
+from boresight.gateware.bus.results import INDEX_BITS, Results
+from boresight.sim.formal.harness import before, fixed, reached, unknown
+from boresight.sim.formal.inside import Inside
+from boresight.sim.formal.prove import Proof
+
+__all__ = ["PROOFS", "Whole"]
+
+
+class Whole(Elaboratable):
+    """Any writer that begins its updates, any readers; one word of them all is followed.
+
+    The word's index is any, but stays the same: so what holds for it holds for each, and, as the
+    updates are numbered, for all words of an update together.
+
+    Parameters
+    ----------
+    dut : Results
+        Component.
+    """
+
+    def __init__(self, dut: Results) -> None:
+        self.dut = dut
+
+    def elaborate(self, platform: Any) -> Module:
+        """The word in the update that is written, the newest, and each reader's."""
+        m = Module()
+        dut, word = self.dut, self.dut.word
+        m.submodules.dut = (inside := Inside(dut, platform)).module
+        begin, complete, w_en = (unknown(m, 1, n) for n in ("begin", "complete", "w_en"))
+        w_index, w_data = unknown(m, INDEX_BITS, "w_index"), unknown(m, word, "w_data")
+        m.d.comb += [
+            dut.begin.eq(begin),
+            dut.complete.eq(complete),
+            dut.w_en.eq(w_en),
+            dut.w_index.eq(w_index),
+            dut.w_data.eq(w_data),
+        ]
+        # Words are written in an update that has begun, which ends with `complete`.
+        writing = Signal()
+        with m.If(begin):
+            m.d.sync += writing.eq(1)
+        with m.Elif(complete):
+            m.d.sync += writing.eq(0)
+        m.d.comb += [Assume(~(w_en | complete) | writing), Assume(~(begin & (complete | w_en)))]
+
+        index = fixed(m, INDEX_BITS, "index")
+        # Each is the word and whether the update has written it at all.
+        now, newest = Signal(1 + word, name="word_now"), Signal(1 + word, name="word_newest")
+        hit = w_en & (w_index == index)
+        after = Signal(1 + word)
+        m.d.comb += after.eq(now)
+        with m.If(hit):
+            m.d.comb += after.eq(Cat(w_data, 1))
+        m.d.sync += now.eq(after)
+        with m.If(begin):
+            m.d.sync += now.eq(0)
+        with m.If(complete):
+            m.d.sync += newest.eq(after)
+        write, bank_newest = inside["write"], inside["newest"]
+        m.d.comb += [
+            Assert(~writing | (write != bank_newest)),
+            reached(m, complete & after[-1], "completed"),
+        ]
+        for k, port in enumerate(dut.ports):
+            held = Signal(1 + word, name=f"word_held{k}")
+            take, r_index = unknown(m, 1, f"take{k}"), unknown(m, INDEX_BITS, f"index{k}")
+            m.d.comb += [port.take.eq(take), port.index.eq(r_index)]
+            with m.If(take):
+                m.d.sync += held.eq(newest)
+            looked = before(m, r_index == index, f"looked{k}")
+            wanted = before(m, held, f"wanted{k}")
+            memory, bank = inside.memories[f"copy{k}"], inside.variable("held")[k]
+            m.d.comb += [
+                Assert(~(looked & wanted[-1]) | (port.value == wanted[:-1])),
+                reached(m, looked & wanted[-1] & writing, f"read{k}"),
+                Assert(~writing | (write != bank)),
+            ]
+            for name, which, content in (
+                ("write", write, now),
+                ("newest", bank_newest, newest),
+                ("held", bank, held),
+            ):
+                spy = memory.read_port(domain="comb")
+                m.d.comb += spy.addr.eq(Cat(index, which))
+                m.d.comb += Assert(
+                    ~content[-1] | (spy.data == content[:-1]) | (~writing if name == "write" else 0)
+                )
+        return m
+
+
+def _proof(readers: int, *, short: bool = True) -> Proof:
+    return Proof(
+        name=f"results.whole_{readers}",
+        depth=8,
+        induction=3,
+        cover=range(13, 15),
+        reset=False,
+        short=short,
+        claim=f"Results, {readers} reader(s), no reset: all words that a reader sees between two "
+        "takes, and that the update has written, are those of the one update that was the newest "
+        "at the first; the writer is never made to wait",
+        harness=lambda: Whole(Results(word=2, readers=readers)),
+    )
+
+
+PROOFS = (_proof(1), _proof(2), _proof(3, short=False))

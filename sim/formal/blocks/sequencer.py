@@ -1,0 +1,239 @@
+"""Proof of the core's sequencer: `gateware.engine.sequencer`, with a tiny image."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth.hdl import Array, Assert, Const, Elaboratable, Module, Mux, Signal
+
+from boresight.gateware.engine.sequencer import Sequencer
+from boresight.gateware.machine import CONFIGS, Machine
+from boresight.gateware.microcode.assemble import encode
+from boresight.gateware.microcode.image import Image
+from boresight.sim.formal.harness import reached, unknown
+from boresight.sim.formal.inside import Inside
+from boresight.sim.formal.prove import Proof
+
+__all__ = ["PROGRAMS", "PROOFS", "Stepped", "tiny_image"]
+
+#: Cycles without a word at work after a reset, a fault or a change of program.
+FILL = 3
+#: Programs, word by word: which fields are 1. The second gets its only word late.
+PROGRAMS = (
+    ("get we", "we", "get", "get_last", "emit we", "", "emit"),
+    ("we", "get_last", "emit", "emit", "we"),
+)
+
+
+def tiny_image(machine: Machine) -> Image:
+    """`PROGRAMS` as an image."""
+    rom: list[int] = []
+    for words in PROGRAMS:
+        for number, text in enumerate(words):
+            fields = dict.fromkeys(text.split(), 1)
+            if "get_last" in fields:
+                fields["get"] = 1
+            for lane in range(machine.lanes):
+                fields[f"we{lane}"] = fields.get("we", 0)
+            fields.pop("we", None)
+            fields["home"] = int(number == len(words) - 1)
+            rom.append(encode(machine, {"shift0": len(rom), **fields}))
+    return Image(
+        rom=rom,
+        registers=[0] * 512,
+        tables=[0] * 1536,
+        lengths=tuple(len(words) for words in PROGRAMS),
+    )
+
+
+class Stepped(Elaboratable):
+    """The sequencer against the rules of `docs/engine.md` in every cycle, and its way back to idle.
+
+    The program changes as `gateware.bus.core_registers` changes it: in the cycle after a granted
+    switch.
+
+    Parameters
+    ----------
+    dut : Sequencer
+        Component, with `tiny_image`.
+    """
+
+    def __init__(self, dut: Sequencer) -> None:
+        self.dut = dut
+
+    def elaborate(self, platform: Any) -> Module:
+        """``at`` is the rules' word at work; its negative values count the cycles to it."""
+        m = Module()
+        dut = self.dut
+        m.submodules.dut = (inside := Inside(dut, platform)).module
+        inputs = {
+            name: unknown(m, 1, name)
+            for name in ("i_valid", "i_last", "o_ready", "request", "switch")
+        }
+        for name, signal in inputs.items():
+            m.d.comb += getattr(dut, name).eq(signal)
+        self.program, other = Signal(range(len(PROGRAMS))), unknown(m, 1, "other")
+        m.d.comb += dut.program.eq(self.program)
+        with m.If(dut.grant & dut.switch):
+            m.d.sync += self.program.eq(other)
+        self._rules(m, **inputs)
+        self._registers(m, inside)
+        self._back_to_idle(m, **inputs)
+        return m
+
+    def _of(self, field: str) -> Any:
+        """A field of the word at work."""
+        longest = max(map(len, PROGRAMS))
+        names = {"get": ("get", "get_last")}.get(field, (field,))
+        bits = [
+            [
+                int(any(n in words[k].split() for n in names)) if k < len(words) else 0
+                for k in range(longest)
+            ]
+            for words in PROGRAMS
+        ]
+        return (
+            self.active
+            & Array(Array(Const(b, 1) for b in row) for row in bits)[self.program][
+                Mux(self.active, self.at[:3], 0)
+            ]
+        )
+
+    def _rules(
+        self, m: Module, *, i_valid: Any, i_last: Any, o_ready: Any, request: Any, switch: Any
+    ) -> None:
+        """What comes out in a cycle, and the word at work in the next."""
+        dut = self.dut
+        self.at = at = Signal(range(-FILL, 8), init=-FILL)
+        self.begun = begun = Signal(name="begun")
+        self.swallowing = swallowing = Signal(name="swallowing")
+        self.active, self.length = Signal(name="at_work"), Signal(range(8), name="length")
+        first, takes, moves, fault, grant, home = (
+            Signal(name=n) for n in ("first", "takes", "moves", "fault", "granted", "at_home")
+        )
+        self.first, self.takes, self.fault, self.moves = first, takes, fault, moves
+        get, emit = self._of("get"), self._of("emit")
+        m.d.comb += [
+            self.active.eq(at >= 0),
+            self.length.eq(Array(len(words) for words in PROGRAMS)[self.program]),
+            home.eq(at == self.length - 1),
+            first.eq(get & ~begun),
+            grant.eq(first & request),
+            takes.eq(get & i_valid & ~swallowing & ~grant),
+            moves.eq(~(get & ~takes) & ~(emit & ~o_ready)),
+            fault.eq(takes & (i_last ^ self._of("get_last"))),
+            Assert(dut.active == self.active),
+            Assert(dut.en == moves),
+            Assert(dut.grant == grant),
+            Assert(dut.start == (at == -FILL)),
+            Assert(dut.i_ready == (swallowing | (get & ~grant))),
+            Assert(dut.o_valid == emit),
+            Assert(dut.idle == (first & ~i_valid)),
+            Assert(dut.commit == (home & moves & ~fault)),
+            Assert(dut.framing == fault),
+            Assert(dut.write[0] == (takes | (grant & ~switch) | (moves & self._of("we")))),
+            *(
+                Assert(dut.write[lane] == (moves & self._of("we")))
+                for lane in range(1, dut.machine.lanes)
+            ),
+        ]
+        with m.If(swallowing & i_valid & i_last):
+            m.d.sync += swallowing.eq(0)
+        with m.If(takes):
+            m.d.sync += [
+                begun.eq(~(i_last | self._of("get_last"))),
+                swallowing.eq(self._of("get_last") & ~i_last),
+            ]
+        with m.If(fault | (grant & switch)):
+            m.d.sync += at.eq(-FILL)
+        with m.Elif(moves):
+            m.d.sync += at.eq(Mux(home, 0, at + 1))
+        m.d.comb += [
+            reached(m, fault & ~i_last, "late_last"),
+            reached(m, dut.commit, "update"),
+            reached(m, dut.commit & (self.program == 1), "other_update"),
+            reached(m, grant & ~switch, "written"),
+        ]
+
+    def _registers(self, m: Module, inside: Inside) -> None:
+        """Where the counter and the words in the ROM's registers are: for induction."""
+        dut, at, length = self.dut, self.at, self.length
+        base = Array(dut.image.bases)[self.program]
+        pc, fill, homes = inside["pc"], inside["fill"], inside["homes"]
+        contents = [0] * (1 << len(pc))
+        for number, word in enumerate(dut.image.hardware_rom(dut.machine)[0]):
+            contents[number] = word
+        used = Array(
+            Const(word, dut.machine.word_bits) for word in contents[: sum(dut.image.lengths)]
+        )
+
+        def ahead(words: int) -> Any:
+            place = Signal(range(-FILL, 11), name=f"ahead{words}")
+            m.d.comb += place.eq(at + words - Mux(at + words >= length, length, 0))
+            return place
+
+        out = inside.memories["rom0"]._read_ports[0].data
+        m.d.comb += [
+            Assert((at >= -FILL) & (at < length) & (self.program < len(PROGRAMS))),
+            Assert(fill == Mux(at >= 0, 7, Mux(at == -1, 3, Mux(at == -2, 1, 0)))),
+            Assert((at == -FILL) | (pc == base + ahead(2)[:3])),
+            Assert((at == -FILL) | ((pc >= base) & (pc < base + length))),
+            Assert((at < -1) | (out == used[(base + ahead(1)[:3])[:4]])),
+            Assert(~self.active | (dut.word.as_value() == used[(base + at[:3])[:4]])),
+            Assert(~self.active | (homes == (at == length - 2) + 2 * (at == length - 1))),
+            Assert(inside["started"] == self.begun),
+            Assert(inside["swallow"] == self.swallowing),
+            Assert(self.begun == ((at > self.first_get) & (at <= self.last_get))),
+            Assert(~(self.begun & self.swallowing)),
+        ]
+
+    @property
+    def first_get(self) -> Any:
+        """Number of the first word that gets."""
+        return Array(
+            next(k for k, text in enumerate(words) if "get" in text) for words in PROGRAMS
+        )[self.program]
+
+    @property
+    def last_get(self) -> Any:
+        """Number of the word that gets the last word of a record."""
+        return Array(
+            next(k for k, text in enumerate(words) if "get_last" in text) for words in PROGRAMS
+        )[self.program]
+
+    def _back_to_idle(
+        self, m: Module, *, i_valid: Any, i_last: Any, o_ready: Any, **_: Any
+    ) -> None:
+        """Cycles in which the streams give and take, since the machine last waited at its start."""
+        limit = max(map(len, PROGRAMS)) + FILL + 1
+        count = Signal(range(limit + 2))
+        flows = i_valid & o_ready & ~(self.swallowing & ~i_last)
+        with m.If(self.first):
+            m.d.sync += count.eq(0)
+        with m.Elif(flows):
+            m.d.sync += count.eq(count + 1)
+        longest, past = max(map(len, PROGRAMS)), self.at > self.first_get
+        m.d.comb += [
+            Assert(count <= limit),
+            # For induction.
+            Assert(
+                Mux(past, count + self.first_get + 1 <= self.at, count <= longest + FILL + self.at)
+            ),
+        ]
+
+
+def _proof(config: str) -> Proof:
+    machine = CONFIGS[config]
+    return Proof(
+        name=f"sequencer.{config}",
+        depth=30,
+        induction=6,
+        cover=range(29, 31),
+        claim=f"Sequencer, {machine.lanes} lane(s), two tiny programs, any streams and requests: "
+        "outputs as the rules say; the counter stays in its program; grants only at the first word "
+        "of a record; back there within the longest program + 4 cycles in which the streams flow",
+        harness=lambda: Stepped(Sequencer(machine=machine, image=tiny_image(machine))),
+    )
+
+
+PROOFS = tuple(_proof(config) for config in sorted(CONFIGS))

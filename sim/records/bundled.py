@@ -1,0 +1,51 @@
+"""The logs that come with the package, found by name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from boresight.model.errors import InputError
+
+__all__ = ["bundled", "bundled_names", "is_comparison"]
+
+#: Bundled logs whose attitude is another device's estimate, not truth.
+_COMPARISONS = ("ximu_walk",)
+
+
+def _folder() -> Path:
+    return Path(__file__).parents[1] / "data"
+
+
+def bundled_names() -> tuple[str, ...]:
+    """List the bundled logs: file names without suffix, sorted."""
+    return tuple(sorted(path.stem for path in _folder().glob("*.csv")))
+
+
+def bundled(name: str) -> Path:
+    """Path of a bundled log.
+
+    Parameters
+    ----------
+    name : str
+        One of `bundled_names`.
+
+    Returns
+    -------
+    Path
+        Of a CSV log that `sim.attitude.log.read_log` reads.
+
+    Raises
+    ------
+    InputError
+        If there is no such log.
+    """
+    if name not in bundled_names():
+        known = ", ".join(bundled_names())
+        raise InputError(f"name must be one of the bundled logs ({known}), not {name!r}")
+    return _folder() / f"{name}.csv"
+
+
+def is_comparison(path: str | Path) -> bool:
+    """Whether a path is that of a bundled log whose attitude is a comparison, not truth."""
+    path = Path(path)
+    return path.stem in _COMPARISONS and path.resolve().parent == _folder().resolve()

@@ -1,0 +1,105 @@
+"""The schedule as plain data: which unit was busy when, and what a chart of it needs."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Any
+
+from boresight.gateware.core import Core
+from boresight.gateware.schedule.slots import Schedule, Slot
+
+__all__ = ["KINDS", "schedule_section"]
+
+#: Kinds of issue slots, in the order of the chart's legend.
+KINDS = ("multiply-add", "function table", "capture", "emit")
+
+_SIGN = {"no": "+", "yes": "-", "if": "-/+", "unless": "+/-"}
+
+
+def _kind(schedule: Schedule, slot: Slot) -> str:
+    if slot.op is None:
+        return "emit"
+    if slot.term is None:
+        return "capture"
+    term = schedule.program.ops[slot.op].terms[slot.term]
+    return "multiply-add" if term.coefficient is None else "function table"
+
+
+def _label(schedule: Schedule, slot: Slot) -> str:
+    """What the slot does, with the names of its values."""
+    program = schedule.program
+    name = [v.name for v in program.values]
+    sent = "" if slot.emit is None else f"emit {program.output_names[slot.emit]}"
+    if slot.op is None:
+        return sent
+    sent = sent and f"; {sent}"
+    op = program.ops[slot.op]
+    if slot.term is None:
+        what = [
+            w
+            for w, on in (
+                ("sign", slot.cap_flag),
+                ("segment", slot.cap_index),
+                ("normalisation count", slot.cap_norm),
+            )
+            if on
+        ]
+        return f"{name[op.dest]}: capture {', '.join(what)} of {name[slot.a]}{sent}"
+    term = op.terms[slot.term]
+    b = f"c{term.coefficient}[table {op.table}]" if term.b is None else name[term.b]
+    when = "" if term.when.value == "always" else f" {term.when.value} flag"
+    return (
+        f"{name[op.dest]}: term {slot.term + 1} of {len(op.terms)}, "
+        f"{_SIGN[term.negate.value]} {name[term.a]} * {b}{when}{sent}"
+    )
+
+
+def schedule_section(core: Core) -> dict[str, Any]:
+    """Units with their load, totals, and the chart.
+
+    ``units`` has a row for every lane and kind of slot, and for the input and output words.
+    In ``chart``, ``slots`` are [cycle, lane, kind, label, op], ``gets`` [cycle, name] and
+    ``outputs`` [cycle of the emit slot, name, latency].
+    """
+    s = core.schedule
+    names = [v.name for v in s.program.values]
+    slots = [[x.cycle, x.lane, _kind(s, x), _label(s, x), x.op] for x in s.slots]
+    lanes = range(s.machine.lanes)
+
+    def unit(unit_: str, op: str, count: int) -> dict[str, Any]:
+        return {
+            "unit": unit_,
+            "op": op,
+            "count": count,
+            "busy_cycles": count,
+            "utilisation": round(count / s.length, 4),
+        }
+
+    count = Counter((lane, kind) for _, lane, kind, _, _ in slots)
+    units = [unit(f"lane {lane}", kind, count[lane, kind]) for lane in lanes for kind in KINDS]
+    units += [unit("input", "get", len(s.gets)), unit("output", "emit", len(s.latencies))]
+    return {
+        "units": [u for u in units if u["count"]],
+        "lanes": [
+            {
+                "lane": k,
+                "busy_cycles": sum(x.lane == k for x in s.slots),
+                "results": sum(x.lane == k for x in s.ends.values()),
+                "utilisation": round(s.lane_use[k], 4),
+            }
+            for k in lanes
+        ],
+        "ops_total": len(core.program.ops),
+        "copies": len(s.program.ops) - len(core.program.ops),
+        "slots_total": len(slots),
+        "cycles": s.length,
+        "chart": {
+            "slots": slots,
+            "gets": [[c, names[n]] for c, n in zip(s.gets, s.program.inputs, strict=True)],
+            "outputs": [
+                [x.cycle, s.program.output_names[x.emit], s.latencies[x.emit]]
+                for x in s.slots
+                if x.emit is not None
+            ],
+        },
+    }

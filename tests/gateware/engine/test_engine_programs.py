@@ -1,0 +1,207 @@
+"""The engine with several programs: random turns, stalls, torn records, writes, word for word."""
+
+from __future__ import annotations
+
+import random
+
+import numpy as np
+import pytest
+from amaranth.hdl import ResetInserter, Signal
+from amaranth.sim import Simulator
+
+from boresight.gateware.bus.core_registers import PROGRAM
+from boresight.gateware.core import Core, build_shared_core
+from boresight.gateware.engine.engine import Engine
+from boresight.gateware.machine import CONFIGS
+from boresight.model.words.interpreter import Interpreter
+from tests.support.random_program import random_inputs, random_programs
+
+CONFIG = pytest.mark.parametrize("config", sorted(CONFIGS))
+MASK = (1 << 32) - 1
+UPDATES = 513
+
+
+class Bench:
+    """A core of small random programs, the interpreters beside it, streams that pause."""
+
+    def __init__(self, config: str, seed: int, count: int, pauses: float) -> None:
+        self.rng = random.Random(seed)
+        self.core: Core = build_shared_core(
+            random_programs(seed, count, n_ops=6, n_states=3), config, restarts=0
+        )
+        self.dut = Engine(machine=self.core.machine, image=self.core.image)
+        self.models = [Interpreter(part.program) for part in self.core.parts]
+        self.pauses = pauses
+        self.got: list[tuple[int, int]] = []
+        self.wanted: list[tuple[int, int]] = []
+        self.reset = Signal()
+
+    def run(self, test) -> None:
+        sim = Simulator(ResetInserter(self.reset)(self.dut))
+        sim.add_clock(1e-8)
+        sim.add_testbench(self._sink, background=True)
+        sim.add_testbench(test)
+        sim.run()
+        assert self.got == self.wanted
+        assert len(self.wanted) > 12
+
+    async def _sink(self, ctx):
+        o = self.dut.o
+        while True:
+            ctx.set(o.ready, self.rng.random() >= self.pauses)
+            _, _, ready, valid, word, last = await ctx.tick().sample(
+                o.ready, o.valid, o.payload.data, o.payload.last
+            )
+            if valid and ready:
+                self.got.append((word, last))
+
+    async def put(self, ctx, words: list[int], last: int) -> None:
+        i = self.dut.i
+        for k, word in enumerate(words):
+            while self.rng.random() < self.pauses:
+                await ctx.tick()
+            ctx.set(i.valid, 1)
+            ctx.set(i.payload.data, word & MASK)
+            ctx.set(i.payload.last, k == last)
+            ready = 0
+            for _ in range(2000):
+                _, _, ready = await ctx.tick().sample(i.ready)
+                if ready:
+                    break
+            assert ready, "the input is stuck"
+            ctx.set(i.valid, 0)
+
+    async def write(self, ctx, address: int, word: int) -> None:
+        bus = self.dut.bus
+        ctx.set(bus.addr, address)
+        ctx.set(bus.w_data, word & MASK)
+        ctx.set(bus.w_stb, 1)
+        ack = 0
+        for _ in range(2000):
+            _, _, ack = await ctx.tick().sample(bus.w_ack)
+            if ack:
+                break
+        assert ack, "the bus is stuck"
+        ctx.set(bus.w_stb, 0)
+
+    async def read(self, ctx, address: int) -> int:
+        ctx.set(self.dut.bus.addr, address)
+        await ctx.tick()
+        return ctx.get(self.dut.bus.r_data)
+
+    async def record(self, ctx, number: int) -> None:
+        """One whole record of the program that runs."""
+        program = self.core.parts[number].program
+        words = random_inputs(program, self.rng.getrandbits(20), 1)[0]
+        await self.put(ctx, words, len(words) - 1)
+        out, _ = self.models[number].update(np.array(words)[:, None])
+        self.wanted += [(int(w) & MASK, int(k == len(out) - 1)) for k, w in enumerate(out[:, 0])]
+
+    async def settle(self, ctx) -> None:
+        """Wait until nothing is under way."""
+        for _ in range(3000):
+            if len(self.got) >= len(self.wanted):
+                break
+            await ctx.tick()
+        await ctx.tick().repeat(max(self.core.image.lengths) + 10)
+
+
+@CONFIG
+@pytest.mark.parametrize(
+    "seed, count, pauses", [(1, 2, 0.0), (2, 3, 0.4), (3, 4, 0.2), (4, 5, 0.6), (6, 4, 0.0)]
+)
+def test_turns(config: str, seed: int, count: int, pauses: float) -> None:
+    bench = Bench(config, seed, count, pauses)
+    rng = random.Random(seed)
+
+    async def test(ctx):
+        number = 0
+        for _ in range(40):
+            event = rng.random()
+            if event < 0.35:  # while the last record may still be under way
+                number = rng.randrange(count)
+                await bench.write(ctx, PROGRAM, number)
+                assert await bench.read(ctx, PROGRAM) == number
+            elif event < 0.45:
+                await bench.write(ctx, PROGRAM, rng.choice((count, 1 << 31, MASK)))
+                assert await bench.read(ctx, PROGRAM) == number
+            elif event < 0.6:  # a parameter of whichever program
+                other = rng.randrange(count)
+                addresses = bench.core.select(other).parameter_addresses
+                if addresses:
+                    name = rng.choice(list(addresses))
+                    word = rng.getrandbits(24)
+                    await bench.write(ctx, addresses[name], word)
+                    model = bench.models[other]
+                    model.params[bench.core.parts[other].program.find(name)] = word
+            elif event < 0.75:  # torn: too short, or too long by some
+                n = len(bench.core.parts[number].program.inputs)
+                length = rng.choice([k for k in (1, n - 1, n + 1, n + 3) if k != n and k > 0])
+                await bench.put(ctx, [rng.getrandbits(20) for _ in range(length)], length - 1)
+            else:
+                await bench.record(ctx, number)
+        for number in range(count):
+            await bench.write(ctx, PROGRAM, number)
+            for _ in range(3):
+                await bench.record(ctx, number)
+        await bench.settle(ctx)
+
+    bench.run(test)
+
+
+@CONFIG
+def test_switch_in_mid_record_waits_for_its_end(config: str) -> None:
+    bench = Bench(config, 6, 2, 0.0)
+    n = len(bench.core.program.inputs)
+    assert n > 1
+
+    async def test(ctx):
+        bus = bench.dut.bus
+        for _ in range(8):
+            await bench.record(ctx, 0)
+        await bench.settle(ctx)
+        words = random_inputs(bench.core.program, 1, 1)[0]
+        await bench.put(ctx, words[:-1], last=n)
+        ctx.set(bus.addr, PROGRAM)
+        ctx.set(bus.w_data, 1)
+        ctx.set(bus.w_stb, 1)
+        await ctx.tick().repeat(50)
+        assert not ctx.get(bus.w_ack)
+        await bench.put(ctx, words[-1:], last=0)
+        out, _ = bench.models[0].update(np.array(words)[:, None])
+        bench.wanted.extend(
+            (int(w) & MASK, int(k == len(out) - 1)) for k, w in enumerate(out[:, 0])
+        )
+        await bench.write(ctx, PROGRAM, 1)
+        for _ in range(8):
+            await bench.record(ctx, 1)
+        await bench.settle(ctx)
+        assert await bench.read(ctx, UPDATES) == 17
+
+    bench.run(test)
+
+
+@CONFIG
+@pytest.mark.parametrize("after", [1, 2, 3, 4])
+def test_reset_goes_back_to_program_0_and_keeps_all_states(config: str, after: int) -> None:
+    bench = Bench(config, 6, 3, 0.0)
+
+    async def test(ctx):
+        for number in (0, 1, 1, 2, 2, 2):
+            await bench.write(ctx, PROGRAM, number)
+            for _ in range(number + 1):
+                await bench.record(ctx, number)
+        await bench.settle(ctx)
+        await bench.write(ctx, PROGRAM, 1)
+        await ctx.tick().repeat(after)
+        ctx.set(bench.reset, 1)
+        await ctx.tick()
+        ctx.set(bench.reset, 0)
+        assert await bench.read(ctx, PROGRAM) == 0
+        await bench.record(ctx, 0)
+        for number in (2, 1):
+            await bench.write(ctx, PROGRAM, number)
+            await bench.record(ctx, number)
+        await bench.settle(ctx)
+
+    bench.run(test)

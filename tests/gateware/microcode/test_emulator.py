@@ -1,0 +1,109 @@
+"""Emulator equals interpreter, cycle counts equal the schedule's."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from boresight.gateware.machine import CONFIGS, Machine
+from boresight.gateware.microcode.assemble import assemble
+from boresight.gateware.microcode.emulator import Emulator
+from boresight.gateware.schedule.allocate import allocate
+from boresight.gateware.schedule.search import Schedule, schedule
+from boresight.model.words.fixed import Arithmetic
+from boresight.model.words.interpreter import Interpreter
+from boresight.model.words.program import Kind, Program
+from tests.support.random_program import random_inputs, random_program
+
+MACHINES = pytest.mark.parametrize("machine", CONFIGS.values(), ids=CONFIGS)
+
+
+def build(program: Program, machine: Machine, restarts: int = 3) -> tuple[Schedule, Emulator]:
+    s = schedule(program, machine, restarts=restarts)
+    return s, Emulator(machine, assemble(s, allocate(s)))
+
+
+def compare(program: Program, machine: Machine, steps: int = 5) -> None:
+    """Outputs, saturation, cycles of ``steps`` updates."""
+    s, core = build(program, machine)
+    model = Interpreter(program)
+    for k, words in enumerate(random_inputs(program, 1, steps)):
+        out, saturated = model.update(np.array(words)[:, None])
+        record = core.update(words)
+        assert record.outputs == out[:, 0].tolist()
+        assert record.lasts == [False] * (len(program.outputs) - 1) + [True]
+        assert core.saturated == saturated[0]
+        assert record.cycles == s.length
+        assert tuple(c + 1 for c in record.emitted) == s.latencies
+        assert core.parity == (k + 1) % 2
+        core.saturated = False
+
+
+@MACHINES
+@pytest.mark.parametrize("seed", range(40))
+def test_equals_interpreter(machine: Machine, seed: int) -> None:
+    compare(random_program(seed, n_ops=4 + 2 * seed, recent=seed % 4 / 3), machine)
+
+
+@pytest.mark.parametrize("lanes", [1, 2])
+@pytest.mark.parametrize("word", [18, 24, 31])
+def test_other_widths(lanes: int, word: int) -> None:
+    machine = Machine(name="narrow", lanes=lanes, arithmetic=Arithmetic(word))
+    for seed in range(4):
+        compare(random_program(seed, word=word, n_ops=30), machine)
+
+
+@MACHINES
+def test_every_value(machine: Machine) -> None:
+    """Every result that is written equals the interpreter's, in the cycle the schedule says."""
+    p = random_program(11, n_ops=60)
+    s, core = build(p, machine)
+    model = Interpreter(p)
+    (words,) = random_inputs(p, 3, 1)
+    model.update(np.array(words)[:, None])
+    values = model.values_before_commit()
+    written = {
+        (w.cycle, w.address // machine.bank_depth): w.word for w in core.update(words).writes
+    }
+    for k, op in enumerate(p.ops):
+        assert written[s.write_cycle(k), s.ends[k].lane] == values[op.dest][0]
+
+
+@MACHINES
+def test_parameters(machine: Machine) -> None:
+    seed = next(k for k in range(50) if random_program(k).of_kind(Kind.PARAM))
+    p = random_program(seed)
+    s, core = build(p, machine)
+    model = Interpreter(p)
+    for number, n in enumerate(p.of_kind(Kind.PARAM)):
+        core.poke(number, 1 << 20 + number)
+        model.params[n] = 1 << 20 + number
+    for words in random_inputs(p, 4, 3):
+        out, _ = model.update(np.array(words)[:, None])
+        assert core.update(words).outputs == out[:, 0].tolist()
+
+
+@MACHINES
+@pytest.mark.parametrize("late", [False, True])
+def test_framing(machine: Machine, late: bool) -> None:
+    """A torn record leaves no trace but the flag."""
+    p = random_program(6, n_inputs=5, n_states=4)
+    _, core = build(p, machine)
+    model = Interpreter(p)
+    first, torn, second = random_inputs(p, 5, 3)
+    records = [first, torn + torn[:2] if late else torn[:3], second]
+    for k, words in enumerate(records):
+        record = core.update(words)
+        if k == 1:
+            assert core.framing
+            continue
+        out, _ = model.update(np.array(words)[:, None])
+        assert record.outputs == out[:, 0].tolist()
+
+
+def test_poke_waits() -> None:
+    p = random_program(6, n_inputs=5)
+    _, core = build(p, CONFIGS["small"])
+    core.feed(iter([(1, False), (2, False)]))
+    with pytest.raises(ValueError, match=r"^parameters must be written between updates$"):
+        core.poke(0, 1)

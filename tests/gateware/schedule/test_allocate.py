@@ -1,0 +1,136 @@
+"""Registers of random schedules."""
+
+from __future__ import annotations
+
+import pytest
+
+from boresight.gateware.machine import CONFIGS, Machine
+from boresight.gateware.schedule.allocate import Allocation, allocate, allocate_together
+from boresight.gateware.schedule.search import ScheduleError, schedule
+from boresight.model.words.fixed import Arithmetic
+from boresight.model.words.program import Kind, Op, Program, Term, Value
+from tests.support.random_program import random_program
+
+MACHINES = pytest.mark.parametrize("machine", CONFIGS.values(), ids=CONFIGS)
+
+
+def wide(*, consts: int = 1, params: int = 0, states: int = 0) -> Program:
+    """One op per constant and parameter, all different; states that stay."""
+    arith = Arithmetic()
+    values = [Value("in", Kind.INPUT, 31, -1, 1, "test")]
+    values += [Value(f"p{k}", Kind.PARAM, 31, -1, 1, "test") for k in range(params)]
+    values += [Value(f"c{k}", Kind.CONST, 31, -1, 1, "test", initial=k + 1) for k in range(consts)]
+    values += [Value(f"s{k}", Kind.STATE, 31, -1, 1, "test", initial=k) for k in range(states)]
+    used = [n for n, v in enumerate(values) if v.kind in (Kind.PARAM, Kind.CONST)]
+    ops = []
+    for k, n in enumerate(used):
+        values.append(Value(f"v{k}", Kind.OP, 31, -1, 1, "test"))
+        ops.append(Op(len(values) - 1, (Term(0, n, 23),)))
+    stay = tuple((n, n) for n, v in enumerate(values) if v.kind is Kind.STATE)
+    return Program(
+        "wide", arith, tuple(values), tuple(ops), (0,), (len(values) - 1,), ("o",), stay, ()
+    )
+
+
+@MACHINES
+def test_tenants_do_not_overlap(machine: Machine) -> None:
+    for seed in range(12):
+        s = schedule(random_program(seed, n_ops=60), machine, restarts=0)
+        seen: dict[int, list[tuple[int, int]]] = {}
+        for t in allocate(s).tenants:
+            if s.program.values[t.value].kind is Kind.CONST:
+                continue
+            spans = seen.setdefault(t.address, [])
+            assert all(
+                t.start > end + 1 or start > t.end + 1 or end < t.start for start, end in spans
+            )
+            spans.append((t.start, t.end))
+
+
+@MACHINES
+def test_registers_are_reused(machine: Machine) -> None:
+    p = random_program(2, n_ops=100, recent=0.9)
+    a = allocate(schedule(p, machine, restarts=0))
+    assert sum(lower for lower, _ in a.used(machine)) < 100
+
+
+@MACHINES
+def test_parameters_come_first(machine: Machine) -> None:
+    s = schedule(wide(params=5), machine, restarts=0)
+    where = allocate(s).addresses()
+    assert [where[n] for n in range(1, 6)] == [0, 1, 2, 3, 4]
+
+
+@MACHINES
+def test_states_are_paired(machine: Machine) -> None:
+    s = schedule(wide(states=9), machine, restarts=0)
+    a = allocate(s)
+    where = a.addresses()
+    for state, after in s.program.states:
+        c = machine.bank_depth // 4
+        assert where[state] & (machine.bank_depth // 2)
+        assert not where[state] & c
+        assert where[after] == where[state] | c
+        assert a.initial[where[state]] == a.initial[where[after]] == s.program.values[state].initial
+
+
+@MACHINES
+def test_equal_constants_share(machine: Machine) -> None:
+    p = wide(consts=3)
+    same = [
+        v if v.kind is not Kind.CONST else Value(v.name, v.kind, 30, 0, 1, "test", initial=7)
+        for v in p.values
+    ]
+    s = schedule(
+        Program(
+            "same",
+            p.arithmetic,
+            tuple(same),
+            *(
+                getattr(p, n)
+                for n in ("ops", "inputs", "outputs", "output_names", "states", "table_memory")
+            ),
+        ),
+        machine,
+    )
+    where = allocate(s).addresses()
+    assert len({where[1], where[2], where[3]}) == 1
+
+
+def test_negative_words_are_unsigned() -> None:
+    machine = CONFIGS["small"]
+    p = random_program(3)
+    s = schedule(p, machine, restarts=0)
+    assert all(0 <= w < 1 << 32 for w in allocate(s).initial)
+
+
+def test_full() -> None:
+    small, fast = CONFIGS["small"], CONFIGS["fast"]
+    with pytest.raises(
+        ScheduleError,
+        match=r"^wide: 256 constants, \d+ registers of the small "
+        r"machine left for them$",
+    ):
+        allocate(schedule(wide(consts=256), small, restarts=0))
+    with pytest.raises(
+        ScheduleError,
+        match=r"^wide: parameters need 129 registers of bank 1, the "
+        r"fast machine has 128 for them$",
+    ):
+        allocate(schedule(wide(params=177), fast, restarts=0))
+    many = schedule(wide(states=65), small, restarts=0)
+    with pytest.raises(
+        ScheduleError,
+        match=r"^wide: states need 130 registers of bank 0, the "
+        r"small machine has 128 for them$",
+    ):
+        allocate_together([many, many])
+
+
+def test_occupant_and_json() -> None:
+    s = schedule(random_program(4), CONFIGS["fast"], restarts=0)
+    a = allocate(s)
+    for slot in s.slots:
+        assert slot.a in (a.occupant(a.addresses()[slot.a], slot.cycle), slot.a)
+    assert a.occupant(511, 0) is None
+    assert Allocation.from_json(a.to_json()) == a

@@ -1,0 +1,170 @@
+"""The checker of a core catches programs that touch each other's words."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+
+from boresight.gateware.machine import CONFIGS, Machine
+from boresight.gateware.schedule.allocate import Allocation, allocate, allocate_together
+from boresight.gateware.schedule.check_core import check_core
+from boresight.gateware.schedule.search import schedule
+from boresight.gateware.schedule.slots import ScheduleError
+from boresight.model.words.program import Kind
+from tests.support.random_program import random_programs
+
+MACHINES = pytest.mark.parametrize("machine", CONFIGS.values(), ids=CONFIGS)
+
+
+def made(machine: Machine, seed: int = 3):
+    programs = random_programs(seed, 2, n_states=3, n_ops=30)
+    plans = [schedule(p, machine, restarts=0) for p in programs]
+    return programs, plans, list(allocate_together(plans))
+
+
+def moved(a: Allocation, old: int, new: int) -> Allocation:
+    """Everything that lives in register ``old`` lives in ``new``."""
+    return dataclasses.replace(
+        a,
+        tenants=tuple(
+            dataclasses.replace(t, address=new) if t.address == old else t for t in a.tenants
+        ),
+    )
+
+
+@MACHINES
+def test_what_is_allocated_together_passes(machine: Machine) -> None:
+    for seed in range(6):
+        check_core(*made(machine, seed))
+
+
+@MACHINES
+@pytest.mark.parametrize("kind", [Kind.CONST, Kind.PARAM])
+@pytest.mark.parametrize("writer", [0, 1])
+@pytest.mark.parametrize("what", [Kind.INPUT, Kind.OP])
+def test_a_temporary_over_a_lasting_word(
+    machine: Machine, kind: Kind, writer: int, what: Kind
+) -> None:
+    programs, plans, allocations = made(machine)
+    mine, other = (allocations[k].addresses() for k in (writer, 1 - writer))
+    states = {n for pair in plans[writer].program.states for n in pair}
+    victim = next(
+        n
+        for n, v in enumerate(plans[writer].program.values)
+        if v.kind is what and n in mine and n not in states and mine[n] < machine.bank_depth
+    )
+    lasting = next(
+        other[n]
+        for n in programs[1 - writer].of_kind(kind)
+        if n in other and other[n] not in mine.values() and other[n] < machine.bank_depth
+    )
+    allocations[writer] = dataclasses.replace(
+        allocations[writer],
+        tenants=tuple(
+            dataclasses.replace(t, address=lasting) if t.value == victim else t
+            for t in allocations[writer].tenants
+        ),
+    )
+    with pytest.raises(
+        ScheduleError,
+        match=rf"^random{writer} writes register {lasting}, which "
+        rf"random{1 - writer} keeps a word in$",
+    ):
+        check_core(programs, plans, allocations)
+
+
+@MACHINES
+def test_states_in_the_same_registers(machine: Machine) -> None:
+    programs, plans, allocations = made(machine)
+    first, second = (a.addresses() for a in allocations)
+    after = plans[1].program.states[0]
+    bank = second[after[0]] // machine.bank_depth
+    mine = next(
+        (first[s] for s, _ in plans[0].program.states if first[s] // machine.bank_depth == bank),
+        None,
+    )
+    if mine is None:
+        pytest.skip("no state of the first program in that bank")
+    a = moved(allocations[1], second[after[0]], mine)
+    allocations[1] = moved(a, second[after[1]], mine + machine.bank_depth // 4)
+    words = list(allocations[1].initial)
+    with pytest.raises(ScheduleError, match=r"keeps a word in$|must start with the word of"):
+        check_core(programs, plans, allocations)
+    # Also where the first words happen to be equal.
+    for offset in (0, machine.bank_depth // 4):
+        words[mine + offset] = words[second[after[0]]]
+    value = plans[0].program.find(
+        next(
+            plans[0].program.values[s].name for s, _ in plans[0].program.states if first[s] == mine
+        )
+    )
+    equal = plans[1].program.values[after[0]].initial
+    programs[0] = dataclasses.replace(
+        programs[0],
+        values=tuple(
+            dataclasses.replace(v, initial=equal) if n == value else v
+            for n, v in enumerate(programs[0].values)
+        ),
+    )
+    plans[0] = schedule(programs[0], machine, restarts=0)
+    allocations = [dataclasses.replace(a, initial=tuple(words)) for a in allocations]
+    with pytest.raises(ScheduleError, match=r"^random1 writes register \d+, which random0 keeps"):
+        check_core(programs, plans, allocations)
+
+
+@MACHINES
+@pytest.mark.parametrize("writer", [0, 1])
+def test_only_the_two_copies_of_a_state_are_kept(machine: Machine, writer: int) -> None:
+    """A word a quarter of the bank below a state, or above it but for the copy, is anybody's."""
+    programs, plans, allocations = made(machine)
+    mine, other = (allocations[k].addresses() for k in (writer, 1 - writer))
+    used = {*mine.values(), *other.values()}
+    quarter = machine.bank_depth // 4
+    moves = 0
+    for state, _ in plans[1 - writer].program.states:
+        free = other[state] - quarter
+        bank = free // machine.bank_depth
+        temporary = [
+            n
+            for n, v in enumerate(plans[writer].program.values)
+            if v.kind in (Kind.INPUT, Kind.OP)
+            and mine.get(n, -1) // machine.bank_depth == bank
+            and mine[n] % machine.bank_depth < machine.bank_depth // 2
+        ]
+        if free in used or not temporary:
+            continue
+        moves += 1
+        there = list(allocations)
+        there[writer] = moved(allocations[writer], mine[temporary[0]], free)
+        check_core(programs, plans, there)
+    assert moves
+
+
+@MACHINES
+def test_the_second_program_alone(machine: Machine) -> None:
+    """Allocated for itself its parameters are not where a second program's must be."""
+    programs, plans, allocations = made(machine)
+    assert programs[0].of_kind(Kind.PARAM) and programs[1].of_kind(Kind.PARAM)
+    allocations[1] = allocate(plans[1])
+    with pytest.raises(
+        ScheduleError,
+        match=r"^random1: parameter param0 must be in register \d+, "
+        r"not 0$",
+    ):
+        check_core(programs, plans, allocations)
+
+
+@MACHINES
+def test_other_first_words(machine: Machine) -> None:
+    programs, plans, allocations = made(machine)
+    used = {t.address for a in allocations for t in a.tenants}
+    words = list(allocations[1].initial)
+    words[max(set(range(512)) - used)] ^= 1
+    allocations[1] = dataclasses.replace(allocations[1], initial=tuple(words))
+    with pytest.raises(
+        ScheduleError,
+        match=r"^random0 and random1 must share the machine and its "
+        r"first words$",
+    ):
+        check_core(programs, plans, allocations)

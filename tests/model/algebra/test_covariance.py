@@ -1,0 +1,103 @@
+"""Covariance algebra on scalars against numpy, and what it costs."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from boresight.model.algebra.covariance import (
+    BELOW_ONE,
+    congruence,
+    covariance_of,
+    covariance_states,
+    downdated,
+    element_names,
+    symmetric,
+    updated_column,
+)
+from boresight.model.lowering.graph import Graph, Node
+
+RNG = np.random.default_rng(4)
+
+
+def positive(n: int) -> Any:
+    root = RNG.normal(size=(n, n))
+    p = root @ root.T
+    return p / np.trace(p)
+
+
+def listed(p: Any) -> Any:
+    return symmetric(len(p), lambda i, j: p[i, j])
+
+
+def test_both_halves_are_the_same_scalar() -> None:
+    asked = []
+
+    def element(i: int, j: int) -> object:
+        asked.append((i, j))
+        return object()
+
+    p = symmetric(3, element)
+    assert asked == [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)]
+    assert all(p[i][j] is p[j][i] for i in range(3) for j in range(3))
+
+
+def test_states_hold_the_upper_half_and_come_back_as_a_matrix() -> None:
+    states = covariance_states(3, lambda i: 0.1 * (i + 1))
+    assert [s.name for s in states] == ["p00", "p01", "p02", "p11", "p12", "p22"]
+    assert [s.initial for s in states] == [0.1, 0.0, 0.0, 0.2, 0.0, pytest.approx(0.3)]
+    assert all((s.low == 0.0) == (s.name[1] == s.name[2]) and s.high == BELOW_ONE for s in states)
+    p = covariance_of(SimpleNamespace(**{s.name: s.name for s in states}), 3)
+    assert p[2][1] == "p12" == p[1][2]
+    assert element_names(2, "c") == [("c00", 0, 0), ("c01", 0, 1), ("c11", 1, 1)]
+
+
+@pytest.mark.parametrize("n", [3, 4])
+def test_congruence(n: int) -> None:
+    p, m = positive(n), RNG.normal(size=(n, n))
+    found = congruence(m, listed(p), lambda i, j, value: value)
+    assert np.allclose(found, m.T @ p @ m, atol=1e-14)
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, 3, 4])
+def test_downdate_and_single_columns_of_it(count: int) -> None:
+    p, gains = positive(4), [list(0.1 * RNG.normal(size=4)) for _ in range(count)]
+    want = p - sum((np.outer(g, g) for g in gains), np.zeros((4, 4)))
+    for c in range(4):
+        assert np.allclose(updated_column(listed(p), c, gains), want[:, c], atol=1e-15)
+    assert np.allclose(np.array(downdated(listed(p), gains, False), float), want, atol=1e-15)
+    assert np.array_equal(np.array(downdated(listed(p), gains, True), float), p)
+
+
+def test_optimal_gains_never_take_more_than_there_is() -> None:
+    """P - L L^T with L = P H / sqrt(H P H + R) stays positive for the least R."""
+    p = positive(4)
+    for h in np.eye(4):
+        gain = p @ h / np.sqrt(h @ p @ h + 1e-12)
+        p = np.array(downdated(listed(p), [list(gain)], False), float)
+    assert np.linalg.eigvalsh(p).min() > -1e-15
+
+
+def test_a_skipped_downdate_costs_nothing_more() -> None:
+    """Terms under a flag: one slot per product and one per element, in one group each."""
+    from boresight.model.lowering.lower import lower
+    from boresight.model.words.fixed import Arithmetic
+
+    slots = []
+    for skip in (False, True):
+        g = Graph("test")
+        leaves: list[Node] = [g.leaf("input", f"x{k}", -0.5, 0.5) for k in range(10)]
+        p = symmetric(2, lambda i, j, v=leaves: v[i + j])
+        gains = [leaves[4:6], leaves[6:8]]
+        done = downdated(p, gains, leaves[9] < 0.0 if skip else leaves[9] < -1.0)
+        program = lower(
+            "test",
+            arithmetic=Arithmetic(word=32),
+            inputs=leaves,
+            params=[],
+            states=[],
+            outputs={f"p{i}{j}": done[i][j] for _, i, j in element_names(2)},
+        )
+        slots.append(sum(len(op.terms) for op in program.ops))
+    assert slots[0] == slots[1]

@@ -1,0 +1,81 @@
+"""Groups by themselves: constants, ranges of shifts."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from boresight.model import ops
+from boresight.model.lowering.forms import Form, Product
+from boresight.model.lowering.groups import Groups, Target
+from boresight.model.words.fixed import Arithmetic
+from boresight.model.words.program import Kind, Scale, Value
+
+WORDS = pytest.mark.parametrize("word", [18, 24, 32])
+
+
+@WORDS
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("part, rounded", [(0.25, 0), (0.49, 0), (0.51, 1), (0.75, 1)])
+def test_a_constant_is_the_nearest_word(word: int, sign: int, part: float, rounded: int) -> None:
+    groups = Groups("test", Arithmetic(word))
+    for whole in (0, 1, 5, 1000):
+        number = groups.constant(sign * (whole + part) / 2**9, 9)
+        assert groups.values[number].initial == sign * (whole + rounded)
+        assert groups.frac(number) == 9 and groups.values[number].kind is Kind.CONST
+
+
+def test_equal_constants_are_one_value() -> None:
+    groups = Groups("test", Arithmetic())
+    assert groups.constant(0.5, 10) == groups.constant(0.5, 10) == groups.constant(0.5001, 10)
+    assert groups.constant(0.5, 10) != groups.constant(0.5, 11)
+
+
+def test_names_are_made_unique() -> None:
+    groups = Groups("test", Arithmetic())
+    numbers = [groups.value(Value("x", Kind.INPUT, 9, -1.0, 1.0, "test")) for _ in range(3)]
+    assert [groups.values[n].name for n in numbers] == ["x", "x_2", "x_3"]
+
+
+def counted(scale: Scale, n: int) -> int:
+    """Bits that a normalisation count n takes off a shift (`model.words.program.Scale`)."""
+    return {Scale.NONE: 0, Scale.FULL: n, Scale.EVEN: n - n % 2, Scale.HALF: n // 2}[scale]
+
+
+@WORDS
+@pytest.mark.parametrize("scale", list(Scale))
+def test_no_shift_turns_round_whatever_is_normalised(word: int, scale: Scale) -> None:
+    """The finest binary point for which every count leaves a shift of 0 or more, and no coarser."""
+    arith = Arithmetic(word)
+    most = max(counted(scale, n) for n in range(arith.norm_max + 1))
+    for shift in range(arith.shift_max + 1):
+        groups = Groups("test", arith)
+        # A constant of few bits: the accumulator holds the product at any shift.
+        a = groups.value(
+            Value("a", Kind.CONST, word - 1 + arith.guard + shift, 1.0, 1.0, "test", initial=3)
+        )
+        b = groups.value(Value("b", Kind.INPUT, 0, -1.0, 1.0, "test"))
+        form = Form([Product(a, b, scale=scale)], norm=None if scale is Scale.NONE else b)
+        number = groups.group(form, Target("y", -1.0, 0.9, "test"))
+        (term,) = groups.ops[-1].terms
+        assert term.shift == max(shift, most)
+        assert groups.frac(number) == word - 1 - max(0, most - shift)
+
+
+@WORDS
+def test_constants_under_a_flag_still_add_up(trace: Any, word: int) -> None:
+    """Seven quarters of the last bit are two of it: what a flag chooses has guard bits too."""
+    lsb = 2.0 ** (1 - word)
+
+    def seven(a: Any) -> Any:
+        negative = a < 0.0
+        # Not quite the same, or they would be one value.
+        parts = [ops.where(negative, (0.25 + k / 1000) * lsb, a) for k in range(7)]
+        return sum(parts, start=0.0)
+
+    t = trace(lambda a: ops.bounded(seven(a), -1.0, 0.9, "small arguments"), [(-1.0, 0.9)], word)
+    fixed, _, saturated = t.run(np.array([-1.0, -0.5, 0.125]))
+    assert t.formats()[0].lsb == lsb and not saturated.any()
+    assert fixed[0].tolist() == [2 * lsb, 2 * lsb, 0.875]

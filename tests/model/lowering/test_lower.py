@@ -1,0 +1,556 @@
+"""Lowering: random expressions against float, and the proof that no group can overflow."""
+
+import itertools
+import random
+from typing import Any
+
+import numpy as np
+import pytest
+
+from boresight.model import ops
+from boresight.model.errors import InputError
+from boresight.model.estimators.complementary import Complementary, ComplementaryAsPrinted
+from boresight.model.lowering.graph import Graph
+from boresight.model.lowering.lower import lower
+from boresight.model.words.fixed import Arithmetic, Format, leading_sign_count
+from boresight.model.words.interpreter import Interpreter
+from boresight.model.words.program import Kind, Negate, Overflow, Scale, When
+
+RANGES = (
+    (-1.0, 1.0),
+    (-3.0, 3.0),
+    (-0.05, 0.02),
+    (0.0, 200.0),
+    (-(2.0**-9), 2.0**-9),
+    (-40.0, 35.0),
+)
+
+
+class Bounded:
+    """A float with a bound of its error when every node is rounded to its own format."""
+
+    def __init__(self, value: Any, error: Any, low: float, high: float, word: int) -> None:
+        fmt = Format.for_range(word, low, high)
+        # half a unit, the guard's share, and one unit more where a group had to be split
+        self.value, self.low, self.high, self.word = value, low, high, word
+        self.error = error + 2.0 * fmt.lsb
+
+    def _new(self, value: Any, error: Any, node: Any) -> Any:
+        return Bounded(value, error, node.low, node.high, self.word)
+
+
+def expression(rng: Any, leaves: Any, depth: int) -> Any:
+    """A random smooth expression over ``leaves``: pairs (traced node, Bounded)."""
+    if depth == 0 or rng.random() < 0.1:
+        return rng.choice(leaves)
+    node, a = expression(rng, leaves, depth - 1)
+    kind = rng.choice(
+        ("add", "sub", "mul", "scale", "shift", "neg", "abs", "where", "flip", "name", "square")
+    )
+    if kind == "scale":
+        c = rng.choice((0.3, -7.0, 0.5, -0.125, 1e-3))
+        out = node * c
+        return out, a._new(
+            a.value * c,
+            a.error * abs(c) + abs(c) * 2.0**-a.word * max(abs(a.low), abs(a.high)),
+            out,
+        )
+    if kind == "shift":
+        c = rng.choice((1.0, -2.5, 0.1, 100.0))
+        return node + c, a._new(a.value + c, a.error + abs(c) * 2.0**-a.word, node + c)
+    if kind == "neg":
+        return -node, a._new(-a.value, a.error, -node)
+    if kind == "abs":
+        return ops.absolute(node), a._new(np.abs(a.value), a.error, ops.absolute(node))
+    if kind == "name":
+        return ops.named(f"n{rng.randrange(5)}", node), a
+    if kind == "square":
+        out = node * node
+        size = max(abs(a.low), abs(a.high))
+        return out, a._new(a.value * a.value, 2 * size * a.error + a.error**2, out)
+    other, b = expression(rng, leaves, depth - 1)
+    if kind in ("where", "flip"):  # on a leaf: its sign is exact
+        sign, s = rng.choice(leaves)
+        negative = s.value < 0.0
+        if kind == "flip":
+            out = ops.flip(sign < 0.0, node)
+            return out, a._new(np.where(negative, -a.value, a.value), a.error, out)
+        out = ops.where(sign < 0.0, node, other)
+        return out, a._new(np.where(negative, a.value, b.value), max(a.error, b.error), out)
+    if kind == "mul":
+        out = node * other
+        error = (
+            max(abs(a.low), abs(a.high)) * b.error
+            + max(abs(b.low), abs(b.high)) * a.error
+            + a.error * b.error
+        )
+        return out, a._new(a.value * b.value, error, out)
+    out = node + other if kind == "add" else node - other
+    value = a.value + b.value if kind == "add" else a.value - b.value
+    return out, a._new(value, a.error + b.error, out)
+
+
+def random_expressions(
+    seed: int, word: int, count: int = 4, depth: int = 5, points: int = 200
+) -> Any:
+    """A program of random expressions, its input words, and the float results with bounds."""
+    rng = random.Random(seed)
+    g = Graph("random")
+    leaves = [g.leaf("input", f"x{k}", *r) for k, r in enumerate(RANGES)]
+    draw = np.random.default_rng(seed)
+    formats = [Format.for_range(word, *r) for r in RANGES]
+    words = np.stack(
+        [
+            np.concatenate(
+                [f.quantise(draw.uniform(*r, points - 20)), f.quantise(draw.choice(r, 20))]
+            )
+            for f, r in zip(formats, RANGES, strict=True)
+        ]
+    )
+    pairs = [
+        (n, Bounded(f.real(w), 0.0, *r, word))
+        for n, f, w, r in zip(leaves, formats, words, RANGES, strict=True)
+    ]
+    for _, b in pairs:
+        b.error = 0.0
+    results = [expression(rng, pairs, depth) for _ in range(count)]
+    program = lower(
+        "random",
+        arithmetic=Arithmetic(word=word),
+        inputs=leaves,
+        params=[],
+        states=[],
+        outputs={f"y{k}": n for k, (n, _) in enumerate(results)},
+    )
+    return program, words, [b for _, b in results]
+
+
+@pytest.mark.parametrize("word", [18, 24, 32])
+@pytest.mark.parametrize("seed", range(40))
+def test_random_expressions_stay_within_their_formats_error(seed: int, word: int) -> None:
+    program, words, wanted = random_expressions(seed, word)
+    out, saturated = Interpreter(program, words.shape[1]).update(words)
+    assert not saturated.any()
+    for k, want in enumerate(wanted):
+        got = program.format(program.outputs[k]).real(out[k])
+        assert np.abs(got - want.value).max() <= want.error
+
+
+# -- one operation against Python's integers ------------------------------------------------------
+
+
+def magnitudes(program: Any, op: Any) -> Any:
+    """Largest |product|, and largest magnitude of each term whatever the words: by its extremes."""
+    arith = program.arithmetic
+    table = np.array(program.table_memory)
+
+    def extremes(number: Any, is_fraction: Any) -> Any:
+        if is_fraction:
+            return (0, (1 << arith.fraction_bits) - 1)
+        v = program.values[number]
+        return (v.initial,) if v.kind is Kind.CONST else (arith.min_int, arith.max_int)
+
+    largest, out = 0, []
+    for t in op.terms:
+        if t.coefficient is not None:
+            column = table[512 * op.table : 512 * (op.table + 1)].reshape(-1, 4)[:, t.coefficient]
+            second = (int(column.min()), int(column.max()))
+        else:
+            second = extremes(t.b, t.fraction_b)
+        counts = range(arith.norm_max + 1) if t.scale is not Scale.NONE else (0,)
+        term = 0
+        for n in counts:
+            less = {Scale.NONE: 0, Scale.FULL: n, Scale.EVEN: n & ~1, Scale.HALF: n >> 1}[t.scale]
+            assert less <= t.shift <= arith.shift_max
+            first = extremes(t.a, t.fraction_a)
+            if t.a == op.norm:  # its count n says how large it can be
+                first = (-1 << (arith.word - 1 - n), (1 << (arith.word - 1 - n)) - 1)
+            for a, b in itertools.product(first, second):
+                largest = max(largest, abs(a * b))
+                term = max(term, abs((a * b) >> (t.shift - less)))
+        out.append(term)
+    return largest, out
+
+
+def programs() -> Any:
+    for word in (18, 21, 22, 24, 27, 28, 32):
+        yield Complementary().compile(word=word)
+        yield ComplementaryAsPrinted().compile(word=word)
+        for seed in range(4):
+            yield random_expressions(seed, word)[0]
+        for turns in range(12, 26):  # prescribed formats, up to and beyond what one group can do
+            g = Graph("close")
+            x = g.leaf("input", "x", -(2.0**turns), 2.0**turns * 0.999)
+            yield lower(
+                "close",
+                arithmetic=Arithmetic(word=word),
+                inputs=[x],
+                params=[],
+                states=[],
+                outputs={
+                    "wrap": ops.wrap_ht(x),
+                    "clamp": ops.saturated(x + 0.5, 1.0),
+                    "both": ops.wrap_ht(x + 0.5 * x),
+                },
+            )
+
+
+def test_no_accumulator_can_overflow() -> None:
+    """For every operation, for all words: products fit int64, sums fit the accumulator."""
+    closest = 0.0
+    for program in programs():
+        arith = program.arithmetic
+        for op in program.ops:
+            largest, terms = magnitudes(program, op)
+            assert largest < 1 << 63
+            total = (1 << (arith.guard - 1)) + sum(terms)
+            assert total < 1 << (arith.acc_width - 1), program.values[op.dest].name
+            closest = max(closest, total / (1 << (arith.acc_width - 1)))
+    assert closest > 0.5  # the check is not about a limit out of sight
+
+
+def run_in_integers(program: Any, op: Any, words: Any) -> Any:
+    """The operation in Python's integers, straight from the definition in `model.words.fixed`."""
+    arith = program.arithmetic
+    half, modulus = 1 << (arith.word - 1), 1 << arith.word
+    mask = (1 << arith.fraction_bits) - 1
+
+    def plus_quarter(x: Any, yes: Any) -> Any:
+        return (x + yes * (half >> 1) + half) % modulus - half
+
+    flag = op.flag is not None and plus_quarter(words[op.flag], op.flag_quarter) < 0
+    n = int(leading_sign_count(np.array(words[op.norm]), arith)) if op.norm is not None else 0
+    acc = 1 << (arith.guard - 1)
+    for t in op.terms:
+        a = words[t.a] & mask if t.fraction_a else words[t.a]
+        if t.coefficient is not None:
+            index = plus_quarter(words[op.index], op.index_quarter) >> arith.fraction_bits
+            b = program.table_memory[512 * op.table + 4 * (index & 127) + t.coefficient]
+        else:
+            b = words[t.b] & mask if t.fraction_b else words[t.b]
+        less = {Scale.NONE: 0, Scale.FULL: n, Scale.EVEN: n - n % 2, Scale.HALF: n // 2}[t.scale]
+        r = (a * b) // 2 ** max(t.shift - less, 0)
+        minus = {Negate.NO: False, Negate.YES: True, Negate.IF: flag, Negate.UNLESS: not flag}[
+            t.negate
+        ]
+        takes = {When.ALWAYS: True, When.IF: flag, When.UNLESS: not flag}[t.when]
+        acc += takes * (-r if minus else r)
+        assert -(1 << (arith.acc_width - 1)) <= acc < 1 << (arith.acc_width - 1)
+    q = acc // 2**arith.guard
+    if op.overflow is Overflow.WRAP:
+        return (q + half) % modulus - half, False
+    return min(max(q, -half), half - 1), op.overflow is Overflow.SAT and not -half <= q < half
+
+
+@pytest.mark.parametrize("word", [18, 24, 32])
+def test_every_operation_on_extreme_words(word: int) -> None:
+    """All operands at their extremes, at random signs: equal to exact integers, step by step."""
+    rng = np.random.default_rng(word)
+    runs = 24
+    for program in (Complementary().compile(word=word), random_expressions(1, word)[0]):
+        arith = program.arithmetic
+        machine = Interpreter(program, runs)
+        edge = np.array([arith.min_int, arith.max_int, 0, -1, 1 << (word - 2), arith.min_int + 1])
+        for op in program.ops:
+            for number in set(op.operands()):
+                if program.values[number].kind is not Kind.CONST:
+                    machine.values[number] = rng.choice(edge, runs)
+            got, clamped = machine._run(op)
+            for k in range(runs):
+                words = {n: int(machine.values[n][k]) for n in op.operands()}
+                want, flag = run_in_integers(program, op, words)
+                assert int(got[k]) == want
+                assert (False if clamped is None else bool(clamped[k])) == flag
+
+
+def test_rounding_is_half_up(trace: Any) -> None:
+    """One product, rounded once: within half a unit, and the mean error is nil."""
+    t = trace(lambda a, b: a * b, [(-0.999, 0.999)] * 2, 18)
+    rng = np.random.default_rng(9)
+    fixed, floats, _ = t.run(*rng.uniform(-0.99, 0.99, (2, 20_000)))
+    units = (fixed[0] - floats[0]) / t.formats()[0].lsb
+    assert np.abs(units).max() <= 0.5 + 2.0**-t.program.arithmetic.guard
+    assert abs(units.mean()) < 0.04  # truncated guard bits: 2^-5
+
+
+@pytest.mark.parametrize("word", [18, 22, 32])
+def test_constants_are_as_fine_as_the_accumulator(trace: Any, word: int) -> None:
+    t = trace(
+        lambda a: (a + 0.1, ops.where(a < 0.0, a, a + 0.1), ops.flip(a < 0.0, a - 1 / 3)),
+        [(-40.0, 40.0)],
+        word,
+    )
+    fixed, floats, _ = t.run(np.random.default_rng(10).uniform(-39, 39, 500))
+    for y, want, fmt in zip(fixed, floats, t.formats(), strict=True):
+        guard = 2.0**-t.program.arithmetic.guard
+        assert np.abs(y - want).max() <= (0.5 + 2 * guard) * fmt.lsb
+
+
+# -- structure ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("cls", [Complementary, ComplementaryAsPrinted])
+@pytest.mark.parametrize("word", range(18, 33))
+def test_structure(cls: Any, word: int) -> None:
+    program = cls().compile(word=word)
+    names = [v.name for v in program.values]
+    assert len(set(names)) == len(names)
+    # operations come in executable order, each value is written once
+    known = {n for n, v in enumerate(program.values) if v.kind is not Kind.OP}
+    for op in program.ops:
+        assert op.terms
+        assert set(op.operands()) <= known and op.dest not in known
+        known.add(op.dest)
+    assert known == set(range(len(program.values)))
+    # nothing is computed in vain, nothing stored in vain
+    used = {n for op in program.ops for n in op.operands()}
+    used |= set(program.outputs) | {n for _, n in program.states}
+    leaves = {
+        n for n, v in enumerate(program.values) if v.kind in (Kind.INPUT, Kind.PARAM, Kind.STATE)
+    }
+    assert set(range(len(program.values))) - used <= leaves
+    for state, after in program.states:
+        assert program.values[state].frac == program.values[after].frac
+        assert program.values[state].kind is Kind.STATE
+    for v in program.values:
+        assert np.isfinite([v.low, v.high]).all() and v.low <= v.high
+        assert program.arithmetic.min_int <= v.initial <= program.arithmetic.max_int
+    for op in program.ops:
+        assert (op.flag is not None) == any(
+            t.when is not When.ALWAYS or t.negate in (Negate.IF, Negate.UNLESS) for t in op.terms
+        )
+        assert (op.norm is not None) == any(t.scale is not Scale.NONE for t in op.terms)
+        assert (op.table is not None) == any(t.coefficient is not None for t in op.terms)
+
+
+def test_equal_names_become_distinct(trace: Any) -> None:
+    t = trace(
+        lambda a: (
+            ops.named("x0", a * a),
+            ops.named("twice", a + 0.5),
+            ops.named("twice", a - 0.5),
+        ),
+        [(-1.0, 1.0)],
+    )
+    names = [v.name for v in t.program.values if v.kind in (Kind.INPUT, Kind.OP)]
+    assert names == ["x0", "x0_2", "twice", "twice_2"]
+
+
+def test_products_fuse_into_their_sum(trace: Any) -> None:
+    t = trace(lambda a, b: a * b - 0.5 * b + ops.absolute(a) + 0.25, [(-1.0, 1.0)] * 2)
+    (op,) = t.program.ops
+    assert len(op.terms) == 4 and op.flag == t.program.inputs[0]
+    assert [term.negate for term in op.terms] == [Negate.NO, Negate.YES, Negate.IF, Negate.NO]
+
+
+def test_two_flags_do_not_fuse(trace: Any) -> None:
+    t = trace(lambda a, b: ops.absolute(a) + ops.absolute(b), [(-1.0, 0.9)] * 2)
+    assert len(t.program.ops) == 2
+    fixed, floats, _ = t.run([-0.5, 0.5, -0.5], [-0.25, 0.25, 0.25])
+    assert np.array_equal(fixed[0], floats[0])
+
+
+def test_a_moved_binary_point_is_shared(trace: Any) -> None:
+    """[0, 1] needs an odd binary point for the root: one copy serves all its users."""
+    t = trace(
+        lambda a, b: (b * ops.rsqrt(a + 0.0), ops.sqrt(a), ops.rsqrt(a) * (a * b)),
+        [(0.01, 1.0), (-1.0, 1.0)],
+    )
+    assert [v.name for v in t.program.values].count("x0_aligned") == 1
+    assert not any(v.name == "x0_aligned_2" for v in t.program.values)
+
+
+def test_a_root_of_a_fresh_sum_has_an_even_exponent(trace: Any) -> None:
+    t = trace(
+        lambda a, b: ops.bounded(ops.rsqrt(a + b), 1.0, 8.0, "sum >= 1/50"), [(0.01, 0.5)] * 2
+    )
+    fixed, floats, saturated = t.run([0.01, 0.4, 0.5], [0.01, 0.5, 0.5])
+    assert np.abs(fixed[0] / floats[0] - 1.0).max() < 2.0**-26
+    assert not saturated.any()
+
+
+@pytest.mark.parametrize("high", [0.2, 0.3, 0.5, 0.9, 1.8, 3.6])
+def test_a_fresh_sum_has_its_roots_binary_point(trace: Any, high: float) -> None:
+    """It is chosen once: nothing is moved afterwards, and no finer one is left unused."""
+    t = trace(
+        lambda a, b: ops.bounded(ops.rsqrt(a + b), 0.3, 8.0, "sum >= 1/50"), [(0.01, high)] * 2
+    )
+    assert not any("aligned" in v.name for v in t.program.values)
+    total = t.program.values[t.program.ops[0].dest]
+    finest = Format.for_range(32, 0.02, 2 * high).frac
+    assert total.frac == finest - (finest + 1) % 2
+
+
+def test_a_constant_or_an_input_may_be_an_output(trace: Any) -> None:
+    t = trace(lambda a: (a, 0.75, a), [(-1.0, 1.0)])
+    fixed, floats, _ = t.run([0.5, -0.25])
+    assert not t.program.ops
+    for y, want in zip(fixed, floats, strict=True):
+        assert np.array_equal(y, want)
+
+
+@pytest.mark.parametrize("word", [18, 32])
+def test_a_tiny_term_in_a_huge_sum(trace: Any, word: int) -> None:
+    """Products below the last bit are left out or computed apart, and leave no dead values."""
+    t = trace(
+        lambda a, b, c: (
+            c + a * b,
+            c + 2.0 * a,
+            c + a * ops.rsqrt(b),
+            ops.bounded(a * 2.0**-80, 0.0, 1.0, "nothing"),
+        ),
+        [(1e-9, 1e-8), (1e-9, 1e-8), (-1e9, 1e9)],
+        word,
+    )
+    fixed, floats, saturated = t.run([2e-9, 8e-9], [5e-9, 8e-9], [1e6, -1e6])
+    for y, want, fmt in zip(fixed, floats, t.formats(), strict=True):
+        assert np.abs(y - want).max() <= fmt.lsb
+    assert not saturated.any()
+    used = {n for op in t.program.ops for n in op.operands()} | set(t.program.outputs)
+    assert set(t.op_values()) <= used
+    assert all(op.terms for op in t.program.ops)
+
+
+@pytest.mark.parametrize("word", [18, 32])
+def test_terms_below_the_last_bit_still_add_up(trace: Any, word: int) -> None:
+    small = 0.45 * 2.0 ** (31 - word)
+    t = trace(
+        lambda a, b, c, d: (a + b + c + d, a + 8.0 * (b * (c * (0.1 / small)))),
+        [(-1e9, 1e9), *[(0.0, 2 * small)] * 3],
+        word,
+    )
+    assert t.formats()[0].lsb == 2.0 ** (31 - word)
+    fixed, floats, _ = t.run([0.0, 1e6], *[[2 * small] * 2] * 3)
+    for y, want, fmt in zip(fixed, floats, t.formats(), strict=True):
+        assert np.abs(y - want).max() <= (0.5 + 2.0**-2) * fmt.lsb
+
+
+def test_unit_ht_is_the_words_own_format_only_within_one_turn() -> None:
+    g = Graph("angles")
+    angle, turns = g.leaf("input", "angle", -1.0, 1.0, "ht"), g.leaf("input", "turns", -8, 8, "ht")
+    program = lower(
+        "angles",
+        arithmetic=Arithmetic(),
+        inputs=[angle, turns],
+        params=[],
+        states=[],
+        outputs={"y": angle + turns},
+    )
+    assert [program.values[n].frac for n in program.inputs] == [31, 27]
+
+
+def test_states_exchange_their_values() -> None:
+    """A state may be replaced by another state as it was before the update."""
+    g = Graph("swap")
+    a, b = g.leaf("state", "a", -1.0, 1.0), g.leaf("state", "b", -4.0, 4.0)
+    program = lower(
+        "swap",
+        arithmetic=Arithmetic(),
+        inputs=[],
+        params=[],
+        states=[(a, 0.5, 0.25 * b), (b, -2.0, 4.0 * a)],
+        outputs={"a": a, "b": b},
+    )
+    machine = Interpreter(program)
+    seen = [
+        [
+            float(program.format(n).real(w[0]))
+            for n, w in zip(
+                program.outputs, machine.update(np.zeros((0, 1), np.int64))[0], strict=True
+            )
+        ]
+        for _ in range(3)
+    ]
+    assert seen == [[0.5, -2.0], [-0.5, 2.0], [0.5, -2.0]]
+
+
+# -- refusals -------------------------------------------------------------------------------------
+
+
+def test_unbounded_ranges_are_refused_by_name(trace: Any) -> None:
+    with pytest.raises(
+        InputError,
+        match=r"^test_lower\.py, line \d+: test: the range \[1, inf\] of inverse_root is not "
+        r"finite; declare it with ops\.bounded, or use ops\.clip$",
+    ):
+        trace(lambda a: ops.named("inverse_root", ops.rsqrt(a)), [(0.0, 1.0)])
+
+
+def test_an_unbounded_next_state_is_refused_by_name() -> None:
+    g = Graph("grow")
+    a = g.leaf("state", "a", 0.0, 1.0)
+    with pytest.raises(
+        InputError,
+        match=r"^test_lower\.py, line \d+: grow: the range \[1, inf\] of root is not finite; "
+        r"declare it with ops\.bounded, or use ops\.clip$",
+    ):
+        lower(
+            "grow",
+            arithmetic=Arithmetic(),
+            inputs=[],
+            params=[],
+            states=[(a, 0.5, ops.named("root", ops.rsqrt(a)))],
+            outputs={"a": a},
+        )
+
+
+def test_more_than_63_bits_is_refused_by_name(trace: Any) -> None:
+    with pytest.raises(
+        InputError,
+        match=r"^test: value monster would pass 63 bits: no binary "
+        r"point keeps its terms inside the accumulator$",
+    ):
+        trace(
+            lambda a: ops.named("monster", ops.bounded(a * 2.0**300, -1.0, 1.0, "wrong")),
+            [(-1.0, 1.0)],
+        )
+
+
+def test_an_unbounded_factor_under_a_prescribed_format_is_refused_by_name(trace: Any) -> None:
+    with pytest.raises(
+        InputError,
+        match=r"^test: value clamped would pass 63 bits: a factor of it "
+        r"has no upper bound; declare the product's range with "
+        r"model\.ops\.bounded first$",
+    ):
+        trace(
+            lambda a, b: ops.named("clamped", ops.saturated(b * ops.rsqrt(a), 2.0**-12)),
+            [(0.0, 1.0), (-1.0, 1.0)],
+        )
+
+
+def test_a_root_that_varies_too_much_is_refused_by_name(trace: Any) -> None:
+    with pytest.raises(
+        InputError,
+        match=r"^test: value product_part would pass 63 bits: a root or "
+        r"reciprocal in it varies too much for one format; "
+        r"declare its range with model\.ops\.bounded$",
+    ):
+        trace(
+            lambda a, b, c: ops.named("product", c + a * ops.rsqrt(b)),
+            [(-1.0, 1.0), (2.0**-21, 1.0), (-1e9, 1e9)],
+        )
+
+
+@pytest.mark.parametrize("word", [18, 32])
+def test_a_reciprocals_range_may_not_pass_what_can_be_normalised(trace: Any, word: int) -> None:
+    most = Arithmetic(word=32).norm_max
+    trace(lambda a: 1.0 / a, [(2.0 ** (1 - most), 1.0)], word)
+    for low, high in ((2.0 ** (-2 - most), 1.0), (-1.0, -(2.0 ** (-2 - most)))):
+        with pytest.raises(
+            InputError,
+            match=r"^test: reciprocal of x0: its range \[.*\] must not "
+            rf"span more than 2\^{most}; clip it first$",
+        ):
+            trace(lambda a: 1.0 / a, [(low, high)], word)
+
+
+def test_a_narrow_word_limits_a_reciprocal_that_a_wide_one_holds(trace: Any) -> None:
+    """1/x of x in [2^-16, 1): an 18-bit word counts arguments below 2^-13 as that."""
+    x = np.array([2.0**-16, 2.0**-14, 2.0**-10, 0.25, 0.75])
+    for word, floor in ((18, 2.0**-13), (32, 0.0)):
+        t = trace(lambda a: 1.0 / a, [(2.0**-16, 0.999)], word)
+        fixed, _, saturated = t.run(x)
+        want = 1.0 / np.maximum(x, floor)
+        assert (np.abs(fixed[0] - want) < 3.0 * t.formats()[0].lsb + 2.0 ** (3 - word) * want).all()
+        assert not saturated.any()

@@ -1,0 +1,170 @@
+"""Integer semantics against apytypes, which nobody here wrote."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import apytypes
+import numpy as np
+import pytest
+from apytypes import APyFixed, OverflowMode, QuantizationMode
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from boresight.model.words.fixed import (
+    Arithmetic,
+    Format,
+    fraction,
+    leading_sign_count,
+    saturate,
+    table_index,
+    wrap,
+)
+from boresight.model.words.interpreter import Interpreter
+from boresight.model.words.program import Kind, Negate, Op, Overflow, Program, Term, Value
+
+WORDS = st.sampled_from([18, 21, 24, 27, 32])
+
+
+def word_strategy(word: int) -> st.SearchStrategy[int]:
+    low, high = -(1 << (word - 1)), (1 << (word - 1)) - 1
+    return st.one_of(st.integers(low, high), st.sampled_from([low, low + 1, -1, 0, 1, high]))
+
+
+@st.composite
+def groups(draw: Any) -> Any:
+    word = draw(WORDS)
+    n = draw(st.integers(1, 5))
+    products = [
+        (
+            draw(word_strategy(word)),
+            draw(word_strategy(word)),
+            draw(st.integers(8, 31)),
+            draw(st.booleans()),
+        )
+        for _ in range(n)
+    ]
+    return word, products, draw(st.sampled_from(list(Overflow)))
+
+
+def run_group(word: int, products: Any, overflow: Any) -> Any:
+    """The group through the interpreter: (result, saturated)."""
+    values = [Value(f"v{k}", Kind.INPUT, 0, 0, 0, "test") for k in range(2 * len(products))]
+    values.append(Value("q", Kind.OP, 0, 0, 0, "test"))
+    terms = tuple(
+        Term(2 * k, 2 * k + 1, s, negate=Negate.YES if neg else Negate.NO)
+        for k, (_, _, s, neg) in enumerate(products)
+    )
+    dest = len(values) - 1
+    program = Program(
+        "g",
+        Arithmetic(word=word),
+        tuple(values),
+        (Op(dest, terms, overflow),),
+        tuple(range(dest)),
+        (dest,),
+        ("q",),
+        (),
+        (),
+    )
+    words = np.array([[x] for a, b, _, _ in products for x in (a, b)], dtype=np.int64)
+    out, saturated = Interpreter(program).update(words)
+    return int(out[0, 0]), bool(saturated[0])
+
+
+@settings(max_examples=400, deadline=None)
+@given(groups())
+@example((32, [(-(1 << 31), -(1 << 31), 8, False)] * 5, Overflow.SAT))
+@example((32, [(-(1 << 31), (1 << 31) - 1, 8, True)] * 5, Overflow.WRAP))
+def test_group_is_what_apytypes_says(case: Any) -> None:
+    word, products, overflow = case
+    arith = Arithmetic(word=word)
+    guard = arith.guard
+    total = APyFixed(0, int_bits=62 - guard, frac_bits=guard)
+    for a, b, shift, negative in products:
+        # a * b / 2^shift in units of the accumulator's last bit: a has `shift` fraction bits.
+        product = APyFixed.from_float(a, int_bits=word, frac_bits=0) * APyFixed.from_float(
+            b, int_bits=word, frac_bits=0
+        )
+        scaled = APyFixed(
+            product.to_bits(), int_bits=2 * word - shift - guard, frac_bits=shift + guard
+        )
+        term = scaled.cast(int_bits=62 - guard, frac_bits=guard, quantization=QuantizationMode.TRN)
+        total = (total - term if negative else total + term).cast(
+            int_bits=62 - guard, frac_bits=guard
+        )
+    mode = OverflowMode.WRAP if overflow is Overflow.WRAP else OverflowMode.SAT
+    want = total.cast(int_bits=word, frac_bits=0, quantization=QuantizationMode.RND, overflow=mode)
+    exact = total.cast(int_bits=62, frac_bits=0, quantization=QuantizationMode.RND)
+    got, saturated = run_group(word, products, overflow)
+    assert got == int(float(want))
+    clamped = int(float(exact)) != int(float(want)) and overflow is Overflow.SAT
+    assert saturated == clamped
+
+
+@settings(deadline=None)
+@given(st.integers(18, 32), st.floats(-1e9, 1e9), st.integers(-3, 40))
+def test_quantise_is_rnd_sat(word: int, value: Any, frac: int) -> None:
+    fmt = Format(word, frac)
+    want = APyFixed.from_float(value, int_bits=40, frac_bits=60).cast(
+        int_bits=word - frac,
+        frac_bits=frac,
+        quantization=QuantizationMode.RND,
+        overflow=OverflowMode.SAT,
+    )
+    exact = APyFixed.from_float(value, int_bits=40, frac_bits=60)
+    if float(exact) == value:  # the oracle holds the value itself
+        assert fmt.real(fmt.quantise(value)) == float(want)
+
+
+@given(st.integers(18, 32), st.floats(-1e6, 1e6), st.floats(0, 1e6))
+def test_for_range_holds_the_range_and_no_finer_format_does(
+    word: int, low: float, width: float
+) -> None:
+    fmt = Format.for_range(word, low, low + width)
+    assert fmt.min <= low and low + width <= fmt.max
+    finer = Format(word, fmt.frac + 1)
+    if max(abs(low), abs(low + width)) > 0:
+        assert low < finer.min or low + width > finer.max
+
+
+@pytest.mark.parametrize("word", [18, 24, 32])
+def test_leading_sign_count_by_definition(word: int) -> None:
+    arith = Arithmetic(word=word)
+    rng = np.random.default_rng(1)
+    x = rng.integers(arith.min_int, arith.max_int + 1, 2000) >> rng.integers(0, word, 2000)
+    x = np.concatenate([x, [0, -1, 1, arith.min_int, arith.max_int, -2]])
+    for value, n in zip(x, leading_sign_count(x, arith), strict=True):
+        bits = f"{int(value) & ((1 << word) - 1):0{word}b}"
+        copies = len(bits) - len(bits.lstrip(bits[0])) - 1
+        assert n == min(copies, arith.norm_max)
+
+
+@pytest.mark.parametrize("word", [18, 24, 32])
+def test_index_and_fraction_split_the_word(word: int) -> None:
+    arith = Arithmetic(word=word)
+    rng = np.random.default_rng(2)
+    x = rng.integers(arith.min_int, arith.max_int + 1, 2000)
+    rebuilt = (table_index(x, arith, False) << arith.fraction_bits) + fraction(x, arith)
+    assert np.array_equal(rebuilt, x & arith.max_int)
+    moved = wrap(x + (1 << (word - 2)), word)
+    assert np.array_equal(table_index(x, arith, True), table_index(moved, arith, False))
+
+
+def test_wrap_and_saturate() -> None:
+    assert wrap(1 << 17, 18) == -(1 << 17)
+    assert wrap(-(1 << 17) - 1, 18) == (1 << 17) - 1
+    assert saturate(1 << 17, 18) == (1 << 17) - 1
+    assert saturate(-(1 << 17) - 1, 18) == -(1 << 17)
+
+
+@pytest.mark.parametrize("word", [17, 33, 0, -1])
+def test_word_outside_18_to_32_is_refused(word: int) -> None:
+    with pytest.raises(ValueError, match=rf"^word must be 18 to 32 bits, not {word}$"):
+        Arithmetic(word=word)
+
+
+def test_formats_are_written_as_ap_fixed() -> None:
+    assert str(Format(32, 31)) == "fixed<32,1>"
+    assert str(Format(18, 20)) == "fixed<18,-2>"
+    assert apytypes.__version__

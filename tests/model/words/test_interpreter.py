@@ -1,0 +1,156 @@
+"""The interpreter: shapes, refusals, runs side by side, flags and counters."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from boresight.model.estimators.complementary import Complementary
+from boresight.model.lowering.graph import Graph
+from boresight.model.lowering.lower import lower
+from boresight.model.words.fixed import Arithmetic
+from boresight.model.words.interpreter import Interpreter
+from boresight.model.words.program import Kind, Op, Overflow, Program, Term, Value
+
+
+def machine(overflow: Any = Overflow.SAT, runs: int = 1) -> Any:
+    """An interpreter of: sum' = sum + step * gain, in 18 bits."""
+    word, arith = 18, Arithmetic(word=18)
+    values = (
+        Value("step", Kind.INPUT, 0, -1e5, 1e5, "declared"),
+        Value("gain", Kind.PARAM, 0, 0.0, 9.0, "declared", "", 2),
+        Value("sum", Kind.STATE, 0, -1e5, 1e5, "declared", "", 7),
+        Value("one", Kind.CONST, word - 2, 1.0, 1.0, "constant", "", 1 << (word - 2)),
+        Value("next", Kind.OP, 0, -1e5, 1e5, "interval"),
+    )
+    # a product of integers counts 2^-guard: as many of them as make one
+    terms = (Term(2, 3, word - 2 - arith.guard), *(Term(0, 1, 0),) * (1 << arith.guard))
+    return Interpreter(
+        Program(
+            "sum",
+            arith,
+            values,
+            (Op(4, terms, overflow),),
+            (0,),
+            (2, 4),
+            ("before", "after"),
+            ((2, 4),),
+            (),
+        ),
+        runs,
+    )
+
+
+def test_states_parameters_and_outputs() -> None:
+    m = machine()
+    seen = [m.update([[s]])[0].ravel().tolist() for s in (10, 0, -4)]
+    assert seen == [[7, 27], [27, 27], [27, 19]]
+    assert m.values[2].tolist() == [19]
+    assert m.values_before_commit()[2].tolist() == [27]
+    assert m.values_before_commit()[4].tolist() == [19]
+    m.params[1] = 5
+    assert m.update([[1]])[0].ravel().tolist() == [19, 24]
+
+
+def test_before_the_first_update_states_are_initial() -> None:
+    m = machine()
+    assert m.values_before_commit()[2].tolist() == [7]
+
+
+@pytest.mark.parametrize(
+    ("overflow", "after", "flagged"),
+    [
+        (Overflow.SAT, [131071, -131072, 47], [True, True, False]),
+        (Overflow.CLIP, [131071, -131072, 47], [False] * 3),
+        (Overflow.WRAP, [7 + 200_000 - 262_144, 7 - 200_000 + 262_144, 47], [False] * 3),
+    ],
+)
+def test_overflow_flags_and_counters(overflow: Any, after: Any, flagged: Any) -> None:
+    m = machine(overflow, runs=3)
+    out, saturated = m.update([[100_000, -100_000, 20]])
+    assert out[1].tolist() == after
+    assert saturated.tolist() == flagged
+    assert m.saturations.tolist() == [0, 0, 0, 0, sum(flagged)]
+    out, saturated = m.update([[0, 0, 0]])
+    assert not saturated.any()
+    assert m.saturations.sum() == sum(flagged)  # counts stay, flags do not
+    m.update([[100_000, 0, 0]])
+    assert m.saturations[4] == sum(flagged) + flagged[0]
+
+
+def test_many_runs_equal_single_runs() -> None:
+    program = Complementary().compile()
+    rng = np.random.default_rng(1)
+    arith = program.arithmetic
+    words = rng.integers(arith.min_int, arith.max_int + 1, (30, len(program.inputs), 5))
+    words >>= rng.integers(0, 20, words.shape)
+    together = Interpreter(program, 5)
+    out, saturated = together.run(words)
+    counts = np.zeros(len(program.values), dtype=np.int64)
+    for k in range(5):
+        alone = Interpreter(program)
+        single, flag = alone.run(words[:, :, k : k + 1])
+        assert np.array_equal(single[..., 0], out[..., k])
+        assert np.array_equal(flag[:, 0], saturated[:, k])
+        counts += alone.saturations
+    assert np.array_equal(counts, together.saturations)
+    assert out.shape == (30, 8, 5) and saturated.shape == (30, 5) and out.dtype == np.int64
+
+
+def test_run_is_update_in_a_loop() -> None:
+    words = np.array([[[3]], [[4]], [[-5]]])
+    a = machine()
+    b = machine()
+    heard: list[int] = []
+    out, _ = a.run(words, progress=heard.append)
+    assert heard == [0, 1, 2]
+    assert np.array_equal(out, np.stack([b.update(w)[0] for w in words]))
+    assert a.run(words[:0])[0].shape == (0, 2, 1)
+
+
+def test_the_callers_arrays_are_left_alone() -> None:
+    m = machine()
+    words = np.array([[3]], dtype=np.int64)
+    m.update(words)
+    words[:] = 99
+    assert m.values[0].tolist() == [3]
+
+
+def test_small_integer_types_do_not_overflow() -> None:
+    m = machine()
+    assert m.update(np.array([[100]], dtype=np.int8))[0].ravel().tolist() == [7, 207]
+
+
+def test_the_last_output_of_a_state_is_the_old_word() -> None:
+    g = Graph("old")
+    s = g.leaf("state", "s", -1.0, 1.0)
+    u = g.leaf("input", "u", -1.0, 1.0)
+    program = lower(
+        "old",
+        arithmetic=Arithmetic(),
+        inputs=[u],
+        params=[],
+        states=[(s, 0.0, u)],
+        outputs={"s": s},
+    )
+    out, _ = Interpreter(program).run([[[5]], [[6]], [[7]]])
+    assert out.ravel().tolist() == [0, 5, 6]
+
+
+def test_refusals() -> None:
+    m = machine(runs=2)
+    with pytest.raises(ValueError, match=r"^inputs must have shape \(1, 2\), not \(2, 1\)$"):
+        m.update([[1], [2]])
+    with pytest.raises(ValueError, match=r"^inputs must have shape \(1, 2\), not \(3,\)$"):
+        m.run(np.zeros((4, 3), dtype=np.int64))
+    with pytest.raises(ValueError, match=r"^input words must fit 18 bits$"):
+        m.update([[0, 1 << 17]])
+    with pytest.raises(ValueError, match=r"^input words must fit 18 bits$"):
+        m.update([[0, -(1 << 17) - 1]])
+    with pytest.raises(ValueError, match=r"^inputs must be integer words, not float64$"):
+        m.update([[0.5, 1.0]])
+    m.params[1] = 1 << 17
+    with pytest.raises(ValueError, match=r"^parameter gain must fit 18 bits, not 131072$"):
+        m.update([[1, 2]])
+    with pytest.raises(ValueError, match=r"^runs must be at least 1, not 0$"):
+        Interpreter(m.program, 0)

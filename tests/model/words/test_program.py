@@ -1,0 +1,175 @@
+"""The program as a record: text form, identity, look-ups."""
+
+import dataclasses
+import enum
+import json
+import math
+from typing import Any
+
+import pytest
+
+from boresight.model.estimators.complementary import Complementary
+from boresight.model.words.fixed import Arithmetic, Format
+from boresight.model.words.program import (
+    Kind,
+    Negate,
+    Op,
+    Overflow,
+    Port,
+    Program,
+    Scale,
+    Term,
+    Value,
+    When,
+)
+
+
+def small() -> Any:
+    """A program that uses every field once."""
+    value = (
+        Value("a", Kind.INPUT, 17, -1.0, 1.0, "declared", "m"),
+        Value("p", Kind.PARAM, 16, 0.0, 2.0, "declared", "", 5),
+        Value("s", Kind.STATE, 15, -4.0, 4.0, "declared", "ht", -3),
+        Value("c", Kind.CONST, 14, 1.0, 1.0, "constant", "", 1 << 14),
+        Value("y", Kind.OP, 15, -4.0, 4.0, "interval"),
+        Value("z", Kind.OP, 15, -4.0, 4.0, "table"),
+    )
+    ops = (
+        Op(
+            4,
+            (
+                Term(0, 1, 3),
+                Term(2, 3, 14, negate=Negate.IF, when=When.UNLESS),
+                Term(0, 3, 7, scale=Scale.HALF),
+            ),
+            Overflow.SAT,
+            flag=2,
+            flag_quarter=True,
+            norm=0,
+        ),
+        Op(
+            5,
+            (
+                Term(3, None, 2, coefficient=1, negate=Negate.YES),
+                Term(4, 4, 9, fraction_a=True, fraction_b=True),
+            ),
+            Overflow.WRAP,
+            index=4,
+            index_quarter=True,
+            table=2,
+        ),
+    )
+    return Program(
+        "small",
+        Arithmetic(word=18),
+        value,
+        ops,
+        (0,),
+        (5, 4),
+        ("zed", "why"),
+        ((2, 4),),
+        tuple(range(1536)),
+        (Port("zed", "m", 0.5, "meant"),),
+        1,
+    )
+
+
+def test_operands_list_everything_read() -> None:
+    first, second = small().ops
+    assert list(first.operands()) == [0, 1, 2, 3, 0, 3, 2, 0]
+    assert list(second.operands()) == [3, 4, 4, 4]
+
+
+def test_look_ups() -> None:
+    p = small()
+    assert p.find("s") == 2
+    assert p.format(1) == Format(18, 16)
+    assert p.of_kind(Kind.OP) == [4, 5] and p.of_kind(Kind.PARAM) == [1]
+    with pytest.raises(KeyError, match=r"^'velocity'$"):
+        p.find("velocity")
+
+
+@pytest.mark.parametrize(
+    "program",
+    [small(), Complementary().compile(), Complementary().compile(word=19)],
+    ids=lambda p: p.name,
+)
+def test_json_round_trip(program: Any) -> None:
+    text = program.to_json()
+    again = Program.from_json(text)
+    assert again == program  # meta does not compare
+    assert again.to_json() == text
+    assert again.digest == program.digest
+    for value, copy in zip(program.values, again.values, strict=True):
+        assert type(copy.kind) is Kind and copy == value
+    for op in again.ops:
+        assert type(op.overflow) is Overflow and isinstance(op.terms, tuple)
+    json.loads(text, parse_constant=lambda name: pytest.fail(f"{name} is not JSON"))
+
+
+def test_the_digest_is_the_same_every_time() -> None:
+    assert Complementary().compile().digest == Complementary().compile().digest
+    # a stored program keeps its identity: what is hashed is part of the contract
+    assert small().digest == "f81965ba406593e68f2b4d7cac1b6a96150f0a4f37dea2a5aafdfa5d2112f55e"
+
+
+def variants(x: Any) -> Any:
+    """``x`` with one thing changed, in every way the types allow."""
+    if isinstance(x, enum.Enum):
+        yield from (y for y in type(x) if y is not x)
+    elif isinstance(x, bool):
+        yield not x
+    elif isinstance(x, int):
+        yield x + 1
+    elif isinstance(x, float):
+        yield x + 0.5
+    elif isinstance(x, str):
+        yield x + "_"
+    elif x is None:
+        yield 0
+    elif isinstance(x, tuple):
+        yield x[:-1]
+        for k, item in enumerate(x[:6]):
+            yield from ((*x[:k], y, *x[k + 1 :]) for y in variants(item))
+    elif dataclasses.is_dataclass(x) and not isinstance(x, type):
+        for f in dataclasses.fields(x):
+            yield from (dataclasses.replace(x, **{f.name: y}) for y in variants(getattr(x, f.name)))
+
+
+def said(p: Any) -> Any:
+    """What is only said: names and ranges of values in between, sources, meanings, ports."""
+    return [
+        (v.range_source, v.meaning)
+        if v.kind in (Kind.INPUT, Kind.PARAM, Kind.STATE)
+        else (v.name, v.low, v.high, v.range_source, v.unit, v.meaning)
+        for v in p.values
+    ] + [p.ports, p.urgent]
+
+
+def test_the_digest_sees_what_the_hardware_does_and_nothing_else() -> None:
+    p = small()
+    seen = {p.digest}
+    same = 0
+    for changed in variants(p):
+        kinds = [v.kind for v in changed.values]
+        if kinds == [v.kind for v in p.values] and said(changed) != said(p):
+            same += 1
+            assert changed.digest == p.digest
+        else:
+            assert changed.digest not in seen
+            seen.add(changed.digest)
+    assert len(seen) > 140 and same == 3 * 2 + 3 * 6 + 5 + 1
+
+
+def test_ranges_in_between_do_not_change_the_digest() -> None:
+    """As they would on a machine that computes them with other last bits."""
+    p = Complementary().compile()
+    moved = tuple(
+        dataclasses.replace(v, low=math.nextafter(v.low, -9e9), high=math.nextafter(v.high, 9e9))
+        if v.kind is Kind.OP
+        else v
+        for v in p.values
+    )
+    assert dataclasses.replace(p, values=moved).digest == p.digest
+    ports = tuple(dataclasses.replace(v, high=v.high + 1e-9) for v in p.values)
+    assert dataclasses.replace(p, values=ports).digest != p.digest

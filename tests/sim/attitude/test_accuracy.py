@@ -1,0 +1,122 @@
+"""`sim.attitude.accuracy` against closed forms of its three angles."""
+
+import numpy as np
+import pytest
+
+from boresight.model.errors import InputError
+from boresight.sim.attitude.accuracy import attitude_error, attitude_rmse
+from boresight.sim.attitude.rotation import (
+    quaternion_multiply,
+    rotate,
+    rotation_vector_to_quaternion,
+)
+
+
+def turn(axis: list[float], degrees: float) -> np.ndarray:
+    unit = np.array(axis) / np.linalg.norm(axis)
+    return rotation_vector_to_quaternion(np.radians(degrees) * unit)
+
+
+def references(count: int = 20) -> np.ndarray:
+    return np.random.default_rng(2).normal(size=(count, 4))
+
+
+@pytest.mark.parametrize("degrees", [1e-7, 0.5, 30.0, 170.0])
+@pytest.mark.parametrize(
+    ("axis", "split"), [([0, 0, 1], (1, 1, 0)), ([1, 0, 0], (1, 0, 1)), ([3, -4, 0], (1, 0, 1))]
+)
+def test_turn_about_the_vertical_is_heading_and_any_level_axis_is_inclination(
+    axis: list[float], split: tuple[int, int, int], degrees: float
+) -> None:
+    q_ref = references()
+    # a turn in navigation axes stands on the left
+    for sense in (1.0, -1.0):
+        errors = attitude_error(quaternion_multiply(turn(axis, sense * degrees), q_ref), q_ref)
+        for found, share in zip(errors, split, strict=True):
+            np.testing.assert_allclose(found, degrees * share, rtol=1e-9, atol=2e-12)
+
+
+def test_mixed_error_has_the_published_form() -> None:
+    q_ref = references()
+    error = quaternion_multiply(turn([0, 0, 1], 50.0), turn([0.6, 0.8, 0], 20.0))
+    found = attitude_error(quaternion_multiply(error, q_ref), q_ref)
+    # heading and inclination of such a product are its two factors; total: w = cos 25 cos 10
+    np.testing.assert_allclose(found.heading, 50.0, rtol=1e-12)
+    np.testing.assert_allclose(found.inclination, 20.0, rtol=1e-12)
+    cosine = np.cos(np.radians(25)) * np.cos(np.radians(10))
+    np.testing.assert_allclose(found.total, np.degrees(2 * np.arccos(cosine)), rtol=1e-12)
+
+
+def test_inclination_is_the_angle_between_the_verticals() -> None:
+    p, q = references(50), np.random.default_rng(3).normal(size=(50, 4))
+    # the vertical of n, carried from n to b by one attitude and back by the other
+    back = rotate(p, rotate(q * [1, -1, -1, -1], [0.0, 0.0, 1.0]))
+    np.testing.assert_allclose(
+        attitude_error(p, q).inclination, np.degrees(np.arccos(back[:, 2])), rtol=1e-9
+    )
+
+
+def test_sign_and_scale_of_a_quaternion_do_not_matter() -> None:
+    p, q = references(30), np.random.default_rng(4).normal(size=(30, 4))
+    for one, other in zip(attitude_error(p, q), attitude_error(-3 * p, 0.2 * q), strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-12)
+        assert np.all(one <= 180.0)
+
+
+def test_leading_axes_are_free() -> None:
+    p, q = references(6), np.random.default_rng(5).normal(size=(6, 4))
+    flat = attitude_error(p, q)
+    for one, grid in zip(flat, attitude_error(p.reshape(2, 3, 4), q.reshape(2, 3, 4)), strict=True):
+        np.testing.assert_allclose(grid, one.reshape(2, 3), rtol=1e-12)
+    assert attitude_error(p[0], q[0]).heading == pytest.approx(flat.heading[0], rel=1e-12)
+
+
+def test_rmse_is_the_root_of_the_mean_square() -> None:
+    q_ref = references(2)
+    q_est = np.stack(
+        [
+            quaternion_multiply(turn([0, 0, 1], 3.0), q_ref[0]),
+            quaternion_multiply(turn([1, 0, 0], 4.0), q_ref[1]),
+        ]
+    )
+    found = attitude_rmse(q_est, q_ref)
+    expected = (np.sqrt(12.5), 3 / np.sqrt(2), 4 / np.sqrt(2))
+    np.testing.assert_allclose(found, expected, rtol=1e-9)
+    assert all(type(value) is float for value in found)
+
+
+def test_only_moving_samples_with_a_reference_count() -> None:
+    q_ref = references(4)
+    q_est = np.stack(
+        [quaternion_multiply(turn([0, 0, 1], 10.0 * (k + 1)), q_ref[k]) for k in range(4)]
+    )
+    q_ref[2] = np.nan
+    mov = [False, True, True, True]
+    np.testing.assert_allclose(
+        attitude_rmse(q_est, q_ref, mov).heading, np.sqrt((20**2 + 40**2) / 2)
+    )
+    np.testing.assert_allclose(
+        attitude_rmse(q_est, q_ref).heading, np.sqrt((10**2 + 20**2 + 40**2) / 3)
+    )
+
+
+def test_an_estimate_that_is_nan_spoils_the_result() -> None:
+    q_ref = references(3)
+    q_est = q_ref.copy()
+    q_est[1] = np.nan
+    assert np.isnan(attitude_rmse(q_est, q_ref)).all()
+    assert np.allclose(attitude_rmse(q_est, q_ref, [True, False, True]), 0, atol=1e-5)
+
+
+def test_faults_are_named() -> None:
+    q = references(3)
+    with pytest.raises(InputError, match=r"^q_est and q_ref .* not \(2, 4\) and \(3, 4\)$"):
+        attitude_rmse(q[:2], q)
+    with pytest.raises(InputError, match=r"^q_est and q_ref .* not \(4,\) and \(4,\)$"):
+        attitude_rmse(q[0], q[0])
+    with pytest.raises(InputError, match=r"^mov must have the shape \(3,\), not \(2,\)$"):
+        attitude_rmse(q, q, [True, True])
+    with pytest.raises(InputError, match=r"^no sample counts: .*$"):
+        attitude_rmse(q, q, [False] * 3)
+    with pytest.raises(InputError, match=r"^no sample counts: .*$"):
+        attitude_rmse(q, np.full((3, 4), np.nan))

@@ -1,0 +1,107 @@
+"""`sim.attitude.peers`: published filters in our frames, on the bundled log with exact truth."""
+
+from __future__ import annotations
+
+import builtins
+import dataclasses
+import sys
+
+import numpy as np
+import pytest
+
+from boresight.model.errors import InputError, ToolMissing
+from boresight.sim.attitude.accuracy import attitude_error, attitude_rmse
+from boresight.sim.attitude.log import read_log
+from boresight.sim.attitude.peers import PEERS, dip_rad, first_attitude, peer, require_peers
+from boresight.sim.attitude.rotation import quaternion_multiply
+from boresight.sim.records.bundled import bundled
+from boresight.sim.worlds.synthetic import synthetic_log
+
+#: Total RMSE [deg] on synthetic_60s, magnetometer at 10 Hz: both bounds. A wrong frame gives 90 or
+#: 180 degrees, a wrong step of the magnetometer tens.
+BOUNDS = {
+    "vqf_offline": (0.45, 0.6),
+    "vqf": (0.95, 1.15),
+    "vqf_basic": (1.0, 1.3),
+    "madgwick": (2.1, 2.4),
+    "madgwick_tuned": (2.0, 2.3),
+    "mahony": (3.1, 3.4),
+    "mahony_tuned": (3.1, 3.5),
+    "ahrs_ekf": (0.9, 1.1),
+    "ahrs_ekf_tuned": (0.8, 1.0),
+}
+
+
+@pytest.fixture(scope="module")
+def log():
+    return read_log(bundled("synthetic_60s"))
+
+
+@pytest.mark.parametrize("name", PEERS)
+def test_accuracy(log, name):
+    q = PEERS[name].run(log)
+    low, high = BOUNDS[name]
+    assert low < attitude_rmse(q, log.q).total < high
+    assert np.allclose(np.linalg.norm(q, axis=1), 1.0)
+
+
+@pytest.mark.parametrize("name", PEERS)
+def test_heading_follows_a_turned_world(name):
+    """Sensors of the same motion, turned 100 degrees about the vertical with the field: same error.
+
+    A frame that is right only where the motion begins would show.
+    """
+    log = synthetic_log(seconds=10, rate_hz=50, seed=4)
+    turn = np.array([np.cos(np.radians(50)), 0.0, 0.0, np.sin(np.radians(50))])
+    heading = np.radians(100.0)
+    field = (27.9 * np.sin(heading), 27.9 * np.cos(heading), -46.2)
+    other = synthetic_log(seconds=10, rate_hz=50, seed=4, field_ut=field)
+    # In axes turned so that its field is to the north, the other log's attitude is turn * q.
+    turned = dataclasses.replace(other, q=quaternion_multiply(turn, log.q))
+    error = attitude_error(PEERS[name].run(turned)[250:], turned.q[250:])
+    assert np.median(error.total) < 6.0
+
+
+def test_start_is_the_full_attitude():
+    log = synthetic_log(seconds=2, rate_hz=50, seed=3)
+    assert attitude_error(first_attitude(log), log.q[0]).total < 1e-6
+    late = np.arange(len(log)) >= 5
+    held = dataclasses.replace(log, mag_new=late)
+    assert attitude_error(first_attitude(held), log.q[0]).total < 20.0
+    for held in (log, dataclasses.replace(log, q=None)):
+        assert np.degrees(dip_rad(held)) == pytest.approx(58.87, abs=0.05)
+    # The reference, where there is one, does not mind linear acceleration.
+    pushed = dataclasses.replace(log, acc=log.acc + [8.0, 0.0, 0.0])
+    assert np.degrees(dip_rad(pushed)) == pytest.approx(58.87, abs=0.05)
+    assert abs(np.degrees(dip_rad(dataclasses.replace(pushed, q=None))) - 58.87) > 5.0
+
+
+def test_the_ekf_takes_the_dip_of_the_place(log):
+    wrong = PEERS["ahrs_ekf"].run(log, np.radians(20.0))
+    assert attitude_rmse(wrong, log.q).total > 1.5  # 0.97 with the right one
+    same = PEERS["ahrs_ekf"].run(log, dip_rad(log))
+    assert np.array_equal(same, PEERS["ahrs_ekf"].run(log))
+
+
+def test_field_is_needed():
+    log = synthetic_log(seconds=2, rate_hz=50, seed=3)
+    with pytest.raises(InputError, match=r"wanted magnetometer samples, found none"):
+        first_attitude(dataclasses.replace(log, mag_new=np.zeros(len(log), dtype=bool)))
+
+
+def test_package_that_is_missing(monkeypatch):
+    plain = builtins.__import__
+
+    def without(name, *args, **kwargs):
+        if name.split(".")[0] == "ahrs":
+            raise ImportError(name)
+        return plain(name, *args, **kwargs)
+
+    monkeypatch.delitem(sys.modules, "ahrs", raising=False)
+    monkeypatch.setitem(sys.modules, "ahrs", None)
+    monkeypatch.setattr(builtins, "__import__", without)
+    require_peers([peer("vqf")])
+    with pytest.raises(ToolMissing, match=r"^the Python package ahrs was not found: install it"):
+        require_peers([peer("vqf"), peer("madgwick")])
+    with pytest.raises(InputError, match=r"wanted one of vqf_offline, vqf"):
+        peer("kalman")

@@ -1,0 +1,129 @@
+"""The chain in integers: what a log becomes, and the way back that gives the same attitude."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from boresight.gateware.system.plan import RECORD
+from boresight.gateware.system.programs import FILTERS, system_estimators
+from boresight.model.errors import InputError
+from boresight.sim.attitude.feed import named_outputs
+from boresight.sim.attitude.log import Log, read_log, write_log
+from boresight.sim.board.front import (
+    COUNTS,
+    HEADING,
+    NO_LINE,
+    Samples,
+    quantise,
+    run_chain,
+    words_as_log,
+)
+from boresight.sim.records.bundled import bundled
+from boresight.verbs.run import run
+
+STEPS = 600
+
+
+@pytest.fixture(scope="module")
+def programs() -> list:
+    return [e.compile() for e in system_estimators()]
+
+
+@pytest.fixture(scope="module")
+def log() -> Log:
+    whole = read_log(bundled("synthetic_60s"))
+    keys = ("t", "gyr", "acc", "mag", "mag_new", "q")
+    return Log(name="cut", **{key: getattr(whole, key)[:STEPS] for key in keys})
+
+
+def test_a_log_as_raw_counts(log) -> None:
+    s = quantise(log, kind=COUNTS, line_hz=8.0)
+    assert len(s) == STEPS
+    assert np.abs(s.counts[:, :3] * np.radians(0.0125) - log.gyr).max() <= np.radians(0.0063)
+    assert np.abs(s.counts[:, 3:] * 0.25e-3 * 9.80665 - log.acc).max() <= 0.00123
+    assert np.abs(s.stamp / 100e6 - (log.t - log.t[0])).max() <= 0.6e-8
+    assert s.restart.tolist() == [True] + [False] * (STEPS - 1)
+    seconds = log.t[-1] - log.t[0]
+    assert 0 < np.count_nonzero(s.line) <= 8 * seconds + 1
+    rows = s.line == COUNTS
+    assert np.abs(s.values[rows] / 45 - log.mag[rows]).max() < 0.0112
+
+
+def test_full_scale_is_the_sensor_s(log) -> None:
+    wild = replace(log, gyr=log.gyr + 100.0, acc=log.acc - 1000.0)
+    s = quantise(wild, kind=NO_LINE)
+    assert (s.counts[:, :3] == 24000).all()
+    assert (s.counts[:, 3:] == -20000).all()
+    assert not s.line.any()
+
+
+def test_headings_need_a_reference(log) -> None:
+    with pytest.raises(InputError, match=r"^log 'cut': wanted a reference attitude"):
+        quantise(replace(log, q=None), kind=HEADING)
+    s = quantise(log, kind=HEADING)
+    rows = s.line == HEADING
+    assert rows.any()
+    assert s.values[rows, 0].min() >= 0
+    assert s.values[rows, 0].max() < 3600
+
+
+@pytest.mark.parametrize("kind", [COUNTS, HEADING])
+def test_the_chain_follows_the_reference(programs, log, kind: int) -> None:
+    """Raw counts in, attitude out near the truth: units, signs and axes are right all the way."""
+    chain = run_chain(programs, quantise(log, kind=kind, line_hz=50.0))
+    out = named_outputs(programs[0], chain.outputs)
+    q = np.stack([out[f"q{a}"] for a in "wxyz"], axis=1)[-100:]
+    off = 2 * np.degrees(np.arccos(np.clip(np.abs((q * log.q[-100:]).sum(axis=1)), 0, 1)))
+    assert off.max() < (3.5 if kind == COUNTS else 1.5)  # deg; the recording's own field errs
+
+
+@pytest.mark.parametrize("number, name", list(enumerate(FILTERS)))
+def test_boresight_run_gives_the_same_words(
+    number: int, name: str, programs, log, tmp_path
+) -> None:
+    """The calibrated words as an SI log, through the command line's own way: bit for bit."""
+    given = quantise(log, kind=COUNTS if number % 2 else HEADING, number=number, line_hz=30.0)
+    given.restart[[200, 201, 350]] = True
+    stamp = given.stamp + np.where(np.arange(STEPS) >= 420, 2**27, 0)  # a gap
+    chain = run_chain(programs, replace(given, stamp=stamp % 2**32))
+    assert np.flatnonzero(chain.restart).tolist() == [0, 200, 201, 350, 420]
+    path = tmp_path / "words.npz"
+    write_log(path, words_as_log(programs[number], chain))
+    result = run(name, path, on="fixed")
+    out = named_outputs(programs[number], chain.outputs)
+    assert (result["q"] == np.stack([out[f"q{a}"] for a in "wxyz"], axis=1)).all()
+    assert (result["euler_deg"][:, 0] == 180.0 * out["heading"]).all()
+    assert (result["status"] == np.rint(out["status"])).all()
+
+
+def test_filters_in_turns_keep_their_states(programs, log) -> None:
+    """Every filter gives what it gives on its own updates alone; a change restarts it."""
+    given = quantise(log, kind=COUNTS)
+    turns = replace(given, filter=np.arange(STEPS) // 50 % 4)
+    chain = run_chain(programs, turns)
+    assert np.flatnonzero(chain.restart).tolist() == list(range(0, STEPS, 50))
+    rows = turns.filter == 2
+    dt = chain.records[rows, RECORD.index("dt")]
+    assert (dt < 0).sum() == rows.sum() // 50
+    assert len(np.unique(chain.outputs[rows], axis=0)) > 100
+
+
+def test_a_line_is_fresh_for_its_update_only(programs) -> None:
+    n = 6
+    zeros = np.zeros((n, 3), dtype=np.int64)
+    values = zeros.copy()
+    values[2], values[4] = (900, 0, 0), (100, -200, 300)
+    given = Samples(
+        np.arange(n) * 97656,
+        np.zeros((n, 6), dtype=np.int64),
+        np.array([0, 0, HEADING, 0, COUNTS, 0]),
+        values,
+        np.arange(n) == 0,
+        np.zeros(n, dtype=np.int64),
+    )
+    field = run_chain(programs, given).records[:, 4:7] / 2.0**23
+    assert (field[[0, 1, 3, 5]] == 0).all()
+    # A compass that points east: the field, which points north, is to the left, along -x.
+    assert np.abs(field[2] - [-30.0, 0.0, 0.0]).max() < 1e-4
+    assert np.abs(field[4] - np.array([100, -200, 300]) / 45).max() < 1e-4

@@ -1,0 +1,76 @@
+"""Mean triad matrix and polar orthogonalisation, against scipy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.linalg import polar, sqrtm
+from scipy.spatial.transform import Rotation
+
+from boresight.model.errors import InputError
+from boresight.sim.experiments.calibration import (
+    nearest_rotation,
+    orthogonality_error,
+    triad_matrix,
+)
+
+MOUNTING = Rotation.from_euler("xyz", (3.0, -5.0, 8.0), degrees=True).as_matrix()
+
+
+def test_triad_matrix_undoes_the_platform_axes_and_averages():
+    rng = np.random.default_rng(1)
+    b = np.eye(3) + 0.2 * rng.standard_normal((3, 3))
+    sights = np.stack([MOUNTING @ b] * 10)
+    np.testing.assert_allclose(triad_matrix(sights, b), MOUNTING, atol=1e-14)
+    noise = 0.01 * rng.standard_normal((10, 3, 3))
+    np.testing.assert_allclose(
+        triad_matrix(sights + noise, b),
+        MOUNTING + noise.mean(axis=0) @ np.linalg.inv(b),
+        atol=1e-14,
+    )
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_polar_factor_is_scipys_and_the_papers_formula(seed):
+    t = MOUNTING + 0.1 * np.random.default_rng(seed).standard_normal((3, 3))
+    t_0 = nearest_rotation(t)
+    np.testing.assert_allclose(t_0, polar(t)[0], atol=1e-13)
+    np.testing.assert_allclose(t_0, t @ np.linalg.inv(np.real(sqrtm(t.T @ t))), atol=1e-12)
+    assert orthogonality_error(t_0) < 1e-14
+    assert np.linalg.det(t_0) == pytest.approx(1.0)
+
+
+def test_orthogonality_error_is_the_largest_element():
+    assert orthogonality_error(np.diag([1.0, 1.1, 0.9])) == pytest.approx(0.21)
+    assert orthogonality_error(MOUNTING) < 1e-15
+
+
+def test_mean_of_ten_is_nearer_than_one():
+    rng = np.random.default_rng(2)
+    errors = {1: [], 10: []}
+    for _ in range(50):
+        sights = MOUNTING + 0.01 * rng.standard_normal((10, 3, 3))
+        for n, found in errors.items():
+            turn = nearest_rotation(triad_matrix(sights[:n], np.eye(3))) @ MOUNTING.T
+            found.append(Rotation.from_matrix(turn).magnitude())
+    assert 2.5 < np.mean(errors[1]) / np.mean(errors[10]) < 4.0  # sqrt(10)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: triad_matrix(np.eye(3), np.eye(3)), r"s and b must have the shapes .*"),
+        (lambda: triad_matrix(np.zeros((0, 3, 3)), np.eye(3)), r"s and b must have the shapes .*"),
+        (lambda: triad_matrix(np.full((1, 3, 3), np.nan), np.eye(3)), "s and b must be finite"),
+        (
+            lambda: triad_matrix(np.zeros((1, 3, 3)), np.ones((3, 3))),
+            "the axes in b must not lie in one plane",
+        ),
+        (lambda: nearest_rotation(np.zeros((3, 3))), r"T must have a determinant above 0: .*"),
+        (lambda: nearest_rotation(np.diag([1.0, 1.0, -1.0])), r".*\(determinant -1\)"),
+        (lambda: nearest_rotation(np.eye(2)), r"T must be a finite matrix .*"),
+    ],
+)
+def test_bad_input(call, message):
+    with pytest.raises(InputError, match=f"^{message}$"):
+        call()

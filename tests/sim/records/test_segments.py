@@ -1,0 +1,68 @@
+"""Segments side by side are the run from the first sample on, or the fault is placed."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import boresight.sim.records.segments
+from boresight.model.words.interpreter import Interpreter
+from boresight.model.words.program import Program
+from boresight.sim.records.segments import interpret, with_state_outputs
+from tests.support.random_program import random_inputs, random_program
+
+
+@pytest.fixture(scope="module")
+def program() -> Program:
+    return random_program(3, n_ops=20, n_inputs=3, n_states=3)
+
+
+@pytest.fixture(scope="module")
+def inputs(program: Program) -> np.ndarray:
+    return np.array(random_inputs(program, 5, 300))
+
+
+def test_next_states_as_outputs(program: Program) -> None:
+    probe = with_state_outputs(program)
+    assert probe.outputs == (*program.outputs, *(after for _, after in program.states))
+    assert probe.output_names[: len(program.outputs)] == program.output_names
+    assert probe.output_names[len(program.outputs) :] == tuple(
+        f"next_{program.values[state].name}" for state, _ in program.states
+    )
+
+
+@pytest.mark.parametrize("steps, segments", [(1, 256), (7, 256), (8, 1), (100, 7), (300, 256)])
+def test_as_one_run(program: Program, inputs: np.ndarray, steps: int, segments: int) -> None:
+    calls: list[tuple[int, int]] = []
+    run = interpret(
+        program, inputs[:steps], segments=segments, progress=lambda *now: calls.append(now)
+    )
+    machine = Interpreter(program)
+    for k, row in enumerate(inputs[:steps]):
+        outputs, saturated = machine.update(row[:, None])
+        assert run.outputs[k].tolist() == outputs[:, 0].tolist()
+        assert run.saturated[k] == saturated[0]
+        states = [machine.values[state][0] for state, _ in program.states]
+        assert run.states[k].tolist() == states
+    assert run.broken_at is None
+    # As many segments as are asked for, none of them shorter than eight steps.
+    longest = -(-steps // max(1, min(segments, steps // 8)))
+    assert calls == [(k + 1, longest) for k in range(longest)]
+
+
+@pytest.mark.parametrize("steps, at", [(100, 7), (100, 15), (100, 90)])
+def test_a_wrong_state_is_placed(
+    program: Program, inputs: np.ndarray, steps: int, at: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The C model goes wrong in a state at the end of a segment: the next one starts from it."""
+
+    class Wrong(boresight.sim.records.segments.CModel):
+        def update(self, words):
+            out, flags = super().update(words)
+            out[end, -1] ^= 1
+            return out, flags
+
+    bounds = np.linspace(0, steps, steps // 8 + 1).astype(int)
+    end = int(bounds[bounds > at][0]) - 1
+    monkeypatch.setattr(boresight.sim.records.segments, "CModel", Wrong)
+    assert interpret(program, inputs[:steps]).broken_at == end

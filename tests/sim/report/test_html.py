@@ -1,0 +1,195 @@
+"""`sim.report.html`: one file, well formed, nothing from outside, the numbers of the JSON."""
+
+from __future__ import annotations
+
+import copy
+import json
+import re
+from html.parser import HTMLParser
+from typing import Any
+
+import pytest
+
+from boresight.gateware.core import Core
+from boresight.sim.report.data import assemble
+from boresight.sim.report.html import net_name, number, render_html, unit
+
+VOID = {"meta", "br", "img", "link", "hr", "input"}
+
+
+class Page(HTMLParser):
+    """Checks nesting; gathers tags, text and the numbers that carry a path."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.numbers: dict[str, str | None] = {}
+        self.text = ""
+        self.feed(text)
+        self.close()
+        assert self.open == []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        values = dict(attrs)
+        self.tags.append((tag, values))
+        if tag not in VOID:
+            self.open.append(tag)
+        if tag == "data":
+            path = values["data-path"]
+            assert path is not None
+            self.numbers[path] = values["value"]
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if self.open and self.open[-1] not in ("style", "title"):
+            self.text += data
+
+
+@pytest.fixture(scope="module")
+def html(report: dict[str, Any]) -> str:
+    return render_html(report)
+
+
+def at(data: Any, path: str) -> Any:
+    """A path names keys that may hold dots themselves only in its last part."""
+    keys = path.split(".")
+    for key in keys:
+        data = data[key]
+    return data
+
+
+def test_well_formed_and_small(html: str) -> None:
+    page = Page(html)
+    assert html.startswith("<!DOCTYPE html>") and len(html) < 3_000_000
+    assert sum(tag == "svg" for tag, _ in page.tags) == 4  # schedule and three plots
+    ids = [a["id"] for tag, a in page.tags if tag == "section"]
+    assert ids == [
+        "verification",
+        "schedule",
+        "resources",
+        "path",
+        "accuracy",
+        "numerics",
+        "firmware",
+    ]
+
+
+def test_nothing_from_outside(html: str) -> None:
+    assert re.search(r"https?://|\bsrc\s*=|@import|url\((?!#)", html) is None
+    for tag, attributes in Page(html).tags:
+        assert tag not in ("script", "link", "iframe", "object", "img")
+        assert (attributes.get("href") or "#").startswith("#")
+
+
+def test_headline_numbers_are_those_of_the_json(html: str, report: dict[str, Any]) -> None:
+    shown = Page(html).numbers
+    assert {
+        "timing.latency_cycles.predicted",
+        "timing.latency_cycles.max",
+        "timing.update_us",
+        "timing.speedup",
+        "timing.paper_cycles",
+        "timing.fmax_mhz.-2.p75",
+        "resources.lut",
+        "resources.dsp",
+        "resources.blkmem",
+        "resources.percent.lut",
+        "accuracy.vs_float_max_deg",
+    } <= set(shown)
+    for path, value in shown.items():
+        assert value is not None and float(value) == at(report, path), path
+    assert "31\N{NARROW NO-BREAK SPACE}600" in Page(html).text
+
+
+def test_every_level_has_its_line(html: str, report: dict[str, Any]) -> None:
+    text = " ".join(Page(html).text.split())
+    for level in report["verification"]:
+        assert f"[{level['n_mismatch']}/{level['n_total']}] mismatches" in text
+    assert "equal" in text and "failed" not in text
+
+
+def test_names_and_guesses_are_shown_and_escaped(html: str) -> None:
+    text = Page(html).text
+    assert "lane0.<i>" in text and "lane0.&lt;i&gt;" in html
+    assert "guess & nothing else" in text and "(made by synthesis)" in text
+    assert "boresight report complementary <log>" in text
+    assert "estimate, not ISE" in " ".join(text.split())
+
+
+def test_missing_synthesis_gives_a_warning_and_no_number(core: Core) -> None:
+    page = Page(render_html(assemble(core)))
+    for path, value in page.numbers.items():
+        if path.startswith(("resources.", "timing.fmax", "accuracy.")):
+            assert value == ""
+    assert not any(path.startswith("timing.fmax") for path in page.numbers)
+    assert "resources and clock: not known, no synthesis was run (--synth)" in page.text
+    assert "MHz at" not in page.text and "No log was run." in page.text
+    assert "path" not in [a.get("id") for _, a in page.tags]
+
+
+def test_truth_and_comparison_have_their_names(html: str, report: dict[str, Any]) -> None:
+    assert "exact truth" in html and "a comparison, not truth" not in html
+    data = copy.deepcopy(report)
+    data["accuracy"]["logs"][0]["reference"] = "comparison"
+    other = render_html(data)
+    assert "a comparison, not truth" in other and "exact truth" not in other
+    assert "roll, comparison" in other and "difference to the comparison, deg" in other
+
+
+def test_failures_and_tight_formats_are_marked(core: Core, report: dict[str, Any]) -> None:
+    data = copy.deepcopy(report)
+    data["verification"][0] |= {"good": False, "n_mismatch": 2, "divergence": "first <here>"}
+    data["numerics"][0] |= {"state": "saturated", "saturations": 5}
+    page = Page(render_html(data))
+    assert "failed first <here>" in " ".join(page.text.split())
+    rows = [a.get("class") for tag, a in page.tags if tag == "tr"]
+    assert "saturated" in rows
+
+
+def test_same_data_same_text(html: str, report: dict[str, Any]) -> None:
+    assert render_html(report) == html
+    assert render_html(json.loads(json.dumps(report))) == html
+
+
+def test_one_lane(small_core: Core) -> None:
+    page = Page(render_html(assemble(small_core)))
+    assert "lane 0" in page.text and "lane 1" not in page.text
+
+
+def test_not_finite_is_refused(report: dict[str, Any]) -> None:
+    data = dict(report, timing=dict(report["timing"], update_us=float("nan")))
+    with pytest.raises(ValueError, match=r"^timing\.update_us must be finite, not nan$"):
+        render_html(data)
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (None, "\N{EM DASH}"),
+        (0, "0"),
+        (0.0, "0"),
+        (120, "120"),
+        (31600, "31\u202f600"),
+        (263.3, "263.3"),
+        (1.2, "1.2"),
+        (8.18668e-6, "8.19\u00d710\u207b\u2076"),
+        (-0.5, "\u22120.5"),
+        (487804.9, "487\u202f805"),
+        (2e12, "2\u00d710\u00b9\u00b2"),
+        (76.7, "76.7"),
+    ],
+)
+def test_number(value: float | None, text: str) -> None:
+    assert number(value) == text
+
+
+def test_units_and_nets() -> None:
+    assert unit("(m/s^2)^2") == "(m/s\u00b2)\u00b2" and unit("ht") == "half turns"
+    assert unit("uT") == "\u00b5T" and unit("") == ""
+    assert net_name("$abc$1") == "(made by synthesis)" and net_name("lane0.p") == "lane0.p"
