@@ -9,6 +9,7 @@ from boresight.model.estimators.ekf_bias import EkfBias
 from boresight.model.estimators.ekf_quaternion import EkfQuaternion
 from boresight.model.estimators.ekf_quaternion_vector import EkfQuaternionVector
 from boresight.model.estimators.mekf import Mekf
+from boresight.model.estimators.satcom import Satcom
 
 __all__ = ["ESTIMATORS", "estimator"]
 
@@ -21,6 +22,7 @@ ESTIMATORS: dict[str, type[Estimator]] = {
         EkfQuaternion,
         EkfQuaternionVector,
         Mekf,
+        Satcom,
     )
 }
 

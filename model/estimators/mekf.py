@@ -30,6 +30,7 @@ from __future__ import annotations
 from typing import Any
 
 from boresight.model import ops
+from boresight.model.algebra.angles import unit_angle_ht
 from boresight.model.algebra.covariance import Symmetric, symmetric
 from boresight.model.algebra.quaternion import cross, dot, matrix, turn
 from boresight.model.estimator import Estimator
@@ -70,29 +71,15 @@ def _three(x: Any, name: str, axes: str) -> tuple[Any, Any, Any]:
     return first, second, third
 
 
-def _angle_ht(y: Any, x: Any, inverse: Any = 1.0) -> Any:
-    """Angle of (x, y) in half turns with 1/sqrt(x^2 + y^2) = ``inverse`` known; unfolds octants.
-
-    As `model.ops.atan2_ht`, without its root.
-    """
-    swap = x * x < y * y
-    sine = ops.absolute(ops.where(swap, x, y)) * inverse
-    sine = ops.bounded(sine, 0.0, 0.7188, "smaller component of a unit vector")
-    sign = ops.flip(swap, x * y)
-    base = ops.where(swap, ops.flip(y < 0.0, 0.5), ops.where(x < 0.0, -1.0, 0.0))
-    base = ops.bounded(base, -1.0, 0.5, "quadrant")
-    return ops.wrap_ht(base + ops.flip(sign < 0.0, ops.asin_ht(sine)))
-
-
 def _euler_ht(C: Any) -> tuple[Any, Any, Any]:
     """Pitch, roll, heading [half turns] of C = Rz(heading) Rx(pitch) Ry(roll)."""
     cosine_sq = C[2][2] * C[2][2] + C[2][0] * C[2][0]
     secant = ops.rsqrt(cosine_sq)
     cosine = ops.bounded(cosine_sq * secant, 0.0, 1.0, "cosine of the pitch")
     return (
-        _angle_ht(C[2][1], cosine),
-        ops.wrap_ht(-_angle_ht(C[2][0], C[2][2], secant)),
-        ops.wrap_ht(-_angle_ht(C[0][1], C[1][1], secant)),
+        unit_angle_ht(C[2][1], cosine),
+        ops.wrap_ht(-unit_angle_ht(C[2][0], C[2][2], secant)),
+        ops.wrap_ht(-unit_angle_ht(C[0][1], C[1][1], secant)),
     )
 
 

@@ -1,0 +1,51 @@
+"""Inverse trigonometry over the full range, on scalars: the same code on floats and on the tracer.
+
+Angles in half turns. Errors of the 32-bit word are in `docs/estimators.md`.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from boresight.model import ops
+
+__all__ = ["acos_ht", "asin_ht", "unit_angle_ht"]
+
+
+def unit_angle_ht(y: Any, x: Any, inverse: Any = 1.0) -> Any:
+    """Angle of (x, y) in half turns, [-1, 1), with 1/sqrt(x^2 + y^2) = ``inverse`` known.
+
+    As `model.ops.atan2_ht`, which also says how, without its root.
+    """
+    swap = x * x < y * y
+    sine = ops.absolute(ops.where(swap, x, y)) * inverse
+    sine = ops.bounded(sine, 0.0, 0.7188, "smaller component of a unit vector")
+    sign = ops.flip(swap, x * y)
+    base = ops.where(swap, ops.flip(y < 0.0, 0.5), ops.where(x < 0.0, -1.0, 0.0))
+    base = ops.bounded(base, -1.0, 0.5, "quadrant")
+    return ops.wrap_ht(base + ops.flip(sign < 0.0, ops.asin_ht(sine)))
+
+
+def asin_ht(x: Any) -> Any:
+    """Half turns whose sine is ``x``, [-1/2, 1/2]; beyond [-1, 1] that of the nearer end.
+
+    From 1/2 on by half the angle, which keeps all bits that ``x`` has near one::
+
+        asin(x) = pi/2 - 2 asin(sqrt((1 - x)/2))
+    """
+    size = ops.minimum(ops.absolute(x), 1.0)
+    large = size > 0.5
+    square = ops.bounded(0.5 - 0.5 * size, 0.0, 0.5, "squared sine of half the rest")
+    near = square < 2.0**-11  # a root is exact from 2^-22 of its argument's range on
+    spread = ops.bounded(ops.where(near, 1024.0 * square, square), 0.0, 0.5, "spread")
+    root = ops.bounded(spread * ops.rsqrt(spread), 0.0, 0.7188, "root")
+    root = ops.where(near, (1.0 / 32.0) * root, root)
+    angle = ops.asin_ht(ops.bounded(ops.where(large, root, size), 0.0, 0.7188, "up to 1/2"))
+    return ops.flip(
+        x < 0.0, ops.bounded(ops.where(large, 0.5 - 2.0 * angle, angle), 0.0, 0.5, "arc sine")
+    )
+
+
+def acos_ht(x: Any) -> Any:
+    """Half turns whose cosine is ``x``, [0, 1]; beyond [-1, 1] that of the nearer end."""
+    return ops.bounded(0.5 - asin_ht(x), 0.0, 1.0, "arc cosine")

@@ -1,0 +1,140 @@
+"""What `Satcom` reads, keeps and tells: inputs, parameters, states, outputs, status bits."""
+
+from __future__ import annotations
+
+from boresight.model.algebra.covariance import covariance_states
+from boresight.model.estimator import Input, Output, Param, State
+
+__all__ = ["BIAS_UNIT", "INPUTS", "OUTPUTS", "P0_LIMIT", "PARAMS", "STATES", "STATUS_BITS"]
+
+BIAS_UNIT = 4.0  #: s; the bias state of the covariance is bias times this.
+P0_LIMIT = 0.5  #: largest initial standard deviation, scaled.
+BELOW = 1.0 - 2.0**-31
+_DEG = 0.017453292519943295
+
+#: Bits of the output ``status``.
+STATUS_BITS = {
+    0: "external acceleration: roll and pitch are measured with the enlarged noise",
+    1: "no tracking sample",
+    2: "tracking sample not used: error beyond its gate",
+    3: "covariance at its limit",
+}
+
+INPUTS = (
+    Input("dt", -0.25, 0.2499, "s", clamp=True),
+    *(Input(f"g{axis}", -8.0, 7.99, "rad/s") for axis in "xyz"),
+    *(Input(f"a{axis}", -64.0, 63.99, "m/s^2") for axis in "xyz"),
+    Input("e_psi", -0.5, 0.5, "rad", missing=0.0),
+    Input("beam", -1.0, 1.0, "ht", missing="hold"),
+    Input("tracking", 0.0, 1.0, "", valid_of=("e_psi", "beam")),
+)
+
+PARAMS = (
+    Param(
+        "scale",
+        8.0,
+        1.0,
+        64.0,
+        "",
+        "covariances are held times its square: large keeps small "
+        "ones exact, but a noise (standard deviation) times it counts as at most 8",
+    ),
+    Param(
+        "start_heading",
+        0.0,
+        -1.0,
+        0.9999,
+        "ht",
+        "heading at a restart, at which the antenna found its satellite",
+    ),
+    Param(
+        "p0_sd",
+        2e-3**0.5 * 2**0.5,
+        1e-4,
+        1.0,
+        "rad",
+        "initial standard deviation of the "
+        "attitude: large follows the first samples, small the start",
+    ),
+    Param(
+        "bias_p0_sd",
+        0.015,
+        1e-5,
+        0.1,
+        "rad/s",
+        "initial standard deviation of the gyro's "
+        "bias; times 4 times scale it counts as at most 0.5",
+    ),
+    Param(
+        "gyro_sd",
+        0.05 * _DEG,
+        0.0,
+        0.1,
+        "rad/s",
+        "noise of a gyro sample (root of Q): small trusts the gyro, large the measurements",
+    ),
+    Param(
+        "bias_density",
+        2e-5,
+        0.0,
+        0.01,
+        "rad/s/sqrt(s)",
+        "random walk of the gyro's bias: small keeps it, large lets it wander",
+    ),
+    Param("roll_sd", 0.5 * _DEG, 1e-4, 1.0, "rad", "noise of the measured roll (root of R)"),
+    Param("pitch_sd", 0.5 * _DEG, 1e-4, 1.0, "rad", "noise of the measured pitch (root of R)"),
+    Param(
+        "heading_sd", 0.3 * _DEG, 1e-4, 1.0, "rad", "noise of the heading of the loop (root of R)"
+    ),
+    Param(
+        "adapt",
+        100.0,
+        1.0,
+        1000.0,
+        "",
+        "growth of roll_sd and pitch_sd under external acceleration; 1 keeps R fixed",
+    ),
+    Param(
+        "tilt_known_sd",
+        1.5 * _DEG,
+        0.0,
+        1.0,
+        "rad",
+        "standard deviation of the tilt above "
+        "which nothing counts as external acceleration: a start would be taken for one",
+    ),
+    Param("delta_x", 0.3, 0.01, 60.0, "m/s^2", "north acceleration that counts as external"),
+    Param("delta_y", 0.3, 0.01, 60.0, "m/s^2", "the same, east"),
+    Param("delta_z", 0.5, 0.01, 60.0, "m/s^2", "the same, down"),
+    Param(
+        "cutoff",
+        0.5,
+        0.0,
+        8.0,
+        "rad/s",
+        "cut-off of the heading loop: small smooths the tracking error, large follows it",
+    ),
+    Param("damping", 0.707, 0.1, 4.0, "", "damping of the heading loop"),
+    Param(
+        "tracking_gate", 0.1, 1e-3, 0.5, "rad", "tracking error beyond which a sample is not used"
+    ),
+)
+
+STATES = (
+    State("qw", -1.0, BELOW, "", BELOW),
+    *(State(f"q{axis}", -1.0, BELOW) for axis in "xyz"),
+    *(State(f"bias_{axis}", -0.125, 0.125 * BELOW, "rad/s") for axis in "xyz"),
+    *covariance_states(6, lambda i: 0.064 if i < 3 else 0.2304),
+    State("heading_pi", -1.0, BELOW, "ht"),
+    State("drift", -0.25, 0.25 * BELOW, "rad/s"),
+    State("since", 0.0, 1.0, "s"),
+)
+
+OUTPUTS = (
+    *(Output(name, "ht", 2.7e-5) for name in ("roll", "pitch", "heading")),
+    *(Output(f"q{axis}", "", 5e-5) for axis in "wxyz"),
+    *(Output(f"bias_{axis}", "rad/s", 1e-5) for axis in "xyz"),
+    *(Output(f"rate_{axis}", "rad/s", 1e-5) for axis in "xyz"),
+    Output("heading_pi", "ht", 2.7e-5),
+    Output("status", "bits"),
+)

@@ -1,0 +1,50 @@
+"""Inverse trigonometry over the full range, against numpy."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from boresight.model import ops
+from boresight.model.algebra.angles import acos_ht, asin_ht, unit_angle_ht
+
+EDGES = np.array([-1.0, -0.999999, -0.75, -0.5, -1e-9, 0.0, 1e-9, 0.5, 0.71, 0.999999, 1.0])
+SINES = np.concatenate([EDGES, np.linspace(-1.0, 1.0, 4001), 1.0 - np.logspace(-9, -1, 200)])
+
+
+@pytest.mark.parametrize(
+    "ours, theirs", [(asin_ht, np.arcsin), (acos_ht, np.arccos)], ids=["asin", "acos"]
+)
+def test_full_range(trace: Any, ours: Any, theirs: Any) -> None:
+    """Float64 within rounding; the word within its own resolution, sqrt(2 LSB) at the ends."""
+    traced = trace(ours, [(-1.0, 1.0)])
+    (fixed,), (floating,), saturated = traced.run(SINES)
+    exact = theirs(np.clip(SINES, -1.0, 1.0)) / np.pi
+    assert not saturated.any()
+    assert np.abs(ours(SINES) - exact).max() < 3e-9
+    apart = np.abs(fixed - floating)
+    assert apart[np.abs(SINES) < 0.99].max() < 4e-9
+    assert apart.max() < 1e-5
+    low, high = traced.nodes[0].low, traced.nodes[0].high
+    assert (low, high) == ((0.0, 1.0) if ours is acos_ht else (-0.5, 0.5))
+
+
+def test_beyond_the_range_the_nearer_end(trace: Any) -> None:
+    wide = np.array([-3.0, -1.5, 1.0001, 2.0])
+    traced = trace(lambda x: (asin_ht(x), acos_ht(x)), [(-4.0, 4.0)])
+    (arc_sine, arc_cosine), _, saturated = traced.run(wide)
+    assert arc_sine == pytest.approx([-0.5, -0.5, 0.5, 0.5], abs=1e-9)
+    assert arc_cosine == pytest.approx([1.0, 1.0, 0.0, 0.0], abs=1e-9)
+    assert not saturated.any()
+    assert asin_ht(wide).tolist() == [-0.5, -0.5, 0.5, 0.5]
+
+
+def test_known_length(trace: Any) -> None:
+    angle = np.linspace(-0.9999, 0.9999, 2001)
+    x, y = 0.8 * np.cos(np.pi * angle), 0.8 * np.sin(np.pi * angle)
+    assert np.abs(unit_angle_ht(y, x, 1.25) - angle).max() < 1e-12
+    traced = trace(
+        lambda y, x: unit_angle_ht(y, x, ops.rsqrt(x * x + y * y)), [(-1.0, 1.0), (-1.0, 1.0)]
+    )
+    (fixed,), (floating,), saturated = traced.run(y, x)
+    assert not saturated.any() and np.abs(fixed - floating).max() < 4e-9
