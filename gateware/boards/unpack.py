@@ -98,7 +98,7 @@ class Unpacker(wiring.Component):
         m.submodules.crc = crc = CRC.create()
 
         half = Signal()  # of the buffer that is being received into
-        bad, escaped, headed = Signal(), Signal(), Signal()
+        bad, escaped, headed = (Signal(name=name) for name in ("bad", "escaped", "headed"))
         kind = Signal(8)
         place = Signal(range(size))  # of the next byte in its word
         count = Signal(range(depth + 1))  # of whole words

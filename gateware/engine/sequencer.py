@@ -120,7 +120,7 @@ class Sequencer(wiring.Component):
             m.d.sync += [pc.eq(Mux(home | self.start, base, pc + 1)), homes.eq(Cat(home, homes))]
         self._rom(m, pc)
 
-        started, swallow = Signal(), Signal()
+        started, swallow = Signal(name="started"), Signal(name="swallow")
         # A get proceeds when an input word is there, unless it is to be swallowed, or the bus
         # claims the write port before the first one. These need nothing of the microword, whose
         # bits come late: what decides about the clock enable is one look-up table behind them.
