@@ -90,7 +90,9 @@ class Engine(wiring.Component):
         word, en = sequencer.word, sequencer.en
 
         # Streams and parity.
-        parity = self._parity(m, sequencer, registers.program)
+        parity, kept = self._parity(m, sequencer, registers.program)
+        if self.image.window is not None:
+            m.d.comb += operands.others.eq(Cat(kept[k] for k in self.image.window.owners))
         m.d.comb += [
             sequencer.i_valid.eq(self.i.valid),
             sequencer.i_last.eq(self.i.payload.last),
@@ -158,15 +160,15 @@ class Engine(wiring.Component):
         m.d.comb += registers.saturated.eq(Cat(saturated).any())
         return m
 
-    def _parity(self, m: Module, sequencer: Sequencer, program: Signal) -> Signal:
-        """Which copy of the states is the current one: of the program that runs."""
+    def _parity(self, m: Module, sequencer: Sequencer, program: Signal) -> tuple[Signal, Signal]:
+        """Which copy of the states is the current one: of the program that runs; of each."""
         parity = Signal(reset_less=True)
+        kept = Signal(len(self.image.lengths), reset_less=True)
         with m.If(sequencer.commit):
             m.d.sync += parity.eq(~parity)
         if len(self.image.lengths) > 1:
-            kept = Signal(len(self.image.lengths), reset_less=True)
             with m.If(sequencer.commit):
                 m.d.sync += kept.bit_select(program, 1).eq(~parity)
             with m.If(sequencer.start):
                 m.d.sync += parity.eq(kept.bit_select(program, 1))
-        return parity
+        return parity, kept
