@@ -12,6 +12,7 @@ from boresight.model.estimators.complementary import Complementary
 from boresight.model.words.fixed import Arithmetic, Format
 from boresight.model.words.program import (
     Kind,
+    Link,
     Negate,
     Op,
     Overflow,
