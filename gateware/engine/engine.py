@@ -88,7 +88,9 @@ class Engine(wiring.Component):
         )
         wiring.connect(m, wiring.flipped(self.bus), registers.bus)
 
-        parity = self._parity(m, sequencer, registers.program)
+        parity, kept = self._parity(m, sequencer, registers.program)
+        if self.image.window is not None:
+            m.d.comb += operands.others.eq(Cat(kept[k] for k in self.image.window.owners))
         m.d.comb += [
             *self._streams(sequencer, operands.a[0]),
             *self._control(sequencer, registers),
@@ -186,15 +188,15 @@ class Engine(wiring.Component):
         ]
         return saturated
 
-    def _parity(self, m: Module, sequencer: Sequencer, program: Signal) -> Signal:
-        """Which copy of the states is the current one: of the program that runs."""
+    def _parity(self, m: Module, sequencer: Sequencer, program: Signal) -> tuple[Signal, Signal]:
+        """Which copy of the states is the current one: of the program that runs; of each."""
         parity = Signal(reset_less=True)
+        kept = Signal(len(self.image.lengths), reset_less=True)
         with m.If(sequencer.commit):
             m.d.sync += parity.eq(~parity)
         if len(self.image.lengths) > 1:
-            kept = Signal(len(self.image.lengths), reset_less=True)
             with m.If(sequencer.commit):
                 m.d.sync += kept.bit_select(program, 1).eq(~parity)
             with m.If(sequencer.start):
                 m.d.sync += parity.eq(kept.bit_select(program, 1))
-        return parity
+        return parity, kept
