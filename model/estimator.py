@@ -22,7 +22,7 @@ from boresight.model.errors import InputError, closest
 from boresight.model.lowering.graph import Graph, Node
 from boresight.model.lowering.lower import lower
 from boresight.model.words.fixed import Arithmetic
-from boresight.model.words.program import Kind, Link, Port, Program
+from boresight.model.words.program import InPort, Kind, Link, Port, Program
 
 __all__ = [
     "Estimator",
@@ -286,7 +286,11 @@ class Estimator:
             for n, i in zip(program.inputs, self.inputs, strict=True)
             if i.source
         )
-        return replace(program, ports=ports, urgent=self.urgent, links=links), nodes
+        in_ports = tuple(InPort(i.missing, i.flags) for i in self.inputs)
+        return (
+            replace(program, ports=ports, urgent=self.urgent, links=links, in_ports=in_ports),
+            nodes,
+        )
 
     def checked_step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         """`step`, whose mistakes become one line with the place where they happened.
