@@ -197,7 +197,7 @@ class Tracer:
 
     def mul(self, a: Scalar, b: Scalar) -> Scalar:
         """a * b; constants come second."""
-        if a.kind == "const" or (b.kind != "const" and a.number > b.number):
+        if a.kind == "const":
             a, b = b, a
         if a.kind == b.kind == "const":
             return self.const(a.data[0] * b.data[0])

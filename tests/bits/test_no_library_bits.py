@@ -18,10 +18,8 @@ ROOT = Path(__file__).parent.parent.parent
 #: a program comes from them.
 FLOAT = (
     "sim/attitude/rotation.py",
-    "firmware/float_build.py",
-    "firmware/float_text.py",
-    "firmware/float_trace.py",
-    "firmware/precision.py",
+    "firmware/floating/build.py",
+    "firmware/floating/precision.py",
 )
 #: What `compile` uses besides the rooms of the compiler.
 MORE = (

@@ -8,7 +8,7 @@ from boresight.model.lowering.trace import Scalar
 
 def node_of(x: Scalar) -> Node:
     """The node of a recorded number; equal expressions of one call each have one node."""
-    return expand(x.tracer)[1][x.number]
+    return nodes_of(x)[0]
 
 
 def nodes_of(*x: Scalar) -> list[Node]:

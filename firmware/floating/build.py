@@ -11,9 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.firmware.build import CFLAGS, compiled_library
-from boresight.firmware.float_emit import emit_float_c, float_prefix
+from boresight.firmware.floating.emit import emit_float_c, float_prefix
+from boresight.firmware.floating.precision import SINGLE, Precision
 from boresight.firmware.names import identifier
-from boresight.firmware.precision import SINGLE, Precision
 from boresight.model.estimator import Estimator
 
 __all__ = ["FloatCModel"]
