@@ -16,13 +16,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from boresight.model.declarations import Input, Output, Param, State, check_declared
+from boresight.model import ops
+from boresight.model.declarations import Input, Named, Output, Param, State, check_declared
 from boresight.model.errors import InputError, closest
 from boresight.model.lowering.graph import Node
 from boresight.model.lowering.lower import lower
 from boresight.model.lowering.trace import Scalar, Trace, Tracer
 from boresight.model.words.fixed import Arithmetic
-from boresight.model.words.program import Kind, Port, Program
+from boresight.model.words.program import Kind, Link, Port, Program
 
 __all__ = [
     "Estimator",
@@ -244,8 +245,22 @@ class Estimator:
             )
         self.check_declarations()
         program, nodes = lower(self.trace(), Arithmetic(word=word))
-        ports = tuple(Port(o.name, o.unit, o.tolerance, o.meaning) for o in self.outputs)
-        return replace(program, ports=ports, urgent=self.urgent), nodes
+        held = {value: node.number for value, node in nodes.items()}
+        # An output that is the next value of a state begins as the state does.
+        first = {
+            held.get(after): s.initial
+            for (_, after), s in zip(program.states, self.states, strict=True)
+        }
+        ports = tuple(
+            Port(o.name, o.unit, o.tolerance, o.meaning, first.get(held.get(n, -1), 0.0))
+            for n, o in zip(program.outputs, self.outputs, strict=True)
+        )
+        links = tuple(
+            Link(n, i.source.partition(".")[0], i.source.partition(".")[2])
+            for n, i in zip(program.inputs, self.inputs, strict=True)
+            if i.source
+        )
+        return replace(program, ports=ports, urgent=self.urgent, links=links), nodes
 
     def trace(self) -> Trace:
         """Record one `step`.
@@ -258,12 +273,20 @@ class Estimator:
         tracer = Tracer(self.name)
 
         def leaves(kind: str, declared: Sequence[Input | Param | State]) -> list[Scalar]:
-            return [tracer.leaf(kind, d.name, d.low, d.high, d.unit) for d in declared]
+            spans = [(d, getattr(d, "given", None) or d) for d in declared]
+            return [tracer.leaf(kind, d.name, span.low, span.high, d.unit) for d, span in spans]
+
+        def by_name(declared: Sequence[Named], values: Sequence[Any]) -> SimpleNamespace:
+            return SimpleNamespace(**{d.name: v for d, v in zip(declared, values, strict=True)})
 
         u, p = leaves("input", self.inputs), leaves("param", self.params)
         x = leaves("state", self.states)
+        seen = [
+            ops.clip(n, i.low, i.high) if i.beyond else n
+            for n, i in zip(u, self.inputs, strict=True)
+        ]
         after, out = self.checked_step(
-            *(SimpleNamespace(**{one.data[1]: one for one in group}) for group in (x, u, p))
+            by_name(self.states, x), by_name(self.inputs, seen), by_name(self.params, p)
         )
         return Trace(
             tracer,
@@ -274,6 +297,7 @@ class Estimator:
                 (n, s.initial, tracer.lift(after[s.name]))
                 for n, s in zip(x, self.states, strict=True)
             ],
+            {i.name: i.given.frac for i in self.inputs if i.given is not None},
         )
 
     def checked_step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:

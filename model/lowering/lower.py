@@ -44,11 +44,14 @@ class _Lowering:
         copies = [copy for (of, _), copy in self._copies.items() if of == number]
         return [] if number is None else [number, *copies]
 
-    def leaf(self, node: Node, default: float = 0.0, meaning: str = "") -> int:
-        """The value of an input, parameter or state."""
-        fmt = Format.for_range(self.groups.arith.word, node.low, node.high)
-        if node.unit == "ht" and node.low >= -1.0 and node.high <= 1.0:
-            fmt = Format(self.groups.arith.word, self.groups.arith.word - 1)
+    def leaf(
+        self, node: Node, default: float = 0.0, meaning: str = "", frac: int | None = None
+    ) -> int:
+        """The value of an input, parameter or state; ``frac`` is the binary point it comes with."""
+        word = self.groups.arith.word
+        fmt = Format.declared(word, node.low, node.high, node.unit)
+        if frac is not None:
+            fmt = Format(word, frac)
         number = self.groups.value(
             Value(
                 node.label,
@@ -393,7 +396,7 @@ def lower(trace: Trace, arithmetic: Arithmetic) -> tuple[Program, dict[int, Node
     results = [made[e.number] for e in trace.outputs.values()]
     after = [made[e.number] for _, _, e in trace.states]
     _count_uses([*results, *after])
-    inputs = tuple(low.leaf(made[e.number]) for e in trace.inputs)
+    inputs = tuple(low.leaf(made[e.number], frac=trace.fracs.get(e.data[1])) for e in trace.inputs)
     for e, default, meaning in trace.params:
         low.leaf(made[e.number], default, meaning)
     states = [low.leaf(made[e.number], initial) for e, initial, _ in trace.states]

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import FrameType
 from typing import Any, TypeVar
@@ -230,6 +230,8 @@ class Trace:
         Each with its initial value and what replaces it.
     outputs : mapping of str to Scalar
         Named results in stream order.
+    fracs : mapping of str to int
+        Fraction bits of the inputs whose words are not of the finest format of their range.
     """
 
     tracer: Tracer
@@ -237,6 +239,7 @@ class Trace:
     outputs: Mapping[str, Scalar]
     params: Sequence[tuple[Scalar, float, str]] = ()
     states: Sequence[tuple[Scalar, float, Scalar]] = ()
+    fracs: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def needed(self) -> list[Expression]:
