@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator
 
-from boresight.firmware.check import check
 from boresight.firmware.layout import head
 from boresight.firmware.names import comment, identifier, literal, unique
+from boresight.model.words.check import check_complete
 from boresight.model.words.program import Kind, Negate, Op, Overflow, Program, Scale, Term, When
 
 __all__ = ["Body"]
@@ -59,7 +59,7 @@ class Body:
     """
 
     def __init__(self, program: Program, *, prefix: str | None = None) -> None:
-        check(program)
+        check_complete(program)
         if prefix is not None and identifier(prefix) != prefix:
             raise ValueError(f"prefix must be a C identifier, not {prefix!r}")
         name = identifier(program.name) if prefix is None else prefix
