@@ -15,6 +15,7 @@ from boresight.arguments import JOBS_MOST, check_number, check_word
 from boresight.disk.output import output_folder
 from boresight.model.errors import InputError
 from boresight.model.estimators import ESTIMATORS
+from boresight.model.estimators.nine_axis import INPUTS
 from boresight.options import Outcome, number_options, progress_of
 from boresight.parameters import values_for
 from boresight.sharing import params_for_each
@@ -120,9 +121,14 @@ def params_by_estimator(
     return {names[0]: values} if values else {}
 
 
+def attitude_filters() -> list[str]:
+    """Names of the estimators that take nine-axis logs."""
+    return [name for name, kind in ESTIMATORS.items() if kind.inputs == INPUTS]
+
+
 def _chosen(estimators: Sequence[str] | None, with_peers: bool) -> tuple[list[str], list[str]]:
     """Ours and peers of a choice; all by default."""
-    known = [*ESTIMATORS, *PEERS]
+    known = [*attitude_filters(), *PEERS]
     chosen = known if estimators is None else list(dict.fromkeys(estimators))
     for name in chosen:
         if name not in known:
@@ -140,7 +146,7 @@ def _chosen(estimators: Sequence[str] | None, with_peers: bool) -> tuple[list[st
             found=", ".join(n for n in chosen if n in PEERS),
             fix="leave one of the two out",
         )
-    ours = [n for n in chosen if n in ESTIMATORS]
+    ours = [n for n in chosen if n not in PEERS]
     if not ours + peers:
         raise InputError.at(
             "--estimators",
@@ -437,7 +443,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def call(args: Namespace) -> Outcome:
     """Do it; see `Outcome`."""
     names = None if args.estimators is None else args.estimators.split(",")
-    ours = [n for n in ESTIMATORS if names is None or n in names]
+    ours = [n for n in attitude_filters() if names is None or n in names]
     data = accuracy(
         *args.logs,
         estimators=names,

@@ -22,8 +22,8 @@ STATUS_BITS = {
 
 INPUTS = (
     Input("dt", -0.25, 0.2499, "s", clamp=True),
-    *(Input(f"g{axis}", -8.0, 7.99, "rad/s") for axis in "xyz"),
-    *(Input(f"a{axis}", -64.0, 63.99, "m/s^2") for axis in "xyz"),
+    *(Input(f"g{axis}", -40.0, 40.0, "rad/s") for axis in "xyz"),
+    *(Input(f"a{axis}", -160.0, 160.0, "m/s^2") for axis in "xyz"),
     Input("e_psi", -0.5, 0.5, "rad", missing=0.0),
     Input("beam", -1.0, 1.0, "ht", missing="hold"),
     Input("tracking", 0.0, 1.0, "", valid_of=("e_psi", "beam")),

@@ -136,7 +136,7 @@ def test_words_with_their_cycles() -> None:
 
 
 @pytest.mark.parametrize("log", ["ximu_walk", "synthetic_60s"])
-@pytest.mark.parametrize("name", sorted(ESTIMATORS))
+@pytest.mark.parametrize("name", sorted(n for n in ESTIMATORS if n != "satcom"))
 def test_compiled_float64_is_the_reference_within_rounding(name: str, log: str) -> None:
     records = feed(estimator(name), read_record(bundled(log)).head(300)).inputs
     reference = estimator(name).run_float(records[:, :, None]).outputs
