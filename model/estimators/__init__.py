@@ -10,6 +10,7 @@ from boresight.model.estimators.ekf_quaternion import EkfQuaternion
 from boresight.model.estimators.ekf_quaternion_vector import EkfQuaternionVector
 from boresight.model.estimators.mekf import Mekf
 from boresight.model.estimators.satcom import Satcom
+from boresight.model.estimators.satcom_pointing import SatcomPointing
 
 __all__ = ["ESTIMATORS", "estimator"]
 
@@ -23,6 +24,7 @@ ESTIMATORS: dict[str, type[Estimator]] = {
         EkfQuaternionVector,
         Mekf,
         Satcom,
+        SatcomPointing,
     )
 }
 

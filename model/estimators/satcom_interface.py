@@ -75,7 +75,7 @@ PARAMS = (
     ),
     Param(
         "bias_density",
-        2e-5,
+        5e-6,
         0.0,
         0.01,
         "rad/s/sqrt(s)",
@@ -103,8 +103,8 @@ PARAMS = (
         "standard deviation of the tilt above "
         "which nothing counts as external acceleration: a start would be taken for one",
     ),
-    Param("delta_x", 0.3, 0.01, 60.0, "m/s^2", "north acceleration that counts as external"),
-    Param("delta_y", 0.3, 0.01, 60.0, "m/s^2", "the same, east"),
+    Param("delta_x", 0.2, 0.01, 60.0, "m/s^2", "north acceleration that counts as external"),
+    Param("delta_y", 0.2, 0.01, 60.0, "m/s^2", "the same, east"),
     Param("delta_z", 0.5, 0.01, 60.0, "m/s^2", "the same, down"),
     Param(
         "cutoff",

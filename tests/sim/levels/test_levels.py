@@ -12,6 +12,7 @@ from boresight.firmware.floating.precision import DOUBLE
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output, Param, State, with_params
 from boresight.model.estimators import ESTIMATORS, estimator
+from boresight.model.estimators.nine_axis import INPUTS
 from boresight.sim.levels.floating import CompiledFloat, NumpyFloat
 from boresight.sim.levels.integer import Emitted, Interpreted, words_of
 from boresight.sim.levels.level import run_of_words
@@ -136,7 +137,7 @@ def test_words_with_their_cycles() -> None:
 
 
 @pytest.mark.parametrize("log", ["ximu_walk", "synthetic_60s"])
-@pytest.mark.parametrize("name", sorted(n for n in ESTIMATORS if n != "satcom"))
+@pytest.mark.parametrize("name", sorted(n for n, e in ESTIMATORS.items() if e.inputs == INPUTS))
 def test_compiled_float64_is_the_reference_within_rounding(name: str, log: str) -> None:
     records = feed(estimator(name), read_record(bundled(log)).head(300)).inputs
     reference = estimator(name).run_float(records[:, :, None]).outputs

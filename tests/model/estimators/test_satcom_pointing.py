@@ -1,0 +1,121 @@
+"""`satcom_pointing` against scipy's rotations, ECEF geometry, numerical rates, the known skew."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from boresight.gateware.core import build_core
+from boresight.model.estimators.satcom_pointing import SatcomPointing
+from boresight.sim.levels.registry import make_level
+
+A, F = 6378137.0, 1.0 / 298.257223563
+ORBIT = 42164.17e3
+SATELLITE = 110.5
+NAMES = [o.name for o in SatcomPointing.outputs]
+
+
+def ecef(latitude: Any, longitude: Any, height: Any) -> Any:
+    """Geodetic to earth-fixed axes [m], by the radii of the ellipse."""
+    phi, lam = np.radians(latitude), np.radians(longitude)
+    b = A * (1.0 - F)
+    n = A**2 / np.sqrt((A * np.cos(phi)) ** 2 + (b * np.sin(phi)) ** 2)
+    r = (n + height) * np.cos(phi)
+    return np.stack(
+        [r * np.cos(lam), r * np.sin(lam), (n * (b / A) ** 2 + height) * np.sin(phi)], -1
+    )
+
+
+def expected(attitude: Rotation, place: Any) -> Any:
+    """Azimuth, elevation, polarisation [rad] of (n, 3) places in degrees and metres."""
+    lam = np.radians(SATELLITE)
+    d = ORBIT * np.array([np.cos(lam), np.sin(lam), 0.0]) - ecef(*place.T)
+    # Earth-fixed to north-east-down: turn by longitude, then latitude.
+    frame = Rotation.from_euler("ZY", np.stack([place[:, 1], -90.0 - place[:, 0]], 1), degrees=True)
+    los = attitude.inv().apply(frame.inv().apply(d))
+    los /= np.linalg.norm(los, axis=1, keepdims=True)
+    pole = attitude.inv().apply(frame.inv().apply(np.tile([0.0, 0.0, 1.0], (len(place), 1))))
+    azimuth, elevation = np.arctan2(los[:, 1], los[:, 0]), np.arcsin(-los[:, 2])
+    antenna = Rotation.from_euler("ZY", np.stack([azimuth, elevation], 1))  # beam, right, down
+    inside = antenna.inv().apply(pole)
+    return np.stack([azimuth, elevation, np.arctan2(inside[:, 1], -inside[:, 2])], axis=1)
+
+
+def records(attitude: Rotation, rate: Any, place: Any) -> Any:
+    q = np.roll(attitude.as_quat(), 1, axis=1)
+    return np.concatenate([q, rate, place / [180.0, 180.0, 1.0]], axis=1)
+
+
+def draws(seed: int, n: int = 500) -> tuple[Rotation, Any, Any]:
+    rng = np.random.default_rng(seed)
+    attitude = Rotation.from_euler(
+        "ZYX", rng.uniform([-180, -30, -30], [180, 30, 30], (n, 3)), True
+    )
+    place = rng.uniform([-60, SATELLITE - 60, -400], [60, SATELLITE + 60, 9000], (n, 3))
+    return attitude, rng.uniform(-1.0, 1.0, (n, 3)), place
+
+
+def run(u: Any, level: str = "float") -> Any:
+    found = make_level(level, SatcomPointing()).run(u)
+    assert found.saturated is None or not found.saturated.any()
+    return np.stack([found.outputs[name] for name in NAMES], axis=1)
+
+
+def wrapped(angle: Any) -> Any:
+    return (angle + math.pi) % (2.0 * math.pi) - math.pi
+
+
+def test_angles() -> None:
+    attitude, rate, place = draws(1)
+    out = run(records(attitude, rate, place))
+    assert np.abs(wrapped(math.pi * out[:, :3] - expected(attitude, place))).max() < 1e-7
+
+
+def test_rates_are_those_of_the_angles() -> None:
+    attitude, rate, place = draws(2)
+    step = 1e-4
+    before, after = (
+        expected(attitude * Rotation.from_rotvec(k * step * rate), place) for k in (-0.5, 0.5)
+    )
+    numerical = wrapped(after - before) / step
+    far = np.abs(before[:, 1]) < 1.4
+    found = run(records(attitude, rate, place))[:, 3:6]
+    assert far.sum() > 400
+    assert np.abs(found - numerical)[far].max() < 1e-4
+
+
+def test_skew_on_level_ground() -> None:
+    """atan(sin L / tan phi) of the textbooks, a satellite at infinity; to the left in the east."""
+    place = np.array(
+        [[phi, SATELLITE - east, 0.0] for phi in (20, 45, -35) for east in (-40, 0, 30)]
+    )
+    out = run(records(Rotation.identity(len(place)), np.zeros_like(place), place))
+    phi, east = np.radians(place[:, 0]), np.radians(SATELLITE - place[:, 1])
+    found = 180.0 * out[:, 2] + np.degrees(np.arctan2(np.sin(east), np.tan(phi)))
+    assert np.abs((found + 180.0) % 360.0 - 180.0).max() < 1.0
+
+
+def test_horizon_and_keyhole() -> None:
+    place = np.array(
+        [[0.0, SATELLITE - 81.0, 0.0], [0.0, SATELLITE - 82.0, 0.0], [0.0, SATELLITE, 0.0]]
+    )
+    out = run(records(Rotation.identity(3), np.ones((3, 3)), place))
+    assert out[:, -1].tolist() == [0.0, 1.0, 2.0]
+    assert np.abs(out[:, 3:6]).max() <= 16.0
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_fixed_point_is_float64(seed: int) -> None:
+    u = records(*draws(seed, 4000))
+    fixed, floating = run(u, "c"), run(u)
+    far = np.abs(floating[:, 1]) < 0.45
+    apart = np.abs(fixed - floating)[far]
+    apart[:, :3] = np.minimum(apart[:, :3], 2.0 - apart[:, :3])
+    assert apart[:, :3].max() < 2e-8 and apart[:, 3:6].max() < 1e-6 and not apart[:, 6].any()
+
+
+@pytest.mark.parametrize("config, interval", [("small", 270), ("fast", 250)])
+def test_cycles(config: str, interval: int) -> None:
+    assert build_core(SatcomPointing().compile(), config).schedule.interval <= interval
