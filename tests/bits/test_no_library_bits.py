@@ -33,7 +33,16 @@ EXACT_MATH = {
 }
 #: The same of numpy: types, and functions that make, move or compare elements.
 EXACT_NUMPY = {
-    *("abs", "array", "asarray", "ascontiguousarray", "bool_", "clip", "count_nonzero", "empty"),
+    *(
+        "abs",
+        "array",
+        "asarray",
+        "ascontiguousarray",
+        "bool_",
+        "clip",
+        "count_nonzero",
+        "ctypeslib",
+    ),
     *(
         "concatenate",
         "errstate",
