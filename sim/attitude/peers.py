@@ -30,13 +30,14 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model.errors import InputError, ToolMissing
-from boresight.sim.attitude.log import Log
 from boresight.sim.attitude.rotation import (
     matrix_to_quaternion,
     quaternion_conjugate,
     quaternion_multiply,
     rotate,
 )
+from boresight.sim.records.nine_axis import NineAxis
+from boresight.sim.records.record import Record
 
 __all__ = ["PEERS", "Peer", "dip_rad", "first_attitude", "peer", "require_peers", "run_peer"]
 
@@ -62,7 +63,7 @@ class Peer:
     run: Callable[..., FloatArray]
 
 
-def run_peer(which: Peer, log: Log, dip: float | None = None) -> FloatArray:
+def run_peer(which: Peer, record: Record, dip: float | None = None) -> FloatArray:
     """Attitudes (n, 4) of a published filter.
 
     Raises
@@ -75,12 +76,12 @@ def run_peer(which: Peer, log: Log, dip: float | None = None) -> FloatArray:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            return which.run(log, dip)
+            return which.run(NineAxis.of(record), dip)
     except InputError:
         raise
     except (ArithmeticError, IndexError, ValueError) as error:
         raise InputError.at(
-            f"log {log.name!r}",
+            record.where,
             wanted=f"samples that the published filter {which.name} takes",
             found=str(error),
             fix="leave the log or that filter out (--estimators, --no-peers)",
@@ -97,7 +98,7 @@ def _package(name: str) -> Any:
         ) from None
 
 
-def _field(log: Log) -> FloatArray:
+def _field(log: NineAxis) -> FloatArray:
     """Magnetometer samples (n, 3), zero where there is nothing new."""
     if not log.mag_new.any():
         raise InputError.at(
@@ -109,7 +110,7 @@ def _field(log: Log) -> FloatArray:
     return np.where(log.mag_new[:, None], log.mag, 0.0)
 
 
-def first_attitude(log: Log) -> FloatArray:
+def first_attitude(log: NineAxis) -> FloatArray:
     """Attitude (4,) b to n of the first specific force and the first field."""
     field = _field(log)[int(np.argmax(log.mag_new))]
     up = log.acc[0] / np.linalg.norm(log.acc[0])
@@ -118,7 +119,7 @@ def first_attitude(log: Log) -> FloatArray:
     return matrix_to_quaternion(np.stack([east, np.cross(up, east), up]))
 
 
-def dip_rad(log: Log) -> float:
+def dip_rad(log: NineAxis) -> float:
     """Dip of the field [rad].
 
     From the field in the reference's axes, component by component the median; without reference,
@@ -141,7 +142,7 @@ def _contiguous(*arrays: FloatArray) -> list[FloatArray]:
     return [np.ascontiguousarray(a, dtype=np.float64) for a in arrays]
 
 
-def _online(log: Log, kind: str) -> FloatArray:
+def _online(log: NineAxis, kind: str) -> FloatArray:
     step = float(np.median(log.dt))
     samples = _contiguous(log.gyr, log.acc, _field(log))
     every = len(log) / int(np.count_nonzero(log.mag_new))
@@ -149,15 +150,15 @@ def _online(log: Log, kind: str) -> FloatArray:
     return np.asarray(filter_.updateBatch(*samples)["quat9D"], dtype=np.float64)
 
 
-def _vqf(log: Log, dip: float | None = None) -> FloatArray:
+def _vqf(log: NineAxis, dip: float | None = None) -> FloatArray:
     return _online(log, "VQF")
 
 
-def _vqf_basic(log: Log, dip: float | None = None) -> FloatArray:
+def _vqf_basic(log: NineAxis, dip: float | None = None) -> FloatArray:
     return _online(log, "BasicVQF")
 
 
-def _vqf_offline(log: Log, dip: float | None = None) -> FloatArray:
+def _vqf_offline(log: NineAxis, dip: float | None = None) -> FloatArray:
     _field(log)
     last = np.maximum.accumulate(np.where(log.mag_new, np.arange(len(log)), -1))
     held = log.mag[np.where(last < 0, int(np.argmax(log.mag_new)), last)]
@@ -170,7 +171,7 @@ def _vqf_offline(log: Log, dip: float | None = None) -> FloatArray:
 
 
 def _stepped(
-    log: Log,
+    log: NineAxis,
     start: FloatArray,
     filter_: Any,
     with_field: Callable[..., Any],
@@ -191,19 +192,19 @@ def _stepped(
     return q
 
 
-def _madgwick(log: Log, gain: float) -> FloatArray:
+def _madgwick(log: NineAxis, gain: float) -> FloatArray:
     filter_ = _package("ahrs").filters.Madgwick(gain=gain)
     start = quaternion_multiply(quaternion_conjugate(_QUARTER), first_attitude(log))
     q = _stepped(log, start, filter_, filter_.updateMARG, filter_.updateIMU)
     return quaternion_multiply(_QUARTER, q)
 
 
-def _mahony(log: Log, k_p: float, k_i: float) -> FloatArray:
+def _mahony(log: NineAxis, k_p: float, k_i: float) -> FloatArray:
     filter_ = _package("ahrs").filters.Mahony(k_P=k_p, k_I=k_i)
     return _stepped(log, first_attitude(log), filter_, filter_.updateMARG, filter_.updateIMU)
 
 
-def _ekf(log: Log, dip: float | None, noises: tuple[float, float, float]) -> FloatArray:
+def _ekf(log: NineAxis, dip: float | None, noises: tuple[float, float, float]) -> FloatArray:
     start = first_attitude(log)
     dip = dip_rad(log) if dip is None else dip
     filter_ = _package("ahrs").filters.EKF(

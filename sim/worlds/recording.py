@@ -13,12 +13,13 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model.errors import InputError
-from boresight.sim.attitude.log import Log
 from boresight.sim.attitude.rotation import (
     quaternion_conjugate,
     quaternion_multiply,
     quaternion_to_rotation_vector,
 )
+from boresight.sim.records.nine_axis import NineAxis
+from boresight.sim.records.record import Record
 from boresight.sim.worlds.devices import GRAVITY
 from boresight.sim.worlds.motion import StackedMotion
 from boresight.sim.worlds.triad import Triad
@@ -52,7 +53,7 @@ def record(
     gravity: float = GRAVITY,
     lever: Sequence[float] = (0.0, 0.0, 0.0),
     name: str = "world",
-) -> Log:
+) -> Record:
     """Record a motion; the same arguments give the same log.
 
     Each sensor has a random stream of its own.
@@ -71,8 +72,9 @@ def record(
 
     Returns
     -------
-    Log
-        With the true attitude; samples at ``k / rate_hz``, k = -lead to the end of the motion.
+    Record
+        Nine axes, with the true attitude; samples at ``k / rate_hz``, k = -lead to the end of the
+        motion.
     """
     if not (np.isfinite(rate_hz) and rate_hz > 0.0):
         raise InputError(f"rate_hz must be a number above 0, not {rate_hz!r}")
@@ -96,13 +98,12 @@ def record(
     gyro_rng, acc_rng, mag_rng = (
         np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(3)
     )
-    return Log(
+    return NineAxis(
         name,
         t,
         sensors.gyro.read(mean_rate, t, gyro_rng) - np.asarray(sensors.gyro_bias),
         sensors.acc.read(force, t, acc_rng),
         sensors.mag.read(field, t, mag_rng),
-        np.ones(len(t), dtype=bool),
         motion.attitude(t),
-        fs=rate_hz,
-    )
+        steps=np.full(len(t), step),
+    ).record()

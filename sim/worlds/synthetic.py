@@ -15,7 +15,6 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model.errors import InputError
-from boresight.sim.attitude.log import Log
 from boresight.sim.attitude.rotation import (
     euler_to_quaternion,
     quaternion_conjugate,
@@ -23,6 +22,9 @@ from boresight.sim.attitude.rotation import (
     quaternion_to_rotation_vector,
     rotate,
 )
+from boresight.sim.records.nine_axis import NineAxis
+from boresight.sim.records.record import Record
+from boresight.sim.records.steps import steps_of
 
 __all__ = ["GRAVITY", "SensorError", "synthetic_log"]
 
@@ -89,7 +91,7 @@ def synthetic_log(
     acc_error: SensorError | None = None,
     mag_error: SensorError | None = None,
     name: str = "synthetic",
-) -> Log:
+) -> Record:
     """Make a log with exact truth; the same arguments give the same log.
 
     Motion, acceleration and the noise of each sensor have random streams of their own: switching
@@ -122,8 +124,8 @@ def synthetic_log(
 
     Returns
     -------
-    Log
-        With `q`; without `mov` and `fs`, so that CSV holds it.
+    Record
+        Nine axes, with attitude.
 
     Raises
     ------
@@ -164,18 +166,18 @@ def synthetic_log(
     to_body = quaternion_conjugate(q)
     force = np.stack([_sum_of_sines(t, acceleration, pull) for _ in range(3)], axis=-1)
     force[:, 2] += gravity
-    log = Log(
+    mag = (mag_error or SensorError()).apply(rotate(to_body, field_ut), mag_rng)
+    mag[np.arange(count) % mag_every != 0] = np.nan
+    # the steps as a user of the log sees them: differences of rounded times
+    dt = steps_of(name, t)[:, None]
+    return NineAxis(
         name,
         t,
-        turn,
+        (gyr_error or SensorError()).apply(turn / dt, gyr_rng),
         (acc_error or SensorError()).apply(rotate(to_body, force), acc_rng),
-        (mag_error or SensorError()).apply(rotate(to_body, field_ut), mag_rng),
-        np.arange(count) % mag_every == 0,
+        mag,
         q,
-    )
-    # the steps as a user of the log sees them: differences of rounded times
-    rate = (gyr_error or SensorError()).apply(turn / log.dt[:, None], gyr_rng)
-    return Log(name, log.t, rate, log.acc, log.mag, log.mag_new, log.q)
+    ).record()
 
 
 def _require(name: str, value: float, wanted: str, legal: bool) -> None:

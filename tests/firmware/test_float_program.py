@@ -9,9 +9,9 @@ import pytest
 
 from boresight.firmware.float_program import FloatProgram, trace_float
 from boresight.model.estimators import ESTIMATORS
-from boresight.sim.attitude.feed import inputs_of
-from boresight.sim.attitude.log import read_log
 from boresight.sim.records.bundled import bundled
+from boresight.sim.records.feed import feed
+from boresight.sim.records.files import read_record
 
 APPLY: dict[str, Callable] = {
     "add": lambda a, b: a + b,
@@ -52,7 +52,7 @@ def run(program: FloatProgram, leaves: dict[tuple[str, str], float]) -> dict[int
 @pytest.mark.parametrize("name", sorted(ESTIMATORS))
 def test_equals_the_reference(name: str) -> None:
     e = ESTIMATORS[name]()
-    records = inputs_of(e, read_log(bundled("ximu_walk")))[:400]
+    records = feed(e, read_record(bundled("ximu_walk"))).inputs[:400]
     reference = e.run_float(records[..., None])
     program = trace_float(e)
     leaves = {("param", p.name): p.default for p in e.params}

@@ -12,11 +12,11 @@ import pytest
 from boresight.cli import main
 from boresight.model.errors import InputError, ToolMissing
 from boresight.model.estimators import ESTIMATORS
-from boresight.sim.attitude.log import write_log
 from boresight.sim.attitude.peers import PEERS
 from boresight.sim.records.bundled import bundled
 from boresight.sim.worlds.synthetic import SensorError, synthetic_log
 from boresight.verbs.accuracy import accuracy, accuracy_text, params_by_estimator, read_trials
+from tests.support.records import write_record
 
 CHOICE = ["complementary", "vqf", "madgwick"]
 
@@ -35,7 +35,7 @@ def folder(tmp_path_factory):
         )
         (path / name).mkdir()
         held = dataclasses.replace(log, q=None) if name == "none" else log
-        write_log(path / name / f"{name}.csv", held)
+        write_record(path / name / f"{name}.csv", held)
     return path
 
 

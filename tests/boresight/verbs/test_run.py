@@ -16,9 +16,8 @@ import boresight
 from boresight.cli import main
 from boresight.model.estimators import estimator
 from boresight.sim.attitude.accuracy import attitude_rmse
-from boresight.sim.attitude.feed import inputs_of
-from boresight.sim.attitude.log import read_log
 from boresight.sim.records.bundled import bundled
+from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
 
 #: The function has the module's name.
@@ -106,9 +105,9 @@ def test_a_record_without_times_or_units_is_written_without(here: Path) -> None:
 
 
 def test_attitudes() -> None:
-    log, filter = read_log(SYNTHETIC), estimator("complementary")
+    log, filter = read_record(SYNTHETIC), estimator("complementary")
     data = boresight.run("complementary", SYNTHETIC, on="float", steps=200)
-    inputs = inputs_of(filter, log)[:200]
+    inputs = feed(filter, log).inputs[:200]
     reference = filter.run_float(inputs[:, :, None]).outputs
     q = np.stack([reference[n][:, 0] for n in ("qw", "qx", "qy", "qz")], axis=1)
     assert np.abs(data["q"] - q).max() < 1e-9
@@ -124,7 +123,7 @@ def test_attitudes() -> None:
 
 def test_a_log_in_memory_is_the_file(tmp_path: Path) -> None:
     """Through `Log`, which may say which samples count."""
-    log = read_log(SYNTHETIC)
+    log = read_record(SYNTHETIC)
     assert log.q is not None
     mov = np.arange(len(log)) >= 40
     for given in (log, SYNTHETIC):

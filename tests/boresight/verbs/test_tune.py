@@ -9,10 +9,10 @@ import pytest
 
 from boresight.cli import main
 from boresight.model.errors import InputError
-from boresight.sim.attitude.log import write_log
 from boresight.sim.records.bundled import bundled
 from boresight.sim.worlds.synthetic import SensorError, synthetic_log
 from boresight.verbs.tune import tune, tuning_text
+from tests.support.records import write_record
 
 NAMES = ["kp_pitch_per_s", "kp_roll_per_s", "kp_heading_per_s"]
 FAR = dict.fromkeys(NAMES, 20.0)
@@ -32,7 +32,7 @@ def folder(tmp_path_factory):
         )
         if seed == 4:
             log = type(log)("log4", log.t, log.gyr, log.acc, log.mag, log.mag_new)
-        write_log(path / f"log{seed}.csv", log)
+        write_record(path / f"log{seed}.csv", log)
     return path
 
 

@@ -10,7 +10,7 @@ import pytest
 from boresight.gateware.core import Core
 from boresight.model.errors import InputError
 from boresight.sim.attitude.accuracy import attitude_rmse
-from boresight.sim.attitude.feed import attitude_of, euler_deg_of
+from boresight.sim.attitude.outputs import attitude_of, euler_deg_of
 from boresight.sim.report.accuracy import ANGLES, BINS, Replay, accuracy_section
 
 

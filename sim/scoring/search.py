@@ -1,9 +1,7 @@
-"""Tuning in the open: a deterministic pattern search on the C model, and what it is worth.
+"""A deterministic pattern search over parameters.
 
 Parameters are moved one after the other, by a factor, within their legal range (Hooke and Jeeves
-1961, in the logarithm). The figure that falls is the mean orientation RMSE over the trials. No
-derivative, no chance: the same start gives the same end. `cross_validate` tells how much of the
-gain carries over to trials that were not tuned on, `sensitivities` what each parameter matters.
+1961, in the logarithm). No derivative, no chance: the same start gives the same end.
 
 R. Hooke, T. A. Jeeves, "Direct Search Solution of Numerical and Statistical Problems",
 J. ACM 8(2):212, 1961, doi 10.1145/321062.321069.
@@ -14,7 +12,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -22,7 +19,6 @@ from boresight.model.errors import InputError, closest
 from boresight.model.estimator import Estimator, Param
 
 __all__ = [
-    "Fold",
     "Search",
     "Sensitivity",
     "Tuned",
@@ -37,7 +33,7 @@ DIGITS = 4
 #: First factor of a step, its largest, and the one below which a parameter rests.
 FIRST_FACTOR, LARGEST_FACTOR, LAST_FACTOR = 2.0, 8.0, 1.04
 
-#: Mean RMSE [deg] of parameter values by name; inf or NaN if they are of no use.
+#: Figure of parameter values by name, the less the better; inf or NaN if they are of no use.
 Objective = Callable[[Mapping[str, float]], float]
 Progress = Callable[[str], None]
 
@@ -97,12 +93,12 @@ def tunable(
 class Tuned:
     """Where a search ended.
 
-    ``history``: best figure [deg] after each round, the first entry being the start.
+    ``history``: best figure after each round, the first entry being the start.
     """
 
     values: dict[str, float]
-    start_deg: float
-    best_deg: float
+    start: float
+    best: float
     evaluations: int
     history: tuple[float, ...] = field(repr=False, default=())
 
@@ -149,7 +145,7 @@ def pattern_search(
     Parameters
     ----------
     objective : callable
-        Figure [deg] of values by name.
+        Figure of values by name.
     start : mapping
         Start of every parameter, above zero.
     """
@@ -188,9 +184,7 @@ def pattern_search(
                 ratios = [r * r for r in ratios]
         history.append(best)
         if progress is not None:
-            progress(
-                f"round {number + 1} of {rounds}: {best:.4f} deg, {len(search.seen)} evaluations"
-            )
+            progress(f"round {number + 1} of {rounds}: {best:.4g}, {len(search.seen)} evaluations")
         if all(s < math.log(LAST_FACTOR) for s in step):
             break
     return Tuned(
@@ -228,41 +222,15 @@ def deal_folds(count: int, folds: int, seed: int | None = None) -> list[tuple[in
 
 
 @dataclass(frozen=True)
-class Fold:
-    """One fold: indices of its trials, the values tuned on the others, figures of both [deg]."""
-
-    test: tuple[int, ...]
-    train: tuple[int, ...]
-    tuned: Tuned
-    test_deg: tuple[float, ...]
-
-    @property
-    def mean_test_deg(self) -> float:
-        """Mean figure over the trials that were not tuned on."""
-        return float(np.mean(self.test_deg))
-
-
-@dataclass(frozen=True)
 class Sensitivity:
-    """Figures [deg] with one parameter halved and doubled (within its legal range)."""
+    """Figures with one parameter halved and doubled (within its legal range)."""
 
-    name: str
+    parameter: str
     value: float
     half: float
     double: float
-    half_deg: float
-    double_deg: float
-
-    def to_json(self) -> dict[str, Any]:
-        """Plain data; a figure that is no number is None."""
-        return {
-            "parameter": self.name,
-            "value": self.value,
-            "half": self.half,
-            "double": self.double,
-            "half_deg": self.half_deg if math.isfinite(self.half_deg) else None,
-            "double_deg": self.double_deg if math.isfinite(self.double_deg) else None,
-        }
+    at_half: float
+    at_double: float
 
 
 def sensitivities(
@@ -273,10 +241,6 @@ def sensitivities(
     at = tuple(values[p.name] for p in params)
     out = []
     for k, p in enumerate(params):
-        half, double = search.moved(at, k, 0.5), search.moved(at, k, 2.0)
-        out.append(
-            Sensitivity(
-                p.name, at[k], half[k], double[k], search.figure(half), search.figure(double)
-            )
-        )
+        ways = [search.moved(at, k, factor) for factor in (0.5, 2.0)]
+        out.append(Sensitivity(p.name, at[k], *(w[k] for w in ways), *map(search.figure, ways)))
     return out

@@ -1,4 +1,4 @@
-"""`sim.tuning`: the search finds, repeats itself, stays in range; folds are a partition."""
+"""`sim.scoring.search`: the search finds, repeats itself, stays in range; folds are a partition."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ import pytest
 from boresight.model.errors import InputError
 from boresight.model.estimator import Param
 from boresight.model.estimators.complementary import Complementary
-from boresight.sim.attitude.scoring import Scorer
-from boresight.sim.tuning import deal_folds, pattern_search, rounded, sensitivities, tunable
+from boresight.sim.records.feed import feed
+from boresight.sim.scoring.scorer import Scorer
+from boresight.sim.scoring.search import deal_folds, pattern_search, rounded, sensitivities, tunable
 from boresight.sim.worlds.synthetic import SensorError, synthetic_log
 
 PARAMS = (Param("a", 1.0, 0.0, 50.0, "", ""), Param("b", 1.0, 0.25, 2.0, "", ""))
@@ -31,8 +32,8 @@ def test_search_finds_the_minimum_within_the_ranges():
     found = pattern_search(watched, PARAMS, {"a": 0.5, "b": 0.5}, rounds=20)
     assert found.values["a"] == pytest.approx(8.0, rel=0.04)
     assert found.values["b"] == 2.0
-    assert found.best_deg == bowl(found.values) == found.history[-1]
-    assert found.start_deg == bowl({"a": 0.5, "b": 0.5}) == found.history[0]
+    assert found.best == bowl(found.values) == found.history[-1]
+    assert found.start == bowl({"a": 0.5, "b": 0.5}) == found.history[0]
     assert all(y <= x for x, y in zip(found.history, found.history[1:], strict=False))
     assert all(0 < v["a"] <= 50.0 and 0.25 <= v["b"] <= 2.0 for v in seen)
     assert all(v["a"] == rounded(v["a"]) for v in seen)
@@ -50,7 +51,7 @@ def test_search_in_a_valley_across_the_axes():
     found = pattern_search(
         valley, [Param(n, 1.0, 0.0, 1e6, "", "") for n in "ab"], {"a": 0.01, "b": 0.01}, rounds=40
     )
-    assert found.best_deg < 0.1 and found.evaluations < 60
+    assert found.best < 0.1 and found.evaluations < 60
 
 
 def test_search_obeys_rounds_and_rests():
@@ -68,7 +69,7 @@ def test_search_leaves_points_that_are_no_number():
         lambda v: math.nan if v["a"] < 4.0 else bowl(v), PARAMS, {"a": 3.0, "b": 1.0}
     )
     assert found.values["a"] == pytest.approx(8.0, rel=0.04)
-    assert found.start_deg == math.inf
+    assert found.start == math.inf
 
 
 def test_folds_are_a_partition():
@@ -87,10 +88,10 @@ def test_folds_are_a_partition():
 def test_sensitivities():
     half, _ = sensitivities(bowl, PARAMS, {"a": 8.0, "b": 2.0})
     assert (half.half, half.double) == (4.0, 16.0)
-    assert half.half_deg == pytest.approx(1.0 + 2 * math.log(2) ** 2) == half.double_deg
+    assert half.at_half == pytest.approx(1.0 + 2 * math.log(2) ** 2) == half.at_double
     _, b = sensitivities(bowl, PARAMS, {"a": 8.0, "b": 0.4})
     assert (b.half, b.double) == (0.25, 0.8)  # kept in range
-    assert b.to_json()["parameter"] == "b"
+    assert b.parameter == "b"
 
 
 def test_which_parameters():
@@ -128,7 +129,7 @@ def scorer():
         )
         for seed in (1, 2, 3)
     ]
-    return Scorer(Complementary(), logs)
+    return Scorer(Complementary(), [feed(Complementary(), log) for log in logs])
 
 
 def test_tuning_mends_a_detuned_filter_and_repeats_itself(scorer):
@@ -137,11 +138,11 @@ def test_tuning_mends_a_detuned_filter_and_repeats_itself(scorer):
 
     def objective(values):
         scores = scorer.scores(values)
-        return sum(s.total for s in scores) / len(scores)
+        return sum(s["total"] for s in scores) / len(scores)
 
     found = [
         pattern_search(objective, params, dict.fromkeys(names, 20.0), rounds=6) for _ in range(2)
     ]
     assert found[0] == found[1]
-    assert found[0].best_deg < 0.65 * found[0].start_deg
-    assert found[0].best_deg == objective(found[0].values) <= objective({})
+    assert found[0].best < 0.65 * found[0].start
+    assert found[0].best == objective(found[0].values) <= objective({})

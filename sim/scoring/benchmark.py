@@ -1,0 +1,242 @@
+"""Every estimator on every record: ours in float and in fixed point, and the published ones.
+
+Fixed point is the emitted C, whose words are those of the core; float is the compiled float64. The
+published attitude filters that run sample by sample in Python are spread over processes (`spawn`: a
+script that calls `benchmark` with more than one needs ``if __name__ == "__main__"``).
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from boresight.model.estimator import Estimator
+from boresight.sim.attitude.peers import PEERS, dip_rad, peer, require_peers, run_peer
+from boresight.sim.compare.difference import Difference, differences
+from boresight.sim.levels.floating import CompiledFloat
+from boresight.sim.records.feed import Feed, feed
+from boresight.sim.records.nine_axis import NineAxis
+from boresight.sim.records.record import Record
+from boresight.sim.scoring.figures import attitude_errors, errors
+from boresight.sim.scoring.scorer import Scorer
+
+__all__ = ["Result", "Trial", "benchmark"]
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """A record with a truth.
+
+    ``reference``: "truth"; "comparison" (another device's estimate, in the log); or the name of
+    the peer whose estimate stands for it. Only truth enters means. ``folder``: where the log is
+    from. ``feeds``: what estimators read of it, by name.
+    """
+
+    record: Record
+    reference: str = "truth"
+    folder: str = ""
+    feeds: Mapping[str, Feed] = field(default_factory=dict)
+
+    @property
+    def name(self) -> str:
+        """Name of the record."""
+        return self.record.name
+
+    def fed(self, estimator: Estimator) -> Feed:
+        """What an estimator reads of it."""
+        return self.feeds.get(estimator.name) or feed(estimator, self.record)
+
+
+@dataclass(frozen=True)
+class Result:
+    """One estimator, at one level, on one record.
+
+    ``level``: "fixed", "float", or "package" for a peer. ``errors``: `sim.scoring.figures`, empty
+    where the record has no truth of its outputs. ``saturated`` counts updates in which an
+    operation saturated; ``near`` compares every sample of fixed point with float64; both belong to
+    fixed point.
+    """
+
+    estimator: str
+    level: str
+    trial: str
+    errors: Mapping[str, float]
+    seconds: float
+    saturated: int | None = None
+    near: tuple[Difference, ...] = ()
+
+
+def _ours(
+    estimator: Estimator,
+    trials: Sequence[Trial],
+    params: Mapping[str, float] | None,
+    word: int,
+    with_float: bool,
+    jobs: int | None,
+) -> list[Result]:
+    """One of our estimators on all records."""
+    feeds = [t.fed(estimator) for t in trials]
+    start = time.perf_counter()
+    runs = Scorer(estimator, feeds, word=word, jobs=jobs).runs(params)
+    pace = (time.perf_counter() - start) / sum(map(len, feeds))
+    level = CompiledFloat(estimator, params) if with_float else None
+    fixed, floating = [], []
+    for trial, given, run in zip(trials, feeds, runs, strict=True):
+        near: tuple[Difference, ...] = ()
+        if level is not None:
+            start = time.perf_counter()
+            level.reset()
+            found = level.run(given.inputs).outputs
+            seconds = time.perf_counter() - start
+            near = tuple(differences(estimator.outputs, run.outputs, found))
+            error = errors(estimator, given, found)
+            floating.append(Result(estimator.name, "float", trial.name, error, seconds))
+        saturated = 0 if run.saturated is None else int(run.saturated.sum())
+        error = errors(estimator, given, run.outputs)
+        seconds = pace * len(given)
+        fixed.append(Result(estimator.name, "fixed", trial.name, error, seconds, saturated, near))
+    return fixed + floating
+
+
+def _dips(trials: Sequence[Trial]) -> dict[str, float]:
+    """Dip of the field [rad] by folder, as of one place: the median over its logs.
+
+    A single log's own dip carries the errors of its sensors' calibration (2 to 3 degrees).
+    """
+    dips: dict[str, list[float]] = {}
+    for t in trials:
+        log = NineAxis.of(t.record)
+        if log.mag_new.any():
+            dips.setdefault(t.folder, []).append(dip_rad(log))
+    return {folder: float(np.median(values)) for folder, values in dips.items()}
+
+
+def _peer(name: str, trials: Sequence[Trial], dips: Mapping[str, float]) -> list[Result]:
+    """One peer on some records."""
+    out = []
+    for trial in trials:
+        log = NineAxis.of(trial.record)
+        start = time.perf_counter()
+        q = run_peer(peer(name), trial.record, dips.get(trial.folder))
+        seconds = time.perf_counter() - start
+        error = attitude_errors(q, log.attitude, log.counts)
+        out.append(Result(name, "package", trial.name, error, seconds))
+    return out
+
+
+def _done(
+    jobs: int, tasks: Sequence[tuple[str, Callable[..., list[Result]], tuple[object, ...]]]
+) -> Iterator[tuple[str, list[Result]]]:
+    """Results of the tasks (label, function, arguments), as they come."""
+    if jobs == 1:
+        for label, work, arguments in tasks:
+            yield label, work(*arguments)
+        return
+    context = multiprocessing.get_context("spawn")
+    others = set(multiprocessing.active_children())
+    with ProcessPoolExecutor(min(jobs, len(tasks)), mp_context=context) as pool:
+        with _uninterrupted():
+            labels: dict[Future[list[Result]], str] = {
+                pool.submit(work, *arguments): label for label, work, arguments in tasks
+            }
+        try:
+            for future in as_completed(labels):
+                yield labels[future], future.result()
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            for process in set(multiprocessing.active_children()) - others:
+                process.terminate()
+            raise
+
+
+@contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """Processes that begin meanwhile do not hear Ctrl-C: who began them ends them."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    usual = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, usual)
+
+
+def benchmark(
+    estimators: Sequence[Estimator],
+    peers: Sequence[str],
+    trials: Sequence[Trial],
+    *,
+    params: Mapping[str, Mapping[str, float]] | None = None,
+    word: int = 32,
+    with_float: bool = True,
+    jobs: int | None = None,
+    progress: Progress | None = None,
+) -> list[Result]:
+    """Run everything.
+
+    Parameters
+    ----------
+    peers : sequence of str
+        Keys of `sim.attitude.peers.PEERS`.
+    params : mapping, optional
+        Parameter values of our estimators, by their name.
+    with_float : bool
+        Also run compiled float64.
+    jobs : int, optional
+        Threads and processes; by default one for each processor.
+
+    Returns
+    -------
+    list of Result
+        Ours in the order given, fixed before float, then the peers; each in the order of the
+        trials.
+
+    Raises
+    ------
+    InputError
+        Unknown names, an illegal parameter.
+    ToolMissing
+        A peer's package is not here.
+    """
+    say = progress or (lambda text: None)
+    require_peers([peer(name) for name in peers])
+    dips = _dips(trials) if peers else {}
+    bare = [replace(t, feeds={}) for t in trials]
+    # Long ones first, so that no process is left with one at the end.
+    tasks: list[tuple[str, Callable[..., list[Result]], tuple[object, ...]]] = [
+        (f"{name} on {t.name}", _peer, (name, [t], dips))
+        for name in peers
+        if PEERS[name].slow
+        for t in sorted(bare, key=lambda t: -len(t.record))
+    ]
+    tasks += [(name, _peer, (name, bare, dips)) for name in peers if not PEERS[name].slow]
+    count = len(estimators) + len(tasks)
+    out: list[Result] = []
+
+    def take(label: str, results: list[Result]) -> None:
+        seconds = sum(r.seconds for r in results)
+        out.extend(results)
+        say(f"[{len(done) + 1}/{count}] {label}, {seconds:.1f} s")
+        done.append(label)
+
+    done: list[str] = []
+    for e in estimators:
+        take(e.name, _ours(e, trials, (params or {}).get(e.name), word, with_float, jobs))
+    if tasks:
+        for label, results in _done(jobs or os.cpu_count() or 1, tasks):
+            take(label, results)
+    rank = {name: k for k, name in enumerate([*(e.name for e in estimators), *peers])}
+    place = {t.name: k for k, t in enumerate(trials)}
+    return sorted(out, key=lambda r: (rank[r.estimator], r.level == "float", place[r.trial]))

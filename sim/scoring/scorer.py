@@ -1,0 +1,104 @@
+"""Error of an estimator's emitted C over many records, again and again with other parameters.
+
+What does not depend on the parameters is done once: the program is compiled, its C built, every
+record fed. Threads share the records; each has a level of its own, whose calls leave Python's lock,
+so that they run side by side.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from queue import SimpleQueue
+from typing import TypeVar
+
+from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator
+from boresight.sim.levels.integer import Emitted
+from boresight.sim.levels.level import Run
+from boresight.sim.records.feed import Feed
+from boresight.sim.scoring.figures import errors, units_of
+
+__all__ = ["Scorer"]
+
+_T = TypeVar("_T")
+
+
+class Scorer:
+    """The emitted C of one estimator over fixed records.
+
+    Parameters
+    ----------
+    estimator : Estimator
+    feeds : sequence of Feed
+    word : int
+        Word width, 18 to 32.
+    jobs : int, optional
+        Threads; by default one for each processor.
+    """
+
+    def __init__(
+        self,
+        estimator: Estimator,
+        feeds: Sequence[Feed],
+        *,
+        word: int = 32,
+        jobs: int | None = None,
+    ) -> None:
+        self.estimator, self.feeds = estimator, tuple(feeds)
+        program = estimator.compile(word=word)
+        self.jobs = max(1, min(jobs or os.cpu_count() or 1, len(self.feeds)))
+        self._levels: SimpleQueue[Emitted] = SimpleQueue()
+        for _ in range(self.jobs):
+            self._levels.put(Emitted(program))
+
+    def _each(
+        self,
+        which: Sequence[int],
+        params: Mapping[str, float] | None,
+        work: Callable[[Feed, Run], _T],
+    ) -> list[_T]:
+        """``work`` on the run of every record in ``which``, in that order."""
+        values = self.estimator.param_values(params)
+
+        def one(index: int) -> _T:
+            level, given = self._levels.get(), self.feeds[index]
+            try:
+                level.set_params(values)
+                level.reset()
+                return work(given, level.run(given.inputs))
+            finally:
+                self._levels.put(level)
+
+        if self.jobs == 1:
+            return [one(index) for index in which]
+        with ThreadPoolExecutor(self.jobs) as pool:
+            return list(pool.map(one, which))
+
+    def runs(self, params: Mapping[str, float] | None = None) -> list[Run]:
+        """Run every record with these parameters (defaults for those not named)."""
+        return self._each(range(len(self.feeds)), params, lambda _, run: run)
+
+    def scores(
+        self, params: Mapping[str, float] | None = None, which: Sequence[int] | None = None
+    ) -> list[dict[str, float]]:
+        """Figures of some records (all by default), in the order of ``which``.
+
+        Raises
+        ------
+        InputError
+            Unknown or illegal parameter; a record without truth.
+        """
+
+        def score(given: Feed, run: Run) -> dict[str, float]:
+            if not units_of(self.estimator, given):
+                raise InputError.at(
+                    given.record.where,
+                    wanted=f"a truth of {self.estimator.name}'s outputs",
+                    found="none",
+                    fix="leave this log out",
+                )
+            return errors(self.estimator, given, run.outputs)
+
+        return self._each(range(len(self.feeds)) if which is None else which, params, score)
