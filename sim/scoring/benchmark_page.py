@@ -15,6 +15,7 @@ from boresight.sim.scoring.benchmark_plots import (
     total_of,
     trial_plot,
 )
+from boresight.sim.scoring.figures import ANGLES
 
 __all__ = ["render_page"]
 
@@ -66,6 +67,7 @@ def render_page(data: Mapping[str, Any]) -> str:
         d=data,
         rows=ranked,
         attitude=ATTITUDE,
+        no_angles=dict.fromkeys(ANGLES),
         floating=floating,
         groups=groups,
         truth=truth,

@@ -119,7 +119,7 @@ def mean_plot(rows: Sequence[Row], *, salt: str) -> str:
 def _dots(
     rows: Sequence[Row],
     trials: Sequence[str],
-    figure: Callable[[Mapping[str, Any]], float | None],
+    of: Callable[[Mapping[str, Any]], float | None],
     label: str,
     *,
     salt: str,
@@ -133,7 +133,7 @@ def _dots(
     last = [r for r in rows if r["kind"] != "ours"] + [r for r in rows if r["kind"] == "ours"]
     handles = {}
     for row in last:
-        value = {t["trial"]: figure(t) for t in row["trials"]}
+        value = {t["trial"]: of(t) for t in row["trials"]}
         points = [
             (max(x, floor), k)
             for k, name in enumerate(trials)
