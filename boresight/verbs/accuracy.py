@@ -21,17 +21,17 @@ from boresight.model.resolve import Named, estimator_of, split_names
 from boresight.options import Outcome, number_options, progress_of
 from boresight.parameters import values_for
 from boresight.sharing import params_for_each
-from boresight.sim.attitude.peers import PEERS, require_peers, run_peer
+from boresight.sim.accuracy.benchmark import Result, Trial, benchmark
+from boresight.sim.accuracy.benchmark_page import render_page
+from boresight.sim.accuracy.figures import ANGLES, gives_attitude, units_of
+from boresight.sim.accuracy.peers import PEERS, require_peers, run_peer
+from boresight.sim.accuracy.tuning import means
 from boresight.sim.compare.difference import Difference
 from boresight.sim.records.bundled import bundled, bundled_names, is_comparison
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
-from boresight.sim.scoring.benchmark import Result, Trial, benchmark
-from boresight.sim.scoring.benchmark_page import render_page
-from boresight.sim.scoring.figures import ANGLES, gives_attitude, units_of
-from boresight.sim.scoring.tuning import means
 from boresight.verbs.check import log_files
 
 __all__ = ["accuracy", "add_arguments", "call", "chosen", "params_by_estimator", "read_trials"]

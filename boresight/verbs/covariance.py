@@ -16,11 +16,11 @@ from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import Outcome, progress_of
 from boresight.sharing import estimator_names
+from boresight.sim.accuracy.covariance import CovarianceTrial, covariance_of, covariance_trial
+from boresight.sim.accuracy.manoeuvres import hostile
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
-from boresight.sim.scoring.covariance import CovarianceTrial, covariance_of, covariance_trial
-from boresight.sim.scoring.manoeuvres import hostile
 from boresight.verbs.check import log_files
 from boresight.verbs.demo import FILTERS
 

@@ -19,13 +19,13 @@ from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import Outcome, number_options, params_of, progress_of
 from boresight.parameters import parse_settings
+from boresight.sim.accuracy.figures import units_of
+from boresight.sim.accuracy.scoring import Scorer
+from boresight.sim.accuracy.search import deal_folds, tunable
+from boresight.sim.accuracy.tuning import Fold, Objective, Tuning, detuned, means, weights_of
 from boresight.sim.records.bundled import is_comparison
 from boresight.sim.records.feed import Feed, feed
 from boresight.sim.records.files import read_record
-from boresight.sim.scoring.figures import units_of
-from boresight.sim.scoring.scorer import Scorer
-from boresight.sim.scoring.search import deal_folds, tunable
-from boresight.sim.scoring.tuning import Fold, Objective, Tuning, detuned, means, weights_of
 from boresight.verbs.check import log_files
 
 __all__ = ["add_arguments", "call", "tune", "tuning_text"]
@@ -52,7 +52,7 @@ def tune(
     output: str | Path | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> dict[str, Any]:
-    """Tune parameters by a pattern search on the emitted C; see `sim.scoring.tuning`.
+    """Tune parameters by a pattern search on the emitted C; see `sim.accuracy.tuning`.
 
     Parameters
     ----------

@@ -148,7 +148,10 @@ VERBS: Mapping[str, tuple[list[Any], dict[str, Any]]] = {
     "experiment": ([_mostly("ma2014")], {"--seed": _number("1"), "-o": _OUTPUTS}),
     "demo": ([], {**_STEPS, "-o": _OUTPUTS}),
     "bench": ([st.one_of(st.none(), _SEVERAL)], {"--updates": _number("1", "10")}),
-    "covariance": ([st.one_of(st.none(), _SEVERAL)], {"--updates": _number("1", "10"), "--log": _LOGS}),
+    "covariance": (
+        [st.one_of(st.none(), _SEVERAL)],
+        {"--updates": _number("1", "10"), "--log": _LOGS},
+    ),
     "monitor": (
         [st.one_of(st.just("capture.bin"), _PATHS, _TEXTS)],
         {

@@ -15,7 +15,7 @@ from boresight.accuracy_text import accuracy_text
 from boresight.cli import main
 from boresight.model.errors import InputError, ToolMissing
 from boresight.model.estimators import ESTIMATORS, estimator
-from boresight.sim.attitude.peers import PEERS
+from boresight.sim.accuracy.peers import PEERS
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.worlds.synthetic import SensorError, synthetic_log
 from boresight.verbs.accuracy import accuracy, chosen, params_by_estimator, read_trials

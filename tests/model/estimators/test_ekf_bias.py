@@ -13,9 +13,9 @@ from boresight.gateware.core import build_core
 from boresight.model.errors import InputError
 from boresight.model.estimator import input_words
 from boresight.model.estimators.ekf_bias import BIAS_UNIT, STATUS_BITS, EkfBias
+from boresight.sim.accuracy.peers import PEERS
 from boresight.sim.attitude.accuracy import attitude_error
 from boresight.sim.attitude.outputs import attitude_of
-from boresight.sim.attitude.peers import PEERS
 from boresight.sim.attitude.rotation import (
     euler_to_quaternion,
     quaternion_conjugate,

@@ -9,11 +9,11 @@ import pytest
 
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output, Param, State
+from boresight.sim.accuracy.scoring import Scorer
+from boresight.sim.accuracy.search import deal_folds
+from boresight.sim.accuracy.tuning import Objective, Tuning, detuned, means, weights_of
 from boresight.sim.records.feed import feed
 from boresight.sim.records.record import Record
-from boresight.sim.scoring.scorer import Scorer
-from boresight.sim.scoring.search import deal_folds
-from boresight.sim.scoring.tuning import Objective, Tuning, detuned, means, weights_of
 
 
 class Lag(Estimator):

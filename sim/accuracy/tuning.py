@@ -1,6 +1,6 @@
 """Tuning in the open: a pattern search on the emitted C, and what it is worth elsewhere.
 
-The figure that falls is a weighted mean of the errors against truth (`sim.scoring.figures`), each
+The figure that falls is a weighted mean of the errors against truth (`sim.accuracy.figures`), each
 the mean over the trials. One figure alone counts in its unit; of several each counts as a share of
 what it was with the given parameters, so that metres and radians weigh the same. By default every
 output with a truth has weight 1, but of an attitude the total angle alone.
@@ -16,9 +16,9 @@ import numpy as np
 
 from boresight.model.declarations import Param
 from boresight.model.errors import InputError, closest
-from boresight.sim.scoring.figures import ANGLES
-from boresight.sim.scoring.scorer import Scorer
-from boresight.sim.scoring.search import Sensitivity, Tuned, pattern_search, sensitivities
+from boresight.sim.accuracy.figures import ANGLES
+from boresight.sim.accuracy.scoring import Scorer
+from boresight.sim.accuracy.search import Sensitivity, Tuned, pattern_search, sensitivities
 
 __all__ = ["Fold", "Objective", "Tuning", "detuned", "means", "weights_of"]
 

@@ -11,16 +11,16 @@ from boresight.model.estimator import Estimator, Input, Output, Param, State
 from boresight.model.estimators import estimator
 from boresight.model.estimators.complementary import Complementary
 from boresight.model.estimators.ekf_quaternion_vector import EkfQuaternionVector
-from boresight.sim.records.bundled import bundled
-from boresight.sim.records.feed import feed
-from boresight.sim.records.files import read_record
-from boresight.sim.scoring.covariance import (
+from boresight.sim.accuracy.covariance import (
     Covariance,
     CovarianceTrial,
     covariance_of,
     covariance_trial,
 )
-from boresight.sim.scoring.manoeuvres import hostile, manoeuvre
+from boresight.sim.accuracy.manoeuvres import hostile, manoeuvre
+from boresight.sim.records.bundled import bundled
+from boresight.sim.records.feed import feed
+from boresight.sim.records.files import read_record
 from boresight.verbs.covariance import initial_covariances
 
 STEPS = 1500

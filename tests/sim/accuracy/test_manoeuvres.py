@@ -8,7 +8,7 @@ import pytest
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input
 from boresight.model.estimators import estimator
-from boresight.sim.scoring.manoeuvres import MANOEUVRES, WITHIN, hostile, manoeuvre, within
+from boresight.sim.accuracy.manoeuvres import MANOEUVRES, WITHIN, hostile, manoeuvre, within
 
 
 class Probe(Estimator):

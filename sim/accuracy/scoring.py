@@ -15,10 +15,10 @@ from typing import TypeVar
 
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
+from boresight.sim.accuracy.figures import errors, units_of
 from boresight.sim.levels.integer import Emitted
 from boresight.sim.levels.level import Run
 from boresight.sim.records.feed import Feed
-from boresight.sim.scoring.figures import errors, units_of
 
 __all__ = ["Scorer"]
 

@@ -6,16 +6,16 @@ from collections.abc import Mapping
 from importlib.resources import files
 from typing import Any
 
-from boresight.sim.compare.difference import ATTITUDE
-from boresight.sim.report.html import UNKNOWN, number
-from boresight.sim.scoring.benchmark_plots import (
+from boresight.sim.accuracy.benchmark_plots import (
     difference_plot,
     mean_plot,
     style_of,
     total_of,
     trial_plot,
 )
-from boresight.sim.scoring.figures import ANGLES
+from boresight.sim.accuracy.figures import ANGLES
+from boresight.sim.compare.difference import ATTITUDE
+from boresight.sim.report.html import UNKNOWN, number
 
 __all__ = ["render_page"]
 
@@ -49,7 +49,7 @@ def render_page(data: Mapping[str, Any]) -> str:
     )
     environment.filters |= {"deg": _deg, "number": number}
     template = environment.from_string(
-        files("boresight.sim.scoring").joinpath("benchmark.html").read_text(encoding="utf-8")
+        files("boresight.sim.accuracy").joinpath("benchmark.html").read_text(encoding="utf-8")
     )
     every = [r for r in data["estimators"] if r["level"] != "float"]
     rows = [r for r in every if r["attitude"]]

@@ -1,4 +1,4 @@
-"""`sim.scoring.benchmark`: side by side is the same as one by one; figures against truth."""
+"""`sim.accuracy.benchmark`: side by side is the same as one by one; figures against truth."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from boresight.model import ops
 from boresight.model.errors import InputError
 from boresight.model.estimator import State
 from boresight.model.estimators.complementary import Complementary
+from boresight.sim.accuracy.benchmark import Trial, benchmark
+from boresight.sim.accuracy.peers import PEERS, dip_rad, run_peer
+from boresight.sim.accuracy.scoring import Scorer
 from boresight.sim.attitude.accuracy import attitude_error, attitude_rmse
 from boresight.sim.attitude.outputs import attitude_of
-from boresight.sim.attitude.peers import PEERS, dip_rad, run_peer
 from boresight.sim.records.feed import feed
 from boresight.sim.records.nine_axis import NineAxis
-from boresight.sim.scoring.benchmark import Trial, benchmark
-from boresight.sim.scoring.scorer import Scorer
 from boresight.sim.worlds.synthetic import SensorError, synthetic_log
 
 
@@ -150,7 +150,7 @@ def test_processes_give_the_same(trials):
 
 def test_what_was_fed_is_not_fed_again(trials, monkeypatch):
     held = [dataclasses.replace(t, feeds={"complementary": fed(t)}) for t in trials]
-    monkeypatch.setattr("boresight.sim.scoring.benchmark.feed", None)
+    monkeypatch.setattr("boresight.sim.accuracy.benchmark.feed", None)
     assert benchmark([Complementary()], [], held, with_float=False, jobs=1)
 
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from boresight.model.estimator import Estimator, Input, Output
+from boresight.sim.accuracy.figures import attitude_errors, errors, gives_attitude, units_of
 from boresight.sim.attitude.accuracy import attitude_rmse
 from boresight.sim.records.feed import Feed, feed
 from boresight.sim.records.record import Record
-from boresight.sim.scoring.figures import attitude_errors, errors, gives_attitude, units_of
 
 NAN = float("nan")
 Q = ("qw", "qx", "qy", "qz")

@@ -20,14 +20,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from boresight.model.estimator import Estimator
-from boresight.sim.attitude.peers import PEERS, dip_rad, peer, require_peers, run_peer
+from boresight.sim.accuracy.figures import attitude_errors, errors
+from boresight.sim.accuracy.peers import PEERS, dip_rad, peer, require_peers, run_peer
+from boresight.sim.accuracy.scoring import Scorer
 from boresight.sim.compare.difference import Difference, differences
 from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.records.feed import Feed, feed
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
-from boresight.sim.scoring.figures import attitude_errors, errors
-from boresight.sim.scoring.scorer import Scorer
 
 __all__ = ["Result", "Trial", "benchmark"]
 
@@ -62,7 +62,7 @@ class Trial:
 class Result:
     """One estimator, at one level, on one record.
 
-    ``level``: "fixed", "float", or "package" for a peer. ``errors``: `sim.scoring.figures`, empty
+    ``level``: "fixed", "float", or "package" for a peer. ``errors``: `sim.accuracy.figures`, empty
     where the record has no truth of its outputs. ``saturated`` counts updates in which an
     operation saturated; ``near`` compares every sample of fixed point with float64; both belong to
     fixed point.
@@ -189,7 +189,7 @@ def benchmark(
     Parameters
     ----------
     peers : sequence of str
-        Keys of `sim.attitude.peers.PEERS`.
+        Keys of `sim.accuracy.peers.PEERS`.
     params : mapping, optional
         Parameter values of our estimators, by their name.
     with_float : bool

@@ -1,7 +1,7 @@
 """A filter's covariance put to the test: millions of updates of the C, positiveness, drift.
 
 A covariance is what the states are named as: ``p00``, ``p01``, ``p11`` (or ``p_xx``, ``p_xy``), the
-upper or the lower half. The stimulus is hostile on purpose (`sim.scoring.manoeuvres`), for one
+upper or the lower half. The stimulus is hostile on purpose (`sim.accuracy.manoeuvres`), for one
 initial covariance after the other. Watched are the diagonal after every update, the eigenvalues at
 intervals, the saturation flag, and the difference to float64 on the same input.
 """
