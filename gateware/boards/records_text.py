@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from boresight.gateware.boards.frames import word_bytes
 from boresight.gateware.boards.ise_text import table
-from boresight.gateware.bus.core_registers import PROGRAM
 from boresight.gateware.core import Core
+from boresight.gateware.registers.core import PROGRAM
 from boresight.model.words.program import Program
 
 __all__ = ["records_text"]
@@ -63,7 +63,7 @@ def records_text(core: Core, *, baud: float) -> tuple[str, str]:
         )
     )
     cycles = sorted({p.schedule.interval for p in parts})
-    counts = {"inputs": len(program.inputs), "outputs": len(program.outputs)}
+    counts = {"inputs": len(program.streamed), "outputs": len(program.outputs)}
     head = _HEAD.format(
         name=core.name,
         config=core.machine.name,
@@ -84,7 +84,7 @@ def _streams(program: Program) -> str:
     """Words of the records of a program."""
     rows = [("", "name", "f", "unit")]
     for label, numbers, names in (
-        ("in", program.inputs, [program.values[n].name for n in program.inputs]),
+        ("in", program.streamed, [program.values[n].name for n in program.streamed]),
         ("out", program.outputs, program.output_names),
     ):
         rows += [

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from boresight.gateware.bus.core_registers import PROGRAM
 from boresight.gateware.core import Core
+from boresight.gateware.registers.core import PROGRAM
 from boresight.sim.levels.integer import words_of
 from boresight.sim.levels.level import Run, run_of_words
 from boresight.sim.rtl.compiled import Compiled, build

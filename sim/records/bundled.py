@@ -32,7 +32,7 @@ def bundled(name: str) -> Path:
     Returns
     -------
     Path
-        Of a CSV log that `sim.attitude.log.read_log` reads.
+        Of a CSV log, nine axes and an attitude.
 
     Raises
     ------

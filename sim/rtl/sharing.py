@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from boresight.gateware.bus.core_registers import PROGRAM
 from boresight.gateware.core import Core
+from boresight.gateware.registers.core import PROGRAM
 from boresight.model.words.fixed import IntArray
 from boresight.sim.rtl.cosim import BusWrite, RtlRun, RtlSimulation
 

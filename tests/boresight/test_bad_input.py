@@ -98,10 +98,7 @@ def refused(tmp_path, capsys, monkeypatch):
         ("monitor text.txt --map other.json", "other.json, registers: wanted a registers.json of"),
         ("monitor /dev/null", "/dev/null: wanted a serial port, or a file of captured bytes, "),
         ("simulate --config nosuch -o x", "config: wanted one of small, fast, found 'nosuch'"),
-        (
-            "simulate mekf --word 30 -o x",
-            "--word: wanted a world before it, found the simulation of",
-        ),
+        ("simulate mekf --word 30 -o x", "--word: wanted a world before it, found the simula"),
         ("simulate mekf --param a=1 -o x", "--param: wanted a world before it, found the simulat"),
         ("simulate --steps 5 -o x", "--steps: wanted a world before it, found the simulation"),
         ("simulate --faults --config nosuch", "config: wanted one of small, fast, found 'nosuch'"),

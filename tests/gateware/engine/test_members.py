@@ -20,10 +20,11 @@ from boresight.gateware.boards.pack import Packer
 from boresight.gateware.boards.top import Top
 from boresight.gateware.boards.unpack import Unpacker
 from boresight.gateware.bus.arbiter import BusArbiter
-from boresight.gateware.bus.core_registers import BusSignature, Registers
+from boresight.gateware.bus.core_registers import Registers
 from boresight.gateware.bus.counters import EventCounters
 from boresight.gateware.bus.csr import Csr
 from boresight.gateware.bus.results import ResultPort, Results
+from boresight.gateware.bus.signature import BusSignature
 from boresight.gateware.bus.wishbone import WishboneSignature, WishboneSlave
 from boresight.gateware.core import build_core
 from boresight.gateware.engine.bitwise import Bitwise
@@ -57,6 +58,7 @@ from boresight.gateware.system.bridge import Bridge
 from boresight.gateware.system.conductor import Conductor
 from boresight.gateware.system.programs import core_plan, system_core
 from boresight.gateware.system.system_bus import SystemBus
+from tests.support.linked import linked_core
 
 GATEWARE = Path(__file__).parents[3] / "gateware"
 #: ``a, b : In(W)``, several on a line; directions alone; arrays.
@@ -130,7 +132,7 @@ def check(port: Documented, member: Member, letters: Mapping[str, Any]) -> None:
 def cases() -> dict[str, Case]:
     """One of each kind, by its name."""
     core = system_core(("complementary", "mekf"), restarts=0)
-    plain = build_core(core.parts[0].program, "small", restarts=0)
+    plain, linked = build_core(core.parts[0].program, "small", restarts=0), linked_core()
     machine, image = core.machine, core.image
     word, plan = machine.arithmetic.word, core_plan(core)
     system = AttitudeSystem(core=core, wishbone=True)
@@ -152,7 +154,10 @@ def cases() -> dict[str, Case]:
         Case(Lane(machine=machine), w),
         Case(LeadingSignCount(arithmetic=machine.arithmetic), w),
         Case(Multiplier(word=27), {"W": 27}),
-        Case(Operands(**lane), {**w, "offset": range(machine.bank_depth)}),
+        Case(
+            Operands(machine=linked.machine, image=linked.image),
+            {"W": 32, "offset": range(linked.machine.bank_depth), "owners": 2},
+        ),
         Case(BusSignature(word=30, address=11), {"W": 30, "A": 11}),
         Case(Registers(machine=machine, digest=1, programs=5, selector=True), w),
         Case(Adis16385(clock_hz=100e6), {"FLAGS": FLAG_MEANINGS, "EVENTS": Adis16385.EVENTS}),

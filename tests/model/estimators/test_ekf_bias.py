@@ -28,6 +28,7 @@ from boresight.sim.compare.check import with_params
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
+from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.segments import with_state_outputs
 
 GRAVITY = 9.80665
@@ -268,15 +269,14 @@ SYNTHETIC = {"vqf": 0.9, "vqf_offline": 1.3, "ahrs_ekf": 1.1}
 def test_agrees_with_published_filters(name: str) -> None:
     walk, synthetic = (read_record(bundled(n)) for n in ("ximu_walk", "synthetic_60s"))
     for log, bound, kind in ((walk, WALK, "inclination"), (synthetic, SYNTHETIC, "total")):
-        other = PEERS[name].run(log)
+        other = PEERS[name].run(NineAxis.of(log))
         difference = getattr(attitude_error(attitude_of(from_c(log)), other), kind)[500:]
         assert 0.05 < difference.mean() < bound[name]
 
 
 def test_accuracy_on_the_synthetic_log() -> None:
     log = read_record(bundled("synthetic_60s"))
-    assert log.q is not None
-    error = attitude_error(attitude_of(from_c(log)), log.q).total[500:]
+    error = attitude_error(attitude_of(from_c(log)), NineAxis.of(log).attitude).total[500:]
     assert np.sqrt(np.mean(error**2)) < 1.1
 
 

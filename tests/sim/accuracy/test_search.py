@@ -1,4 +1,4 @@
-"""`sim.accuracy.search`: the search finds, repeats itself, stays in range; folds are a partition."""
+"""The search finds, repeats itself, stays in range; folds are a partition."""
 
 from __future__ import annotations
 
