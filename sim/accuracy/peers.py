@@ -84,7 +84,7 @@ def run_peer(which: Peer, record: Record, dip: float | None = None) -> FloatArra
             record.where,
             wanted=f"samples that the published filter {which.name} takes",
             found=str(error),
-            fix="leave the log or that filter out (--estimators, --no-peers)",
+            fix="leave the log or that filter out",
         ) from error
 
 
@@ -94,7 +94,7 @@ def _package(name: str) -> Any:
     except ImportError:
         raise ToolMissing(
             f"the Python package {name} was not found: install it (pip install "
-            f"{name}), or leave the other filters out with --no-peers."
+            f"{name}), or leave the published filters out."
         ) from None
 
 

@@ -85,8 +85,11 @@ def refused(tmp_path, capsys, monkeypatch):
         ("tune mekf truth.csv --folds 5", "folds: wanted 1, for none, as there is one trial"),
         ("tune mekf truth.csv --jobs 0", "jobs: wanted 1 to 1,024, found 0"),
         ("tune mekf truth.csv --word 17", "word: wanted 18 to 32 bits, found 17"),
-        ("accuracy truth.csv -o x --word 17", "word: wanted 18 to 32 bits, found 17"),
-        ("accuracy " + "n" * 300, "wanted a log, or a folder of logs, found file name too long"),
+        ("accuracy mekf truth.csv -o x --word 17", "word: wanted 18 to 32 bits, found 17"),
+        (
+            "accuracy mekf " + "n" * 300,
+            "wanted a log, or a folder of logs, found file name too long",
+        ),
         ("experiment ma2014 --seed -1 -o x", "seed: wanted 0 to 2,147,483,648, found -1"),
         ("demo --steps 0 -o x", "steps: wanted 1 or more, found 0"),
         ("bench --updates 99999999999", "updates: wanted 1 to 100,000,000"),
@@ -135,7 +138,7 @@ def test_what_published_filters_cannot_take_is_no_bug(refused, tmp_path) -> None
     still = TRUTH.replace("0.1,0.2,9.8", "0,0,0")
     (tmp_path / "log.csv").write_text(still)
     line = refused("accuracy ahrs_ekf log.csv --jobs 1 -q")
-    assert "log 'log': wanted samples that the published filter ahrs_ekf takes, found " in line
+    assert "log.csv: wanted samples that the published filter ahrs_ekf takes, found " in line
 
 
 def test_a_reference_beyond_all_bounds(refused, tmp_path) -> None:

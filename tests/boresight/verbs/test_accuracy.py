@@ -290,7 +290,7 @@ def test_missing_package_is_one_line(folder, monkeypatch, capsys):
     err = capsys.readouterr().err
     assert err == (
         "error: the Python package vqf was not found: install it (pip install vqf), or "
-        "leave the other filters out with --no-peers.\n"
+        "leave the published filters out.\n"
     )
 
 
