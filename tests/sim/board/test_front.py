@@ -5,18 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from boresight.gateware.system.plan import RECORD
 from boresight.gateware.system.programs import FILTERS, system_estimators
 from boresight.model.errors import InputError
-from boresight.sim.board.front import (
-    COUNTS,
-    HEADING,
-    NO_LINE,
-    Samples,
-    quantise,
-    run_chain,
-    words_as_record,
-)
+from boresight.model.estimators.nine_axis import INPUTS
+from boresight.sim.board.chain import COUNTS, HEADING, NO_LINE, Samples, run_chain
+from boresight.sim.board.front import quantise, words_as_record
 from boresight.sim.levels.level import outputs_of
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.files import read_record
@@ -26,6 +19,7 @@ from boresight.verbs.run import run
 from tests.support.records import write_record
 
 STEPS = 600
+RECORD = tuple(i.name for i in INPUTS)
 
 
 @pytest.fixture(scope="module")
