@@ -267,7 +267,7 @@ def _made(cls: type[T], what: str, args: tuple[Any, ...], options: dict[str, Any
         last = traceback.extract_tb(error.__traceback__)[-1]
         raise InputError.at(
             f"{what}, {Path(last.filename).name}, line {last.lineno}",
-            wanted=f"a {cls.__name__} that can be made of these arguments",
+            wanted="a constructor that returns",
             found=f"{type(error).__name__}: {error}".splitlines()[0][:200],
-            fix="correct its constructor, or the arguments",
+            fix="correct it, or the arguments",
         ) from error

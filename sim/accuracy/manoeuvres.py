@@ -15,6 +15,7 @@ from boresight.sim.attitude.rotation import (
     rotation_vector_to_quaternion,
 )
 from boresight.sim.records.nine_axis import TRIADS
+from boresight.sim.worlds.devices import GRAVITY
 
 __all__ = ["MANOEUVRES", "WITHIN", "hostile", "manoeuvre", "within"]
 
@@ -34,7 +35,6 @@ MANOEUVRES = (
 )
 #: Stimuli that `within` makes.
 WITHIN = ("still", "noise", "slow", "jumps", "ends", "gaps")
-GRAVITY = 9.80665
 _FIELD = np.array([0.0, 20.0, -44.0])  # uT
 #: Columns of `manoeuvre`.
 _COLUMNS = ("dt", *(name for key in ("gyr", "mag", "acc") for name in TRIADS[key][0]))

@@ -13,11 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model.errors import InputError
-from boresight.sim.attitude.rotation import (
-    quaternion_conjugate,
-    quaternion_multiply,
-    quaternion_to_rotation_vector,
-)
+from boresight.sim.attitude.rotation import turns_between
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
 from boresight.sim.worlds.devices import GRAVITY
@@ -58,23 +54,9 @@ def record(
 
     Each sensor has a random stream of its own.
 
-    Parameters
-    ----------
-    rate_hz : float, > 0
-        Rate of the loop.
-    seed : int, 0 or more
-    field_ut : three floats
-        Magnetic field [uT], navigation axes.
-    lead : int
-        Samples before t = 0, in which the stages stand at their start.
-    lever : three floats
-        Place of the accelerometer [m], body axes.
-
-    Returns
-    -------
-    Record
-        Nine axes, with the true attitude; samples at ``k / rate_hz``, k = -lead to the end of the
-        motion.
+    Nine axes with the true attitude, at ``k / rate_hz``, k = -lead to the end of the motion;
+    before t = 0 the stages stand at their start. ``field_ut`` is the magnetic field [uT] in
+    navigation axes, ``lever`` the place of the accelerometer [m] in body axes.
     """
     if not (np.isfinite(rate_hz) and rate_hz > 0.0):
         raise InputError(f"rate_hz must be a number above 0, not {rate_hz!r}")
@@ -84,10 +66,7 @@ def record(
     t = np.arange(-lead, int(np.floor(motion.seconds * rate_hz)) + 1) / rate_hz
 
     def mean_rate(at: FloatArray) -> FloatArray:
-        turn = quaternion_multiply(
-            quaternion_conjugate(motion.attitude(at - step)), motion.attitude(at)
-        )
-        return quaternion_to_rotation_vector(turn) / step
+        return turns_between(motion.attitude(at - step), motion.attitude(at)) / step
 
     def field(at: FloatArray) -> FloatArray:
         return np.asarray(np.asarray(field_ut, dtype=np.float64) @ motion.matrix(at))  # C^T m
