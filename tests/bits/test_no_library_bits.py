@@ -33,11 +33,36 @@ EXACT_MATH = {
 }
 #: The same of numpy: types, and functions that make, move or compare elements.
 EXACT_NUMPY = set(
-    """
-    abs array asarray ascontiguousarray bool_ clip concatenate count_nonzero ctypeslib empty
-    errstate float64 floor full iinfo inf int32 int64 isfinite ldexp maximum pi sqrt stack uint8
-    where zeros zeros_like
-    """.split()
+    [
+        "abs",
+        "array",
+        "asarray",
+        "ascontiguousarray",
+        "bool_",
+        "clip",
+        "concatenate",
+        "count_nonzero",
+        "ctypeslib",
+        "empty",
+        "errstate",
+        "float64",
+        "floor",
+        "full",
+        "iinfo",
+        "inf",
+        "int32",
+        "int64",
+        "isfinite",
+        "ldexp",
+        "maximum",
+        "pi",
+        "sqrt",
+        "stack",
+        "uint8",
+        "where",
+        "zeros",
+        "zeros_like",
+    ]
 )
 #: Functions of the estimators that compute on arrays: the float reference, not the program.
 ON_ARRAYS = {"model/ops.py": {"sin", "cos", "arcsin", "arctan2"}}
