@@ -99,8 +99,8 @@ def city_drive(seed: int = 1) -> Drive:
     pitch = moving * (1.0 * _wave(t, 5.1) + 0.5 * _wave(t, 1.3)) + 3.0 * _wave(t, 110.0)
     lift = np.zeros_like(t)
     for at in bumps:
-        pulse = np.exp(-0.5 * ((t - at) / 0.15) ** 2)
-        pitch, lift = pitch + 3.0 * np.gradient(pulse) * 5.0, lift - 4.0 * np.gradient(pulse) * 5.0
+        nod = 12.4 * np.gradient(np.exp(-0.5 * ((t - at) / 0.15) ** 2))  # from 1 to -1
+        pitch, lift = pitch + 3.0 * nod, lift - 4.0 * nod
     loss = np.zeros_like(t)
     for at, length in [
         *zip((300.0, 700.0, 1150.0, 1550.0), (15.0, 30.0, 60.0, 25.0), strict=True),
@@ -169,5 +169,5 @@ def _driven(
     across = speed * turn
     acceleration = np.stack([accel * c - across * s, accel * s + across * c, -lift], axis=1)
     force = rotate(quaternion_conjugate(q), acceleration - [0.0, 0.0, GRAVITY])
-    accelerated = (np.abs(acceleration) > [0.3, 0.3, 0.5]).any(axis=1)
+    accelerated = np.any(np.abs(acceleration) > [0.3, 0.3, 0.5], axis=1, keepdims=True)[:, 0]
     return Drive(euler, q, rate, force, accelerated, loss_db)

@@ -67,7 +67,7 @@ class Link:
         """Carrier over noise density on the axis [Hz]."""
         gain = self.efficiency * self.aperture**2
         spread = (4.0 * math.pi * self.distance_m * self.frequency_hz / LIGHT) ** 2
-        return 10.0 ** (self.eirp_dbw / 10.0) * gain / spread / (1.380649e-23 * self.noise_k)
+        return float(10.0 ** (self.eirp_dbw / 10.0)) * gain / spread / (1.380649e-23 * self.noise_k)
 
     def pattern(self, sine: FloatArray) -> FloatArray:
         """Power at an angle off the axis, by its sine, over that on the axis."""

@@ -1,0 +1,77 @@
+"""The beam against a numerical aperture, the link against its textbook figure, the receiver."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.special import j0
+
+from boresight.sim.worlds.satcom_link import Link, Receiver, direction
+
+
+def test_pattern_is_that_of_the_tapered_aperture() -> None:
+    link = Link()
+    angles = np.radians([0.05, 0.5, 1.0, 1.3, 2.0, 3.5, 6.0])
+    area = quad(lambda r: r * math.sqrt(1 - r * r), 0, 1)[0]
+    for angle in angles:
+        u = link.aperture * math.sin(angle)
+        field = quad(lambda r, u=u: r * math.sqrt(1 - r * r) * j0(u * r), 0, 1)[0] / area
+        assert link.pattern(np.array(math.sin(angle))) == pytest.approx(field**2, abs=1e-8)
+    assert link.pattern(np.array(0.0)) == pytest.approx(1.0, abs=1e-6)
+    far = np.sin(np.linspace(math.radians(3.2), math.radians(5.0), 400))
+    assert 10 * np.log10(link.pattern(far).max()) == pytest.approx(-21.3, abs=0.3)
+
+
+def test_link_budget() -> None:
+    """6 dBW - 205.8 dB + 35.8 dBi - 22.3 dBK + 228.6 dBW/K/Hz."""
+    assert 10 * math.log10(Link().cn0) == pytest.approx(42.3, abs=0.2)
+    twice = Link(diameter_m=1.2)
+    assert twice.cn0 / Link().cn0 == pytest.approx(4.0)
+
+
+def test_direction() -> None:
+    """Overhead below it; due south at a known elevation; symmetric in longitude."""
+    overhead = direction(0.0, 100.0, 0.0, 100.0)
+    assert overhead == pytest.approx([0.0, 0.0, -(42164170.0 - 6378137.0)])
+    north, east, down = direction(45.0, 100.0, 0.0, 100.0)
+    assert east == 0.0 and north < 0.0
+    assert math.degrees(math.atan2(-down, -north)) == pytest.approx(38.2, abs=0.1)
+    a, b = direction(30.0, 90.0, 500.0, 110.0), direction(30.0, 130.0, 500.0, 110.0)
+    assert a == pytest.approx(b * [1, -1, 1]) and a[1] > 0.0
+
+
+def scan(right: float, up: float, *, loss: float = 1.0, ahead: float = 1.0, runs: int = 400):
+    """Errors (2, runs) [deg] and mean powers of one interval."""
+    receiver = Receiver(Link(), 10)
+    noise = np.random.default_rng(1).normal(size=(10, 4, 2, runs))
+    at = [np.full(runs, v) for v in (right, up, ahead)]
+    for k in range(9):
+        assert receiver.sample(*at, loss, noise[k]) is None
+    found = receiver.sample(*at, loss, noise[9])
+    assert found is not None
+    return np.degrees(found[0]), found[1]
+
+
+def test_error_is_measured_with_its_sign() -> None:
+    error, _ = scan(math.radians(0.2), math.radians(-0.1))
+    assert np.nanmean(error, axis=1) == pytest.approx([0.2, -0.1], abs=0.02)
+    assert 0.05 < error.std(axis=1).max() < 0.25
+
+
+def test_lock_follows_from_the_signal() -> None:
+    for right, loss, ahead in ((0.0, 1e-6, 1.0), (math.radians(3.6), 1.0, 1.0), (0.0, 1.0, -1.0)):
+        error, _ = scan(right, 0.0, loss=loss, ahead=ahead)
+        assert np.isnan(error).all()
+    error, power = scan(math.radians(0.5), 0.0)
+    assert not np.isnan(error).any() and (power > 0.0).all()
+
+
+def test_intervals_are_independent() -> None:
+    receiver = Receiver(Link(), 1)
+    zero, one = np.zeros(1), np.ones(1)
+    quiet = np.zeros((4, 2, 1))
+    first = receiver.sample(np.array([0.004]), zero, one, 1.0, quiet)
+    second = receiver.sample(zero, zero, one, 1.0, quiet)
+    assert first is not None and second is not None
+    assert first[0][0, 0] > 0.003 and second[0][0, 0] == 0.0
