@@ -20,14 +20,15 @@ from boresight.model.estimators import estimator
 from boresight.sim.attitude.accuracy import largest_turn_deg
 from boresight.sim.attitude.feed import attitude_of, inputs_of
 from boresight.sim.attitude.log import Log
+from boresight.sim.attitude.ma2014 import BESIDE, CYCLES
 from boresight.sim.soc.measure import Measured, measure_float, measure_integer
 
 __all__ = ["ESTIMATORS", "FLOAT_BOUND_DEG", "PAPER_CYCLES", "compare", "compare_one"]
 
 #: Estimators that are compared.
 ESTIMATORS = ("complementary", "ekf_quaternion", "ekf_bias", "mekf")
-#: Cycles of the paper's C: 316 us and 1.14 ms at 100 MHz.
-PAPER_CYCLES = {"complementary": 31_600, "ekf_quaternion": 114_000}
+#: Cycles of the paper's C, beside the filters that are most like its own.
+PAPER_CYCLES = {name: CYCLES[BESIDE[name]] for name in ("complementary", "ekf_quaternion")}
 #: Largest difference between float C and the float reference, deg: what single precision gives
 #: over a few thousand updates (see tests/firmware/test_float_build.py).
 FLOAT_BOUND_DEG = 0.02

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from boresight.sim.attitude.log import Log
-from boresight.sim.experiments.ma2014_paper import TABLE_1
+from boresight.sim.attitude.ma2014 import TABLE_1
 from boresight.sim.worlds.devices import TABLE_2, accelerometer, gyro, magnetometer
 from boresight.sim.worlds.motion import StackedMotion, Swing
 from boresight.sim.worlds.recording import Sensors, record

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from typing import Any
 
-from boresight.sim.experiments.ma2014_plots import plots
+from boresight.sim.experiments.experiment import Target, grouped
+from boresight.sim.experiments.ma2014.plots import plots
 from boresight.sim.report.html import number, unit
 
 __all__ = ["render"]
@@ -15,8 +16,8 @@ __all__ = ["render"]
 _SHOWN = ("gyro", "mag_acc", "ekf_quaternion", "complementary")
 
 
-def render(data: Mapping[str, Any]) -> str:
-    """HTML text of the dict that `sim.experiments.ma2014.run` returns: no script, printable."""
+def render(details: Mapping[str, Any], targets: Sequence[Target]) -> str:
+    """HTML text of what was measured and judged: no script, printable."""
     import jinja2
 
     environment = jinja2.Environment(
@@ -28,7 +29,13 @@ def render(data: Mapping[str, Any]) -> str:
     )
     environment.filters |= {"number": number, "unit": unit}
     template = environment.from_string(
-        files("boresight.sim.experiments").joinpath("ma2014.html").read_text(encoding="utf-8")
+        files("boresight.sim.experiments.ma2014").joinpath("page.html").read_text(encoding="utf-8")
     )
-    present = data["table_3"]["cases"]["C"]
-    return template.render(d=data, plots=plots(data), shown=[k for k in _SHOWN if k in present])
+    return template.render(
+        d=details,
+        plots=plots(details),
+        shown=_SHOWN,
+        targets=targets,
+        groups=grouped(t for t in targets if not t.binding),
+        equalities=[t for t in targets if t.binding],
+    )

@@ -1,4 +1,4 @@
-"""Plots of the page, as inline SVG; what each shows stands in its caption in ma2014.html."""
+"""Plots of the page, as inline SVG; what each shows stands in its caption in page.html."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from boresight.sim.experiments import ma2014_paper as paper
+from boresight.sim.attitude import ma2014 as paper
 from boresight.sim.plotting import COLOUR, figure_and_axes, legend, settings, svg
 
 __all__ = [

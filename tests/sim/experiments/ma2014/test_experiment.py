@@ -10,10 +10,9 @@ from copy import deepcopy
 import numpy as np
 import pytest
 
-from boresight.model.errors import InputError
-from boresight.sim.experiments import ma2014
-from boresight.sim.experiments.ma2014_html import render
-from boresight.sim.experiments.ma2014_targets import entries_in_band, targets
+from boresight.sim.experiments.experiment import grouped
+from boresight.sim.experiments.ma2014 import experiment
+from boresight.sim.experiments.ma2014.targets import entries_in_band, targets
 
 
 @pytest.fixture(scope="module")
@@ -22,23 +21,31 @@ def said():
 
 
 @pytest.fixture(scope="module")
-def data(said):
-    return ma2014.run(seed=5, runs=3, progress=said.append)
+def result(said):
+    return experiment.Ma2014().run(seed=5, runs=3, say=said.append)
 
 
 @pytest.fixture(scope="module")
-def page(data):
-    return render(data)
+def data(result):
+    return result.details
 
 
-def find(data, name, source=""):
-    found = [t for t in data["targets"] if t["name"].startswith(name) and source in t["source"]]
-    assert len(found) == 1, [t["name"] for t in found]
-    return found[0]
+@pytest.fixture(scope="module")
+def page(result):
+    return result.pages["ma2014.html"]
 
 
-def test_all_tables_and_figures_are_there(data):
-    assert data["good"] and data["seed"] == 5 and data["shown_seed"] in (5, 6, 7)
+def find(found, name):
+    (group,) = (g for g in grouped(found) if g[0].name.startswith(name))
+    return group
+
+
+def good(found, name):
+    return all(target.good for target in find(found, name))
+
+
+def test_all_tables_and_figures_are_there(result, data):
+    assert result.good and data["seed"] == 5 and data["shown_seed"] in (5, 6, 7)
     assert [r["ours_deg"] for r in data["table_1"]] == [list(r["end_deg"]) for r in data["table_1"]]
     assert data["table_2"]["gyro_var"][2] == 2.1155e-6
     for case in data["table_3"]["cases"].values():
@@ -51,7 +58,7 @@ def test_all_tables_and_figures_are_there(data):
 
 
 def test_it_is_json_without_nan(data):
-    assert json.loads(json.dumps(data, allow_nan=False))["experiment"] == "ma2014"
+    assert json.loads(json.dumps(data, allow_nan=False))["runs"] == 3
 
 
 def test_progress_names_what_runs(said, data):
@@ -77,7 +84,7 @@ def test_the_run_shown_is_the_one_in_the_middle(data):
     assert shown.std() == pytest.approx(heading[data["shown_seed"] - 5], abs=1e-4)
 
 
-def test_numbers_that_do_not_hang_on_the_draw(data):
+def test_numbers_that_do_not_hang_on_the_draw(result, data):
     """The parts of the specification that three runs suffice for."""
     noise = data["table_3"]["cases"]["noise"]
     np.testing.assert_allclose(
@@ -86,35 +93,52 @@ def test_numbers_that_do_not_hang_on_the_draw(data):
     np.testing.assert_allclose(
         noise["letter"]["float"]["sd"]["pooled"], (0.070, 0.079, 0.112), rtol=0.1
     )
-    assert find(data, "magnetometer and accelerometer alone: sd, noise alone")["good"]
-    assert find(data, "eq. (3) as printed: gyro integrated at 100 Hz")["good"]
-    assert find(data, "eq. (3) as printed violates the heading")["good"]
-    assert find(data, "complementary filter: fixed point against float")["good"]
-    assert find(data, "gyro error: share")["good"]
-    assert find(data, "complementary on fast")["ours"][0] < 3.0
+    for name in (
+        "magnetometer and accelerometer alone: sd, noise alone",
+        "eq. (3) as printed: gyro integrated at 100 Hz",
+        "eq. (3) as printed violates the heading",
+        "complementary filter: fixed point against float",
+        "gyro error: share",
+    ):
+        assert good(result.targets, name), name
+    (time,) = find(result.targets, "complementary on fast")
+    assert time.value < 3.0 and time.high == 316.0 and time.beside == {"paper": 316.0}
     gyro = data["table_3"]["cases"]["bias"]["gyro"]["fixed"]["sd"]["pooled"]
     np.testing.assert_allclose(gyro, (8, 38, 14), rtol=0.1)  # the bias left in
 
 
+def test_figures_are_those_of_the_tables(result, data):
+    sd = data["table_3"]["cases"]["C"]["complementary"]["fixed"]["sd"]["pooled"]
+    assert result.figures["complementary: sd, C, heading, deg"] == sd[2]
+    assert result.figures["complementary on fast: cycles"] == 166
+    assert all(math.isfinite(value) for value in result.figures.values())
+
+
+def test_targets_of_the_paper_are_reported_and_ours_bind(result):
+    binding = [t for t in result.targets if t.binding]
+    assert [t.name.partition(":")[0] for t in binding] == [
+        "ekf_quaternion",
+        "ekf_quaternion_vector",
+        "complementary",
+        "complementary_as_printed",
+    ]
+    assert any(not t.good for t in result.targets if not t.binding)
+
+
 def test_a_target_fails_by_its_band_and_by_nothing_else(data):
     name = "complementary filter: sd, noise alone, fixed"
-    for value, good in (
-        ((0.070, 0.079, 0.112), True),
-        ((0.078, 0.079, 0.112), False),
-        ((0.070, 0.070, 0.112), False),
-        ((0.070, 0.079, 0.13), False),
+    for value, verdicts in (
+        ((0.070, 0.079, 0.112), (True, True, True)),
+        ((0.078, 0.079, 0.112), (False, True, True)),
+        ((0.070, 0.070, 0.112), (True, False, True)),
+        ((0.070, 0.079, 0.13), (True, True, False)),
+        ((0.070, math.nan, 0.112), (True, False, True)),
     ):
         changed = deepcopy(data)
         changed["table_3"]["cases"]["noise"]["complementary"]["fixed"]["sd"]["pooled"] = value
-        found = find({"targets": targets(changed)}, name)
-        assert found["good"] is good and found["good"] == all(found["passes"])
-    changed = deepcopy(data)
-    changed["table_3"]["cases"]["noise"]["complementary"]["fixed"]["sd"]["pooled"] = (
-        0.07,
-        math.nan,
-        0.112,
-    )
-    assert not find({"targets": targets(changed)}, name)["good"]
+        found = find(targets(changed), name)
+        assert tuple(t.good for t in found) == verdicts
+        assert [t.part for t in found] == ["pitch", "roll", "heading"]
 
 
 def test_entries_in_band_are_counted_run_by_run():
@@ -135,28 +159,20 @@ def test_entries_in_band_are_counted_run_by_run():
     }
 
 
-def test_a_claim_that_breaks_is_not_good(monkeypatch, data):
-    """The run itself says so; the parts that have no share in it are stand-ins."""
-    few = tuple(m for m in ma2014.available() if m.estimator != "ekf_quaternion_vector")
-    monkeypatch.setattr(
-        ma2014,
-        "available",
-        lambda: few[:2] + tuple(m for m in few if m.key.startswith("complementary")),
-    )
-    monkeypatch.setattr(ma2014, "_heading_test", lambda seeds, say: data["spectra"])
-    monkeypatch.setattr(ma2014, "_kinematics", lambda say: data["kinematics"])
-    monkeypatch.setattr(ma2014, "_timing", lambda say: data["timing"])
-    monkeypatch.setattr(
-        ma2014,
-        "count_mismatches",
-        lambda method, log: (int(method.key == "complementary"), len(log)),
-    )
-    broken = ma2014.run(seed=1, runs=2)
-    assert [c["good"] for c in broken["claims"]] == [False, True]
-    assert broken["good"] is False
+def test_a_c_that_differs_is_not_good(monkeypatch, data):
+    """The run itself says so; what was measured is a stand-in."""
+    monkeypatch.setattr(experiment, "measure", lambda seed, runs, say: data)
+    for wrong, updates in ((1, 9), (0, 0)):
+        counts = {"complementary": (wrong, updates)}
+        monkeypatch.setattr(
+            experiment, "count_mismatches", lambda method, log, c=counts: c.get(method.key, (0, 9))
+        )
+        broken = experiment.Ma2014().run(seed=1, runs=2, say=lambda text: None)
+        failed = [t.name.partition(":")[0] for t in broken.targets if t.binding and not t.good]
+        assert failed == ["complementary"] and not broken.good
 
 
-def test_page_stands_alone_and_shows_everything(data, page):
+def test_page_stands_alone_and_shows_everything(result, data, page):
     assert page.count('<svg class="plot"') >= 5
     assert "<script" not in page and not re.search(r'(src|href)="http', page)
     for heading in (
@@ -173,9 +189,10 @@ def test_page_stands_alone_and_shows_everything(data, page):
     ):
         assert heading in page, heading
     assert page.count("<figcaption>") >= 5
-    assert data["command"] in page
-    assert page.count('class="missed"') == sum(not t["good"] for t in data["targets"])
-    assert page.count(">FAIL<") == sum(not p for t in data["targets"] for p in t["passes"])
+    assert "boresight experiment ma2014 --seed 5" in page
+    groups = [[t.good for t in group] for group in grouped(result.targets)]
+    assert page.count('class="missed"') == sum(not all(group) for group in groups)
+    assert page.count(">FAIL<") == sum(not x for group in groups for x in group)
     for label in (
         "amplitude, deg",
         "frequency, Hz",
@@ -184,16 +201,3 @@ def test_page_stands_alone_and_shows_everything(data, page):
         "time from the start of the motion, s",
     ):
         assert label in page, label
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"seed": -1}, "seed: wanted an integer of 0 to"),
-        ({"seed": 1.5}, "seed: wanted an integer of 0 to"),
-        ({"runs": 1}, "runs: wanted 2 to 1000, found 1"),
-    ],
-)
-def test_bad_arguments(arguments, message):
-    with pytest.raises(InputError, match=f"^{re.escape(message)}"):
-        ma2014.run(**arguments)

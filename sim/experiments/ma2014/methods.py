@@ -17,24 +17,24 @@ from boresight.model.estimators.complementary import per_sample_gains
 from boresight.model.words.program import Program
 from boresight.sim.attitude.feed import inputs_of
 from boresight.sim.attitude.log import Log
+from boresight.sim.attitude.ma2014 import KI, KP
 from boresight.sim.attitude.rotation import quaternion_to_euler, wrap_rad
 from boresight.sim.compare.check import with_params
-from boresight.sim.experiments.ma2014_letter import filter_to_the_letter, mag_acc_angles
-from boresight.sim.experiments.ma2014_paper import KI, KP
-from boresight.sim.experiments.ma2014_world import AVERAGED, FIELD_UT, LEAD, LOOP_HZ
+from boresight.sim.experiments.ma2014.letter import filter_to_the_letter, mag_acc_angles
+from boresight.sim.experiments.ma2014.world import AVERAGED, FIELD_UT, LEAD, LOOP_HZ
 from boresight.sim.records.segments import interpret
 from boresight.sim.worlds.devices import GRAVITY, TABLE_2
 
 __all__ = [
     "METHODS",
     "Method",
-    "available",
     "count_mismatches",
     "gains_per_s",
     "kalman_parameters",
     "run_fixed",
     "run_float",
     "score",
+    "truth_deg",
 ]
 
 FloatArray = npt.NDArray[np.float64]
@@ -45,7 +45,7 @@ class Method:
     """One row of Table 3.
 
     ``estimator``: the registered estimator that computes it, None for a float reference.
-    ``row``: the row of the paper it stands beside, if any.
+    ``row``: the row of Table 3 it stands beside, if any.
     """
 
     key: str
@@ -73,11 +73,6 @@ METHODS = (
     ),
     Method("gyro_as_printed", "gyro alone, eq. (3) as printed", "complementary_as_printed"),
 )
-
-
-def available() -> tuple[Method, ...]:
-    """The methods whose estimators are registered."""
-    return tuple(m for m in METHODS if m.estimator is None or m.estimator in ESTIMATORS)
 
 
 def gains_per_s(
