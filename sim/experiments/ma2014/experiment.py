@@ -10,6 +10,7 @@ import numpy as np
 from boresight.sim.attitude import ma2014 as paper
 from boresight.sim.attitude.log import Log
 from boresight.sim.experiments.experiment import Experiment, Result, Target
+from boresight.sim.experiments.ma2014.errors import entries_in_band
 from boresight.sim.experiments.ma2014.methods import (
     METHODS,
     count_mismatches,
@@ -32,17 +33,8 @@ from boresight.sim.experiments.ma2014.sections import (
     table_1,
     timing,
 )
-from boresight.sim.experiments.ma2014.targets import entries_in_band, targets
-from boresight.sim.experiments.ma2014.world import (
-    AVERAGED,
-    CASES,
-    E2,
-    FIELD_UT,
-    LEAD,
-    LOOP_HZ,
-    make_log,
-)
-from boresight.sim.worlds.devices import TABLE_2, facts_json
+from boresight.sim.experiments.ma2014.targets import targets
+from boresight.sim.experiments.ma2014.world import CASES, E2, LEAD, make_log
 
 __all__ = ["Ma2014", "measure"]
 
@@ -87,29 +79,15 @@ def measure(seed: int, runs: int, say: Say) -> dict[str, Any]:
         "runs": runs,
         "shown_seed": seeds[shown],
         "side_runs": min(runs, SIDE_RUNS),
-        "sensor_model": {
-            "loop_hz": LOOP_HZ,
-            "acc_averaged": AVERAGED,
-            "field_ut": list(FIELD_UT),
-            "lead_samples": LEAD,
-            "facts": facts_json(),
-            "cases": {k: c.to_json() for k, c in CASES.items()},
-            "open": [{"what": a, "taken": b} for a, b in paper.OPEN],
-        },
         "table_1": table_1(first),
-        "table_2": {
-            "gyro_bias_rad_s": TABLE_2.gyro_bias,
-            "gyro_var": TABLE_2.gyro,
-            "acc_var": TABLE_2.accelerometer,
-            "mag_var_g2": TABLE_2.magnetometer_g,
-        },
         "table_3": {
-            "paper": paper.TABLE_3,
             "cases": rows,
             "in_band": {case: entries_in_band(rows[case]) for case in JUDGED},
         },
-        "table_4": {"kp": paper.KP, "ki": paper.KI, "parameters": gains_per_s()},
-        "kalman_parameters": {k: kalman_parameters(k) for k in KALMAN},
+        "parameters": {
+            "complementary": gains_per_s(),
+            **{key: kalman_parameters(key) for key in KALMAN},
+        },
         "spectra": heading_test([seeds[shown], *others], say),
         "figures": {
             "time_s": plain(t, 3),

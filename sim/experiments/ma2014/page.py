@@ -6,9 +6,12 @@ from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from typing import Any
 
+from boresight.sim.attitude import ma2014 as paper
 from boresight.sim.experiments.experiment import Target, grouped
+from boresight.sim.experiments.ma2014 import world
 from boresight.sim.experiments.ma2014.plots import plots
 from boresight.sim.report.html import number, unit
+from boresight.sim.worlds.devices import FACTS, TABLE_2
 
 __all__ = ["render"]
 
@@ -34,6 +37,10 @@ def render(details: Mapping[str, Any], targets: Sequence[Target]) -> str:
     return template.render(
         d=details,
         plots=plots(details),
+        paper=paper,
+        world=world,
+        noise=TABLE_2,
+        facts=FACTS,
         shown=_SHOWN,
         targets=targets,
         groups=grouped(t for t in targets if not t.binding),

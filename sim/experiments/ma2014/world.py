@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -86,10 +85,6 @@ class Case:
     soft_iron_sd: float = 0.0
     bias_removed: bool = True
     acc_latency_s: float = 0.0
-
-    def to_json(self) -> dict[str, Any]:
-        """Plain data."""
-        return dict(vars(self))
 
 
 _C = Case("case C: noise, gyro misaligned, soft iron", misalignment_deg=1.0, ellipse=0.01)
