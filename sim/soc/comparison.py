@@ -13,14 +13,15 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.firmware.build import CModel
-from boresight.firmware.float_program import trace_float
+from boresight.firmware.floating.text import operation_counts
 from boresight.gateware.core import build_core
 from boresight.model.estimator import Estimator, input_words
 from boresight.model.estimators import estimator
 from boresight.sim.attitude.accuracy import largest_turn_deg
-from boresight.sim.attitude.feed import attitude_of, inputs_of
-from boresight.sim.attitude.log import Log
 from boresight.sim.attitude.ma2014 import BESIDE, CYCLES
+from boresight.sim.attitude.outputs import attitude_of
+from boresight.sim.records.feed import feed
+from boresight.sim.records.record import Record
 from boresight.sim.soc.measure import Measured, measure_float, measure_integer
 
 __all__ = ["ESTIMATORS", "FLOAT_BOUND_DEG", "PAPER_CYCLES", "compare", "compare_one"]
@@ -30,7 +31,7 @@ ESTIMATORS = ("complementary", "ekf_quaternion", "ekf_bias", "mekf")
 #: Cycles of the paper's C, beside the filters that are most like its own.
 PAPER_CYCLES = {name: CYCLES[BESIDE[name]] for name in ("complementary", "ekf_quaternion")}
 #: Largest difference between float C and the float reference, deg: what single precision gives
-#: over a few thousand updates (see tests/firmware/test_float_build.py).
+#: over a few thousand updates (see tests/firmware/floating/test_build.py).
 FLOAT_BOUND_DEG = 0.02
 
 
@@ -81,7 +82,12 @@ def _single(e: Estimator, inputs: npt.NDArray[np.float64], optimise: str) -> dic
 
 
 def compare_one(
-    name: str, log: Log, *, updates: int = 1000, optimise: str = "-Os", restarts: int | None = None
+    name: str,
+    log: Record,
+    *,
+    updates: int = 1000,
+    optimise: str = "-Os",
+    restarts: int | None = None,
 ) -> dict[str, Any]:
     """One estimator: float C, integer C on the simulated soft core, and the core's schedule.
 
@@ -89,7 +95,7 @@ def compare_one(
     ----------
     name : str
         Estimator.
-    log : Log
+    log : Record
         Recorded data; its first ``updates`` samples are used.
     updates : int
         How many.
@@ -104,7 +110,7 @@ def compare_one(
         The cross compiler, or Verilator, is not installed.
     """
     e = estimator(name)
-    inputs = inputs_of(e, log)[:updates]
+    inputs = feed(e, log.head(updates)).inputs
     single, integer = _single(e, inputs, optimise), _integer(e, inputs, optimise)
     core = build_core(e.compile(), "small", urgent=e.urgent, restarts=restarts)
     hardware = {"cycles": core.schedule.latency, "interval_cycles": core.schedule.interval}
@@ -115,7 +121,7 @@ def compare_one(
         "float": single,
         "integer": integer,
         "hardware": hardware,
-        "operations": trace_float(e).counts(),
+        "operations": operation_counts(e.trace()),
         "paper_cycles": paper,
         "ratios": {
             "float_to_paper": None if paper is None else single["cycles"]["median"] / paper,
@@ -127,7 +133,7 @@ def compare_one(
 
 
 def compare(
-    log: Log,
+    log: Record,
     *,
     names: Sequence[str] = ESTIMATORS,
     updates: int = 1000,

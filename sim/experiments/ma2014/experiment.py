@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from boresight.sim.attitude import ma2014 as paper
-from boresight.sim.attitude.log import Log
 from boresight.sim.experiments.experiment import Experiment, Result, Target
 from boresight.sim.experiments.ma2014.errors import entries_in_band
 from boresight.sim.experiments.ma2014.methods import (
@@ -35,6 +34,7 @@ from boresight.sim.experiments.ma2014.sections import (
 )
 from boresight.sim.experiments.ma2014.targets import targets
 from boresight.sim.experiments.ma2014.world import CASES, E2, LEAD, make_log
+from boresight.sim.records.record import Record
 
 __all__ = ["Ma2014", "measure"]
 
@@ -73,7 +73,7 @@ def measure(seed: int, runs: int, say: Say) -> dict[str, Any]:
     shown = int(np.argsort(heading)[(runs - 1) // 2])  # the run in the middle
     first = make_log(E2, CASES["C"], seeds[shown])
     others = [s for s in seeds if s != seeds[shown]][: HEADING_RUNS - 1]
-    t = first.t[LEAD:]
+    t = first.values("t", "s")[LEAD:]
     return {
         "seed": seed,
         "runs": runs,
@@ -102,7 +102,7 @@ def measure(seed: int, runs: int, say: Say) -> dict[str, Any]:
     }
 
 
-def _equalities(log: Log, say: Say) -> list[Target]:
+def _equalities(log: Record, say: Say) -> list[Target]:
     """What must hold whatever the numbers are: C equals the integer interpreter."""
     out = []
     for method in METHODS:

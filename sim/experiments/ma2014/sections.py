@@ -11,7 +11,6 @@ import numpy.typing as npt
 from boresight.gateware.core import build_core
 from boresight.model.estimators import ESTIMATORS
 from boresight.sim.attitude import ma2014 as paper
-from boresight.sim.attitude.log import Log
 from boresight.sim.attitude.rotation import matrix_to_quaternion, quaternion_to_rotation_vector
 from boresight.sim.experiments.calibration import (
     nearest_rotation,
@@ -36,6 +35,7 @@ from boresight.sim.experiments.ma2014.world import (
     noise_free_log,
 )
 from boresight.sim.experiments.spectrum import line_amplitude, share, spectrum
+from boresight.sim.records.record import Record
 from boresight.sim.worlds.triad import misalignment
 
 __all__ = [
@@ -93,7 +93,7 @@ def _row(error: FloatArray) -> dict[str, Any]:
 
 def stacked(seeds: Sequence[int], say: Say) -> tuple[dict[str, Any], dict[str, FloatArray]]:
     """Section 3.2 in every case: rows of Table 3, and the errors of case C (steps, runs, 3)."""
-    logs: list[Log] = []
+    logs: list[Record] = []
     parts: dict[str, slice] = {}
     for name, case in CASES.items():
         used = seeds if name in JUDGED else seeds[:SIDE_RUNS]
@@ -258,7 +258,7 @@ def differences(errors: Mapping[str, FloatArray]) -> dict[str, Any]:
     return out
 
 
-def table_1(log: Log) -> list[dict[str, Any]]:
+def table_1(log: Record) -> list[dict[str, Any]]:
     """Table 1 and what the simulated stages do; Euler angles differ from stage angles."""
     euler = truth_deg(log)
     rows, end = [], 0.0
