@@ -14,15 +14,14 @@ from boresight.disk.output import output_folder
 from boresight.gateware.core import Core
 from boresight.gateware.machine import CONFIGS
 from boresight.gateware.system.programs import FILTERS, system_core
-from boresight.loop import loop_text, simulate_world, world_of
+from boresight.loop import WORLD_GROUP, loop_text, simulate_world, world_of
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.estimators import ESTIMATORS
-from boresight.model.resolve import Named, estimator_of
+from boresight.model.resolve import Named, estimator_of, names_of_entry_points
 from boresight.model.words.fixed import Format
 from boresight.model.words.program import Value
-from boresight.options import Outcome, progress_of
-from boresight.sim.attitude.log import Log, read_log
+from boresight.options import Outcome, model_options, params_of, progress_of
 from boresight.sim.board.build import Board, make_board
 from boresight.sim.board.faults import (
     COMPASS_FAULTS,
@@ -35,6 +34,8 @@ from boresight.sim.board.page import render_page
 from boresight.sim.board.run import BoardRun, Judgement, judge, run_board, stimulus
 from boresight.sim.board.setup import REAL
 from boresight.sim.board.spans import timeline_of
+from boresight.sim.records.files import read_record
+from boresight.sim.records.record import Record
 from boresight.sim.worlds.synthetic import synthetic_log
 
 __all__ = [
@@ -108,7 +109,7 @@ def simulate(
     filters = _beside(chosen)
     check_options(config=config, seconds=seconds, source=source)
     updates = round(seconds * REAL.rate_hz)
-    given = default_log(updates) if log is None else read_log(Path(log))
+    given = default_log(updates) if log is None else read_record(log)
     if len(given) < max(updates, _SHORT):
         raise InputError.at(
             f"log {given.name!r}",
@@ -141,7 +142,7 @@ def write_board(
     folder: Path,
     name: str,
     core: Core,
-    log: Log,
+    log: Record,
     *,
     updates: int,
     source: str = "heading",
@@ -240,7 +241,7 @@ def _filter(name: str | None) -> str:
     return name
 
 
-def default_log(updates: int) -> Log:
+def default_log(updates: int) -> Record:
     """A synthetic motion of so many samples."""
     return synthetic_log(
         seconds=max(updates + 64, 128) / REAL.rate_hz,
@@ -368,7 +369,8 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "filter",
         nargs="?",
-        help="estimator of the long run, default mekf, also FILE.py:Class; or a world",
+        help="estimator of the long run, default mekf, also FILE.py:Class; or a world, its own "
+        "or that of a package",
     )
     parser.add_argument(
         "log",
@@ -378,7 +380,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--on", help="of a world: the level in its loop, default c")
     parser.add_argument("--against", help="of a world: a second level, compared, default c")
     parser.add_argument("--steps", type=int, help="of a world: most records")
-    parser.add_argument("--config", default="small", help="small (one lane) or fast (two lanes)")
+    model_options(parser)
     parser.add_argument("--seconds", type=float, default=1.0, help="of the long run")
     parser.add_argument("--source", default="heading", help="the compass sends heading or counts")
     parser.add_argument(
@@ -401,8 +403,9 @@ def add_arguments(parser: ArgumentParser) -> None:
 def call(args: Namespace) -> Outcome:
     """Do it; see `Outcome`."""
     check_options(config=args.config, seconds=args.seconds, source=args.source)
-    if args.filter is not None and ".py" in args.filter and _is_world(args.filter):
+    if args.filter is not None and _is_world(args.filter, args.log):
         return _call_world(args)
+    _refuse_options_of_worlds(args)
     if args.faults:
         if args.log is not None:
             raise InputError.at(
@@ -427,13 +430,40 @@ def call(args: Namespace) -> Outcome:
     return 0 if data["good"] else 1, data, f"{simulate_text(data)}\n{output}/board.html"
 
 
-def _is_world(name: str) -> bool:
-    """Whether a file's class is a world; an estimator runs on the board."""
+def _is_world(text: str, other: str | None) -> bool:
+    """Whether a text names a world: in a file, or an entry point of an installed package.
+
+    An estimator stands alone or before a log, and runs on the board.
+    """
+    if ".py" not in text:
+        return text not in FILTERS and text in names_of_entry_points(WORLD_GROUP)
+    if other is not None and not other.endswith((".csv", ".npz")):
+        return True
     try:
-        world_of(name)
+        world_of(text)
     except InputError:
         return False
     return True
+
+
+def _refuse_options_of_worlds(args: Namespace) -> None:
+    """The board has its own words and parameters, and no levels."""
+    given = {
+        "--on": args.on,
+        "--against": args.against,
+        "--steps": args.steps,
+        "--word": args.word != 32 or None,
+        "--param": args.param or None,
+        "--params": args.params or None,
+    }
+    for option, value in given.items():
+        if value is not None:
+            raise InputError.at(
+                option,
+                wanted="a world before it",
+                found="the simulation of the board",
+                fix=f"name a world, FILE.py:Class, or leave {option} out",
+            )
 
 
 def numbers_of(given: Sequence[str]) -> dict[str, float]:
@@ -471,6 +501,8 @@ def _call_world(args: Namespace) -> Outcome:
         on=args.on or "c",
         against=args.against or "c",
         config=args.config,
+        word=args.word,
+        params=params_of(args, [args.log]),
         steps=args.steps,
         output=args.output,
         progress=progress_of(args),
