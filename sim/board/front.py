@@ -1,153 +1,35 @@
-"""The chain of a complete system in integers: raw counts in, attitude words out.
-
-What the conductor and the core do with samples (`gateware.system`), word for word, by the integer
-interpreter; and how a log becomes the raw counts that the sensors would have sent.
-"""
+"""How a record becomes the raw counts that the sensors of a board would have sent, and back."""
 
 from __future__ import annotations
-
-from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from boresight.gateware.system.plan import FRONT_NAMES, RECORD
-from boresight.model.errors import InputError
 from boresight.model.front.compass_field import TENTH_HT
 from boresight.model.front.field import FIELD_SCALE
 from boresight.model.front.inertial import ACC_SCALE, GYRO_SCALE, STAMP_BITS
-from boresight.model.words.fixed import IntArray, wrap
-from boresight.model.words.interpreter import Interpreter
+from boresight.model.front.sensed import ACC_COUNTS, GYRO_COUNTS
+from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
-from boresight.sim.attitude.log import Log
 from boresight.sim.attitude.rotation import quaternion_to_euler
-from boresight.sim.records.segments import interpret
+from boresight.sim.board.chain import COUNTS, HEADING, NO_LINE, Chain, Samples
+from boresight.sim.records.nine_axis import NineAxis
+from boresight.sim.records.record import Column, Record
 
-__all__ = [
-    "COUNTS",
-    "HEADING",
-    "NO_LINE",
-    "Chain",
-    "Samples",
-    "quantise",
-    "run_chain",
-    "words_as_log",
-]
+__all__ = ["field_words", "heading_words", "inertial_words", "quantise", "words_as_record"]
 
-#: Kinds of lines of the compass.
-NO_LINE, COUNTS, HEADING = 0, 1, 2
-#: Full scale of the sensor in counts, at any range: 300 deg/s and 5 g (the maker's figures).
-GYRO_COUNTS, ACC_COUNTS = 24000, 20000
-
-Flags = npt.NDArray[np.bool_]
-
-
-@dataclass(frozen=True)
-class Samples:
-    """What the readers give for n updates.
-
-    Attributes
-    ----------
-    stamp : int (n,)
-        Clock cycle of each sample, modulo 2^32.
-    counts : int (n, 6)
-        Gyro x, y, z, accelerometer x, y, z.
-    line : int (n,)
-        `COUNTS` or `HEADING` where a line of the compass is fresh for the update, else `NO_LINE`.
-    values : int (n, 3)
-        The numbers of that line: counts, or tenths of a degree of heading, pitch, roll.
-    restart : bool (n,)
-        Updates that restart the filter besides those after a gap: at least the first.
-    filter : int (n,)
-        Number of the filter for each update.
-    """
-
-    stamp: IntArray
-    counts: IntArray
-    line: IntArray
-    values: IntArray
-    restart: Flags
-    filter: IntArray
-
-    def __len__(self) -> int:
-        """Count the updates."""
-        return len(self.stamp)
-
-
-@dataclass(frozen=True)
-class Chain:
-    """What comes of them.
-
-    Attributes
-    ----------
-    records : int (n, 10)
-        The filter's input words (`gateware.system.plan.RECORD`).
-    outputs : int (n, n_outputs)
-        The filter's output words.
-    saturated : bool (n,)
-        A value of the filter was clamped.
-    restart : bool (n,)
-        The time step was negative.
-    """
-
-    records: IntArray
-    outputs: IntArray
-    saturated: Flags
-    restart: Flags
-
-
-def run_chain(programs: Sequence[Program], samples: Samples) -> Chain:
-    """Run samples through calibration and filters.
-
-    Parameters
-    ----------
-    programs : sequence of Program
-        Those of the system's core, by number, with the parameters' values in them.
-    samples : Samples
-        What comes in.
-    """
-    filters = len(programs) - len(FRONT_NAMES)
-    inertial, field, compass = programs[filters:]
-    word, n = inertial.arithmetic.word, len(samples)
-    stamps = wrap(samples.stamp, STAMP_BITS) >> (STAMP_BITS - word)
-    changed = np.diff(samples.filter, prepend=samples.filter[:1]) != 0
-    restart = np.where(samples.restart | changed, -(1 << (word - 1)), 0)
-    frac = inertial.format(inertial.inputs[0]).frac
-    raw = np.column_stack([samples.counts << frac, stamps, restart])
-    calibrated = interpret(inertial, raw).outputs
-    records = np.zeros((n, len(RECORD)), dtype=np.int64)
-    for k, name in enumerate(inertial.output_names):
-        records[:, RECORD.index(name)] = calibrated[:, k]
-    place = [RECORD.index(name) for name in field.output_names]
-    for kind, program in ((COUNTS, field), (HEADING, compass)):
-        rows = np.flatnonzero(samples.line == kind)
-        if len(rows):
-            lines = samples.values[rows] << program.format(program.inputs[0]).frac
-            machine = Interpreter(program, len(rows))
-            records[rows[:, None], place] = machine.update(lines.T)[0].T
-    outputs = np.zeros((n, len(programs[0].outputs)), dtype=np.int64)
-    saturated = np.zeros(n, dtype=np.bool_)
-    for number in range(filters):
-        rows = np.flatnonzero(samples.filter == number)
-        if len(rows):
-            run = interpret(programs[number], records[rows])
-            outputs[rows], saturated[rows] = run.outputs, run.saturated
-    return Chain(records, outputs, saturated, records[:, RECORD.index("dt")] < 0)
+FloatArray = npt.NDArray[np.float64]
 
 
 def quantise(
-    log: Log,
+    record: Record,
     *,
     clock_hz: float = 100e6,
     kind: int = COUNTS,
     line_hz: float = 8.0,
-    gyro_scale: float = GYRO_SCALE,
-    acc_scale: float = ACC_SCALE,
-    field_scale: float = FIELD_SCALE,
     number: int = 0,
 ) -> Samples:
-    """A log as what an ADIS16385 and an HMR3300 would have sent.
+    """A nine-axis record as what an ADIS16385 and an HMR3300 would have sent.
 
     Sensor axes are body axes. Rates and forces beyond the sensors' full scale are clamped there.
 
@@ -156,33 +38,22 @@ def quantise(
     clock_hz : float
         Clock that the stamps count.
     kind : int
-        Lines of the compass: `NO_LINE`, `COUNTS` (of the log's field) or `HEADING` (of its
+        Lines of the compass: `NO_LINE`, `COUNTS` (of the record's field) or `HEADING` (of its
         reference attitude).
     line_hz : float
         Most lines in a second.
-    gyro_scale, acc_scale, field_scale : float
-        rad/s, m/s^2 and uT per count.
     number : int
         Filter.
 
     Raises
     ------
     InputError
-        Headings are wanted of a log without reference attitude.
+        Headings are wanted of a record without reference attitude.
     """
-    if kind == HEADING and log.q is None:
-        raise InputError.at(
-            f"log {log.name!r}",
-            wanted="a reference attitude, to read headings",
-            found="none",
-            fix="use a log with qw,qx,qy,qz, or counts",
-        )
+    log = NineAxis.of(record)
     n = len(log)
     stamp = np.rint((log.t - log.t[0]) * clock_hz).astype(np.int64)
-    counts = np.column_stack(
-        [_counts(log.gyr, gyro_scale, GYRO_COUNTS), _counts(log.acc, acc_scale, ACC_COUNTS)]
-    )
-    here = np.isfinite(log.q).all(axis=1) if kind == HEADING and log.q is not None else log.mag_new
+    here = np.isfinite(log.attitude).all(axis=1) if kind == HEADING else log.mag_new
     line = np.full(n, NO_LINE)
     due = log.t[0]
     for k in np.flatnonzero(here) if kind != NO_LINE else ():
@@ -191,24 +62,43 @@ def quantise(
             due = max(due + 1.0 / line_hz, log.t[k])
     values = np.zeros((n, 3), dtype=np.int64)
     rows = line != NO_LINE
-    if kind == COUNTS:
-        values[rows] = _counts(log.mag[rows], field_scale, 32767)
-    elif kind == HEADING and log.q is not None:
-        pitch, roll, heading = quaternion_to_euler(log.q[rows]).T / np.pi
-        angles = np.rint(np.stack([-heading, pitch, roll], axis=1) / TENTH_HT).astype(np.int64)
-        angles[:, 0] %= 3600
-        values[rows] = angles
+    if kind == HEADING:
+        values[rows] = heading_words(log.attitude[rows])
+    elif kind == COUNTS:
+        values[rows] = field_words(log.mag[rows])
     restart = np.zeros(n, dtype=np.bool_)
     restart[0] = True
-    return Samples(stamp % (1 << STAMP_BITS), counts, line, values, restart, np.full(n, number))
+    return Samples(
+        stamp % (1 << STAMP_BITS), inertial_words(log), line, values, restart, np.full(n, number)
+    )
 
 
-def _counts(value: npt.NDArray[np.float64], scale: float, limit: int) -> IntArray:
+def inertial_words(log: NineAxis) -> IntArray:
+    """Counts (n, 6) of the gyro and the accelerometer."""
+    return np.column_stack(
+        [_counts(log.gyr, GYRO_SCALE, GYRO_COUNTS), _counts(log.acc, ACC_SCALE, ACC_COUNTS)]
+    )
+
+
+def field_words(mag: FloatArray) -> IntArray:
+    """Counts (n, 3) of the compass for fields [uT]."""
+    return _counts(mag, FIELD_SCALE, 32767)
+
+
+def heading_words(q: FloatArray) -> IntArray:
+    """Tenths of a degree (n, 3) of the compass for attitudes (n, 4): heading, pitch, roll."""
+    pitch, roll, heading = quaternion_to_euler(q).T / np.pi
+    angles = np.rint(np.stack([-heading, pitch, roll], axis=1) / TENTH_HT).astype(np.int64)
+    angles[:, 0] %= 3600
+    return angles
+
+
+def _counts(value: FloatArray, scale: float, limit: int) -> IntArray:
     return np.clip(np.rint(value / scale), -limit, limit).astype(np.int64)
 
 
-def words_as_log(program: Program, chain: Chain, name: str = "words") -> Log:
-    """The records of a chain as a log in SI units: `sim.attitude.feed` gives the words back.
+def words_as_record(program: Program, chain: Chain, name: str = "words") -> Record:
+    """The records of a chain in their units, exactly: `sim.records.feed` gives the words back.
 
     Parameters
     ----------
@@ -216,21 +106,7 @@ def words_as_log(program: Program, chain: Chain, name: str = "words") -> Log:
         A filter, for the formats of its inputs.
     """
     real = {
-        name: program.format(n).real(chain.records[:, k])
-        for k, (name, n) in enumerate(zip(RECORD, program.inputs, strict=True))
+        program.values[n].name: program.format(n).real(chain.records[:, k])
+        for k, n in enumerate(program.streamed)
     }
-    steps = np.where(chain.restart, 2.0**-10, real["dt"])
-
-    def triple(letter: str) -> npt.NDArray[np.float64]:
-        return np.stack([real[f"{letter}{a}"] for a in "xyz"], axis=1)
-
-    field = triple("m")
-    return Log(
-        name=name,
-        t=np.cumsum(steps),
-        gyr=triple("g"),
-        acc=triple("a"),
-        mag=field,
-        mag_new=(field != 0.0).any(axis=1),
-        restart=chain.restart,
-    )
+    return Record(name, {n: Column(v) for n, v in real.items()})

@@ -8,16 +8,17 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from boresight.gateware.boards.frames import Decoder, Kind, encode
-from boresight.gateware.system.attitude_frame import OUTPUTS, WORDS
+from boresight.gateware.system.attitude_frame import WORDS
 from boresight.model.errors import InputError
 from boresight.model.words.fixed import IntArray
-from boresight.sim.attitude.log import Log
 from boresight.sim.board.build import Board, board_parameters, board_sources
-from boresight.sim.board.front import COUNTS, HEADING, NO_LINE, Chain, Samples, quantise, run_chain
+from boresight.sim.board.chain import COUNTS, HEADING, NO_LINE, Chain, Samples, run_chain
+from boresight.sim.board.front import field_words, heading_words, inertial_words
 from boresight.sim.board.trace import Trace, read_trace
+from boresight.sim.records.nine_axis import NineAxis
+from boresight.sim.records.record import Record
 from boresight.sim.rtl.compiled import build
 
 __all__ = [
@@ -34,6 +35,8 @@ __all__ = [
     "writes",
 ]
 
+#: Bit of register ``order``: the input registers are taken.
+TAKE_FEED = 8
 #: Word of TEMP_OUT, 27.5 degC; it follows nothing.
 _TEMPERATURE_CODE = 37
 
@@ -66,25 +69,18 @@ def _lines(rows: IntArray) -> str:
     return "".join(" ".join(str(v) for v in row) + "\n" for row in rows.tolist())
 
 
-def stimulus(log: Log, board: Board) -> Stimulus:
-    """A log as what both devices send: row k is sample k, whatever its time.
+def stimulus(record: Record, board: Board) -> Stimulus:
+    """A nine-axis record as what both devices send: row k is sample k, whatever its time.
 
-    The compass knows the log's attitude: without one it has no heading to send.
+    The compass knows the record's attitude: without one it has no heading to send.
 
     Raises
     ------
     InputError
-        The log has no attitude for the headings.
+        The record has no attitude for the headings.
     """
-    if log.q is None:
-        raise InputError.at(
-            f"log {log.name!r}",
-            wanted="a reference attitude, for the compass",
-            found="none",
-            fix="use a log with qw,qx,qy,qz",
-        )
-    setup = board.setup
-    counts = quantise(log, kind=NO_LINE).counts
+    log = NineAxis.of(record)
+    q, setup = log.attitude, board.setup
     # Line k goes out this long after the first sample.
     every = setup.rate_hz / setup.lines_hz
     first = setup.compass_start_cycles / setup.period_cycles
@@ -92,7 +88,7 @@ def stimulus(log: Log, board: Board) -> Stimulus:
         np.round(first + every * np.arange(1 + len(log) / every)).astype(np.int64), len(log) - 1
     )
     # Each line takes the field, and the attitude, that is there by then.
-    usable = np.flatnonzero(np.isfinite(log.q).all(axis=1) & log.mag_new)
+    usable = np.flatnonzero(np.isfinite(q).all(axis=1) & log.mag_new)
     if not len(usable):
         raise InputError.at(
             f"log {log.name!r}",
@@ -101,32 +97,25 @@ def stimulus(log: Log, board: Board) -> Stimulus:
             fix="use another log",
         )
     rows = usable[np.clip(np.searchsorted(usable, rows, side="right") - 1, 0, None)]
-    part = _rows_of(log, rows)
-    heading = quantise(part, kind=HEADING, line_hz=1e9).values
-    field = quantise(part, kind=COUNTS, line_hz=1e9).values
-    return Stimulus(counts, np.hstack([heading, field]))
-
-
-def _rows_of(log: Log, rows: npt.NDArray[np.int64]) -> Log:
-    """Some rows of a log, with times of their own."""
-    assert log.q is not None
-    return Log(
-        name=log.name,
-        t=np.arange(len(rows), dtype=np.float64),
-        gyr=log.gyr[rows],
-        acc=log.acc[rows],
-        mag=log.mag[rows],
-        mag_new=np.ones(len(rows), dtype=np.bool_),
-        q=log.q[rows],
-    )
+    compass = np.hstack([heading_words(q[rows]), field_words(log.mag[rows])])
+    return Stimulus(inertial_words(log), compass)
 
 
 def writes(board: Board, values: Mapping[str, int], *, start: int = 2_000) -> str:
-    """Host file of the bench: writes of registers by name, in their order, from a cycle on."""
+    """Host file of the bench: writes of registers by name, in their order, from a cycle on.
+
+    Words of input registers (``feed_NAME``) come last, then the order to take them.
+    """
     registers = board.system.map()
     divisor = board_parameters(board.setup)["HOST_DIVISOR"]
     out, cycle = [], start
-    for name, value in values.items():
+    orders = {name: value for name, value in values.items() if not name.startswith("feed_")}
+    pairs = [*orders.items()]
+    if len(orders) < len(values):
+        # No sample is used before the set of input registers is whole.
+        feed = [(name, value) for name, value in values.items() if name not in orders]
+        pairs = [("run", 0), *pairs, *feed, ("order", TAKE_FEED), ("run", 1)]
+    for name, value in pairs:
         frame = encode(Kind.WRITE, [registers.find(name).address, value], word=32)
         for byte in frame:
             out.append(f"{cycle} {byte:02x}\n")
@@ -143,8 +132,8 @@ class BoardRun:
     ----------
     trace : Trace
         Events and bytes.
-    frames : int (n, 10)
-        Words of the attitude frames (`gateware.system.attitude_frame.WORDS`), signed.
+    frames : int (n, 2 + outputs)
+        Words of the frames (`gateware.system.attitude_frame`), signed.
     dropped : int
         Damaged frames.
     cycles : int
@@ -161,10 +150,13 @@ class BoardRun:
 
 
 def frames_of(data: bytes) -> tuple[IntArray, int]:
-    """Attitude frames (n, 10) in a stream of bytes, and how many frames were damaged."""
+    """Frames (n, words) of one estimator in a stream of bytes, and how many were damaged."""
     decoder = Decoder(word=32)
     words = [w for kind, w in decoder.feed(data) if kind is Kind.ATTITUDE]
-    return np.array(words, dtype=np.int64).reshape(-1, len(WORDS)), decoder.dropped
+    most = len(words[0]) if words else len(WORDS)
+    whole = [w for w in words if len(w) == most]
+    frames = np.array(whole, dtype=np.int64).reshape(-1, most)
+    return frames, decoder.dropped + len(words) - len(whole)
 
 
 def run_board(
@@ -267,8 +259,18 @@ def _source_kinds(source: int) -> Sequence[int]:
     return {0: (), 1: (COUNTS,), 2: (HEADING,), 3: (COUNTS, HEADING)}[source]
 
 
-def judge(board: Board, what: Stimulus, run: BoardRun, *, filter: int, source: int) -> Judgement:
+def judge(
+    board: Board,
+    what: Stimulus,
+    run: BoardRun,
+    *,
+    filter: int,
+    source: int,
+    feed: Mapping[str, int] | None = None,
+) -> Judgement:
     """Compare every frame of a run without faults, word by word.
+
+    ``feed`` has the words of the input registers, by input.
 
     The models get the rows of the devices' logs: by the number of the data-ready edge, and by the
     slot of the compass's line. When a line counts is told from its cycle: it makes the field of the
@@ -304,10 +306,12 @@ def judge(board: Board, what: Stimulus, run: BoardRun, *, filter: int, source: i
         values,
         restart,
         np.full(n, filter),
+        feed or {},
     )
     chain = run_chain([part.program for part in board.core.parts], samples)
     lost = int(edge[-1] - edge[0]) + 1 - n
-    return _compare(run, chain, samples, transfer, core, good, lost)
+    names = board.core.parts[filter].program.output_names
+    return _compare(run, names, chain, samples, transfer, core, good, lost)
 
 
 def _wrong(text: str) -> Judgement:
@@ -318,6 +322,7 @@ def _wrong(text: str) -> Judgement:
 
 def _compare(
     run: BoardRun,
+    names: Sequence[str],
     chain: Chain,
     samples: Samples,
     transfer: IntArray,
@@ -334,7 +339,7 @@ def _compare(
         header = int(frame[0]) & 0xFFFF_FFFF
         expected = {
             "stamp": (int(samples.stamp[k]) + offset) % (1 << 32),
-            **{name: int(v) for name, v in zip(OUTPUTS, chain.outputs[k], strict=True)},
+            **{name: int(v) for name, v in zip(names, chain.outputs[k], strict=False)},
             "filter": int(samples.filter[k]),
             "field_used": int(samples.line[k] != NO_LINE),
             "field_counts": int(samples.line[k] == COUNTS),
@@ -343,7 +348,7 @@ def _compare(
         }
         found = {
             "stamp": int(frame[1]) % (1 << 32),
-            **{name: int(v) for name, v in zip(OUTPUTS, frame[2:], strict=True)},
+            **{name: int(v) for name, v in zip(names, frame[2:], strict=True)},
             "filter": header >> 16 & 7,
             "field_used": header >> 19 & 1,
             "field_counts": header >> 20 & 1,

@@ -13,13 +13,14 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.firmware.build import CModel
-from boresight.firmware.float_program import trace_float
+from boresight.firmware.floating.text import operation_counts
 from boresight.gateware.core import build_core
 from boresight.model.estimator import Estimator, input_words
 from boresight.model.estimators import estimator
 from boresight.sim.attitude.accuracy import largest_turn_deg
-from boresight.sim.attitude.feed import attitude_of, inputs_of
-from boresight.sim.attitude.log import Log
+from boresight.sim.attitude.outputs import attitude_of
+from boresight.sim.records.feed import feed
+from boresight.sim.records.record import Record
 from boresight.sim.soc.measure import Measured, measure_float, measure_integer
 
 __all__ = ["ESTIMATORS", "FLOAT_BOUND_DEG", "PAPER_CYCLES", "compare", "compare_one"]
@@ -29,7 +30,7 @@ ESTIMATORS = ("complementary", "ekf_quaternion", "ekf_bias", "mekf")
 #: Cycles of the paper's C: 316 us and 1.14 ms at 100 MHz.
 PAPER_CYCLES = {"complementary": 31_600, "ekf_quaternion": 114_000}
 #: Largest difference between float C and the float reference, deg: what single precision gives
-#: over a few thousand updates (see tests/firmware/test_float_build.py).
+#: over a few thousand updates (see tests/firmware/floating/test_build.py).
 FLOAT_BOUND_DEG = 0.02
 
 
@@ -80,7 +81,12 @@ def _single(e: Estimator, inputs: npt.NDArray[np.float64], optimise: str) -> dic
 
 
 def compare_one(
-    name: str, log: Log, *, updates: int = 1000, optimise: str = "-Os", restarts: int | None = None
+    name: str,
+    log: Record,
+    *,
+    updates: int = 1000,
+    optimise: str = "-Os",
+    restarts: int | None = None,
 ) -> dict[str, Any]:
     """One estimator: float C, integer C on the simulated soft core, and the core's schedule.
 
@@ -88,7 +94,7 @@ def compare_one(
     ----------
     name : str
         Estimator.
-    log : Log
+    log : Record
         Recorded data; its first ``updates`` samples are used.
     updates : int
         How many.
@@ -103,7 +109,7 @@ def compare_one(
         The cross compiler, or Verilator, is not installed.
     """
     e = estimator(name)
-    inputs = inputs_of(e, log)[:updates]
+    inputs = feed(e, log.head(updates)).inputs
     single, integer = _single(e, inputs, optimise), _integer(e, inputs, optimise)
     core = build_core(e.compile(), "small", urgent=e.urgent, restarts=restarts)
     hardware = {"cycles": core.schedule.latency, "interval_cycles": core.schedule.interval}
@@ -114,7 +120,7 @@ def compare_one(
         "float": single,
         "integer": integer,
         "hardware": hardware,
-        "operations": trace_float(e).counts(),
+        "operations": operation_counts(e.trace()),
         "paper_cycles": paper,
         "ratios": {
             "float_to_paper": None if paper is None else single["cycles"]["median"] / paper,
@@ -126,7 +132,7 @@ def compare_one(
 
 
 def compare(
-    log: Log,
+    log: Record,
     *,
     names: Sequence[str] = ESTIMATORS,
     updates: int = 1000,

@@ -85,12 +85,15 @@ def refused(tmp_path, capsys, monkeypatch):
         ("tune mekf truth.csv --folds 5", "folds: wanted 1, for none, as there is one trial"),
         ("tune mekf truth.csv --jobs 0", "jobs: wanted 1 to 1,024, found 0"),
         ("tune mekf truth.csv --word 17", "word: wanted 18 to 32 bits, found 17"),
-        ("accuracy truth.csv -o x --word 17", "word: wanted 18 to 32 bits, found 17"),
-        ("accuracy " + "n" * 300, "wanted a log, or a folder of logs, found file name too long"),
+        ("accuracy mekf truth.csv -o x --word 17", "word: wanted 18 to 32 bits, found 17"),
+        (
+            "accuracy mekf " + "n" * 300,
+            "wanted a log, or a folder of logs, found file name too long",
+        ),
         ("experiment ma2014 --seed -1 -o x", "seed: wanted 0 to 2,147,483,648, found -1"),
         ("demo --steps 0 -o x", "steps: wanted 1 or more, found 0"),
         ("bench --updates 99999999999", "updates: wanted 1 to 100,000,000"),
-        ("covariance mekf complementary", "complementary: wanted a Kalman filter"),
+        ("covariance mekf complementary", "complementary: wanted states that are a covariance"),
         ("monitor noise.bin", "noise.bin: wanted attitudes, in frames or lines of text, found "),
         ("monitor zeros.bin", "wanted attitudes, in frames or lines of text, found none, and 14"),
         ("monitor text.txt --json", "wanted attitudes, in frames or lines of text, found none"),
@@ -98,6 +101,9 @@ def refused(tmp_path, capsys, monkeypatch):
         ("monitor text.txt --map other.json", "other.json, registers: wanted a registers.json of"),
         ("monitor /dev/null", "/dev/null: wanted a serial port, or a file of captured bytes, "),
         ("simulate --config nosuch -o x", "config: wanted one of small, fast, found 'nosuch'"),
+        ("simulate mekf --word 30 -o x", "--word: wanted a world before it, found the simula"),
+        ("simulate mekf --param a=1 -o x", "--param: wanted a world before it, found the simulat"),
+        ("simulate --steps 5 -o x", "--steps: wanted a world before it, found the simulation"),
         ("simulate --faults --config nosuch", "config: wanted one of small, fast, found 'nosuch'"),
         ("simulate --faults --seconds nan", "seconds: wanted 0.05 to 20, found nan"),
     ],
@@ -131,8 +137,8 @@ def test_a_name_in_other_bytes_is_no_obstacle(tmp_path, capsys) -> None:
 def test_what_published_filters_cannot_take_is_no_bug(refused, tmp_path) -> None:
     still = TRUTH.replace("0.1,0.2,9.8", "0,0,0")
     (tmp_path / "log.csv").write_text(still)
-    line = refused("accuracy log.csv --estimators ahrs_ekf --jobs 1 -q")
-    assert "log 'log': wanted samples that the published filter ahrs_ekf takes, found " in line
+    line = refused("accuracy ahrs_ekf log.csv --jobs 1 -q")
+    assert "log.csv: wanted samples that the published filter ahrs_ekf takes, found " in line
 
 
 def test_a_reference_beyond_all_bounds(refused, tmp_path) -> None:
@@ -162,21 +168,21 @@ def changed(data: dict, *path: object) -> dict:
         (("arithmetic", "word", 40), "word must be 18 to 32"),
         (("values", 0, "frac", "1"), "value with frac '1'"),
         (("values", 0, "frac", True), "value with frac 'True'"),
-        (("values", 0, "initial", 2**40), "outside its word"),
-        (("values", 0, "kind", "const"), "inputs that are not listed once each"),
+        (("values", 0, "initial", 2**40), "words must be -131072 to 131071"),
+        (("values", 0, "kind", "const"), "inputs must list every value of kind input once"),
         (("values", 0, "kind", "none"), "not a valid Kind"),
         (("inputs", 0, 10**6), "a reference to no value"),
         (("outputs", 0, 1.5), "a reference that is no number"),
         (("outputs", []), "outputs without a name"),
         (("ops", 0, "terms", []), "an operation without terms"),
-        (("ops", 0, "terms", 0, "shift", 32), "a shift of 32"),
-        (("ops", 0, "terms", 0, "a", -1), "reads what is not there yet"),
-        (("ops", 0, "terms", 0, "b", None), "a term of one factor"),
-        (("ops", 0, "dest", 0), "whose result has another place"),
-        (("ops", 0, "table", 99), "a table"),
+        (("ops", 0, "terms", 0, "shift", 32), "shift must be 0 to 31, not 32"),
+        (("ops", 0, "terms", 0, "a", -1), "a reference to no value"),
+        (("ops", 0, "terms", 0, "b", None), "a term must have either b or a coefficient"),
+        (("ops", 0, "dest", 0), "must be the only writer of a value of kind op, not of value 0"),
+        (("ops", 0, "table", 99), "must name a table below 3, not 99"),
         (("ops", []), "a value that no operation gives"),
         (("table_memory", [0] * 511), "a table that is none"),
-        (("states", 0, [0, 0]), "states that are not listed once each"),
+        (("states", 0, [0, 0]), "states must list every value of kind state once"),
     ],
 )
 def test_programs_that_no_level_can_run(path, message: str) -> None:
@@ -203,7 +209,7 @@ def test_a_reproducer_is_checked_as_a_whole(tmp_path: Path, refused) -> None:
         (("outputs", 0, 0, True), "no record of 8 words in outputs"),
         (("config", ["small"]), "the config a list"),
         (("program", None), "a program that lacks something"),
-        (("program", "values", 0, "initial", 2**30), "outside its word"),
+        (("program", "values", 0, "initial", 2**30), "words must be -131072 to 131071"),
     ):
         file.write_text(json.dumps(changed(good, *path)))
         assert message in refused("check replay other.json")
