@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 
 from boresight.gateware.engine.engine import Engine
+from boresight.gateware.kept_schedules import kept_schedule
 from boresight.gateware.machine import CONFIGS, Machine
 from boresight.gateware.microcode.assemble import assemble
 from boresight.gateware.microcode.image import Image
@@ -219,6 +220,8 @@ def _schedule(
     digest: str,
 ) -> Schedule:
     """The schedule, kept: it takes seconds. ``digest`` tells programs with 0.0 and -0.0 apart."""
+    if restarts is None:
+        return kept_schedule(program, machine, urgent=urgent, state_room=room)
     return schedule(program, machine, urgent=urgent, restarts=restarts, state_room=room)
 
 
