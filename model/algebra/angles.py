@@ -8,8 +8,9 @@ from __future__ import annotations
 from typing import Any
 
 from boresight.model import ops
+from boresight.model.algebra.quaternion import Matrix
 
-__all__ = ["acos_ht", "asin_ht", "unit_angle_ht"]
+__all__ = ["acos_ht", "asin_ht", "roll_pitch_heading_ht", "unit_angle_ht"]
 
 
 def unit_angle_ht(y: Any, x: Any, inverse: Any = 1.0) -> Any:
@@ -49,3 +50,15 @@ def asin_ht(x: Any) -> Any:
 def acos_ht(x: Any) -> Any:
     """Half turns whose cosine is ``x``, [0, 1]; beyond [-1, 1] that of the nearer end."""
     return ops.bounded(0.5 - asin_ht(x), 0.0, 1.0, "arc cosine")
+
+
+def roll_pitch_heading_ht(c: Matrix) -> tuple[Any, Any, Any]:
+    """Angles [half turns] of C = Rz(heading) Ry(pitch) Rx(roll), as of north-east-down axes."""
+    square = c[2][1] * c[2][1] + c[2][2] * c[2][2]
+    secant = ops.rsqrt(square)
+    cosine = ops.bounded(square * secant, 0.0, 1.0, "cosine of the pitch")
+    return (
+        unit_angle_ht(c[2][1], c[2][2], secant),
+        unit_angle_ht(-c[2][0], cosine),
+        unit_angle_ht(c[1][0], c[0][0], secant),
+    )

@@ -22,7 +22,9 @@ __all__ = [
     "covariance_of",
     "covariance_states",
     "downdated",
+    "drifted",
     "element_names",
+    "partly_turned",
     "symmetric",
     "updated_column",
 ]
@@ -84,6 +86,47 @@ def congruence(m: Matrix, p: Symmetric, name: Callable[[int, int, Any], Any]) ->
         for i in range(n)
     ]
     return symmetric(n, lambda i, j: name(i, j, dot(columns[i], [pm[k][j] for k in range(n)])))
+
+
+def partly_turned(m: Matrix, p: Symmetric, name: Callable[[int, int, Any], Any]) -> Symmetric:
+    """diag(M, 1)^T P diag(M, 1), M of the order of the leading states; see `congruence`."""
+    n = len(m)
+    leading = congruence(m, [row[:n] for row in p[:n]], name)
+
+    def element(i: int, j: int) -> Any:
+        if j < n:
+            return leading[i][j]
+        if i >= n:
+            return name(i, j, p[i][j])
+        return name(i, j, dot([row[i] for row in m], [p[k][j] for k in range(n)]))
+
+    return symmetric(len(p), element)
+
+
+def drifted(p: Symmetric, g: Matrix, white: Any, walk: Any) -> Symmetric:
+    """Phi P Phi^T + Q of three rotations and what makes them drift; P of order six, 96 slots.
+
+    Phi = [1, -G; 0, 1], Q = diag(white, walk), and with the blocks A, B, D of P::
+
+        B' = B - G D        A' = A - B G^T - G B'^T
+    """
+    rotation, drift = range(3), range(3, 6)
+
+    def part(value: Any) -> Any:
+        return ops.bounded(value, -BELOW_ONE, BELOW_ONE, "part of P")
+
+    after = [[part(p[i][j] - dot(g[i], [p[k][j] for k in drift])) for j in drift] for i in rotation]
+
+    def element(i: int, j: int) -> Any:
+        if i in rotation and j in drift:
+            return after[i][j - 3]
+        value = p[i][j]
+        if j in rotation:
+            value = part(value - dot([p[i][k] for k in drift], g[j])) - dot(g[i], after[j])
+        noise = white if j in rotation else walk
+        return bounded_element(value + noise if i == j else value, i, j)
+
+    return symmetric(6, element)
 
 
 def updated_column(p: Symmetric, c: int, gains: list[list[Any]]) -> list[Any]:

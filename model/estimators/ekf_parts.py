@@ -7,6 +7,7 @@ and held times the square of the parameter ``scale`` (`docs/decisions/0007-covar
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from boresight.model import ops
@@ -55,6 +56,7 @@ __all__ = [
     "status_word",
     "sum_of",
     "update",
+    "update_along",
 ]
 
 GRAVITY = 9.80665  #: m/s^2, standard gravity.
@@ -197,6 +199,42 @@ def update(gains: list[list[Any]], moves: list[Any], column: list[Any], s: Any, 
     gains.append(
         [ops.bounded(c * weight, -BELOW_ONE, BELOW_ONE, "root of a variance") for c in column]
     )
+
+
+def update_along(
+    p: Symmetric,
+    gains: list[list[Any]],
+    moves: list[Any],
+    row: Mapping[int, Any],
+    variance: Any,
+    innovation: Any,
+    moving: Any = None,
+    counting: Any = None,
+) -> None:
+    """Append an update (see `update`) by a measurement along a vector of at most unit length.
+
+    ``row``: the components of its Jacobian that are not zero, by state. ``innovation`` is that
+    before any of the updates. Where ``moving`` does not hold the state stays, where ``counting``
+    does not, P too.
+    """
+    along = [
+        ops.bounded(
+            dot(list(row.values()), [g[k] for k in row]), -BELOW_ONE, BELOW_ONE, "component"
+        )
+        for g in gains
+    ]
+    column = []
+    for i in range(len(p)):
+        value = dot(list(row.values()), [p[k][i] for k in row])
+        for g, c in zip(gains, along, strict=True):
+            value = value - g[i] * c
+        value = value if counting is None else ops.where(counting, value, 0.0)
+        column.append(ops.bounded(value, -BELOW_ONE, BELOW_ONE, "covariance"))
+    for move, c in zip(moves, along, strict=True):
+        innovation = innovation - move * c
+    innovation = innovation if moving is None else ops.where(moving, innovation, 0.0)
+    s = dot(list(row.values()), [column[k] for k in row]) + variance
+    update(gains, moves, column, s, innovation)
 
 
 def moved(gains: list[list[Any]], moves: list[Any], k: int, limit: float = 2.0) -> Any:

@@ -31,20 +31,20 @@ import math
 from typing import Any
 
 from boresight.model import ops
-from boresight.model.algebra.angles import unit_angle_ht
+from boresight.model.algebra.angles import roll_pitch_heading_ht, unit_angle_ht
 from boresight.model.algebra.covariance import (
-    BELOW_ONE,
     Symmetric,
     bounded_element,
-    congruence,
     covariance_of,
     downdated,
+    drifted,
     element_names,
-    symmetric,
+    partly_turned,
 )
-from boresight.model.algebra.quaternion import dot, increment, matrix, multiply, turn
+from boresight.model.algebra.quaternion import increment, matrix, multiply, right_matrix, turn
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
+from boresight.model.estimators import satcom_interface as interface
 from boresight.model.estimators.ekf_parts import (
     FLOOR_NOISE,
     GRAVITY,
@@ -52,19 +52,11 @@ from boresight.model.estimators.ekf_parts import (
     moved,
     normalised,
     status_word,
-    update,
+    update_along,
 )
-from boresight.model.estimators.satcom_interface import (
-    BIAS_UNIT,
-    INPUTS,
-    OUTPUTS,
-    P0_LIMIT,
-    PARAMS,
-    STATES,
-    STATUS_BITS,
-)
+from boresight.model.estimators.satcom_interface import BIAS_UNIT, P0_LIMIT
 
-__all__ = ["STATUS_BITS", "Satcom"]
+__all__ = ["Satcom"]
 
 NOISE_LIMIT = 4.0  #: largest measurement noise times scale / 2.
 STEP_LIMIT = 0.125  #: largest root of a process noise, times scale.
@@ -92,10 +84,10 @@ class Satcom(Estimator):
 
     name = "satcom"
     summary = "satcom on the move: 7-state EKF, adaptive R, heading from the tracking error"
-    inputs = INPUTS
-    params = PARAMS
-    states = STATES
-    outputs = OUTPUTS
+    inputs = interface.INPUTS
+    params = interface.PARAMS
+    states = interface.STATES
+    outputs = interface.OUTPUTS
     urgent = 7
 
     def __init__(self, roll: str = "corrected", detector: str = "corrected") -> None:
@@ -174,18 +166,18 @@ class Satcom(Estimator):
         # along the heading, without innovation, so that the gains of the tilt live on.
         full = a[0][0] + a[1][1] + a[2][2] >= TRACE_LIMIT
         rows = (
-            (cos_psi, sin_psi, None),
-            (-sin_psi, cos_psi, None),
-            (-c_nb[2][0] * cos_psi, -c_nb[2][0] * sin_psi, cos_theta),
+            {0: cos_psi, 1: sin_psi},
+            {0: -sin_psi, 1: cos_psi},
+            {0: -c_nb[2][0] * cos_psi, 1: -c_nb[2][0] * sin_psi, 2: cos_theta},
         )
         cut = full & ~used
         gains: list[list[Any]] = []
         moves: list[Any] = []
-        self._update(a, gains, moves, rows[0], r_roll, half_cosine * roll_off)
-        self._update(a, gains, moves, rows[1], r_pitch, (0.5 * math.pi) * pitch_off)
+        update_along(a, gains, moves, rows[0], r_roll, half_cosine * roll_off)
+        update_along(a, gains, moves, rows[1], r_pitch, (0.5 * math.pi) * pitch_off)
         r_heading = ops.where(cut, CUT_NOISE, r_heading)
         innovation = half_cosine * heading_off
-        self._update(a, gains, moves, rows[2], r_heading, innovation, used, used | full)
+        update_along(a, gains, moves, rows[2], r_heading, innovation, used, used | full)
 
         # Correction, normalisation, restart.
         turned = [1.0, *(ops.saturated(moved(gains, moves, k), 1.0) for k in range(3))]
@@ -204,7 +196,7 @@ class Satcom(Estimator):
             ops.where(restart, s, c)
             for s, c in zip((start[1], 0.0, 0.0, start[0]), q_new, strict=True)
         ]
-        roll, pitch, heading = self._angles(q_new)
+        roll, pitch, heading = roll_pitch_heading_ht(matrix(q_new))
         states = {
             **{f"q{axis}": c for axis, c in zip("wxyz", q_next, strict=True)},
             **{f"bias_{axis}": b for axis, b in zip("xyz", bias, strict=True)},
@@ -248,116 +240,28 @@ class Satcom(Estimator):
         }
 
     @staticmethod
-    def _update(
-        a: Symmetric,
-        gains: list[list[Any]],
-        moves: list[Any],
-        row: tuple[Any, Any, Any],
-        variance: Any,
-        innovation: Any,
-        moves_state: Any = None,
-        counts: Any = None,
-    ) -> None:
-        """A scalar measurement along a unit vector of the rotation (north, east, down).
-
-        ``moves_state`` and ``counts``: where it moves the state, and where it changes P.
-        """
-        axes = [k for k in range(3) if row[k] is not None]
-        along = [
-            ops.bounded(
-                dot([row[k] for k in axes], [g[k] for k in axes]),
-                -BELOW_ONE,
-                BELOW_ONE,
-                "component",
-            )
-            for g in gains
-        ]
-        column = []
-        for i in range(6):
-            value = dot([row[k] for k in axes], [a[k][i] for k in axes])
-            for g, c in zip(gains, along, strict=True):
-                value = value - g[i] * c
-            value = value if counts is None else ops.where(counts, value, 0.0)
-            column.append(ops.bounded(value, -BELOW_ONE, BELOW_ONE, "covariance"))
-        s = dot([row[k] for k in axes], [column[k] for k in axes]) + variance
-        for move, c in zip(moves, along, strict=True):
-            innovation = innovation - move * c
-        if moves_state is not None:
-            innovation = ops.where(moves_state, innovation, 0.0)
-        update(gains, moves, column, s, innovation)
-
-    @staticmethod
     def _predicted(p0: Symmetric, c_nb: Any, dt: Any, p: Any, half_scale: Any) -> Symmetric:
-        """Phi P Phi^T + Q with Phi = [1, -G; 0, 1], G = dt/2 C, on (rotation, bias)."""
+        """P a step later; where its trace is at the limit it does not grow."""
         full = p0[0][0] + p0[1][1] + p0[2][2] >= TRACE_LIMIT
         wide = p0[3][3] + p0[4][4] + p0[5][5] >= TRACE_LIMIT
         step = ops.saturated(ops.where(full, 0.0, (0.5 / BIAS_UNIT) * dt), 2.0**-4)
         g = [
             [ops.bounded(step * c, -(2.0**-4), 2.0**-4, "half a step") for c in row] for row in c_nb
         ]
-        rotation, bias = range(3), range(3, 6)
-
-        def part(value: Any) -> Any:
-            return ops.bounded(value, -BELOW_ONE, BELOW_ONE, "part of P")
-
-        # B' = B - G D,  A' = A - B G^T - G B'^T
-        after = [
-            [part(p0[i][j] - dot(g[i], [p0[k][j] for k in bias])) for j in bias] for i in rotation
-        ]
         white = ops.saturated(ops.where(full, 0.0, p.gyro_sd * half_scale * dt), STEP_LIMIT)
         walk = ops.saturated(
             ops.where(wide, 0.0, (2.0 * BIAS_UNIT) * p.bias_density * half_scale), STEP_LIMIT
         )
-
-        def element(i: int, j: int) -> Any:
-            if j in rotation:
-                value = part(p0[i][j] - dot([p0[i][k] for k in bias], g[j])) - dot(g[i], after[j])
-                value = value + white * white if i == j else value
-            elif i in rotation:
-                return after[i][j - 3]
-            else:
-                value = p0[i][j] + walk * walk * dt if i == j else p0[i][j]
-            return bounded_element(value, i, j)
-
-        return symmetric(6, element)
+        return drifted(p0, g, white * white, walk * walk * dt)
 
     @staticmethod
     def _turned(a: Symmetric, c: list[Any], restart: Any, p: Any, half_scale: Any) -> Symmetric:
         """P in the basis of the corrected quaternion, its norm taken off; P0 at a restart."""
-        w, x, y, z = c
-        m = ((w, z, -y), (-z, w, x), (y, -x, w))
-        starts = [
-            root * root
-            for root in (
-                ops.saturated(p.p0_sd * half_scale, P0_LIMIT),
-                ops.saturated((2.0 * BIAS_UNIT) * p.bias_p0_sd * half_scale, P0_LIMIT),
-            )
-        ]
+        wanted = (p.p0_sd * half_scale, (2.0 * BIAS_UNIT) * p.bias_p0_sd * half_scale)
+        roots = [ops.saturated(root, P0_LIMIT) for root in wanted]
 
         def element(i: int, j: int, value: Any) -> Any:
-            first, floor = (starts[i // 3], FLOOR_NOISE) if i == j else (0.0, 0.0)
+            first, floor = (roots[i // 3] * roots[i // 3], FLOOR_NOISE) if i == j else (0.0, 0.0)
             return bounded_element(ops.where(restart, first, value + floor), i, j)
 
-        rotation = congruence(m, [row[:3] for row in a[:3]], element)
-
-        def part(i: int, j: int) -> Any:
-            if j < 3:
-                return rotation[i][j]
-            if i >= 3:
-                return element(i, j, a[i][j])
-            return element(i, j, dot([row[i] for row in m], [a[k][j] for k in range(3)]))
-
-        return symmetric(6, part)
-
-    @staticmethod
-    def _angles(q: list[Any]) -> tuple[Any, Any, Any]:
-        """Roll, pitch, heading [half turns] of C = Rz(psi) Ry(theta) Rx(phi)."""
-        c = matrix(q)
-        square = c[2][1] * c[2][1] + c[2][2] * c[2][2]
-        secant = ops.rsqrt(square)
-        cosine = ops.bounded(square * secant, 0.0, 1.0, "cosine of the pitch")
-        return (
-            unit_angle_ht(c[2][1], c[2][2], secant),
-            unit_angle_ht(-c[2][0], cosine),
-            unit_angle_ht(c[1][0], c[0][0], secant),
-        )
+        return partly_turned([row[1:] for row in right_matrix(c)[1:]], a, element)

@@ -30,94 +30,23 @@ INPUTS = (
 )
 
 PARAMS = (
-    Param(
-        "scale",
-        8.0,
-        1.0,
-        64.0,
-        "",
-        "covariances are held times its square: large keeps small "
-        "ones exact, but a noise (standard deviation) times it counts as at most 8",
-    ),
-    Param(
-        "start_heading",
-        0.0,
-        -1.0,
-        0.9999,
-        "ht",
-        "heading at a restart, at which the antenna found its satellite",
-    ),
-    Param(
-        "p0_sd",
-        2e-3**0.5 * 2**0.5,
-        1e-4,
-        1.0,
-        "rad",
-        "initial standard deviation of the "
-        "attitude: large follows the first samples, small the start",
-    ),
-    Param(
-        "bias_p0_sd",
-        0.015,
-        1e-5,
-        0.1,
-        "rad/s",
-        "initial standard deviation of the gyro's "
-        "bias; times 4 times scale it counts as at most 0.5",
-    ),
-    Param(
-        "gyro_sd",
-        0.05 * _DEG,
-        0.0,
-        0.1,
-        "rad/s",
-        "noise of a gyro sample (root of Q): small trusts the gyro, large the measurements",
-    ),
-    Param(
-        "bias_density",
-        5e-6,
-        0.0,
-        0.01,
-        "rad/s/sqrt(s)",
-        "random walk of the gyro's bias: small keeps it, large lets it wander",
-    ),
+    Param("scale", 8.0, 1.0, 64.0, "", "covariances are held times its square; see `ekf_bias`"),
+    Param("start_heading", 0.0, -1.0, 0.9999, "ht", "heading at a restart, of a found satellite"),
+    Param("p0_sd", 0.063, 1e-4, 1.0, "rad", "attitude at first: large follows the first samples"),
+    Param("bias_p0_sd", 0.015, 1e-5, 0.1, "rad/s", "bias at first; times 4 scale at most 0.5"),
+    Param("gyro_sd", 0.05 * _DEG, 0.0, 0.1, "rad/s", "gyro sample (root of Q): small trusts it"),
+    Param("bias_density", 5e-6, 0.0, 0.01, "rad/s/sqrt(s)", "walk of the bias: small keeps it"),
     Param("roll_sd", 0.5 * _DEG, 1e-4, 1.0, "rad", "noise of the measured roll (root of R)"),
     Param("pitch_sd", 0.5 * _DEG, 1e-4, 1.0, "rad", "noise of the measured pitch (root of R)"),
-    Param(
-        "heading_sd", 0.3 * _DEG, 1e-4, 1.0, "rad", "noise of the heading of the loop (root of R)"
-    ),
-    Param(
-        "adapt",
-        100.0,
-        1.0,
-        1000.0,
-        "",
-        "growth of roll_sd and pitch_sd under external acceleration; 1 keeps R fixed",
-    ),
-    Param(
-        "tilt_known_sd",
-        1.5 * _DEG,
-        0.0,
-        1.0,
-        "rad",
-        "standard deviation of the tilt above "
-        "which nothing counts as external acceleration: a start would be taken for one",
-    ),
+    Param("heading_sd", 0.3 * _DEG, 1e-4, 1.0, "rad", "noise of the loop's heading (root of R)"),
+    Param("adapt", 100.0, 1.0, 1000.0, "", "roll_sd and pitch_sd grow so under acceleration"),
+    Param("tilt_known_sd", 1.5 * _DEG, 0.0, 1.0, "rad", "tilt less sure finds no acceleration"),
     Param("delta_x", 0.2, 0.01, 60.0, "m/s^2", "north acceleration that counts as external"),
     Param("delta_y", 0.2, 0.01, 60.0, "m/s^2", "the same, east"),
     Param("delta_z", 0.5, 0.01, 60.0, "m/s^2", "the same, down"),
-    Param(
-        "cutoff",
-        0.5,
-        0.0,
-        8.0,
-        "rad/s",
-        "cut-off of the heading loop: small smooths the tracking error, large follows it",
-    ),
-    Param("damping", 0.707, 0.1, 4.0, "", "damping of the heading loop"),
-    Param(
-        "tracking_gate", 0.1, 1e-3, 0.5, "rad", "tracking error beyond which a sample is not used"
-    ),
+    Param("cutoff", 0.5, 0.0, 8.0, "rad/s", "of the heading loop: small smooths, large follows"),
+    Param("damping", 0.707, 0.1, 4.0, "", "of the heading loop"),
+    Param("tracking_gate", 0.1, 1e-3, 0.5, "rad", "tracking error beyond it is not used"),
 )
 
 STATES = (

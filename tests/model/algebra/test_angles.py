@@ -4,9 +4,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from boresight.model import ops
-from boresight.model.algebra.angles import acos_ht, asin_ht, unit_angle_ht
+from boresight.model.algebra.angles import acos_ht, asin_ht, roll_pitch_heading_ht, unit_angle_ht
 
 EDGES = np.array([-1.0, -0.999999, -0.75, -0.5, -1e-9, 0.0, 1e-9, 0.5, 0.71, 0.999999, 1.0])
 SINES = np.concatenate([EDGES, np.linspace(-1.0, 1.0, 4001), 1.0 - np.logspace(-9, -1, 200)])
@@ -48,3 +49,17 @@ def test_known_length(trace: Any) -> None:
     )
     (fixed,), (floating,), saturated = traced.run(y, x)
     assert not saturated.any() and np.abs(fixed - floating).max() < 4e-9
+
+
+def test_roll_pitch_heading(trace: Any) -> None:
+    """Against scipy's intrinsic sequence z-y'-x''."""
+    angles = np.random.default_rng(1).uniform([-1, -0.47, -1], [1, 0.47, 1], (300, 3))
+    c = Rotation.from_euler("ZYX", np.pi * angles[:, ::-1]).as_matrix()
+
+    def function(*elements: Any) -> Any:
+        return roll_pitch_heading_ht([elements[:3], elements[3:6], elements[6:]])
+
+    assert np.stack(function(*c.reshape(-1, 9).T), axis=1) == pytest.approx(angles, abs=1e-12)
+    fixed, floating, saturated = trace(function, [(-1.0, 1.0)] * 9).run(*c.reshape(-1, 9).T)
+    apart = (np.stack(fixed) - np.stack(floating) + 1.0) % 2.0 - 1.0
+    assert not saturated.any() and np.abs(apart).max() < 5e-8

@@ -12,7 +12,9 @@ from boresight.model.algebra.covariance import (
     covariance_of,
     covariance_states,
     downdated,
+    drifted,
     element_names,
+    partly_turned,
     symmetric,
     updated_column,
 )
@@ -97,3 +99,20 @@ def test_a_skipped_downdate_costs_nothing_more() -> None:
         )[0]
         slots.append(sum(len(op.terms) for op in program.ops))
     assert slots[0] == slots[1]
+
+
+def test_turn_of_the_leading_states() -> None:
+    p, m = positive(5), np.linalg.qr(RNG.normal(size=(3, 3)))[0]
+    whole = np.eye(5)
+    whole[:3, :3] = m
+    found = np.array(partly_turned(m.tolist(), listed(p), lambda i, j, v: v))
+    assert found == pytest.approx(whole.T @ p @ whole, abs=1e-15)
+
+
+def test_drift_of_three_rotations() -> None:
+    p, g = positive(6), 0.01 * RNG.normal(size=(3, 3))
+    phi = np.eye(6)
+    phi[:3, 3:] = -g
+    found = np.array(drifted(listed(p), g.tolist(), 1e-4, 1e-5))
+    wanted = phi @ p @ phi.T + np.diag([1e-4] * 3 + [1e-5] * 3)
+    assert found == pytest.approx(wanted, abs=1e-15)

@@ -23,6 +23,7 @@ from boresight.model.estimators.ekf_parts import (
     squared_force,
     status_word,
     update,
+    update_along,
 )
 
 RNG = np.random.default_rng(2)
@@ -108,3 +109,30 @@ def test_restart_sets_the_quaternion_back() -> None:
 def test_status_word() -> None:
     flags = {0: np.array([True, False]), 4: np.array([True, True])}
     assert status_word(flags).tolist() == [17.0, 16.0]
+
+
+def test_updates_along_vectors_are_the_batch_update() -> None:
+    root = RNG.normal(size=(4, 4))
+    P = root @ root.T / np.trace(root @ root.T)
+    rows, R = [{0: 0.6, 2: -0.8}, {1: 1.0}, {3: 0.3, 0: 0.9}], np.array([0.1, 0.2, 0.05])
+    nu = np.array([0.02, -0.03, 0.05])
+    gains: list[Any] = []
+    moves: list[Any] = []
+    for row, r, n in zip(rows, R, nu, strict=True):
+        update_along(P.tolist(), gains, moves, row, r, n)
+    H = np.zeros((3, 4))
+    for k, row in enumerate(rows):
+        H[k, list(row)] = list(row.values())
+    K = P @ H.T @ np.linalg.inv(H @ P @ H.T + np.diag(R))
+    assert np.array(gains).T @ moves == pytest.approx(K @ nu, abs=1e-12)
+    assert P - np.array(gains).T @ gains == pytest.approx(P - K @ H @ P, abs=1e-12)
+
+
+def test_updates_that_do_not_move_or_do_not_count() -> None:
+    P = np.diag([0.2, 0.1])
+    gains: list[Any] = []
+    moves: list[Any] = []
+    update_along(P.tolist(), gains, moves, {0: 1.0}, 0.1, 0.5, moving=False)
+    update_along(P.tolist(), gains, moves, {1: 1.0}, 0.1, 0.5, moving=False, counting=False)
+    assert moves == [0.0, 0.0]
+    assert gains[0][0] ** 2 == pytest.approx(0.2**2 / 0.3) and not any(gains[1])
