@@ -1,0 +1,1 @@
+"""Satcom on the move: patent CN104880189 (2015)."""
