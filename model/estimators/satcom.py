@@ -69,17 +69,8 @@ VARIANTS = ("corrected", "printed")
 class Satcom(Estimator):
     """Attitude of a vehicle under a satellite antenna.
 
-    Parameters
-    ----------
-    roll : {"corrected", "printed"}
-        Printed: phi = -atan(fy/fz), the wrong sign in these axes.
-    detector : {"corrected", "printed"}
-        Printed: abs(a_z - g) > delta_z, always true where down is positive.
-
-    Raises
-    ------
-    InputError
-        No such variant.
+    ``roll="printed"`` takes phi = -atan(fy/fz), the wrong sign in these axes; ``detector="printed"``
+    compares a_z - g with delta_z, always beyond it where down is positive.
     """
 
     name = "satcom"

@@ -27,7 +27,7 @@ from boresight.model.algebra.quaternion import conjugate_turn, cross, dot, matri
 from boresight.model.estimator import Estimator, Input, Output, Param
 from boresight.model.estimators.ekf_parts import status_word
 
-__all__ = ["STATUS_BITS", "SatcomPointing"]
+__all__ = ["STATUS_BITS", "SatcomPointing", "direction"]
 
 ORBIT = 42164.17e3  #: m, radius of the geostationary orbit.
 EQUATOR = 6378137.0 / ORBIT  #: WGS 84.
@@ -35,11 +35,29 @@ E2 = 6.69437999014e-3  #: its eccentricity squared.
 RATE_LIMIT = 16.0  #: rad/s
 KEYHOLE = 2.0**-5  #: cosine of the elevation below which the mount turns too fast.
 
+ANGLES = ("azimuth", "elevation", "polarisation")
 #: Bits of the output ``status``.
 STATUS_BITS = {
     0: "the satellite is below the horizon",
     1: "the satellite is near the mount's axis: azimuth and rates mean little",
 }
+
+
+def direction(latitude: Any, longitude: Any, height: Any, satellite: Any) -> tuple[Any, ...]:
+    """Vector to a satellite (north, east, down), cosine and sine of phi, the vector's square.
+
+    Angles in half turns, the height in m, the vector over the orbit's radius.
+    """
+    sine, cosine = ops.sincos_ht(latitude)
+    east, axis = ops.sincos_ht(ops.wrap_ht(satellite - longitude))
+    flat = E2 * (sine * sine)
+    normal = EQUATOR * (1.0 + 0.5 * flat + 0.375 * (flat * flat))
+    normal = ops.bounded(normal, 0.0, 0.2, "radius over the orbit's")
+    over = (1.0 / ORBIT) * height
+    d1 = ops.bounded(axis - (normal + over) * cosine, -1.25, 1.25, "difference of radii")
+    d3 = ops.bounded(-((1.0 - E2) * normal + over) * sine, -0.25, 0.25, "radius")
+    square = ops.bounded(d1 * d1 + east * east + d3 * d3, 0.5, 1.5, "distance")
+    return (cosine * d3 - sine * d1, east, -(cosine * d1 + sine * d3)), cosine, sine, square
 
 
 class SatcomPointing(Estimator):
@@ -48,40 +66,23 @@ class SatcomPointing(Estimator):
     name = "satcom_pointing"
     summary = "azimuth, elevation, polarisation of a satellite in a vehicle's axes, and their rates"
     inputs = (
-        *(Input(f"q{axis}", -1.0, 1.0, "", source=f"satcom.q{axis}") for axis in "wxyz"),
-        *(
-            Input(f"rate_{axis}", -8.0, 8.0, "rad/s", source=f"satcom.rate_{axis}")
-            for axis in "xyz"
-        ),
+        *(Input(f"q{a}", -1.0, 1.0, "", source=f"satcom.q{a}") for a in "wxyz"),
+        *(Input(f"rate_{a}", -8.0, 8.0, "rad/s", source=f"satcom.rate_{a}") for a in "xyz"),
         Input("latitude", -0.5, 0.5, "ht", missing="hold"),
         Input("longitude", -1.0, 1.0, "ht", missing="hold"),
         Input("height", -500.0, 20e3, "m", missing="hold"),
     )
-    params = (
-        Param("satellite", 110.5 / 180.0, -1.0, 1.0, "ht", "longitude of the satellite, east"),
-    )
+    params = (Param("satellite", 110.5 / 180.0, -1.0, 1.0, "ht", "its longitude, to the east"),)
     outputs = (
-        *(Output(name, "ht", 1e-6) for name in ("azimuth", "elevation", "polarisation")),
-        *(
-            Output(f"{name}_rate", "rad/s", 1e-4)
-            for name in ("azimuth", "elevation", "polarisation")
-        ),
+        *(Output(name, "ht", 1e-6) for name in ANGLES),
+        *(Output(f"{name}_rate", "rad/s", 1e-4) for name in ANGLES),
         Output("status", "bits"),
     )
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         """One sample: see the module docstring."""
-        sine, cosine = ops.sincos_ht(u.latitude)
-        east, axis = ops.sincos_ht(ops.wrap_ht(p.satellite - u.longitude))
-        flat = E2 * (sine * sine)
-        normal = ops.bounded(
-            EQUATOR * (1.0 + 0.5 * flat + 0.375 * (flat * flat)), 0.0, 0.2, "radius over the orbit"
-        )
-        height = (1.0 / ORBIT) * u.height
-        d1 = ops.bounded(axis - (normal + height) * cosine, -1.25, 1.25, "difference of radii")
-        d3 = ops.bounded(-((1.0 - E2) * normal + height) * sine, -0.25, 0.25, "radius")
-        toward = (cosine * d3 - sine * d1, east, -(cosine * d1 + sine * d3))
-        inverse = ops.rsqrt(ops.bounded(d1 * d1 + east * east + d3 * d3, 0.5, 1.5, "distance"))
+        toward, cosine, sine, square = direction(u.latitude, u.longitude, u.height, p.satellite)
+        inverse = ops.rsqrt(square)
         c = matrix((u.qw, u.qx, u.qy, u.qz))
         los = conjugate_turn(c, [ops.saturated(v * inverse, 1.0) for v in toward])
         los = [ops.saturated(v, 1.0) for v in los]

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model.errors import InputError
+from boresight.model.estimators.satcom_pointing import direction
 from boresight.sim.attitude.rotation import (
     quaternion_conjugate,
     quaternion_multiply,
@@ -22,13 +23,14 @@ from boresight.sim.attitude.rotation import (
     rotation_vector_to_quaternion,
 )
 from boresight.sim.worlds.satcom_drive import RATE_HZ, Drive, drive
-from boresight.sim.worlds.satcom_link import Link, Receiver, direction
+from boresight.sim.worlds.satcom_link import Link, Receiver
 from boresight.sim.worlds.world import World
 
 __all__ = ["Fleet", "OnTheMove", "SensorErrors"]
 
 FloatArray = npt.NDArray[np.float64]
 _DEG = math.pi / 180.0
+BEAMS = ("heading", "heading_pi")  #: outputs that the antenna can be pointed with.
 
 
 @dataclass(frozen=True)
@@ -80,26 +82,19 @@ class Fleet:
     losses_db: list[FloatArray] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        if not 0.0 <= self.tracking_hz <= RATE_HZ:
-            raise InputError.at(
-                "tracking_hz",
-                wanted=f"0 to {RATE_HZ:g} Hz",
-                found=f"{self.tracking_hz!r}",
-                fix="choose a rate inside the range",
-            )
-        if self.beam not in ("heading", "heading_pi"):
-            raise InputError.at(
-                "beam", wanted="heading or heading_pi", found=repr(self.beam), fix="choose one"
-            )
-        toward = direction(self.place[0], self.place[1], 0.0, self.place[2])
+        latitude, longitude, satellite = (angle / 180.0 for angle in self.place)
+        toward = np.array(direction(latitude, longitude, 0.0, satellite)[0])
         self._up = toward / np.linalg.norm(toward)
-        if self._up[2] >= 0.0:
-            raise InputError.at(
-                "place",
-                wanted="a satellite above the horizon",
-                found=f"elevation {-math.degrees(math.asin(self._up[2])):.1f} deg",
-                fix="choose a satellite of a nearer longitude",
-            )
+        elevation = -math.degrees(math.asin(self._up[2]))
+        for good, where, wanted, found in (
+            (0.0 <= self.tracking_hz <= RATE_HZ, "tracking_hz", "0 to 50 Hz", self.tracking_hz),
+            (self.beam in BEAMS, "beam", " or ".join(BEAMS), self.beam),
+            (elevation > 0.0, "place", "a satellite above the horizon", f"{elevation:.1f} deg"),
+        ):
+            if not good:
+                raise InputError.at(
+                    f"fleet, {where}", wanted=wanted, found=repr(found), fix="correct it"
+                )
         every = max(1, round(RATE_HZ / self.tracking_hz)) if self.tracking_hz else 1
         self.receiver = Receiver(self.link, every)
         self.start()
@@ -116,9 +111,7 @@ class Fleet:
         white = np.stack([g.normal(size=(n, 3)) for g in draws], axis=1)
         self._acc = self.drive.force[:, None] + e.acc_bias + e.acc_noise * white
         self._radio = [np.random.default_rng([seed, 2016]) for seed in self.seeds]
-        turned = np.array(
-            [math.cos(self.start_deg * _DEG / 2), 0, 0, math.sin(self.start_deg * _DEG / 2)]
-        )
+        turned = rotation_vector_to_quaternion([0.0, 0.0, self.start_deg * _DEG])
         self.truth = quaternion_multiply(turned, self.drive.q)
         self.heading = self.drive.euler[:, 2] + self.start_deg * _DEG
         self.losses_db.clear()
@@ -151,24 +144,11 @@ class Fleet:
                 error = np.arctan2(found[0][0], level)
         w, x, y, z = told.T
         beam = np.arctan2(2.0 * (x * y + w * z), 1.0 - 2.0 * (y * y + z * z)) / math.pi
-        data = {
-            "dt": np.full(runs, (-1.0 if k == 0 else 1.0) / RATE_HZ),
-            "e_psi": error,
-            "beam": beam,
-        }
+        dt = np.full(runs, (1.0 if k else -1.0) / RATE_HZ)
+        data = {"dt": dt, "e_psi": error, "beam": beam}
         for axis, name in enumerate("xyz"):
             data[f"g{name}"], data[f"a{name}"] = self._gyro[k, :, axis], self._acc[k, :, axis]
         return data
-
-    def truths(self, k: int) -> dict[str, float]:
-        """Truths of record ``k``."""
-        roll, pitch, _ = self.drive.euler[k] / math.pi
-        return {
-            "roll_true": roll,
-            "pitch_true": pitch,
-            "heading_true": (self.heading[k] / math.pi + 1.0) % 2.0 - 1.0,
-            **{f"q{a}_true": v for a, v in zip("wxyz", self.truth[k], strict=True)},
-        }
 
     def _pointed(self, outputs: Mapping[str, FloatArray]) -> FloatArray:
         """The attitude that the antenna is pointed with (runs, 4), led on to this record."""
@@ -182,26 +162,18 @@ class Fleet:
 
 
 class OnTheMove(World):
-    """One vehicle: ``OnTheMove(drive="city", seed=3, tracking_hz=1.0)``.
-
-    Parameters
-    ----------
-    drive : str
-        One of `sim.worlds.satcom_drive.DRIVES`.
-    seed, tracking_hz, beam
-        As of `Fleet`.
-    """
+    """One vehicle, ``OnTheMove("city", seed=3, tracking_hz=1.0)``: see `drive` and `Fleet`."""
 
     name = "on_the_move"
 
     def __init__(
         self,
-        drive_name: str = "specification",
+        on: str = "specification",
         seed: int = 1,
         tracking_hz: float = 5.0,
-        beam: str = "heading",
+        beam: str = BEAMS[0],
     ) -> None:
-        self.fleet = Fleet(drive(drive_name), (seed,), tracking_hz, beam)
+        self.fleet = Fleet(drive(on), (seed,), tracking_hz, beam)
 
     def start(self) -> None:
         """Begin anew."""
@@ -214,5 +186,10 @@ class OnTheMove(World):
         found = self.fleet.record(told)
         if found is None:
             return None
+        data = {n: float(v[0]) for n, v in found.items()}
+        angles = (self.fleet.drive.euler[self._k] / math.pi).tolist()
+        angles[2] = (self.fleet.heading[self._k] / math.pi + 1.0) % 2.0 - 1.0
+        names = ("roll", "pitch", "heading", "qw", "qx", "qy", "qz")
+        truth = (*angles, *self.fleet.truth[self._k])
         self._k += 1
-        return {n: float(v[0]) for n, v in found.items()} | self.fleet.truths(self._k - 1)
+        return data | {f"{n}_true": v for n, v in zip(names, truth, strict=True)}

@@ -38,20 +38,9 @@ _SPECIFIED = (
 class Drive:
     """What a vehicle does, at `RATE_HZ`.
 
-    Attributes
-    ----------
-    euler : float64 (n, 3)
-        Roll, pitch, heading [rad]; the heading is not wrapped.
-    q : float64 (n, 4)
-        Body to navigation.
-    rate : float64 (n, 3)
-        Mean body rate since the sample before [rad/s].
-    force : float64 (n, 3)
-        Specific force in body axes [m/s^2].
-    accelerated : bool (n,)
-        Whether the acceleration is beyond the limits of the detector, (0.3, 0.3, 0.5) m/s^2.
-    loss_db : float64 (n,)
-        Of the signal on its way: bridges and tunnels.
+    Roll, pitch and unwrapped heading (n, 3) [rad]; q body to navigation (n, 4); mean body rate
+    since the sample before (n, 3) [rad/s]; specific force in body axes (n, 3) [m/s^2]; whether the
+    acceleration is beyond (0.3, 0.3, 0.5) m/s^2 (n,); loss of bridges and tunnels (n,) [dB].
     """
 
     euler: FloatArray

@@ -8,36 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Link", "Receiver", "direction"]
+__all__ = ["Link", "Receiver"]
 
 FloatArray = npt.NDArray[np.float64]
 
 LIGHT = 299792458.0  #: m/s
-ORBIT = 42164.17e3  #: m, radius of the geostationary orbit.
-EQUATOR, ECCENTRICITY_SQ = 6378137.0, 6.69437999014e-3  #: WGS 84.
-
-
-def direction(latitude: float, longitude: float, height: float, satellite: float) -> FloatArray:
-    """Vector from a place to a geostationary satellite [m], north, east, down; shape (3,).
-
-    Parameters
-    ----------
-    latitude, longitude, satellite : float
-        Geodetic, and the satellite's longitude [deg].
-    height : float
-        [m]
-    """
-    phi, east = math.radians(latitude), math.radians(satellite - longitude)
-    s, c = math.sin(phi), math.cos(phi)
-    normal = EQUATOR / math.sqrt(1.0 - ECCENTRICITY_SQ * s * s)
-    d = np.array(
-        [
-            ORBIT * math.cos(east) - (normal + height) * c,
-            ORBIT * math.sin(east),
-            -(normal * (1.0 - ECCENTRICITY_SQ) + height) * s,
-        ]
-    )
-    return np.array([-s * d[0] + c * d[2], d[1], -c * d[0] - s * d[2]])
 
 
 @dataclass(frozen=True)
@@ -82,17 +57,8 @@ class Receiver:
     Powers of the four are summed over a tracking interval; their differences over the sum give the
     error, the sum tells whether there is a signal.
 
-    Parameters
-    ----------
-    link : Link
-    every : int
-        Samples of a tracking interval.
-    dwell_s : float
-        Time in each position.
-    squint : float
-        [rad]
-    lock_db : float
-        Power below the nominal one that still counts as tracking.
+    ``every``: samples of an interval; ``dwell_s``, ``squint`` [rad]: of each position; ``lock_db``:
+    power below the nominal one that still counts as tracking.
     """
 
     def __init__(
@@ -120,20 +86,9 @@ class Receiver:
     ) -> tuple[FloatArray, FloatArray] | None:
         """One sample.
 
-        Parameters
-        ----------
-        right, up, ahead : float64 (runs,)
-            Direction cosines of the satellite in the antenna's axes.
-        loss : float
-            Share of the power that arrives.
-        noise : float64 (4, 2, runs)
-            Standard normal.
-
-        Returns
-        -------
-        (2, runs), (runs,) or None
-            At the end of an interval: error right and up [rad], NaN where there is no signal; mean
-            power over noise.
+        Direction cosines (runs,) of the satellite in the antenna's axes, the share of the power
+        that arrives, and normal noise (4, 2, runs); at the end of an interval the errors right and
+        up (2, runs) [rad], NaN where there is no signal, and the mean power over noise (runs,).
         """
         s = self.squint
         sine = np.stack(

@@ -115,7 +115,7 @@ class Satcom(Experiment):
         return Result(
             figures=figures,
             targets=targets,
-            details={"cases": {name: case.meaning for name, case in CASES.items()}},
+            details={name: case.meaning for name, case in CASES.items()},
             pages={"satcom.html": render(CASES, found, shown, targets)},
         )
 

@@ -22,19 +22,9 @@ FloatArray = npt.NDArray[np.float64]
 class Flight:
     """What a fleet did.
 
-    Attributes
-    ----------
-    error : float64 (n, runs, 4)
-        Roll, pitch, heading, heading of the loop, less truth [deg].
-    bias : float64 (n, runs, 3)
-        Estimated gyro bias [deg/s].
-    status : int64 (n, runs)
-    loss_db : float64 (n, runs)
-        Of the beam off the satellite.
-    saturated : int
-        Updates with a word beyond its range.
-    inputs, first : float64 (n, n_inputs), dict of float64 (n,)
-        Records and outputs of the first run.
+    Errors of roll, pitch, heading and of the loop's heading (n, runs, 4) [deg]; estimated gyro bias
+    (n, runs, 3) [deg/s]; status and loss of the beam [dB] (n, runs); updates with a word beyond its
+    range; records (n, n_inputs) and outputs (n,) of the first run.
     """
 
     error: FloatArray

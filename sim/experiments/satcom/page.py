@@ -15,8 +15,6 @@ from boresight.sim.worlds.satcom_drive import RATE_HZ
 __all__ = ["render"]
 
 _SHOWN = ("adaptive", "fixed_r", "no_tracking", "city")
-_COLUMNS = ("roll_deg", "pitch_deg", "heading_deg", "loop_deg", "max_deg", "bias_error_deg_s")
-_MORE = ("hit_rate", "false_rate", "loss_db_99", "fixed_float_deg")
 
 
 def render(
@@ -34,7 +32,6 @@ def render(
         cases=cases,
         found=found,
         targets=targets,
-        columns=(*_COLUMNS, *_MORE),
         plots={
             name: _plot(shown[name][0], shown[name][1], name) for name in _SHOWN if name in shown
         },

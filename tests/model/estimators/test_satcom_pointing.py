@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from boresight.gateware.core import build_core
-from boresight.model.estimators.satcom_pointing import SatcomPointing
+from boresight.model.estimators.satcom_pointing import SatcomPointing, direction
 from boresight.sim.levels.registry import make_level
 
 A, F = 6378137.0, 1.0 / 298.257223563
@@ -95,6 +95,16 @@ def test_skew_on_level_ground() -> None:
     phi, east = np.radians(place[:, 0]), np.radians(SATELLITE - place[:, 1])
     found = 180.0 * out[:, 2] + np.degrees(np.arctan2(np.sin(east), np.tan(phi)))
     assert np.abs((found + 180.0) % 360.0 - 180.0).max() < 1.0
+
+
+def test_direction_at_known_places() -> None:
+    """Overhead below it; due south at a known elevation; symmetric in longitude."""
+    (north, east, down), *_ = direction(0.0, 0.5, 0.0, 0.5)
+    assert (north, east, ORBIT * down) == pytest.approx((0.0, 0.0, A - ORBIT))
+    (north, east, down), *_ = direction(0.25, 0.5, 0.0, 0.5)
+    assert east == 0.0 and math.degrees(math.atan2(-down, -north)) == pytest.approx(38.2, abs=0.1)
+    a, b = (np.array(direction(0.2, 0.5 + k, 500.0, 0.5)[0]) for k in (-0.1, 0.1))
+    assert a == pytest.approx(b * [1.0, -1.0, 1.0]) and a[1] > 0.0
 
 
 def test_horizon_and_keyhole() -> None:

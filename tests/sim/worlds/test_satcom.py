@@ -130,10 +130,13 @@ def test_ends_and_begins_anew() -> None:
 @pytest.mark.parametrize(
     "options, message",
     [
-        ({"tracking_hz": 60.0}, "tracking_hz: wanted 0 to 50 Hz, found 60.0"),
-        ({"tracking_hz": math.nan}, "tracking_hz: wanted 0 to 50 Hz, found nan"),
-        ({"beam": "roll"}, "beam: wanted heading or heading_pi, found 'roll'"),
-        ({"place": (34.0, 0.0, 110.0)}, "place: wanted a satellite above the horizon, found elev"),
+        ({"tracking_hz": 60.0}, "fleet, tracking_hz: wanted 0 to 50 Hz, found 60.0"),
+        ({"tracking_hz": math.nan}, "fleet, tracking_hz: wanted 0 to 50 Hz, found nan"),
+        ({"beam": "roll"}, "fleet, beam: wanted heading or heading_pi, found 'roll'"),
+        (
+            {"place": (34.0, 0.0, 110.0)},
+            "fleet, place: wanted a satellite above the horizon, found '-",
+        ),
     ],
 )
 def test_mistakes(options: dict, message: str) -> None:

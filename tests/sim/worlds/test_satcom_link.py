@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import j0
 
-from boresight.sim.worlds.satcom_link import Link, Receiver, direction
+from boresight.sim.worlds.satcom_link import Link, Receiver
 
 
 def test_pattern_is_that_of_the_tapered_aperture() -> None:
@@ -28,17 +28,6 @@ def test_link_budget() -> None:
     assert 10 * math.log10(Link().cn0) == pytest.approx(42.3, abs=0.2)
     twice = Link(diameter_m=1.2)
     assert twice.cn0 / Link().cn0 == pytest.approx(4.0)
-
-
-def test_direction() -> None:
-    """Overhead below it; due south at a known elevation; symmetric in longitude."""
-    overhead = direction(0.0, 100.0, 0.0, 100.0)
-    assert overhead == pytest.approx([0.0, 0.0, -(42164170.0 - 6378137.0)])
-    north, east, down = direction(45.0, 100.0, 0.0, 100.0)
-    assert east == 0.0 and north < 0.0
-    assert math.degrees(math.atan2(-down, -north)) == pytest.approx(38.2, abs=0.1)
-    a, b = direction(30.0, 90.0, 500.0, 110.0), direction(30.0, 130.0, 500.0, 110.0)
-    assert a == pytest.approx(b * [1, -1, 1]) and a[1] > 0.0
 
 
 def scan(right: float, up: float, *, loss: float = 1.0, ahead: float = 1.0, runs: int = 400):
