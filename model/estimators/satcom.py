@@ -69,7 +69,7 @@ VARIANTS = ("corrected", "printed")
 class Satcom(Estimator):
     """Attitude of a vehicle under a satellite antenna.
 
-    ``roll="printed"`` takes phi = -atan(fy/fz), the wrong sign in these axes; ``detector="printed"``
+    As printed, ``roll`` takes phi = -atan(fy/fz), the wrong sign in these axes, and ``detector``
     compares a_z - g with delta_z, always beyond it where down is positive.
     """
 
