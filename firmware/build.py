@@ -181,6 +181,7 @@ class CModel:
             _INT32_POINTER,
             _INT32_POINTER,
             _UINT8_POINTER,
+            _INT32_POINTER,
         ]
         self._run.restype = None
         self._words = getattr(library, f"{name}_words")
@@ -256,6 +257,16 @@ class CModel:
         ValueError
             If the shape is wrong or a word does not fit.
         """
+        return self._updates(inputs, None)
+
+    def trajectory(self, inputs: npt.ArrayLike) -> tuple[IntArray, npt.NDArray[np.bool_], IntArray]:
+        """As `update`, and the state words int64 (n, n_states) after each update."""
+        states = np.empty((len(np.asarray(inputs)), len(self.program.states)), dtype=np.int32)
+        return *self._updates(inputs, states), states.astype(np.int64)
+
+    def _updates(
+        self, inputs: npt.ArrayLike, states: npt.NDArray[np.int32] | None
+    ) -> tuple[IntArray, npt.NDArray[np.bool_]]:
         words = self._records(inputs)
         outputs = np.empty((len(words), len(self.program.outputs)), dtype=np.int32)
         saturated = np.empty(len(words), dtype=np.uint8)
@@ -265,6 +276,7 @@ class CModel:
             words.ctypes.data_as(_INT32_POINTER),
             outputs.ctypes.data_as(_INT32_POINTER),
             saturated.ctypes.data_as(_UINT8_POINTER),
+            None if states is None else states.ctypes.data_as(_INT32_POINTER),
         )
         return outputs.astype(np.int64), saturated.astype(np.bool_)
 

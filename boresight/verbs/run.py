@@ -13,18 +13,18 @@ import numpy.typing as npt
 from boresight.arguments import check_choice, check_machine, check_number
 from boresight.disk.output import OutputFile
 from boresight.model.declarations import QUATERNION
-from boresight.model.estimator import Estimator, with_params
+from boresight.model.estimator import Estimator
 from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import Outcome, model_options, params_of
 from boresight.sim.attitude.accuracy import attitude_rmse
-from boresight.sim.attitude.feed import attitude_of, euler_deg_of, named_outputs, status_of
+from boresight.sim.attitude.feed import attitude_of, euler_deg_of, status_of
 from boresight.sim.compare.difference import differences
+from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import LEVELS, make_level
 from boresight.sim.records.feed import Feed, feed
 from boresight.sim.records.nine_axis import record_of
 from boresight.sim.records.record import Column, Record
-from boresight.sim.records.segments import interpret
 from boresight.sim.records.text import format_csv
 from boresight.terminal import tell
 
@@ -77,13 +77,14 @@ def run(
     check_machine(config, word)
     if steps is not None:
         check_number("steps", steps, 1)
-    estimator.param_values(params)
+    build = Build(estimator, config=config, word=word, params=[params])
     inputs = [log] if isinstance(log, str | Path) else []
     of = estimator.name
     target = None if output is None else OutputFile(output, "run", of=of, inputs=inputs)
     record = record_of(log).head(steps)
     given = feed(estimator, record)
-    outputs = _outputs(estimator, given, on, config=config, word=word, params=params)
+    with make_level(on, build) as level:
+        outputs = level.run(given.inputs).outputs
     if target is not None:
         target.write(_csv(estimator, given.t, outputs))
     return {
@@ -100,26 +101,6 @@ def run(
         "clamped": given.clamped,
         **_attitude(record, given, outputs),
     }
-
-
-def _outputs(
-    estimator: Estimator,
-    given: Feed,
-    on: str,
-    *,
-    config: str,
-    word: int,
-    params: Mapping[str, float] | None,
-) -> dict[str, FloatArray]:
-    """Outputs by name, in their units."""
-    if on == "fixed":  # many segments side by side instead of one update after the other
-        program = with_params(estimator.compile(word=word), estimator, params)
-        return named_outputs(program, interpret(program, given.words(program)).outputs)
-    level = make_level(on, estimator, config=config, word=word, params=params)
-    try:
-        return level.run(given.inputs).outputs
-    finally:
-        level.close()
 
 
 def _attitude(record: Record, given: Feed, outputs: Mapping[str, FloatArray]) -> dict[str, Any]:

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from boresight.firmware.build import CModel
 from boresight.model.errors import InputError
-from boresight.model.estimator import Estimator, input_words
+from boresight.model.estimator import Estimator, input_words, with_params
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Kind, Program
 from boresight.sim.attitude.accuracy import attitude_error
@@ -29,8 +29,6 @@ from boresight.sim.attitude.rotation import (
     rotate,
     rotation_vector_to_quaternion,
 )
-from boresight.sim.compare.check import with_params
-from boresight.sim.records.segments import with_state_outputs
 
 __all__ = ["MANOEUVRES", "CovarianceTrial", "covariance_trial", "manoeuvre"]
 
@@ -203,12 +201,11 @@ def covariance_trial(
         )
     plain = estimator.compile(word=word)
     share = max(1, updates // (len(records) * len(params)))
-    n_out = len(plain.outputs)
     lsb = {k: plain.format(plain.states[k][0]).lsb for _, _, k in pairs}
     unit = min(lsb.values())
     total = negative = checked = saturated = 0
     least, drift = np.inf, 0.0
-    model = CModel(with_state_outputs(plain))
+    model = CModel(plain)
     for values in params:
         given = with_params(plain, estimator, values)
         for number in given.of_kind(Kind.PARAM):
@@ -221,10 +218,9 @@ def covariance_trial(
             while done < share:
                 at = done % len(words)
                 part = words[at : at + min(chunk, share - done)]
-                out, sat = model.update(part)
+                out, sat, states = model.trajectory(part)
                 if done == 0:
                     heads[name] = out
-                states = out[:, n_out:]
                 p = np.zeros((len(states), len(axes), len(axes)))
                 for i, j, k in pairs:
                     p[:, i, j] = p[:, j, i] = states[:, k] * (lsb[k] / unit)

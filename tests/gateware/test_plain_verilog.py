@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from boresight.sim.compare.check_shared import shared_core
 
 from boresight.gateware.bus.core_registers import PROGRAM
 from boresight.gateware.core import Core
@@ -17,7 +18,6 @@ from boresight.gateware.core_text import core_text
 from boresight.gateware.microcode.assemble import decode
 from boresight.model.estimators import estimator
 from boresight.model.words.interpreter import Interpreter
-from boresight.sim.compare.check_shared import shared_core
 from boresight.sim.rtl.simulators import available
 from boresight.sim.rtl.verilator import build_program
 

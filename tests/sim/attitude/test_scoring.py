@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 
 from boresight.model.errors import InputError
-from boresight.model.estimator import input_words
+from boresight.model.estimator import input_words, with_params
 from boresight.model.estimators.complementary import Complementary
 from boresight.sim.attitude.accuracy import attitude_rmse
 from boresight.sim.attitude.feed import attitude_of, inputs_of, named_outputs
 from boresight.sim.attitude.scoring import Scorer, has_truth
-from boresight.sim.compare.check import with_params
 from boresight.sim.records.segments import interpret
 from boresight.sim.worlds.synthetic import SensorError, synthetic_log
 

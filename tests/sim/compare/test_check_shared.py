@@ -5,12 +5,12 @@ from __future__ import annotations
 import dataclasses
 
 import pytest
+from boresight.sim.compare.check_shared import check_shared, shared_core
 
 from boresight.gateware.microcode.assemble import decode, encode
 from boresight.model.errors import InputError
 from boresight.model.estimators import estimator
 from boresight.sim.attitude.log import read_log
-from boresight.sim.compare.check_shared import check_shared, shared_core
 from boresight.sim.records.bundled import bundled
 
 NAMES = ("complementary", "complementary_as_printed")
