@@ -28,8 +28,8 @@ CHUNK = 4096
 ROUNDING_LSB = 64.0
 #: And as much of a value's magnitude, or of the terms of a sum: 2^(this - W).
 RELATIVE_BITS = 8
-#: Share of a declared range by which rounding may leave it.
-RANGE_SLACK = 1e-3
+#: Share of a declared range by which rounding, or a limit of 1 where 0.999 is declared, may leave it.
+RANGE_SLACK = 2e-3
 
 
 class Twin:
