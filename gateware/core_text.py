@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from boresight.gateware.core import Core
-from boresight.gateware.registers.model import Port, Streams, register_map
+from boresight.gateware.register_map import register_map
+from boresight.gateware.registers.model import Port, Streams
 from boresight.gateware.registers.names import comment
 from boresight.model.words.fixed import Format
 

@@ -18,12 +18,12 @@ from boresight.model.estimators import ESTIMATORS
 from boresight.options import Outcome, number_options, progress_of
 from boresight.parameters import values_for
 from boresight.sharing import params_for_each
+from boresight.sim.accuracy.benchmark import Result, Trial, benchmark
+from boresight.sim.accuracy.benchmark_page import render_page
+from boresight.sim.accuracy.peers import PEERS, require_peers, run_peer
+from boresight.sim.accuracy.scoring import has_truth
 from boresight.sim.attitude.accuracy import AttitudeRmse
-from boresight.sim.attitude.benchmark import Result, Trial, benchmark
-from boresight.sim.attitude.benchmark_page import render_page
 from boresight.sim.attitude.log import read_log
-from boresight.sim.attitude.peers import PEERS, require_peers, run_peer
-from boresight.sim.attitude.scoring import has_truth
 from boresight.sim.records.bundled import bundled, bundled_names, is_comparison
 from boresight.verbs.check import log_files
 

@@ -20,7 +20,8 @@ from boresight.gateware.boards.top import records_design
 from boresight.gateware.core import Core
 from boresight.gateware.core_text import core_text
 from boresight.gateware.microcode.image import rom_pieces
-from boresight.gateware.registers.files import files_of, register_map_files
+from boresight.gateware.register_map import register_map_files
+from boresight.gateware.registers.files import files_of
 from boresight.gateware.synthesis.estimate import Estimate, estimate
 from boresight.gateware.system.attitude_system import AttitudeSystem, system_design
 from boresight.gateware.system.programs import system_core

@@ -16,7 +16,7 @@ from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import Outcome, progress_of
 from boresight.sharing import estimator_names
-from boresight.sim.attitude.covariance_trial import (
+from boresight.sim.accuracy.covariance_trial import (
     MANOEUVRES,
     CovarianceTrial,
     covariance_trial,

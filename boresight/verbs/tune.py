@@ -17,11 +17,18 @@ from boresight.model.errors import InputError
 from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import Outcome, number_options, params_of, progress_of
+from boresight.sim.accuracy.scoring import Scorer, has_truth
+from boresight.sim.accuracy.tuning import (
+    Fold,
+    Tuned,
+    deal_folds,
+    pattern_search,
+    sensitivities,
+    tunable,
+)
 from boresight.sim.attitude.accuracy import AttitudeRmse
 from boresight.sim.attitude.log import read_log
-from boresight.sim.attitude.scoring import Scorer, has_truth
 from boresight.sim.records.bundled import is_comparison
-from boresight.sim.tuning import Fold, Tuned, deal_folds, pattern_search, sensitivities, tunable
 from boresight.verbs.check import log_files
 
 __all__ = ["add_arguments", "call", "tune", "tuning_text"]
@@ -69,7 +76,7 @@ def tune(
     output: str | Path | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> dict[str, Any]:
-    """Tune parameters by a pattern search on the C model; see `sim.tuning`.
+    """Tune parameters by a pattern search on the C model; see `sim.accuracy.tuning`.
 
     Parameters
     ----------

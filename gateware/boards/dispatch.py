@@ -10,7 +10,7 @@ from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.boards.frames import Kind
 from boresight.gateware.boards.pack import reply_layout
-from boresight.gateware.bus.core_registers import BusSignature
+from boresight.gateware.bus.signature import BusSignature
 from boresight.gateware.engine.engine import word_layout
 
 __all__ = ["Dispatcher"]

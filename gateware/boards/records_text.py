@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from boresight.gateware.boards.frames import word_bytes
 from boresight.gateware.boards.ise_text import table
-from boresight.gateware.bus.core_registers import PROGRAM
 from boresight.gateware.core import Core
+from boresight.gateware.registers.core import PROGRAM
 from boresight.model.words.program import Program
 
 __all__ = ["records_text"]

@@ -1,8 +1,7 @@
-"""The register map of a core, declared once; `gateware.registers.files` has its written forms.
+"""A register map, declared once; `gateware.registers.files` has its written forms.
 
-The addresses are those of the core's bus (`gateware.bus.core_registers`): one per word. Where a
-bridge puts the bus into a memory, word address k stands at byte 4 k, in the low W bits of 32; the
-SVD says so.
+Addresses count words. Where a bridge puts the bus into a memory, word address k stands at byte 4 k,
+in the low W bits of 32; the SVD says so.
 """
 
 from __future__ import annotations
@@ -11,12 +10,9 @@ import json
 from dataclasses import asdict, dataclass
 from enum import StrEnum
 
-from boresight.gateware.bus.core_registers import PROGRAM
-from boresight.gateware.core import Core
 from boresight.gateware.registers.names import unique
-from boresight.model.words.program import Program
 
-__all__ = ["Access", "BitField", "Port", "Register", "RegisterMap", "Streams", "register_map"]
+__all__ = ["Access", "BitField", "Port", "Register", "RegisterMap", "Streams"]
 
 
 class Access(StrEnum):
@@ -97,26 +93,6 @@ class Register:
         return self.minimum is not None
 
 
-#: Registers of every core, after the parameters: what `gateware.bus.core_registers` decodes.
-FIXED = (
-    Register(
-        "status",
-        512,
-        Access.READ_WRITE,
-        "state of the core",
-        fields=(
-            BitField("saturated", 0, "a result has been clamped to its word", clear=True),
-            BitField("framing", 1, "a record had the wrong length and was dropped", clear=True),
-            BitField("idle", 2, "waiting for the first word of a record"),
-            BitField("parity", 3, "which copy of the states is the current one"),
-        ),
-    ),
-    Register("updates", 513, Access.READ_ONLY, "completed updates, modulo 2^W"),
-    Register("build_low", 514, Access.READ_ONLY, "build identifier, bits W-1 to 0"),
-    Register("build_high", 515, Access.READ_ONLY, "build identifier, bits 2W-1 to W"),
-)
-
-
 @dataclass(frozen=True)
 class RegisterMap:
     """All registers of a core, and for each program the words of its streams.
@@ -184,59 +160,3 @@ class RegisterMap:
             )
             + "\n"
         )
-
-
-def register_map(core: Core) -> RegisterMap:
-    """The register map of a compiled core."""
-    word, several = core.machine.arithmetic.word, len(core.parts) > 1
-    mask = (1 << word) - 1
-    parameters = []
-    for number, part in enumerate(core.parts):
-        for name, address in core.select(number).parameter_addresses.items():
-            full = f"{part.program.name}.{name}" if several else name
-            parameters.append(_parameter(part.program, name, address, full))
-    choice = Register(
-        "program", PROGRAM, Access.READ_WRITE, "number of the program that runs", names=core.names
-    )
-    return RegisterMap(
-        name=core.name,
-        digest=core.digest,
-        word=word,
-        build=(core.image.digest & mask, core.image.digest >> word & mask),
-        registers=(*parameters, *FIXED, *([choice] if several else [])),
-        streams=tuple(_streams(part.program) for part in core.parts),
-    )
-
-
-def _parameter(program: Program, name: str, address: int, full: str) -> Register:
-    number = program.find(name)
-    value, form = program.values[number], program.format(number)
-    return Register(
-        full,
-        address,
-        Access.WRITE_ONLY,
-        value.meaning or "parameter",
-        unit=value.unit,
-        frac=value.frac,
-        low=value.low,
-        high=value.high,
-        minimum=int(form.quantise(value.low)),
-        maximum=int(form.quantise(value.high)),
-        reset=value.initial,
-    )
-
-
-def _streams(program: Program) -> Streams:
-    outputs = zip(program.output_names, program.outputs, strict=True)
-    units = {port.name: port.unit for port in program.ports}
-    return Streams(
-        program.name,
-        program.digest,
-        tuple(_port(program, program.values[n].name, n) for n in program.inputs),
-        tuple(_port(program, name, n, units.get(name)) for name, n in outputs),
-    )
-
-
-def _port(program: Program, name: str, number: int, unit: str | None = None) -> Port:
-    value = program.values[number]
-    return Port(name, value.frac, value.unit if unit is None else unit)

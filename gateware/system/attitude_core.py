@@ -8,7 +8,7 @@ from amaranth.hdl import Module
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In
 
-from boresight.gateware.bus.core_registers import BusSignature
+from boresight.gateware.bus.signature import BusSignature
 from boresight.gateware.core import Core
 from boresight.gateware.engine.engine import Engine
 from boresight.gateware.system.conductor import Conductor

@@ -13,7 +13,7 @@ from boresight.gateware.boards.framer import Framer, body_layout
 from boresight.gateware.boards.frames import Kind
 from boresight.gateware.boards.pack import Packer
 from boresight.gateware.boards.unpack import Unpacker
-from boresight.gateware.bus.core_registers import BusSignature
+from boresight.gateware.bus.signature import BusSignature
 from boresight.gateware.serial.uart import Receiver, Transmitter, divisor_for
 
 __all__ = ["Bridge"]

@@ -9,10 +9,11 @@ from amaranth.hdl import Cat, Const, Module, Mux, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from boresight.gateware.bus.core_registers import PROGRAM, BusSignature
 from boresight.gateware.bus.counters import EventCounters
 from boresight.gateware.bus.csr import Csr
 from boresight.gateware.bus.results import INDEX_BITS, ResultPort
+from boresight.gateware.bus.signature import BusSignature
+from boresight.gateware.registers.core import PROGRAM
 from boresight.gateware.registers.model import Register
 
 __all__ = ["ADDRESS_BITS", "COUNTERS", "CSR", "RESULTS", "SystemBus"]

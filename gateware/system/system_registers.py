@@ -11,7 +11,8 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 
 from boresight.gateware.core import Core
-from boresight.gateware.registers.model import Access, BitField, Register, RegisterMap, register_map
+from boresight.gateware.register_map import register_map
+from boresight.gateware.registers.model import Access, BitField, Register, RegisterMap
 from boresight.gateware.system.attitude_frame import OUTPUTS, STAMP
 from boresight.gateware.system.plan import RECORD
 from boresight.gateware.system.system_bus import COUNTERS, CSR, RESULTS

@@ -1,1 +1,1 @@
-"""What is special of attitude: rotations, the nine-axis log, errors in degrees, benchmark."""
+"""What is special of attitude: rotations, the nine-axis log, errors in degrees."""

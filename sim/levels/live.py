@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from boresight.gateware.bus.core_registers import PROGRAM
 from boresight.gateware.core import Core
+from boresight.gateware.registers.core import PROGRAM
 from boresight.model.words.fixed import IntArray
 from boresight.sim.rtl.compiled import build
 from boresight.sim.rtl.memories import split_memories

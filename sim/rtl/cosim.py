@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from boresight.disk.cache import Cache
-from boresight.gateware.bus.core_registers import PROGRAM
 from boresight.gateware.core import Core
+from boresight.gateware.registers.core import PROGRAM
 from boresight.model.tools.failure import failure
 from boresight.model.words.fixed import IntArray
 from boresight.sim.rtl.memories import split_memories

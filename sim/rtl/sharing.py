@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from boresight.gateware.bus.core_registers import PROGRAM
+from boresight.gateware.registers.core import PROGRAM
 from boresight.model.words.fixed import IntArray
 from boresight.sim.rtl.cosim import RtlSimulation
 from boresight.sim.rtl.replay import BusWrite, RtlRun

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 from boresight.sim.compare.check_shared import shared_core
 
-from boresight.gateware.bus.core_registers import PROGRAM
 from boresight.gateware.core import Core
 from boresight.gateware.core_text import core_text
 from boresight.gateware.microcode.assemble import decode
+from boresight.gateware.registers.core import PROGRAM
 from boresight.model.estimators import estimator
 from boresight.model.words.interpreter import Interpreter
 from boresight.sim.rtl.simulators import available

@@ -6,8 +6,9 @@ from typing import Any
 
 from amaranth.hdl import Array, Assert, Assume, Const, Elaboratable, Module, Mux, Signal
 
-from boresight.gateware.bus.core_registers import PROGRAM, Registers
+from boresight.gateware.bus.core_registers import Registers
 from boresight.gateware.machine import CONFIGS
+from boresight.gateware.registers.core import PROGRAM
 from boresight.sim.formal.harness import after_start, before, reached, unknown
 from boresight.sim.formal.inside import Inside
 from boresight.sim.formal.prove import Proof

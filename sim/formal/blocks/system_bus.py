@@ -6,7 +6,7 @@ from typing import Any
 
 from amaranth.hdl import Array, Assert, Assume, Const, Elaboratable, Module, Mux, Signal
 
-from boresight.gateware.bus.core_registers import PROGRAM
+from boresight.gateware.registers.core import PROGRAM
 from boresight.gateware.registers.model import Access, Register
 from boresight.gateware.system.system_bus import ADDRESS_BITS, COUNTERS, RESULTS, SystemBus
 from boresight.gateware.system.system_registers import system_registers

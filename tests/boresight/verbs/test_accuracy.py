@@ -12,8 +12,8 @@ import pytest
 from boresight.cli import main
 from boresight.model.errors import InputError, ToolMissing
 from boresight.model.estimators import ESTIMATORS
+from boresight.sim.accuracy.peers import PEERS
 from boresight.sim.attitude.log import write_log
-from boresight.sim.attitude.peers import PEERS
 from boresight.sim.records.bundled import bundled
 from boresight.sim.worlds.synthetic import SensorError, synthetic_log
 from boresight.verbs.accuracy import accuracy, accuracy_text, params_by_estimator, read_trials

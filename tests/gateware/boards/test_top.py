@@ -10,8 +10,8 @@ from amaranth.sim import Simulator
 from boresight.firmware.build import CModel
 from boresight.gateware.boards.frames import END, ESC, Decoder, Kind, encode
 from boresight.gateware.boards.top import Top
-from boresight.gateware.bus.core_registers import PROGRAM
 from boresight.gateware.core import Core
+from boresight.gateware.registers.core import PROGRAM
 from boresight.model.estimator import input_words
 
 DIVISOR = 8

@@ -9,10 +9,10 @@ import pytest
 from amaranth.hdl import ResetInserter, Signal
 from amaranth.sim import Simulator
 
-from boresight.gateware.bus.core_registers import PROGRAM
 from boresight.gateware.core import Core, build_shared_core
 from boresight.gateware.engine.engine import Engine
 from boresight.gateware.machine import CONFIGS
+from boresight.gateware.registers.core import PROGRAM
 from boresight.model.words.interpreter import Interpreter
 from tests.support.random_program import random_inputs, random_programs
 

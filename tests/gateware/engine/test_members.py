@@ -20,10 +20,11 @@ from boresight.gateware.boards.pack import Packer
 from boresight.gateware.boards.top import Top
 from boresight.gateware.boards.unpack import Unpacker
 from boresight.gateware.bus.arbiter import BusArbiter
-from boresight.gateware.bus.core_registers import BusSignature, Registers
+from boresight.gateware.bus.core_registers import Registers
 from boresight.gateware.bus.counters import EventCounters
 from boresight.gateware.bus.csr import Csr
 from boresight.gateware.bus.results import ResultPort, Results
+from boresight.gateware.bus.signature import BusSignature
 from boresight.gateware.bus.wishbone import WishboneSignature, WishboneSlave
 from boresight.gateware.core import build_core
 from boresight.gateware.engine.bitwise import Bitwise

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from amaranth.sim import Simulator
 
-from boresight.gateware.bus.core_registers import PROGRAM
 from boresight.gateware.core import build_shared_core
 from boresight.gateware.engine.engine import Engine
 from boresight.gateware.machine import CONFIGS
+from boresight.gateware.registers.core import PROGRAM
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Kind
 from tests.support.random_program import random_inputs, random_programs

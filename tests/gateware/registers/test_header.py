@@ -10,16 +10,10 @@ import pytest
 from boresight.firmware.build import find_compiler
 from boresight.firmware.emit import emit_c
 from boresight.gateware.core import build_core
+from boresight.gateware.register_map import register_map
+from boresight.gateware.registers.core import FIXED
 from boresight.gateware.registers.header import to_header
-from boresight.gateware.registers.model import (
-    FIXED,
-    Access,
-    Port,
-    Register,
-    RegisterMap,
-    Streams,
-    register_map,
-)
+from boresight.gateware.registers.model import Access, Port, Register, RegisterMap, Streams
 from boresight.model.estimators.complementary import Complementary
 
 FLAGS = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wconversion", "-Wshadow"]

@@ -8,7 +8,9 @@ from amaranth.sim import Simulator
 from boresight.firmware.build import CModel
 from boresight.gateware.core import Core, build_core
 from boresight.gateware.engine.engine import Engine
-from boresight.gateware.registers.model import FIXED, Access, register_map
+from boresight.gateware.register_map import register_map
+from boresight.gateware.registers.core import FIXED
+from boresight.gateware.registers.model import Access
 from boresight.model import ops
 from boresight.model.estimator import Estimator, Input, Output, Param, State
 from boresight.model.estimators.complementary import Complementary

@@ -6,7 +6,8 @@ import re
 import pytest
 
 from boresight.gateware.core import build_core
-from boresight.gateware.registers.model import FIXED, register_map
+from boresight.gateware.register_map import register_map
+from boresight.gateware.registers.core import FIXED
 from boresight.gateware.registers.page import to_markdown
 from boresight.model.estimators.complementary import Complementary
 

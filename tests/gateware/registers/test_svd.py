@@ -5,7 +5,8 @@ import xml.etree.ElementTree as ET
 import pytest
 
 from boresight.gateware.core import build_core, build_shared_core
-from boresight.gateware.registers.model import FIXED, register_map
+from boresight.gateware.register_map import register_map
+from boresight.gateware.registers.core import FIXED
 from boresight.gateware.registers.svd import to_svd
 from boresight.model.estimators.complementary import Complementary
 from tests.support.random_program import random_programs

@@ -5,8 +5,8 @@ import random
 import numpy as np
 import pytest
 
-from boresight.gateware.bus.core_registers import PROGRAM
 from boresight.gateware.core import Core
+from boresight.gateware.registers.core import PROGRAM
 from boresight.gateware.system.conductor import HEADER, OUTPUTS, RAWS, RECORDS, STAMP, Conductor
 from boresight.gateware.system.programs import core_plan, system_core
 from boresight.model.words.fixed import IntArray

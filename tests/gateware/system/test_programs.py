@@ -6,7 +6,7 @@ import pytest
 from boresight.firmware.build import CModel
 from boresight.gateware.core import build_core
 from boresight.gateware.microcode.emulator import Emulator
-from boresight.gateware.registers.files import register_map, register_map_files
+from boresight.gateware.register_map import register_map, register_map_files
 from boresight.gateware.system.programs import FILTERS, system_core
 from boresight.model.front import FRONT
 from boresight.model.words.interpreter import Interpreter

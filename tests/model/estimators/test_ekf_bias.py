@@ -13,10 +13,10 @@ from boresight.gateware.core import build_core
 from boresight.model.errors import InputError
 from boresight.model.estimator import input_words, with_params
 from boresight.model.estimators.ekf_bias import BIAS_UNIT, STATUS_BITS, EkfBias
+from boresight.sim.accuracy.peers import PEERS
 from boresight.sim.attitude.accuracy import attitude_error
 from boresight.sim.attitude.feed import attitude_of, inputs_of
 from boresight.sim.attitude.log import read_log
-from boresight.sim.attitude.peers import PEERS
 from boresight.sim.attitude.rotation import (
     euler_to_quaternion,
     quaternion_conjugate,

@@ -6,12 +6,12 @@ import sys
 import xml.etree.ElementTree as ET
 
 from boresight.gateware.core import build_core
-from boresight.gateware.registers.files import register_map, register_map_files
+from boresight.gateware.register_map import register_map, register_map_files
 from boresight.model.estimators.complementary import Complementary
 
 TEXT = """
 from boresight.gateware.core import build_core
-from boresight.gateware.registers.files import register_map_files
+from boresight.gateware.register_map import register_map_files
 from boresight.model.estimators.complementary import Complementary
 core = build_core(Complementary().compile(word=26), "small", restarts=2)
 print("".join(register_map_files(core).values()), end="")

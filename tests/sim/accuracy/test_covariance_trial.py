@@ -10,7 +10,7 @@ from boresight.model.errors import InputError
 from boresight.model.estimators import estimator
 from boresight.model.estimators.complementary import Complementary
 from boresight.model.estimators.ekf_quaternion_vector import EkfQuaternionVector
-from boresight.sim.attitude.covariance_trial import (
+from boresight.sim.accuracy.covariance_trial import (
     MANOEUVRES,
     CovarianceTrial,
     covariance_trial,

@@ -1,4 +1,4 @@
-"""`sim.attitude.benchmark_page`: every figure of the data is on the page; nothing from outside."""
+"""`sim.accuracy.benchmark_page`: every figure of the data is on the page; nothing from outside."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import re
 
 import pytest
 
-from boresight.sim.attitude.benchmark_page import render_page
+from boresight.sim.accuracy.benchmark_page import render_page
 
 
 def row(name, level, totals, **more):

@@ -1,4 +1,4 @@
-"""`sim.tuning`: the search finds, repeats itself, stays in range; folds are a partition."""
+"""`sim.accuracy.tuning`: the search finds, repeats itself, stays in range; folds partition."""
 
 from __future__ import annotations
 
@@ -9,8 +9,14 @@ import pytest
 from boresight.model.errors import InputError
 from boresight.model.estimator import Param
 from boresight.model.estimators.complementary import Complementary
-from boresight.sim.attitude.scoring import Scorer
-from boresight.sim.tuning import deal_folds, pattern_search, rounded, sensitivities, tunable
+from boresight.sim.accuracy.scoring import Scorer
+from boresight.sim.accuracy.tuning import (
+    deal_folds,
+    pattern_search,
+    rounded,
+    sensitivities,
+    tunable,
+)
 from boresight.sim.worlds.synthetic import SensorError, synthetic_log
 
 PARAMS = (Param("a", 1.0, 0.0, 50.0, "", ""), Param("b", 1.0, 0.25, 2.0, "", ""))

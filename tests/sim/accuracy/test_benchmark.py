@@ -1,4 +1,4 @@
-"""`sim.attitude.benchmark`: side by side is the same as one by one; figures against truth."""
+"""`sim.accuracy.benchmark`: side by side is the same as one by one; figures against truth."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from boresight.model.errors import InputError
 from boresight.model.estimator import State
 from boresight.model.estimators import ESTIMATORS
 from boresight.model.estimators.complementary import Complementary
+from boresight.sim.accuracy.benchmark import Trial, batches, benchmark, run_float_batch
+from boresight.sim.accuracy.peers import PEERS, dip_rad
+from boresight.sim.accuracy.scoring import Scorer
 from boresight.sim.attitude.accuracy import attitude_error, attitude_rmse
-from boresight.sim.attitude.benchmark import Trial, batches, benchmark, run_float_batch
 from boresight.sim.attitude.feed import attitude_of, inputs_of, named_outputs
-from boresight.sim.attitude.peers import PEERS, dip_rad
-from boresight.sim.attitude.scoring import Scorer
 from boresight.sim.worlds.synthetic import SensorError, synthetic_log
 
 

@@ -1,4 +1,4 @@
-"""`sim.attitude.peers`: published filters in our frames, on the bundled log with exact truth."""
+"""`sim.accuracy.peers`: published filters in our frames, on the bundled log with exact truth."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from boresight.model.errors import InputError, ToolMissing
+from boresight.sim.accuracy.peers import PEERS, dip_rad, first_attitude, peer, require_peers
 from boresight.sim.attitude.accuracy import attitude_error, attitude_rmse
 from boresight.sim.attitude.log import read_log
-from boresight.sim.attitude.peers import PEERS, dip_rad, first_attitude, peer, require_peers
 from boresight.sim.attitude.rotation import quaternion_multiply
 from boresight.sim.records.bundled import bundled
 from boresight.sim.worlds.synthetic import synthetic_log

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from importlib.resources import files
 from typing import Any
 
-from boresight.sim.attitude.benchmark_plots import difference_plot, mean_plot, style_of, trial_plot
+from boresight.sim.accuracy.benchmark_plots import difference_plot, mean_plot, style_of, trial_plot
 from boresight.sim.report.html import UNKNOWN, number
 
 __all__ = ["render_page"]
@@ -41,7 +41,7 @@ def render_page(data: Mapping[str, Any]) -> str:
     )
     environment.filters |= {"deg": _deg, "number": number}
     template = environment.from_string(
-        files("boresight.sim.attitude").joinpath("benchmark.html").read_text(encoding="utf-8")
+        files("boresight.sim.accuracy").joinpath("benchmark.html").read_text(encoding="utf-8")
     )
     rows = [r for r in data["estimators"] if r["level"] != "float"]
     floating = {r["estimator"]: r for r in data["estimators"] if r["level"] == "float"}

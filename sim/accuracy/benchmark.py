@@ -25,11 +25,11 @@ import numpy.typing as npt
 
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import estimator_of as find_estimator
+from boresight.sim.accuracy.peers import PEERS, dip_rad, peer, require_peers, run_peer
+from boresight.sim.accuracy.scoring import Scorer
 from boresight.sim.attitude.accuracy import AttitudeRmse, attitude_rmse, largest_turn_deg
 from boresight.sim.attitude.feed import attitude_of, inputs_of, named_outputs, status_of
 from boresight.sim.attitude.log import Log
-from boresight.sim.attitude.peers import PEERS, dip_rad, peer, require_peers, run_peer
-from boresight.sim.attitude.scoring import Scorer
 
 __all__ = ["Result", "Trial", "VsFloat", "batches", "benchmark", "run_float_batch"]
 
@@ -249,7 +249,7 @@ def benchmark(
     estimators : sequence of str
         Ours, by name.
     peers : sequence of str
-        Keys of `sim.attitude.peers.PEERS`.
+        Keys of `sim.accuracy.peers.PEERS`.
     params : mapping, optional
         Parameter values of our estimators, by estimator.
     with_float : bool

@@ -1,4 +1,4 @@
-"""`sim.attitude.benchmark_plots`: valid SVG, the same each time; marks where the figures are."""
+"""`sim.accuracy.benchmark_plots`: valid SVG, the same each time; marks where the figures are."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import xml.etree.ElementTree as ET
 
 import pytest
 
-from boresight.sim.attitude.benchmark_plots import difference_plot, mean_plot, style_of, trial_plot
+from boresight.sim.accuracy.benchmark_plots import difference_plot, mean_plot, style_of, trial_plot
 
 
 def row(name, kind, totals, apart=None):

@@ -1,4 +1,4 @@
-"""`sim.attitude.scoring`: the C model's figures are those of a plain run, whatever ran before."""
+"""`sim.accuracy.scoring`: the C model's figures are those of a plain run, whatever ran before."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import pytest
 from boresight.model.errors import InputError
 from boresight.model.estimator import input_words, with_params
 from boresight.model.estimators.complementary import Complementary
+from boresight.sim.accuracy.scoring import Scorer, has_truth
 from boresight.sim.attitude.accuracy import attitude_rmse
 from boresight.sim.attitude.feed import attitude_of, inputs_of, named_outputs
-from boresight.sim.attitude.scoring import Scorer, has_truth
 from boresight.sim.records.segments import interpret
 from boresight.sim.worlds.synthetic import SensorError, synthetic_log
 

@@ -1,0 +1,1 @@
+"""Figures of estimators over many logs: scores, peers, benchmark, tuning, covariance."""
