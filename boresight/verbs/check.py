@@ -106,8 +106,13 @@ def check(
     check_machine(config, word)
     build = Build(*estimators, config=config, word=word, params=params_of_each(names, params))
     told: list[str] = []
-    say = None if progress is None else (lambda text: progress("".join((*told, text))))
-    checking = Check(build, levels=levels, simulator=simulator, progress=say)
+    tell = progress or (lambda text: None)
+    checking = Check(
+        build,
+        levels=levels,
+        simulator=simulator,
+        progress=lambda text: tell("".join((*told, text))),
+    )
     files = log_files(x for x in logs if isinstance(x, str | Path))
     target = None
     if reproducer is not None:
@@ -124,8 +129,8 @@ def check(
         for result in found if each is not None else ():
             each(result)
     checking.close()
-    if target is not None and target.written and progress is not None:
-        progress(f"the difference, to run again: {reproducer}")
+    if target is not None and target.written:
+        tell(f"the difference, to run again: {reproducer}")
     return results
 
 

@@ -110,15 +110,16 @@ def replay_reproducer(path: Path, *, simulator: str = "verilator") -> list[str]:
     data = load_reproducer(path)
     program: Program = data["program"]
     build = _Saved(program, data["config"])
-    words = np.array(data["inputs"], dtype=np.int64)
+    given = np.array(data["inputs"], dtype=np.int64)
     wanted = np.array(data["outputs"], dtype=np.int64)
-    record = np.stack([program.format(n).real(words[:, k]) for k, n in enumerate(program.inputs)])
+    record = np.stack([program.format(n).real(given[:, k]) for k, n in enumerate(program.inputs)])
     lines = []
     for kind in (level for level in LEVELS.values() if level.exact and level.checked):
         tool = simulator if simulator in kind.tools else None
         try:
             with kind(build, tool=tool) as level:
-                if not np.array_equal(level.run(record.T).words, wanted):
+                words = level.run(record.T).words
+                if words is None or not np.array_equal(words, wanted):
                     lines.append(f"{kind.name}: outputs differ")
         except SimulationFailed as error:
             lines.append(f"{kind.name}: {error}")

@@ -80,7 +80,7 @@ def compare(level: Level, run: Run, wanted: Run, seconds: float = 0.0) -> LevelR
     wrong = (run.words != wanted.words[:n]).any(axis=1) | (run.saturated != wanted.saturated[:n])
     if run.states is not None and wanted.states is not None:
         wrong |= (run.states != wanted.states[:n]).any(axis=1)
-    cycles: dict[str, int] = {}
+    cycles: dict[str, Any] = {}
     if (plan := level.schedule) is not None:
         assert run.latency_cycles is not None and run.interval_cycles is not None
         counted = run.latency_cycles[:, : plan.urgent].max(axis=1)

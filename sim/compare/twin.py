@@ -28,7 +28,7 @@ CHUNK = 4096
 ROUNDING_LSB = 64.0
 #: And as much of a value's magnitude, or of the terms of a sum: 2^(this - W).
 RELATIVE_BITS = 8
-#: Share of a declared range by which rounding, or a limit of 1 where 0.999 is declared, may leave it.
+#: Share of a declared range by which rounding may leave it, or a limit of 1 a range to 0.999.
 RANGE_SLACK = 2e-3
 
 

@@ -12,7 +12,7 @@ from boresight.model.lowering.graph import LEAVES, Node
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
 from boresight.sim.compare.culprit import find_culprit
-from boresight.sim.compare.difference import Difference, differences, first_beyond
+from boresight.sim.compare.difference import Difference, differences
 from boresight.sim.compare.twin import outside
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Run
@@ -106,9 +106,9 @@ def judge_accuracy(build: Build, number: int, given: Feed, run: Run, reference: 
         That of float64.
     """
     program, nodes = build.programs[number], build.nodes[number]
-    outputs, inputs = build.estimators[number].outputs, given.words(program)
+    inputs = given.words(program)
     assert run.saturated is not None and run.states is not None
-    apart = tuple(differences(outputs, run.outputs, reference.outputs))
+    apart = tuple(differences(build.estimators[number].outputs, run.outputs, reference.outputs))
     left = _beyond_declared(program, run.states)
     names: dict[str, int] = {}
     culprit = ""
@@ -121,8 +121,7 @@ def judge_accuracy(build: Build, number: int, given: Feed, run: Run, reference: 
         }
         steps = {step for step, _ in left}
         steps |= {int(np.argmax(run.saturated))} if run.saturated.any() else set()
-        wrong = first_beyond(outputs, run.outputs, reference.outputs)
-        steps |= set() if wrong is None else {wrong}
+        steps |= {d.first_beyond for d in apart if d.first_beyond is not None}
         ends = [step + 1 for step in sorted(steps)]
         tried = (find_culprit(program, nodes, inputs[:n], run.states[:n]) for n in ends)
         first = next(filter(None, tried), None)

@@ -128,7 +128,7 @@ class Level(ABC):
         return ()
 
     @classmethod
-    def run_together(cls, levels: Sequence[Self], records: Sequence[FloatArray]) -> list[Run]:
+    def run_together(cls, levels: Sequence[Level], records: Sequence[FloatArray]) -> list[Run]:
         """Every estimator of a build on records of its own, each from a reset on."""
         out = []
         for level, own in zip(levels, records, strict=True):

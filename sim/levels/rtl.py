@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Self
 
 import numpy as np
 import numpy.typing as npt
@@ -136,13 +135,14 @@ class Simulated(Level):
         return [*seen, *(Seen(value, None, cycle) for (_, cycle), value in missing)]
 
     @classmethod
-    def run_together(cls, levels: Sequence[Self], records: Sequence[FloatArray]) -> list[Run]:
+    def run_together(cls, levels: Sequence[Level], records: Sequence[FloatArray]) -> list[Run]:
         """All programs of the core in turns, in random pieces of their records."""
         if len(levels) == 1:
             return super().run_together(levels, records)
-        words = [words_of(x.program, own) for x, own in zip(levels, records, strict=True)]
-        found = run_in_turns(levels[0].simulation, words)
-        return [level._run_of(run) for level, run in zip(levels, found, strict=True)]
+        made = [level for level in levels if isinstance(level, Simulated)]
+        words = [words_of(x.program, own) for x, own in zip(made, records, strict=True)]
+        found = run_in_turns(made[0].simulation, words)
+        return [level._run_of(run) for level, run in zip(made, found, strict=True)]
 
 
 #: What `sim.levels.registry` finds here.

@@ -73,7 +73,8 @@ def run_in_turns(
     """
     rng, parts = random.Random(seed), simulation.core.parts
     widest = max(s.shape[1] for s in streams)
-    rows, numbers, writes = [], [], []
+    rows, writes = [], []
+    numbers: list[int] = []
     for turn in deal([len(s) for s in streams], seed=seed, longest=longest):
         writes.append(BusWrite(len(numbers), PROGRAM, turn.number))
         if rng.random() < 0.25:
