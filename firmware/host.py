@@ -53,7 +53,7 @@ def _run(body: Body) -> str:
     return (
         f"// Runs updates: inputs[n_updates][{n_in}] -> outputs[n_updates][{n_out}], "
         "saturated[n_updates],\n"
-        f"// and to states[n_updates][{n_states}], unless it is NULL, the words after each update.\n"
+        f"// and, unless it is NULL, states[n_updates][{n_states}]: the words after each update.\n"
     ) + block(
         f"void {name}_run({name}_t *const self, const size_t n_updates, "
         "const int32_t *const inputs,\n    int32_t *const outputs, uint8_t *const saturated, "

@@ -126,8 +126,9 @@ def check(
         told[:] = [f"{record.name}: "]
         found = checking.run(record, reproducer=target)
         results += found
-        for result in found if each is not None else ():
-            each(result)
+        if each is not None:
+            for result in found:
+                each(result)
     checking.close()
     if target is not None and target.written:
         tell(f"the difference, to run again: {reproducer}")

@@ -126,7 +126,7 @@ def differences(
                 tolerance = (0.0 if exact else o.tolerance) if judged else None
                 apart = _apart(o.unit, found[o.name], turned[o.name])
                 # A truth may have gaps; a float64 run that is no number is a fault.
-                there = judged | np.isfinite(reference[o.name])
+                there = judged | np.isfinite(turned[o.name])
                 unit = "words" if exact else o.unit
                 out.append(_difference(o.name, unit, apart, there, tolerance))
         if whole:
@@ -134,8 +134,8 @@ def differences(
             known = [x for x in limits if x is not None]
             # An angle a differs by a/2 in the quaternion, of length at most twice a component's.
             limit = math.degrees(4.0 * max(known)) if len(known) == len(limits) else None
-            there = judged | np.isfinite(r).all(axis=-1)
-            out.append(_difference(ATTITUDE, "deg", np.degrees(_angle(q, r)), there, limit))
+            known_there = judged | np.isfinite(r).all(axis=-1)
+            out.append(_difference(ATTITUDE, "deg", np.degrees(_angle(q, r)), known_there, limit))
     return out
 
 
@@ -157,7 +157,7 @@ def _angle(q: FloatArray, r: FloatArray) -> FloatArray:
 def _difference(
     name: str, unit: str, apart: FloatArray, known: npt.ArrayLike, tolerance: float | None
 ) -> Difference:
-    there = np.broadcast_to(known, apart.shape)
+    there = np.broadcast_to(np.asarray(known, dtype=np.bool_), apart.shape)
     curve = np.where(there, apart, np.nan)
     if not there.any():
         return Difference(name, unit, 0, math.nan, math.nan, None, tolerance, curve)

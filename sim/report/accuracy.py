@@ -75,12 +75,12 @@ def accuracy_section(
         warn("accuracy: no log was run")
         return {**dict.fromkeys(keys), "verdict": None, "logs": []}
     given = check.given
-    t = np.arange(float(len(given))) if given.t is None else given.t
+    t = np.arange(float(len(given))) if given.t is None else given.t - given.t[0]
     known = _truths(check)
     found = {
         "dataset": given.record.name,
         "samples": len(given),
-        "seconds": _number(float(t[-1] - t[0])),
+        "seconds": None if given.t is None else _number(float(t[-1])),
         "word": check.build.word,
         "reference": None if not known else "truth" if truth else "comparison",
         "truth": _against_truth(check, known),
@@ -89,7 +89,7 @@ def accuracy_section(
     bins = _Bins(len(given))
     series = {
         "samples_per_point": bins.size,
-        "t_s": bins.first(t - t[0]),
+        "t": bins.first(t),
         "outputs": _curves(check, known, bins),
         "vs_log_deg": _vs_log(check, bins),
     }

@@ -78,12 +78,14 @@ def _range_bar(row: Mapping[str, Any]) -> dict[str, float] | None:
 
 def _plots(log: Mapping[str, Any]) -> dict[str, str | None]:
     series, other = log["series"], log["reference"] or "comparison"
-    t, outputs, turned = series["t_s"], series["outputs"], series["vs_log_deg"]
+    outputs, turned = series["outputs"], series["vs_log_deg"]
+    along = "sample" if log["seconds"] is None else "time from the first sample, s"
+    t = (series["t"], along)
     inexact = any(o["unit"] not in EXACT_UNITS for o in outputs.values())
     return {
-        "outputs": output_plot(t, outputs, other, salt="outputs"),
-        "errors": error_plot(t, outputs, log["word"], salt="errors") if inexact else None,
-        "vs_log": log_difference_plot(t, turned, other, salt="log") if turned else None,
+        "outputs": output_plot(*t, outputs, other, salt="outputs"),
+        "errors": error_plot(*t, outputs, salt="errors") if inexact else None,
+        "vs_log": log_difference_plot(*t, turned, other, salt="log") if turned else None,
     }
 
 

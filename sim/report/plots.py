@@ -20,6 +20,7 @@ FloatArray = npt.NDArray[np.float64]
 #: What a plot by unit shows of each output: see `sim.report.accuracy`.
 Outputs = Mapping[str, Mapping[str, Any]]
 
+_DOTTED: dict[str, Any] = {"linestyle": (0, (1.5, 2.0)), "linewidth": 1.6, "alpha": 0.75}
 _CYCLE = ("heading", "pitch", "roll", "other", "sky", "amber", "grey")
 
 
@@ -40,25 +41,25 @@ def _known(t: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _colours(names: Sequence[str]) -> dict[str, str]:
-    """A colour for each curve: its own, or the next one."""
-    rest = cycle(COLOUR[k] for k in _CYCLE)
+    """A colour for each curve: its own, or the next one that nobody owns."""
+    rest = cycle(COLOUR[k] for k in _CYCLE if k not in names)
     return {name: COLOUR[name] if name in COLOUR else next(rest) for name in names}
 
 
-def _panels(outputs: Outputs, height: float) -> tuple[Any, Iterator[tuple[Any, str, list[str]]]]:
-    """A figure with a panel for each unit: axes, unit, outputs in it."""
+def _panels(outputs: Outputs, along: str) -> tuple[Any, Iterator[tuple[Any, str, list[str]]]]:
+    """A figure with a panel for each unit: axes, unit, outputs in it; ``along`` names the time."""
     units = list(dict.fromkeys(o["unit"] for o in outputs.values()))
-    figure, axes = figure_and_axes(height * len(units), len(units), sharex=True, squeeze=False)
-    axes[-1, 0].set_xlabel("time from the first sample, s")
+    figure, axes = figure_and_axes(2.4 * len(units), len(units), sharex=True, squeeze=False)
+    axes[-1, 0].set_xlabel(along)
     named = ([n for n, o in outputs.items() if o["unit"] == unit] for unit in units)
     return figure, zip(axes[:, 0], units, named, strict=True)
 
 
-def output_plot(times: Curve, outputs: Outputs, other: str, *, salt: str) -> str:
+def output_plot(times: Curve, along: str, outputs: Outputs, other: str, *, salt: str) -> str:
     """Outputs over time, and where they are known their truths, which ``other`` names."""
     shown = {name: o for name, o in outputs.items() if o["fixed"] is not None}
     with settings():
-        figure, panels = _panels(shown, 2.4)
+        figure, panels = _panels(shown, along)
         t = _floats(times)
         for axes, unit, names in panels:
             step = {"drawstyle": "steps-post"} if unit in EXACT_UNITS else {}
@@ -67,9 +68,9 @@ def output_plot(times: Curve, outputs: Outputs, other: str, *, salt: str) -> str
                 axes.plot(t, _wrap(unit, y), color=colour, label=name, **step)
                 if shown[name]["truth"] is not None:
                     where, y = _known(t, _floats(shown[name]["truth"]))
-                    dots = {"color": colour, "linestyle": (0, (1.5, 2.0)), "linewidth": 1.6}
-                    label = f"{name}, {other}"
-                    axes.plot(where, _wrap(unit, y), label=label, alpha=0.75, **dots)
+                    axes.plot(where, _wrap(unit, y), color=colour, **_DOTTED)
+            if any(shown[name]["truth"] is not None for name in names):
+                axes.plot([], [], color=INK, label=other, **_DOTTED)
             axes.set_ylabel(unit or "1")
             legend(axes, 6)
         return svg(figure, salt)
@@ -79,11 +80,11 @@ def _wrap(unit: str, y: FloatArray) -> FloatArray:
     return _unwrapped(y) if unit == "deg" else y
 
 
-def error_plot(times: Curve, outputs: Outputs, word: int, *, salt: str) -> str:
+def error_plot(times: Curve, along: str, outputs: Outputs, *, salt: str) -> str:
     """Fixed point against float64, with each output's tolerance."""
     shown = {name: o for name, o in outputs.items() if o["unit"] not in EXACT_UNITS}
     with settings():
-        figure, panels = _panels(shown, 2.4)
+        figure, panels = _panels(shown, along)
         t = _floats(times)
         for axes, unit, names in panels:
             for name, colour in _colours(names).items():
@@ -94,7 +95,7 @@ def error_plot(times: Curve, outputs: Outputs, word: int, *, salt: str) -> str:
                 style = {"color": INK, "linestyle": "--", "linewidth": 0.9}
                 axes.axhline(limit, label=f"tolerance {limit:.3g}", **style)
             axes.set_yscale("log")
-            axes.set_ylabel(f"|fixed (W = {word}) - float64|" + (f", {unit}" if unit else ""))
+            axes.set_ylabel("|fixed - float64|" + (f", {unit}" if unit else ""))
             legend(axes, 6)
         return svg(figure, salt)
 
@@ -105,11 +106,13 @@ def _draw_log(axes: Any, t: FloatArray, y: FloatArray, colour: str, name: str) -
     axes.plot(*_known(t, y), color=colour, label=name, linewidth=0.9)
 
 
-def log_difference_plot(times: Curve, curves: Mapping[str, Curve], other: str, *, salt: str) -> str:
+def log_difference_plot(
+    times: Curve, along: str, curves: Mapping[str, Curve], other: str, *, salt: str
+) -> str:
     """Fixed point against the record's attitude."""
     with settings():
         figure, axes = figure_and_axes(2.7)
-        axes.set_xlabel("time from the first sample, s")
+        axes.set_xlabel(along)
         for name, curve in curves.items():
             _draw_log(axes, _floats(times), _floats(curve), COLOUR[name], name)
         axes.set_yscale("log")

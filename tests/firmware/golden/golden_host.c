@@ -44,7 +44,7 @@ void golden_set_param(golden_t *const self, const size_t number, const int32_t w
 }
 
 // Runs updates: inputs[n_updates][1] -> outputs[n_updates][2], saturated[n_updates],
-// and to states[n_updates][1], unless it is NULL, the words after each update.
+// and, unless it is NULL, states[n_updates][1]: the words after each update.
 void golden_run(golden_t *const self, const size_t n_updates, const int32_t *const inputs,
     int32_t *const outputs, uint8_t *const saturated, int32_t *const states) {
     (void) inputs;

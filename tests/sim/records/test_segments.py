@@ -45,7 +45,7 @@ def test_as_one_run(program: Program, inputs: np.ndarray, steps: int, segments: 
 def test_a_wrong_state_is_placed(
     program: Program, inputs: np.ndarray, steps: int, at: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The other level goes wrong in a state at the end of a segment: the next one starts from it."""
+    """The other level is wrong in a state at the end of a segment: the next starts from it."""
 
     bounds = np.linspace(0, steps, steps // 8 + 1).astype(int)
     end = int(bounds[bounds > at][0]) - 1
