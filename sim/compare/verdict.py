@@ -110,37 +110,35 @@ def judge_accuracy(build: Build, number: int, given: Feed, run: Run, reference: 
     assert run.saturated is not None and run.states is not None
     apart = tuple(differences(build.estimators[number].outputs, run.outputs, reference.outputs))
     left = _beyond_declared(program, run.states)
-    names: dict[str, int] = {}
-    culprit = ""
-    if run.saturated.any() or left or not all(d.good for d in apart):
-        seen = CModel(program).observe(inputs)
-        names = {
-            _named(program, nodes, n): int(count)
-            for n, count in enumerate(seen.saturations)
-            if count
-        }
-        steps = {step for step, _ in left}
-        steps |= {int(np.argmax(run.saturated))} if run.saturated.any() else set()
-        steps |= {d.first_beyond for d in apart if d.first_beyond is not None}
-        ends = [step + 1 for step in sorted(steps)]
-        tried = (find_culprit(program, nodes, inputs[:n], run.states[:n]) for n in ends)
-        first = next(filter(None, tried), None)
-        culprit = str(first) if first else _coarse(program, nodes, seen, run.states)
     saturated = int(run.saturated.sum())
-    texts = tuple(text for _, text in left)
+    if not saturated and not left and all(d.good for d in apart):
+        return Accuracy(apart, 0, {}, (), given.clamped, "")
+    seen = CModel(program).observe(inputs)
+    names = {
+        _named(program, nodes, n): int(count) for n, count in enumerate(seen.saturations) if count
+    }
+    steps = {step for step, _, _ in left}
+    steps |= {int(np.argmax(run.saturated))} if saturated else set()
+    steps |= {d.first_beyond for d in apart if d.first_beyond is not None}
+    ends = [step + 1 for step in sorted(steps)]
+    tried = (find_culprit(program, nodes, inputs[:n], run.states[:n]) for n in ends)
+    first = next(filter(None, tried), None)
+    culprit = str(first) if first else _coarse(program, nodes, seen, run.states)
+    # What saturates is said already.
+    texts = tuple(text for _, after, text in left if not seen.saturations[after])
     return Accuracy(apart, saturated, names, texts, given.clamped, culprit)
 
 
-def _beyond_declared(program: Program, states: IntArray) -> list[tuple[int, str]]:
-    """States that left their declared ranges, which their words happen to hold: step, text."""
+def _beyond_declared(program: Program, states: IntArray) -> list[tuple[int, int, str]]:
+    """States that left their declared ranges: first step, the value that they become, text."""
     out = []
-    for k, (state, _) in enumerate(program.states):
+    for k, (state, after) in enumerate(program.states):
         value, reals = program.values[state], program.format(state).real(states[:, k])
         wrong = outside(reals, value)
         if wrong.any():
             step = int(np.argmax(wrong))
             said = f"state {value.name} is {reals[step]:.6g} in step {step}, BEYOND its declared "
-            out.append((step, f"{said}range [{value.low:g}, {value.high:g}]: widen it"))
+            out.append((step, after, f"{said}range [{value.low:g}, {value.high:g}]: widen it"))
     return out
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
-from pathlib import Path
 
+import boresight.sim.levels
 from boresight.model.errors import InputError
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Level
@@ -13,8 +13,9 @@ from boresight.sim.levels.level import Level
 __all__ = ["LEVELS", "level_of", "make_level"]
 
 
-def _found() -> dict[str, type[Level]]:
-    names = [m.name for m in pkgutil.iter_modules([str(Path(__file__).parent)])]
+def found() -> dict[str, type[Level]]:
+    """All levels, in the order of their modules' names."""
+    names = [m.name for m in pkgutil.iter_modules(boresight.sim.levels.__path__)]
     modules = [
         importlib.import_module(f"boresight.sim.levels.{name}")
         for name in sorted(names)
@@ -24,7 +25,7 @@ def _found() -> dict[str, type[Level]]:
 
 
 #: Float64 with numpy and compiled, integer interpreter, C, Verilog.
-LEVELS: dict[str, type[Level]] = _found()
+LEVELS: dict[str, type[Level]] = found()
 
 
 def level_of(name: str) -> type[Level]:
