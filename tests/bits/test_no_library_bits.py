@@ -16,13 +16,7 @@ import pytest
 ROOT = Path(__file__).parent.parent.parent
 #: Float forms of estimators, and conversions of attitudes for people and for references: nothing of
 #: a program comes from them.
-FLOAT = (
-    "sim/attitude/rotation.py",
-    "firmware/float_build.py",
-    "firmware/float_text.py",
-    "firmware/float_trace.py",
-    "firmware/precision.py",
-)
+FLOAT = ("sim/attitude/rotation.py", "firmware/floating/build.py", "firmware/floating/precision.py")
 #: What `compile` uses besides the rooms of the compiler.
 MORE = (
     "boresight/soc_project.py",
@@ -40,7 +34,18 @@ EXACT_MATH = {
 #: The same of numpy: types, and functions that make, move or compare elements.
 EXACT_NUMPY = {
     *("abs", "array", "asarray", "ascontiguousarray", "bool_", "clip", "count_nonzero", "empty"),
-    *("errstate", "float64", "floor", "full", "iinfo", "inf", "int32", "int64", "isfinite"),
+    *(
+        "concatenate",
+        "errstate",
+        "float64",
+        "floor",
+        "full",
+        "iinfo",
+        "inf",
+        "int32",
+        "int64",
+        "isfinite",
+    ),
     *("ldexp", "maximum", "pi", "sqrt", "stack", "uint8", "where", "zeros", "zeros_like"),
 }
 #: Functions of the estimators that compute on arrays: the float reference, not the program.

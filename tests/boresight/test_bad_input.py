@@ -162,21 +162,21 @@ def changed(data: dict, *path: object) -> dict:
         (("arithmetic", "word", 40), "word must be 18 to 32"),
         (("values", 0, "frac", "1"), "value with frac '1'"),
         (("values", 0, "frac", True), "value with frac 'True'"),
-        (("values", 0, "initial", 2**40), "outside its word"),
-        (("values", 0, "kind", "const"), "inputs that are not listed once each"),
+        (("values", 0, "initial", 2**40), "words must be -131072 to 131071"),
+        (("values", 0, "kind", "const"), "inputs must list every value of kind input once"),
         (("values", 0, "kind", "none"), "not a valid Kind"),
         (("inputs", 0, 10**6), "a reference to no value"),
         (("outputs", 0, 1.5), "a reference that is no number"),
         (("outputs", []), "outputs without a name"),
         (("ops", 0, "terms", []), "an operation without terms"),
-        (("ops", 0, "terms", 0, "shift", 32), "a shift of 32"),
-        (("ops", 0, "terms", 0, "a", -1), "reads what is not there yet"),
-        (("ops", 0, "terms", 0, "b", None), "a term of one factor"),
-        (("ops", 0, "dest", 0), "whose result has another place"),
-        (("ops", 0, "table", 99), "a table"),
+        (("ops", 0, "terms", 0, "shift", 32), "shift must be 0 to 31, not 32"),
+        (("ops", 0, "terms", 0, "a", -1), "a reference to no value"),
+        (("ops", 0, "terms", 0, "b", None), "a term must have either b or a coefficient"),
+        (("ops", 0, "dest", 0), "must be the only writer of a value of kind op, not of value 0"),
+        (("ops", 0, "table", 99), "must name a table below 3, not 99"),
         (("ops", []), "a value that no operation gives"),
         (("table_memory", [0] * 511), "a table that is none"),
-        (("states", 0, [0, 0]), "states that are not listed once each"),
+        (("states", 0, [0, 0]), "states must list every value of kind state once"),
     ],
 )
 def test_programs_that_no_level_can_run(path, message: str) -> None:
@@ -203,7 +203,7 @@ def test_a_reproducer_is_checked_as_a_whole(tmp_path: Path, refused) -> None:
         (("outputs", 0, 0, True), "no record of 8 words in outputs"),
         (("config", ["small"]), "the config a list"),
         (("program", None), "a program that lacks something"),
-        (("program", "values", 0, "initial", 2**30), "outside its word"),
+        (("program", "values", 0, "initial", 2**30), "words must be -131072 to 131071"),
     ):
         file.write_text(json.dumps(changed(good, *path)))
         assert message in refused("check replay other.json")

@@ -26,7 +26,7 @@ HERE = r"\(faulty\.py, line \d+\)"
 
 class Base(Estimator):
     inputs = (Input("u", -4.0, 4.0, ""),)
-    states = (State("y", -1.0, 1.0, "", 0.5),)
+    states: tuple[State, ...] = (State("y", -1.0, 1.0, "", 0.5),)
     outputs = (Output("y", "", tolerance=1e-6),)
 
 

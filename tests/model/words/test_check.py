@@ -1,11 +1,11 @@
-"""`firmware.check`: incomplete programs are refused with a reason."""
+"""Incomplete programs are refused with a reason."""
 
 from dataclasses import replace
 from typing import Any
 
 import pytest
 
-from boresight.firmware.check import check
+from boresight.model.words.check import check_complete, check_program
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import Kind, Negate, Op, Program, Scale, Term, Value, When
 
@@ -33,9 +33,15 @@ def op(*, term: dict[str, Any] | None = None, **options: Any) -> Program:
     return replace(GOOD, ops=(first, GOOD.ops[1]))
 
 
-def test_complete_program_passes(corner: Any, empty: Program, odd_names: Program) -> None:
-    for program in (GOOD, corner(32), empty, odd_names):
-        check(program)
+def test_complete_program_passes() -> None:
+    check_complete(GOOD)
+    check_program(GOOD)
+
+
+def test_a_file_may_not_hold_what_no_author_writes() -> None:
+    check_complete(replace(GOOD, name="*/"))
+    with pytest.raises(ValueError, match=r"^the name '\*/'$"):
+        check_program(replace(GOOD, name="*/"))
 
 
 @pytest.mark.parametrize(
@@ -90,4 +96,4 @@ def test_complete_program_passes(corner: Any, empty: Program, odd_names: Program
 )
 def test_incomplete_program(program: Program, message: str) -> None:
     with pytest.raises(ValueError, match=message):
-        check(program)
+        check_complete(program)
