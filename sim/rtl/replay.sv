@@ -91,12 +91,12 @@ module replay #(
         next_write;
     end
 
-    // Register writes of one record, to find the first value that differs.
-    always @(posedge clk) if (!rst && !done && update == trace) begin
+    // Register writes of one record, from its first word on, to find the first value that differs.
+    always @(posedge clk) if (!rst && !done && counting && update == trace) begin
         if (dut.operands.w_en__0 !== 1'b0)
             $fwrite(fout, "R %0d 0 %h %h %0d\n", update, dut.operands.w_addr__0, dut.operands.w_data__0, cycle);
     end
-    //SECOND always @(posedge clk) if (!rst && !done && update == trace) begin
+    //SECOND always @(posedge clk) if (!rst && !done && counting && update == trace) begin
     //SECOND     if (dut.operands.w_en__1 !== 1'b0)
     //SECOND         $fwrite(fout, "R %0d 1 %h %h %0d\n", update, dut.operands.w_addr__1, dut.operands.w_data__1, cycle);
     //SECOND end

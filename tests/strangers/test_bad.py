@@ -24,7 +24,7 @@ CASES = {
     ),
     "Integrator": (
         {"rate": 9.0 + 0.1 * _NOISE},
-        "state angle (bad.py, line 34): 45.1059 does not fit its range [-45, 45]",
+        "state angle (bad.py, line 34): 45.1948 does not fit its range [-45, 45]",
     ),
     "NarrowState": ({"force": 6.0 + 0.1 * _NOISE}, "does not fit its range [-2, 2]"),
     "Hope": (

@@ -321,11 +321,11 @@ def test_programs_that_share_states_fail(log, both):
     results = checked(log, 60, build=wrong, simulator="verilator", levels=("rtl",))
     bad = [r.levels[-1] for r in results if not r.good]
     assert bad
-    assert all(level.n_mismatch for level in bad)
-    # The first is right alone; the second also writes where it did not before.
-    in_turns = f"rtl: outputs differ, step {bad[0].first_wrong}, with 2 programs in turns"
-    assert bad[0].divergence == in_turns
-    assert bad[1].divergence.startswith("rtl: first difference in value ")
+    for level in bad:  # each is right alone
+        assert level.n_mismatch > 0
+        assert level.divergence == (
+            f"rtl: outputs differ, step {level.first_wrong}, with 2 programs in turns"
+        )
 
 
 def test_parameters_are_of_their_estimator(log):

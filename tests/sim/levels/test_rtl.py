@@ -88,6 +88,22 @@ def test_every_word_of_an_update() -> None:
     assert [s.cycle for s in lost] == cycles[: len(lost)]
 
 
+class Other(Leaky):
+    """Beside the first one in a core."""
+
+
+def test_every_word_of_the_first_update_of_a_shared_core() -> None:
+    """What the core does until the program is selected does not count."""
+    build = Build(Leaky(), Other(), word=18)
+    for number in (0, 1):
+        level = Simulated(build, number)
+        machine = Interpreter(level.schedule.program)
+        machine.update(words_of(level.program, RECORDS[:1]).T)
+        wanted = machine.values_before_commit()
+        seen = level.words_of_update(RECORDS[:1])
+        assert seen and all(s.word == wanted[s.value][0] for s in seen)
+
+
 def test_which_simulators_a_check_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     for there, wanted in ((True, ("verilator", "icarus")), (False, ("verilator",))):
         monkeypatch.setattr(module, "available", lambda name, there=there: there)
