@@ -9,8 +9,6 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
 from boresight.firmware.build import CFLAGS, CModel
 from boresight.firmware.emit import emit_c
 from boresight.gateware.core import Core
@@ -19,9 +17,9 @@ from boresight.gateware.synthesis.estimate import Estimate
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Kind, Program
 from boresight.sim.compare.results import CheckResult, LevelResult
-from boresight.sim.compare.twin import rounding_errors
 from boresight.sim.report.accuracy import accuracy_section
-from boresight.sim.report.numerics import Observed, numerics_section
+from boresight.sim.report.numerics import numerics_section
+from boresight.sim.report.observed import Observed
 from boresight.sim.report.schedule import schedule_section
 from boresight.sim.report.sources import sources, tool_of
 from boresight.sim.report.timing import timing_section
@@ -77,13 +75,13 @@ def report_data(
         warn("resources and clock: not known, no synthesis was run (--synth)")
     else:
         warnings += area.warnings
-    observed = None if check is None else _observed(program, check)
+    observed = None if check is None else Observed.of(program, check)
     if observed is None:
         warn("numerics: no log was run, ranges are not observed")
-    elif observed.ranges.saturations.any():
-        count = observed.ranges.saturations
-        names = ", ".join(program.values[n].name for n in np.flatnonzero(count))
-        warn(f"numerics: {count.sum()} saturations, in {names}")
+    elif any(observed.ranges.saturations):
+        count = list(observed.ranges.saturations)
+        names = ", ".join(v.name for v, n in zip(program.values, count, strict=True) if n)
+        warn(f"numerics: {sum(count)} saturations, in {names}")
     levels = () if check is None else check.levels
     data: dict[str, Any] = {
         "design": program.name,
@@ -104,22 +102,6 @@ def report_data(
     seen = "" if observed is None else f"{len(observed.words)} updates of {observed.log}"
     data["sources"] = sources(data, area, seen, device)
     return data
-
-
-def _observed(program: Program, check: CheckResult) -> Observed:
-    """What the record of a check drove every value to, and how far rounding moved it."""
-    ours, theirs = program.digest, check.build.programs[check.number].digest
-    if ours != theirs:
-        raise ValueError(f"check must belong to program {ours[:12]}, not {theirs[:12]}")
-    assert check.fixed.states is not None
-    words = check.given.words(program)
-    nodes = check.build.nodes[check.number]
-    return Observed(
-        check.given.record.name,
-        words,
-        CModel(program).observe(words),
-        rounding_errors(program, nodes, words, check.fixed.states),
-    )
 
 
 def _verification(levels: Sequence[LevelResult], warn: Warn) -> list[dict[str, Any]]:
@@ -197,7 +179,7 @@ def _firmware(program: Program, words: IntArray | None, warn: Warn) -> dict[str,
 def measure_c(program: Program, words: IntArray, *, seconds: float = 0.05) -> dict[str, Any]:
     """Rate of the C on this computer: the best of repeated runs over the words of a log."""
     model = CModel(program)
-    best, spent = np.inf, 0.0
+    best, spent = float("inf"), 0.0
     while spent < seconds:
         model.reset()
         start = time.perf_counter()

@@ -2,37 +2,12 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
-from boresight.firmware.build import WordRanges
-from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Kind, Overflow, Program, Value
+from boresight.sim.report.observed import Observed
 
-__all__ = ["Observed", "numerics_section"]
-
-
-@dataclass(frozen=True, eq=False)
-class Observed:
-    """What a log drove the values of a program to.
-
-    Attributes
-    ----------
-    log : str
-    words : int64 (n, n_inputs)
-        Input words.
-    ranges : WordRanges
-        Extremes of every value, on the C model; states count with the words before each update.
-    errors : mapping of int to float
-        By value number: see `sim.compare.twin.rounding_errors`.
-    """
-
-    log: str
-    words: IntArray
-    ranges: WordRanges
-    errors: Mapping[int, float]
+__all__ = ["numerics_section"]
 
 
 def _digits(x: float) -> float:
@@ -115,8 +90,7 @@ def _seen(
     low, high = int(ranges.low[n]), int(ranges.high[n])
     headroom = None
     if value.kind is not Kind.PARAM and mode is not Overflow.WRAP:
-        largest = max(-low, high + 1, 1)
-        headroom = round(program.arithmetic.word - 1 - math.log2(largest), 2)
+        headroom = round(observed.headroom_bits(n, program.arithmetic.word), 2)
     error, saturations = observed.errors.get(n), int(ranges.saturations[n])
     reached = (float(real(low)), float(real(high)))
     ends = [

@@ -10,7 +10,8 @@ from boresight.firmware.build import CModel, WordRanges
 from boresight.gateware.core import Core
 from boresight.model.words.program import Kind
 from boresight.sim.compare.results import CheckResult
-from boresight.sim.report.numerics import Observed, numerics_section
+from boresight.sim.report.numerics import numerics_section
+from boresight.sim.report.observed import Observed
 
 
 @pytest.fixture(scope="module")
