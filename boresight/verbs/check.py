@@ -74,6 +74,33 @@ def _records(log: Any) -> list[Record]:
     return [record_of(log)]
 
 
+def _shared_and_own(logs: Sequence[Any], names: Sequence[str]) -> tuple[list[Any], dict[str, Any]]:
+    """Logs for all estimators, and those of one of several."""
+    shared: list[Any] = []
+    own: dict[str, Any] = {}
+    for log in logs:
+        name, equals, path = log.partition("=") if isinstance(log, str) else ("", "", "")
+        if len(names) > 1 and equals and name in names:
+            own[name] = path
+        elif len(names) > 1 and isinstance(log, Mapping) and set(log) == set(names):
+            own |= log
+        else:
+            shared.append(log)
+    return shared, own
+
+
+def _own_record(name: str, own: Mapping[str, Any]) -> Record:
+    """The record of one of several estimators."""
+    if name not in own:
+        raise InputError.at(
+            "logs",
+            wanted=f"a log of {name}, since {', '.join(own)} has its own",
+            found="none",
+            fix=f"write for example {name}=log.csv",
+        )
+    return Record.of(own[name])
+
+
 def check(
     name: Named,
     *logs: Any,
@@ -91,8 +118,9 @@ def check(
 
     ``name`` may be several names with commas: then one core holds them all and they take turns;
     ``params`` is then a mapping by estimator. ``logs`` are paths of logs or folders, or what
-    `sim.records.record.Record.of` takes. ``each`` is called with every result as soon as it is
-    there.
+    `sim.records.record.Record.of` takes, each for all estimators; ``NAME=PATH``, or a mapping by
+    their names, gives each of several its own. ``each`` is called with every result as soon as it
+    is there.
 
     Raises
     ------
@@ -113,18 +141,21 @@ def check(
         simulator=simulator,
         progress=lambda text: tell("".join((*told, text))),
     )
-    files = log_files(x for x in logs if isinstance(x, str | Path))
+    shared, own = _shared_and_own(logs, [e.name for e in estimators])
+    files = log_files(x for x in (*shared, *own.values()) if isinstance(x, str | Path))
     target = None
     if reproducer is not None:
         of = ",".join(e.name for e in estimators)
         target = OutputFile(reproducer, "check", of=of, inputs=files, option="--reproducer")
-    read = [record.head(steps) for log in logs for record in _records(log)]
-    if not read:
+    rounds = [[record] for log in shared for record in _records(log)]
+    if own:
+        rounds.append([_own_record(e.name, own) for e in estimators])
+    if not rounds:
         raise InputError.at("logs", wanted="at least one log", found="none", fix="name a log file")
     results = []
-    for record in read:
-        told[:] = [f"{record.name}: "]
-        found = checking.run(record, reproducer=target)
+    for records in rounds:
+        told[:] = [", ".join(dict.fromkeys(r.name for r in records)), ": "]
+        found = checking.run(*(r.head(steps) for r in records), reproducer=target)
         results += found
         if each is not None:
             for result in found:
@@ -142,7 +173,12 @@ def add_arguments(parser: ArgumentParser) -> None:
         metavar="ESTIMATOR[,ESTIMATOR...]",
         help="estimator; several: all in one core, in turns; or the word replay",
     )
-    parser.add_argument("logs", nargs="+", metavar="LOG", help="logs, or folders of logs")
+    parser.add_argument(
+        "logs",
+        nargs="+",
+        metavar="LOG",
+        help="logs, or folders of logs; of several estimators NAME=LOG gives one its own",
+    )
     model_options(parser)
     parser.add_argument("--steps", type=int, help="leading samples of each log")
     parser.add_argument("--levels", default=",".join(CHECKED), help=f"some of {','.join(EXACT)}")
