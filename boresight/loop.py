@@ -12,7 +12,7 @@ from boresight.model.resolve import Named, estimator_of, load
 from boresight.sim.compare.difference import differences
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import LEVELS, make_level
-from boresight.sim.records.text import format_csv
+from boresight.sim.records.files import content_of
 from boresight.sim.worlds.loop import Loop, close_loop, parting
 from boresight.sim.worlds.world import World
 
@@ -94,7 +94,7 @@ def simulate_world(
     reference = make_level("float", build).run(loop.inputs).outputs
     near = differences(filter.outputs, loop.outputs, reference)
     if target is not None:
-        target.write(format_csv(loop.record(filter, plant.name)))
+        target.write(content_of(str(output), loop.record(filter, plant.name)))
     floats = {"numpy", "float"} & {on, against}
     return {
         "world": plant.name,

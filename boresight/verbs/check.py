@@ -19,7 +19,6 @@ from boresight.sim.compare.reproducer import load_reproducer, replay_reproducer
 from boresight.sim.compare.results import CheckResult
 from boresight.sim.levels.build import Build
 from boresight.sim.records.files import read_record
-from boresight.sim.records.nine_axis import record_of
 from boresight.sim.records.reading import reason
 from boresight.sim.records.record import Record
 from boresight.terminal import say
@@ -71,7 +70,7 @@ def _records(log: Any) -> list[Record]:
     """Those of a path, of which a folder holds several, or the one in memory."""
     if isinstance(log, str | Path):
         return [read_record(path) for path in log_files([log])]
-    return [record_of(log)]
+    return [Record.of(log)]
 
 
 def _shared_and_own(logs: Sequence[Any], names: Sequence[str]) -> tuple[list[Any], dict[str, Any]]:

@@ -43,13 +43,15 @@ def demo(
     *,
     output: str | Path = "build",
     steps: int = STEPS,
+    restarts: int | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> dict[str, Any]:
     """Compile one core with all filters, prove it on the bundled recording, estimate, report.
 
     Writes ``<output>/core-<config>/`` (Verilog, ISE project of the complete system, C, register
     map, ``report.json`` and a page for each filter) for small and fast, ``<output>/board/``, the
-    page of the complete board in simulation, and ``<output>/summary.json``.
+    page of the complete board in simulation, and ``<output>/summary.json``. ``restarts`` is the
+    effort of the scheduler.
     """
     say = progress or (lambda text: None)
     estimators = [find_estimator(name) for name in names]
@@ -61,9 +63,9 @@ def demo(
             place = folder / f"core-{config}"
             place.mkdir()
             say(f"{config}: {', '.join(names)} in one core")
-            build = Build(*estimators, config=config)
+            build = Build(*estimators, config=config, restarts=restarts)
             write_core(place, build.core)
-            system = system_core(names, config=config)
+            system = system_core(names, config=config, restarts=restarts)
             write_system(place / "ise-mimas", "mimas", system)
             if config == CONFIGS[0]:
                 of_board = system

@@ -13,13 +13,14 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.gateware.system.attitude_frame import WORDS
-from boresight.sim.attitude.log import Log
 from boresight.sim.attitude.rotation import quaternion_conjugate, quaternion_multiply
 from boresight.sim.board.build import Board, make_board
 from boresight.sim.board.run import BoardRun, run_board, stimulus
 from boresight.sim.board.setup import FASTER, FAULTY
 from boresight.sim.devices.adis16385 import FAULTS as INERTIAL_FAULTS
 from boresight.sim.devices.hmr3300 import FAULTS as COMPASS_FAULTS
+from boresight.sim.records.nine_axis import NineAxis
+from boresight.sim.records.record import Record
 from boresight.sim.rtl.cosim import SimulationFailed
 from boresight.sim.worlds.synthetic import SensorError, synthetic_log
 
@@ -32,8 +33,10 @@ __all__ = [
     "trial_log",
 ]
 
-#: The fault lasts from sample to sample, and from line to line of the compass; samples of a run.
-_INERTIAL_SPAN, _COMPASS_SPAN, _UPDATES = (1200, 1400), (9, 15), 3600
+#: The fault lasts from sample to sample, and from line to line of the compass.
+_INERTIAL_SPAN, _COMPASS_SPAN = (1200, 1400), (9, 15)
+#: Updates of a run; a fault takes some of the log's samples.
+_UPDATES, _MORE = 3200, 400
 #: By how much the motion is slower than `synthetic_log` makes it.
 _SLOWER = 6.0
 #: Events that are no sign of a fault.
@@ -102,19 +105,22 @@ class FaultTrial:
         )
 
 
-def trial_log() -> Log:
+def trial_log() -> Record:
     """The motion of the trials, slow turns, with ordinary sensor errors and exact truth."""
     # Made at a higher rate than it is played at, so that all of it is slower.
-    log = synthetic_log(
-        seconds=(_UPDATES + 600) / 1024 / _SLOWER,
-        rate_hz=1024.0 * _SLOWER,
-        seed=5,
-        acceleration=0.1,
-        gyr_error=SensorError(noise=0.003 * _SLOWER),
-        acc_error=SensorError(noise=0.05),
-        name="fault trials",
+    log = NineAxis.of(
+        synthetic_log(
+            seconds=(_UPDATES + _MORE + 600) / 1024 / _SLOWER,
+            rate_hz=1024.0 * _SLOWER,
+            seed=5,
+            acceleration=0.1,
+            gyr_error=SensorError(noise=0.003 * _SLOWER),
+            acc_error=SensorError(noise=0.05),
+            name="fault trials",
+        )
     )
-    return replace(log, t=log.t * _SLOWER, gyr=log.gyr / _SLOWER)
+    slow = replace(log, t=log.t * _SLOWER, gyr=log.gyr / _SLOWER, steps=None)
+    return slow.record()
 
 
 def fault_board(filters: Sequence[str] = ("mekf",), *, restarts: int | None = None) -> Board:
@@ -132,7 +138,8 @@ def fault_trial(
     device: str,
     fault: str,
     *,
-    log: Log | None = None,
+    log: Record | None = None,
+    updates: int = _UPDATES,
     progress: Callable[[str], None] | None = None,
 ) -> FaultTrial:
     """Run one fault.
@@ -143,6 +150,9 @@ def fault_trial(
         "adis" or "hmr".
     fault : str
         One of `INERTIAL_FAULTS`, `COMPASS_FAULTS`.
+    updates : int
+        Length of the run: an inertial fault is over after 1,400 samples, one of the compass after
+        1,900.
     """
     say = progress or (lambda text: None)
     log = log or trial_log()
@@ -152,7 +162,7 @@ def fault_trial(
     run = run_board(
         board,
         stimulus(log, board),
-        updates=_UPDATES - 400,
+        updates=updates,
         settings={"output_divider": 1},
         faults={device: f"{first} {last} {name}\n"},
         max_cycles=60_000_000,
@@ -179,23 +189,23 @@ def _span_cycles(run: BoardRun, device: str) -> tuple[float, float]:
     return float(begin), float(end)
 
 
-def _errors(run: BoardRun, log: Log) -> tuple[npt.NDArray[np.int64], FloatArray]:
+def _errors(run: BoardRun, log: Record) -> tuple[npt.NDArray[np.int64], FloatArray]:
     """Cycle of each update with a frame, and the angle between its attitude and the truth, deg."""
     trace = run.trace
-    assert log.q is not None
+    q_true = NineAxis.of(log).attitude
     number = np.unwrap(run.frames[:, 0] & 0xFFFF, period=1 << 16).astype(np.int64)
     keep = (number >= 1) & (number <= len(trace.updates))
     number, frames = number[keep], run.frames[keep]
     updated = trace.updates[number - 1]
     line = trace.ready[np.searchsorted(trace.ready[:, 0], updated) - 1, 1]
-    truth = log.q[np.minimum(line - 1, len(log) - 1)]
+    truth = q_true[np.minimum(line - 1, len(log) - 1)]
     q = frames[:, WORDS.index("qw") : WORDS.index("qz") + 1].astype(np.float64)
     q /= np.linalg.norm(q, axis=1, keepdims=True)
     error = quaternion_multiply(q, quaternion_conjugate(truth))
     return updated, np.degrees(2.0 * np.arccos(np.clip(np.abs(error[:, 0]), 0.0, 1.0)))
 
 
-def _judge(board: Board, run: BoardRun, log: Log, device: str, fault: str) -> FaultTrial:
+def _judge(board: Board, run: BoardRun, log: Record, device: str, fault: str) -> FaultTrial:
     trace, names = run.trace, board.system.events
     second = board.setup.clock_hz / FASTER  # of the real board, in cycles
     begin, end = _span_cycles(run, device)

@@ -28,6 +28,8 @@ class Build:
         Parameter values of each; by default as declared.
     urgent : int, optional
         Leading outputs whose latency counts first, of all; by default each one's own.
+    restarts : int, optional
+        Effort of the scheduler.
 
     Raises
     ------
@@ -42,8 +44,10 @@ class Build:
         word: int = 32,
         params: Sequence[Mapping[str, float] | None] | None = None,
         urgent: int | None = None,
+        restarts: int | None = None,
     ) -> None:
-        self.estimators, self.config, self.word, self.urgent = estimators, config, word, urgent
+        self.estimators, self.config, self.word = estimators, config, word
+        self.urgent, self.restarts = urgent, restarts
         self.params = tuple(params or [None] * len(estimators))
         for estimator, values in zip(estimators, self.params, strict=True):
             estimator.param_values(values)
@@ -79,4 +83,4 @@ class Build:
             The programs do not fit into one core.
         """
         own = [p.urgent if self.urgent is None else self.urgent for p in self.programs]
-        return build_shared_core(self.programs, self.config, urgents=own)
+        return build_shared_core(self.programs, self.config, urgents=own, restarts=self.restarts)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
 from boresight.firmware.build import CModel
-from boresight.model.estimator import input_words
+from boresight.model.estimator import input_words, param_words
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Program
@@ -77,6 +77,11 @@ class Emitted(Level):
     def __init__(self, build: Build, number: int = 0, tool: str | None = None) -> None:
         super().__init__(build, number, tool)
         self._model = CModel(self.program)
+
+    def set_params(self, values: Mapping[str, float]) -> None:
+        """Write every parameter register; it stays so over a reset."""
+        for number, word in param_words(self.program, values).items():
+            self._model.set_param(self.program.values[number].name, word)
 
     def reset(self) -> None:
         """Set the states to their start words."""

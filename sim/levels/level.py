@@ -15,7 +15,7 @@ from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
 from boresight.sim.levels.build import Build
 
-__all__ = ["Level", "Run", "Seen", "run_of_words"]
+__all__ = ["Level", "Run", "Seen", "outputs_of", "run_of_words"]
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -150,8 +150,12 @@ class Level(ABC):
 
 def run_of_words(program: Program, words: IntArray, saturated: BoolArray, **more: object) -> Run:
     """A run of a level that computes words; ``more`` of `Run`'s attributes."""
-    outputs = {
+    return Run(outputs_of(program, words), words, saturated, **more)  # type: ignore[arg-type]
+
+
+def outputs_of(program: Program, words: IntArray) -> dict[str, FloatArray]:
+    """Output words (n, n_outputs) as real values (n,) by name."""
+    return {
         name: program.format(value).real(words[:, k])
         for k, (name, value) in enumerate(zip(program.output_names, program.outputs, strict=True))
     }
-    return Run(outputs, words, saturated, **more)  # type: ignore[arg-type]

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from boresight.model.declarations import QUATERNION
 from boresight.sim.attitude.accuracy import attitude_error, attitude_rmse
-from boresight.sim.attitude.feed import attitude_of
+from boresight.sim.attitude.outputs import attitude_of
 from boresight.sim.attitude.rotation import quaternion_to_euler
 from boresight.sim.compare.difference import ATTITUDE, Difference, differences
 from boresight.sim.compare.results import CheckResult

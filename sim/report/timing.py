@@ -8,21 +8,17 @@ from typing import Any
 from boresight.gateware.core import Core
 from boresight.gateware.synthesis.estimate import Estimate
 from boresight.gateware.synthesis.timing import NOTE
+from boresight.sim.attitude.ma2014 import BESIDE, CLOCK_MHZ, TIME_US
 from boresight.sim.compare.results import LevelResult
 
 __all__ = ["PAPER", "PAPER_US", "timing_section"]
 
-#: Published times of such a filter as software on a soft processor at 100 MHz, by estimator: the
-#: paper's complementary filter, and its Kalman filter for each of ours.
-PAPER_US = {
-    **dict.fromkeys(("complementary", "complementary_as_printed"), 316.0),
-    **dict.fromkeys(("ekf_quaternion", "ekf_quaternion_vector", "ekf_bias", "mekf"), 1140.0),
-}
+#: Published times of such a filter as software on a soft processor at 100 MHz, by estimator.
+PAPER_US = {name: TIME_US[row] for name, row in BESIDE.items()}
 PAPER = (
     "Ma Long et al. (2014), body text and conclusion: float software on a MicroBlaze at "
     "100 MHz in an XC6SLX9"
 )
-_PAPER_MHZ = 100
 _NETS = {"median": "median", "p75": "upper-quartile"}
 
 
@@ -56,7 +52,7 @@ def timing_section(
         "update_us": round(update_us, 4),
         "updates_per_s": round(clock_mhz * 1e6 / s.interval, 1),
         "paper_us": paper_us,
-        "paper_cycles": round(paper_us * _PAPER_MHZ) if paper_us is not None else None,
+        "paper_cycles": round(paper_us * CLOCK_MHZ) if paper_us is not None else None,
         "speedup": round(paper_us / update_us, 1) if paper_us is not None else None,
         **_clock(estimate, s.latency, clock_mhz, grade, warn),
         "source": "cycles: the schedule, re-proven by its checker"

@@ -18,16 +18,18 @@ from boresight.gateware.core import build_core
 from boresight.model.estimator import Estimator, input_words
 from boresight.model.estimators import estimator
 from boresight.sim.attitude.accuracy import largest_turn_deg
-from boresight.sim.attitude.feed import attitude_of, inputs_of
-from boresight.sim.attitude.log import Log
+from boresight.sim.attitude.ma2014 import BESIDE, CYCLES
+from boresight.sim.attitude.outputs import attitude_of
+from boresight.sim.records.feed import feed
+from boresight.sim.records.record import Record
 from boresight.sim.soc.measure import Measured, measure_float, measure_integer
 
 __all__ = ["ESTIMATORS", "FLOAT_BOUND_DEG", "PAPER_CYCLES", "compare", "compare_one"]
 
 #: Estimators that are compared.
 ESTIMATORS = ("complementary", "ekf_quaternion", "ekf_bias", "mekf")
-#: Cycles of the paper's C: 316 us and 1.14 ms at 100 MHz.
-PAPER_CYCLES = {"complementary": 31_600, "ekf_quaternion": 114_000}
+#: Cycles of the paper's C, beside the filters that are most like its own.
+PAPER_CYCLES = {name: CYCLES[BESIDE[name]] for name in ("complementary", "ekf_quaternion")}
 #: Largest difference between float C and the float reference, deg: what single precision gives
 #: over a few thousand updates (see tests/firmware/floating/test_build.py).
 FLOAT_BOUND_DEG = 0.02
@@ -80,7 +82,12 @@ def _single(e: Estimator, inputs: npt.NDArray[np.float64], optimise: str) -> dic
 
 
 def compare_one(
-    name: str, log: Log, *, updates: int = 1000, optimise: str = "-Os", restarts: int | None = None
+    name: str,
+    log: Record,
+    *,
+    updates: int = 1000,
+    optimise: str = "-Os",
+    restarts: int | None = None,
 ) -> dict[str, Any]:
     """One estimator: float C, integer C on the simulated soft core, and the core's schedule.
 
@@ -88,7 +95,7 @@ def compare_one(
     ----------
     name : str
         Estimator.
-    log : Log
+    log : Record
         Recorded data; its first ``updates`` samples are used.
     updates : int
         How many.
@@ -103,7 +110,7 @@ def compare_one(
         The cross compiler, or Verilator, is not installed.
     """
     e = estimator(name)
-    inputs = inputs_of(e, log)[:updates]
+    inputs = feed(e, log.head(updates)).inputs
     single, integer = _single(e, inputs, optimise), _integer(e, inputs, optimise)
     core = build_core(e.compile(), "small", urgent=e.urgent, restarts=restarts)
     hardware = {"cycles": core.schedule.latency, "interval_cycles": core.schedule.interval}
@@ -126,7 +133,7 @@ def compare_one(
 
 
 def compare(
-    log: Log,
+    log: Record,
     *,
     names: Sequence[str] = ESTIMATORS,
     updates: int = 1000,

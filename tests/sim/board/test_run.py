@@ -14,8 +14,8 @@ from boresight.gateware.system.attitude_frame import (
     text_line,
 )
 from boresight.model.errors import InputError
-from boresight.sim.attitude.log import Log
 from boresight.sim.board.run import frame_ends, judge, run_board, stimulus, writes
+from boresight.sim.records.nine_axis import NineAxis
 
 from .conftest import UPDATES
 
@@ -90,7 +90,7 @@ def test_magnetometer_counts(board, what) -> None:
     run = run_board(
         board,
         what,
-        updates=5 * UPDATES,
+        updates=3 * UPDATES,
         settings={"filter": 0, "magnetic_source": 1, "compass_mode": 2, "output_divider": 1},
     )
     verdict = judge(board, what, run, filter=0, source=1)
@@ -133,13 +133,6 @@ def test_writes_are_frames(board) -> None:
 
 def test_a_log_needs_an_attitude(board) -> None:
     zeros = np.zeros((4, 3))
-    log = Log(
-        name="bare",
-        t=np.arange(4.0),
-        gyr=zeros,
-        acc=zeros,
-        mag=zeros,
-        mag_new=np.ones(4, dtype=bool),
-    )
+    log = NineAxis("bare", np.arange(4.0), zeros, zeros, zeros).record()
     with pytest.raises(InputError, match="wanted a reference attitude"):
         stimulus(log, board)
