@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from boresight.sim.attitude.feed import attitude_of, euler_deg_of
+from boresight.sim.attitude.outputs import attitude_of, euler_deg_of
 
 from boresight.model.declarations import QUATERNION
 from boresight.model.estimator import Estimator, Input, Output, State
