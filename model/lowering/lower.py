@@ -196,22 +196,18 @@ class _Lowering:
         args: list[Node] = []
         power = 1.0
         for arg in node.args:
-            while True:
-                if arg.kind == "const" and _power_of_two(arg.value):
-                    power *= arg.value
-                    break
-                if (
-                    arg.kind == "mul"
-                    and arg.name is None
-                    and arg.number not in self._of_node
-                    and arg.args[1].kind == "const"
-                    and _power_of_two(arg.args[1].value)
-                ):
-                    power *= arg.args[1].value
-                    arg = arg.args[0]
-                    continue
+            while (
+                arg.kind == "mul"
+                and arg.name is None
+                and arg.number not in self._of_node
+                and _power_of_two(arg.args[1])
+            ):
+                power *= arg.args[1].value
+                arg = arg.args[0]
+            if _power_of_two(arg):
+                power *= arg.value
+            else:
                 args.append(arg)
-                break
         return args, power
 
     def _form_select(self, node: Node, wrapped: bool) -> Form:
@@ -327,8 +323,8 @@ class _Lowering:
     _form_reciprocal = _form_rsqrt
 
 
-def _power_of_two(c: float) -> bool:
-    return math.frexp(abs(c))[0] == 0.5
+def _power_of_two(node: Node) -> bool:
+    return node.kind == "const" and math.frexp(abs(node.value))[0] == 0.5
 
 
 def _pruned(program: Program) -> tuple[Program, dict[int, int]]:

@@ -492,7 +492,7 @@ def test_an_unbounded_factor_under_a_prescribed_format_is_refused_by_name(trace:
         InputError,
         match=r"^test: value clamped would pass 63 bits: a factor of it "
         r"has no upper bound; declare the product's range with "
-        r"model\.ops\.bounded first$",
+        r"ops\.bounded first$",
     ):
         trace(
             lambda a, b: ops.named("clamped", ops.saturated(b * ops.rsqrt(a), 2.0**-12)),
@@ -505,7 +505,7 @@ def test_a_root_that_varies_too_much_is_refused_by_name(trace: Any) -> None:
         InputError,
         match=r"^test: value product_part would pass 63 bits: a root or "
         r"reciprocal in it varies too much for one format; "
-        r"declare its range with model\.ops\.bounded$",
+        r"declare its range with ops\.bounded$",
     ):
         trace(
             lambda a, b, c: ops.named("product", c + a * ops.rsqrt(b)),
