@@ -23,7 +23,7 @@ from boresight.model.lowering.graph import Node
 from boresight.model.lowering.lower import lower
 from boresight.model.lowering.trace import Scalar, Trace, Tracer
 from boresight.model.words.fixed import Arithmetic
-from boresight.model.words.program import Kind, Link, Port, Program
+from boresight.model.words.program import InPort, Kind, Link, Port, Program
 
 __all__ = [
     "Estimator",
@@ -260,7 +260,11 @@ class Estimator:
             for n, i in zip(program.inputs, self.inputs, strict=True)
             if i.source
         )
-        return replace(program, ports=ports, urgent=self.urgent, links=links), nodes
+        in_ports = tuple(InPort(i.missing, i.flags) for i in self.inputs)
+        return (
+            replace(program, ports=ports, urgent=self.urgent, links=links, in_ports=in_ports),
+            nodes,
+        )
 
     def trace(self) -> Trace:
         """Record one `step`.
