@@ -74,10 +74,7 @@ def test_an_if_on_a_traced_value_is_refused() -> None:
             lambda x: ops.bounded(x.y, 1, 0, ""),
         ),
         ("ValueError: limit must be a power of two, not 3.0", lambda x: ops.saturated(x.y, 3.0)),
-        (
-            "TypeError: & and [|] take conditions, not a traced leaf; ",
-            lambda x: (x.y < 1) & x.y,
-        ),
+        ("TypeError: & and [|] take conditions, not a traced leaf; ", lambda x: (x.y < 1) & x.y),
         ("TypeError: ", lambda x: ops.where(x.y < 1.0, x.y < 0.0, 1.0)),
         ("TypeError: ", lambda x: ops.where(x.y, 1.0, 0.0)),
         ("TypeError: ", lambda x: np.tanh(x.y)),
