@@ -78,3 +78,10 @@ def test_a_narrow_word_limits_a_reciprocal_that_a_wide_one_holds(trace: Any) -> 
         want = 1.0 / np.maximum(x, floor)
         assert (np.abs(fixed[0] - want) < 3.0 * t.formats()[0].lsb + 2.0 ** (3 - word) * want).all()
         assert not saturated.any()
+
+
+def test_the_root_of_a_negative_constant_is_refused_by_name(trace: Any) -> None:
+    with pytest.raises(
+        InputError, match=r"^test_fuse\.py, line \d+: test: the range \[0, inf\] of rsqrt_"
+    ):
+        trace(lambda x: ops.sqrt(x - x - 1.0), [(0.0, 1.0)])
