@@ -215,10 +215,7 @@ class Fusion:
         total = Form(flag=flag)
         for arg, when in ((yes, When.IF), (no, When.UNLESS)):
             form = self.form(arg, wrapped=wrapped)
-            plain = form.flag is None and all(
-                p.when is When.ALWAYS and p.scale is Scale.NONE for p in form.products
-            )
-            if not plain:
+            if form.flag is not None or form.norm is not None:
                 form = Form([Product(self.word(arg))])
             if form.constant != 0.0:
                 form.products.append(self._constant(form.constant, node))
