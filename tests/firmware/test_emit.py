@@ -55,7 +55,7 @@ int main(void) {
     while (fread(inputs, sizeof inputs, 1, stdin) == 1) {
         p_t copy = p;
         p_observe(&copy, 1, inputs, words[0], words[1], counts[0], counts[1], counts[2]);
-        p_run(&p, 1, inputs, outputs, &saturated);
+        p_run(&p, 1, inputs, outputs, &saturated, NULL);
         fwrite(outputs, sizeof outputs, 1, stdout);
         fputc(saturated, stdout);
     }

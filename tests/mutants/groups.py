@@ -17,7 +17,8 @@ _COMPILER = (
     *("gateware/schedule", "gateware/microcode", "gateware/machine.py"),
     *(f"firmware/{name}.py" for name in ("body", "emit", "helpers", "layout", "names")),
     "firmware/floating",
-    *("sim/compare", "sim/rtl/cosim.py", "sim/records/segments.py"),
+    *("sim/compare", "sim/levels", "sim/records/segments.py"),
+    *(f"sim/rtl/{name}.py" for name in ("cosim", "replay", "sharing")),
 )
 #: Where parts meet: tests elsewhere that alone see them at work, by the beginning of the file.
 _BEYOND = {
