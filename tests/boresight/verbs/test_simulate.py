@@ -17,12 +17,11 @@ module = importlib.import_module("boresight.verbs.simulate")
 
 @pytest.fixture
 def small(monkeypatch) -> None:
-    """A board with the quickest filter alone."""
-    monkeypatch.setattr(module, "FILTERS", ("complementary",))
+    """The board that the demo's test builds too: its simulation stands in the build cache."""
+    filters = ("complementary", "mekf")
+    monkeypatch.setattr(module, "FILTERS", filters)
     monkeypatch.setattr(
-        module,
-        "system_core",
-        lambda config: system_core(("complementary",), config=config, restarts=1),
+        module, "system_core", lambda config: system_core(filters, config=config, restarts=1)
     )
 
 
