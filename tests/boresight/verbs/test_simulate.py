@@ -21,7 +21,9 @@ def small(monkeypatch) -> None:
     filters = ("complementary", "mekf")
     monkeypatch.setattr(module, "FILTERS", filters)
     monkeypatch.setattr(
-        module, "system_core", lambda config: system_core(filters, config=config, restarts=1)
+        module,
+        "system_core",
+        lambda filters, config: system_core(filters, config=config, restarts=1),
     )
 
 
@@ -42,7 +44,7 @@ def test_figures_and_page(small, tmp_path) -> None:
 @pytest.mark.parametrize(
     "arguments, message",
     [
-        (["kalman"], "error: filter: wanted one of complementary, "),
+        (["kalman"], "error: estimator: wanted one of complementary, "),
         (["mekf", "--source", "gps"], "error: source: wanted one of counts, heading, found 'gps'"),
         (["mekf", "--seconds", "0"], "error: seconds: wanted 0.05 to 20, found 0"),
         (["mekf", "--seconds", "nan"], "error: seconds: wanted 0.05 to 20, found nan"),
