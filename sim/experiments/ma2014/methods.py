@@ -8,10 +8,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from boresight.firmware.build import CModel
-from boresight.model.estimator import Estimator, input_words
+from boresight.model.estimator import Estimator, FloatArray, input_words
 from boresight.model.estimators import ESTIMATORS
 from boresight.model.estimators.complementary import per_sample_gains
 from boresight.model.words.program import Program
@@ -37,8 +36,6 @@ __all__ = [
     "score",
     "truth_deg",
 ]
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
