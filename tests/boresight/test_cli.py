@@ -8,12 +8,12 @@ from importlib import import_module
 from pathlib import Path
 
 import pytest
+from boresight.sim.compare.check_shared import shared_core
 
 import boresight
 from boresight.cli import main
 from boresight.core_files import core_files, project_files
 from boresight.model.estimators import estimator
-from boresight.sim.compare.check_shared import shared_core
 from boresight.sim.records.bundled import bundled
 from boresight.verbs.demo import summary_table
 
