@@ -34,6 +34,7 @@ def test_every_line_has_a_position_of_its_own(board: Board) -> None:
 
 def test_places_for_people() -> None:
     mimas, sk = BOARDS["mimas"], BOARDS["sk-xc6slx9"]
+    assert [board.positions["adis_cs_n"] for board in (mimas, sk)] == ["5", "8"]
     assert (mimas.header, sk.header) == ("p_1", "x_7")
     assert [mimas.where(line) for line in (IN, LED)] == ["p_1 position 3", "on the board"]
     assert [sk.where(line) for line in (OUT, LED)] == ["x_7 position 5", "x_7 position 7"]
