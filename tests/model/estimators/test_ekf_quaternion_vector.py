@@ -5,7 +5,7 @@ What it computes is in test_ekf_textbook.py.
 
 import numpy as np
 
-from boresight.model.estimators.ekf_quaternion_vector import ALIGN_STEPS, EkfQuaternionVector
+from boresight.model.estimators.ekf_quaternion_vector import EkfQuaternionVector
 
 LEVEL = np.array([0.01, 0.0, 0.0, 0.0, 0.0, 14.7, -40.6, 0.0, 0.0, 9.80665])
 MAG = slice(4, 7)
@@ -16,12 +16,12 @@ def run(records, **params):
     return {name: value[:, 0] for name, value in out.items()}
 
 
-def test_an_alignment_counts_samples_with_both_vectors() -> None:
+def test_an_alignment_takes_sixteen_samples_with_both_vectors() -> None:
     records = np.tile(LEVEL, (40, 1))
     records[5:12, MAG] = 0.0  # seven that do not count
     status = run(records)["status"].astype(int)
     aligning = status & 1
-    assert aligning.tolist() == [1] * (ALIGN_STEPS + 7) + [0] * (40 - ALIGN_STEPS - 7)
+    assert aligning.tolist() == [1] * 23 + [0] * 17
     assert ((status >> 3 & 1).nonzero()[0] == np.arange(5, 12)).all()
 
 
