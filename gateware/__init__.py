@@ -1,15 +1,14 @@
 """The engine in Amaranth and the compiler that feeds it.
 
-| module | what |
+| room or module | what |
 |---|---|
 | `machine` | description of the machine: lanes, stages, microword |
-| `schedule`, `list_*`, `priorities`, `arrange`, `captures`, `copies`, `slots` | scheduling |
-| `check_schedule`, `check_core` | independent proof of a schedule, and of several in one core |
-| `allocate`, `state_rooms`, `microcode`, `listing`, `image` | registers, assembler, memories |
-| `emulator` | the machine cycle by cycle in Python |
-| `engine`, `sequencer`, `operands`, `lane`, `multiplier`, `shifter`, ... | the hardware |
-| `core`, `verilog` | one program or several as a core; Verilog text |
-| `registers`, `register_*` | register bus and its generated descriptions |
+| `schedule` | when and where each operation runs, and an independent proof of it |
+| `microcode` | assembler, memories, listing, an emulator cycle by cycle |
+| `registers`, `register_map` | declared registers and their texts; the map of a core |
+| `bus` | the register bus and what hangs on it |
+| `engine` | the hardware: sequencer, operands, lanes |
+| `core`, `core_text`, `verilog` | one program or several as a core; Verilog text |
+| `serial`, `sensors`, `system`, `soc`, `boards` | around the core, up to whole FPGAs |
 | `synthesis` | area and clock estimate |
-| `boards` | tops and ISE projects |
 """

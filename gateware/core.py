@@ -15,6 +15,7 @@ from boresight.gateware.microcode.image import Image
 from boresight.gateware.microcode.listing import listing
 from boresight.gateware.schedule.allocate import Allocation, allocate_together
 from boresight.gateware.schedule.check_core import check_core
+from boresight.gateware.schedule.links import tied, window_of
 from boresight.gateware.schedule.search import schedule
 from boresight.gateware.schedule.slots import Schedule, ScheduleError
 from boresight.gateware.schedule.state_rooms import state_rooms
@@ -154,7 +155,8 @@ def build_shared_core(
     Parameters
     ----------
     programs : sequence of Program
-        All with the same arithmetic and the same function tables.
+        All with the same arithmetic and the same function tables; where one reads what another
+        keeps, those of `model.linking.linked_estimators`.
     urgents : sequence of int or None, optional
         For each program, the leading outputs whose latency counts first; by default as its
         program says.
@@ -171,6 +173,7 @@ def build_shared_core(
     if len({p.name for p in programs}) < len(programs):
         raise ValueError(f"programs must have different names, not {[p.name for p in programs]}")
     machine = machine_for(config, programs[0])
+    programs = tied(programs)
     rooms = state_rooms(programs, machine)
     plans = [
         _schedule(program, machine, urgent, restarts, tuple(room), program.digest)
@@ -185,13 +188,14 @@ def build_shared_core(
             f"{machine.rom_words}"
         )
     allocations = allocate_together(plans)
-    check_core(programs, plans, allocations)
+    window = window_of(plans)
+    check_core(programs, plans, allocations, window)
     parts = tuple(map(Part, programs, plans, allocations))
     images = [
         assemble(plan, allocation) for plan, allocation in zip(plans, allocations, strict=True)
     ]
     try:
-        image = Image.join(images, digest=int(_digest(programs), 16))
+        image = Image.join(images, digest=int(_digest(programs), 16), window=window)
     except ValueError as error:
         raise ScheduleError(f"{', '.join(p.name for p in programs)}: {error}") from None
     image.check(machine)

@@ -60,7 +60,7 @@ def _streams(program: Program) -> Streams:
     return Streams(
         program.name,
         program.digest,
-        tuple(_port(program, program.values[n].name, n) for n in program.inputs),
+        tuple(_port(program, program.values[n].name, n) for n in program.streamed),
         tuple(_port(program, name, n, units.get(name)) for name, n in outputs),
     )
 

@@ -1,13 +1,13 @@
-"""Estimators written once, and everything between their equations and integers. numpy only.
+"""Estimators written once, and everything between their equations and integers.
 
-| module | what |
+| room or module | what |
 |---|---|
-| `ops`, `graph` | the operations, on float64 arrays or traced |
-| `estimator`, `estimators` | what an estimator is; all of them |
-| `lower`, `forms`, `groups`, `functions`, `tables` | from the traced graph to the program |
-| `program`, `fixed` | the fixed-point program; its integer semantics |
-| `interpreter` | runs programs in numpy |
-| `attitude` | quaternions, matrices, Euler angles |
+| `words` | fixed-point words: meaning, tables, programs, interpreter |
+| `lowering` | from the traced graph to a program |
+| `ops`, `declarations`, `estimator` | what an author of an estimator reads |
+| `algebra` | quaternions, vectors, covariances |
+| `estimators`, `front` | those that come along; programs that calibrate sensors |
+| `resolve` | from a name or a file to an estimator |
 
 Frames, units, notation: `docs/conventions.md`.
 """

@@ -9,17 +9,37 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 from boresight.model.errors import InputError
+from boresight.model.words.fixed import Format
 
-__all__ = ["EXACT_UNITS", "QUATERNION", "Input", "Output", "Param", "State", "check_declared"]
+__all__ = [
+    "EXACT_UNITS",
+    "QUATERNION",
+    "Given",
+    "Input",
+    "Named",
+    "Output",
+    "Param",
+    "State",
+    "check_declared",
+]
 
 #: Outputs that together are an attitude.
 QUATERNION = ("qw", "qx", "qy", "qz")
 #: Units of words that are compared bit by bit, not as numbers.
 EXACT_UNITS = ("flags", "bits")
+
+
+@dataclass(frozen=True)
+class Given:
+    """Words that come from somewhere with a format of its own: fraction bits, range."""
+
+    frac: int
+    low: float
+    high: float
 
 
 @dataclass(frozen=True)
@@ -41,11 +61,19 @@ class Input:
         Makes it a flag, 1 where these inputs have a new sample and 0 elsewhere; it has no column.
     clamp : bool
         Values beyond the full scale are clamped on purpose; else they are refused.
+    source : str
+        ``"PROGRAM.OUTPUT"``: in a core that holds that program it is read there, as the program's
+        last complete update left it; before the first one it is 0, or where the output is the next
+        value of a state, that state's initial value. In other cores it is an input like any other.
+    given : Given, optional
+        The words that it takes, where they are not of the finest format that holds the range:
+        `model.linking` and the sensors of a board say that, no author has to.
 
     Raises
     ------
     InputError
-        The range is empty or not finite, or ``missing`` lies outside it.
+        The range is empty or not finite, ``missing`` lies outside it, or ``source`` has another
+        form.
     """
 
     name: str
@@ -55,10 +83,20 @@ class Input:
     missing: float | str | None = None
     valid_of: str | tuple[str, ...] = ()
     clamp: bool = False
+    source: str = ""
+    given: Given | None = None
 
     def __post_init__(self) -> None:
         where = f"input {self.name}"
         _check_range(where, self.low, self.high)
+        program, dot, output = self.source.partition(".")
+        if self.source and not (dot and program and output.isidentifier()):
+            raise InputError.at(
+                where,
+                wanted='source="PROGRAM.OUTPUT"',
+                found=repr(self.source),
+                fix="name the program and its output, as mekf.qw",
+            )
         if isinstance(self.missing, str):
             if self.missing != "hold":
                 raise InputError.at(
@@ -74,6 +112,51 @@ class Input:
     def flags(self) -> tuple[str, ...]:
         """Inputs whose validity it tells."""
         return (self.valid_of,) if isinstance(self.valid_of, str) else tuple(self.valid_of)
+
+    @property
+    def beyond(self) -> bool:
+        """Whether the words that it takes can lie outside its range: the program clamps them."""
+        g = self.given
+        return g is not None and not (self.low <= g.low and g.high <= self.high)
+
+    def taking(self, given: Given, word: int, *, of: str, unit: str, where: str) -> Input:
+        """The same input, fed with words of somewhere else.
+
+        Parameters
+        ----------
+        given : Given
+            Their format and range.
+        word : int
+            W.
+        of, unit : str
+            Where they come from, for messages; what they are in.
+        where : str
+            Whose input it is, for messages.
+
+        Raises
+        ------
+        InputError
+            Another unit, or a range that it does not hold and may not be clamped to.
+        """
+        if unit != self.unit:
+            raise InputError.at(
+                f"{where}, input {self.name}",
+                wanted=f"the unit of {of}, {unit or 'none'}",
+                found=self.unit or "none",
+                fix="declare the input in that unit, and convert in step",
+            )
+        taken = replace(self, given=given)
+        if taken.beyond and not self.clamp:
+            raise InputError.at(
+                f"{where}, input {self.name}",
+                wanted=f"a range that holds [{given.low:g}, {given.high:g}] {unit} of {of}".replace(
+                    "  ", " "
+                ),
+                found=f"[{self.low:g}, {self.high:g}]",
+                fix="widen it, or say clamp=True",
+            )
+        own = Format.declared(word, self.low, self.high, self.unit)
+        return self if given.frac == own.frac and not taken.beyond else taken
 
 
 @dataclass(frozen=True)
@@ -159,12 +242,15 @@ class Output:
             )
 
 
-class _Declared(Protocol):
+class Named(Protocol):
+    """What has a name."""
+
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """Its name."""
 
 
-def check_declared(where: str, *groups: tuple[str, Iterable[_Declared]]) -> None:
+def check_declared(where: str, *groups: tuple[str, Iterable[Named]]) -> None:
     """Refuse names that are no identifiers or that one group holds twice.
 
     Parameters

@@ -16,12 +16,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from boresight.model.declarations import Input, Output, Param, State, check_declared
+from boresight.model import ops
+from boresight.model.declarations import Given, Input, Named, Output, Param, State, check_declared
 from boresight.model.errors import InputError, closest
 from boresight.model.lowering.graph import Graph, Node
 from boresight.model.lowering.lower import lower
 from boresight.model.words.fixed import Arithmetic
-from boresight.model.words.program import Kind, Port, Program
+from boresight.model.words.program import Kind, Link, Port, Program
 
 __all__ = [
     "Estimator",
@@ -243,14 +244,24 @@ class Estimator:
             )
         self.check_declarations()
         g = Graph(self.name)
-        u = [g.leaf("input", i.name, i.low, i.high, i.unit) for i in self.inputs]
+        taken = [i.given or Given(0, i.low, i.high) for i in self.inputs]
+        u = [
+            g.leaf("input", i.name, t.low, t.high, i.unit)
+            for i, t in zip(self.inputs, taken, strict=True)
+        ]
+        seen = [
+            ops.clip(n, i.low, i.high) if i.beyond else n
+            for i, n in zip(self.inputs, u, strict=True)
+        ]
         p = [g.leaf("param", i.name, i.low, i.high, i.unit) for i in self.params]
         x = [g.leaf("state", i.name, i.low, i.high, i.unit) for i in self.states]
 
-        def by_name(nodes: Sequence[Node]) -> SimpleNamespace:
-            return SimpleNamespace(**{n.label: n for n in nodes})
+        def by_name(nodes: Sequence[Node], declared: Sequence[Named]) -> SimpleNamespace:
+            return SimpleNamespace(**{d.name: n for d, n in zip(declared, nodes, strict=True)})
 
-        after, out = self.checked_step(by_name(x), by_name(u), by_name(p))
+        after, out = self.checked_step(
+            by_name(x, self.states), by_name(seen, self.inputs), by_name(p, self.params)
+        )
         nodes: dict[int, Node] = {}
         program = lower(
             self.name,
@@ -261,10 +272,21 @@ class Estimator:
                 (n, s.initial, g.lift(after[s.name])) for n, s in zip(x, self.states, strict=True)
             ],
             outputs={o.name: g.lift(out[o.name]) for o in self.outputs},
+            fracs={i.name: i.given.frac for i in self.inputs if i.given is not None},
             nodes=nodes,
         )
-        ports = tuple(Port(o.name, o.unit, o.tolerance, o.meaning) for o in self.outputs)
-        return replace(program, ports=ports, urgent=self.urgent), nodes
+        # An output that is the next value of a state begins as the state does.
+        first = {g.lift(after[s.name]).number: s.initial for s in self.states}
+        ports = tuple(
+            Port(o.name, o.unit, o.tolerance, o.meaning, first.get(g.lift(out[o.name]).number, 0.0))
+            for o in self.outputs
+        )
+        links = tuple(
+            Link(n, i.source.partition(".")[0], i.source.partition(".")[2])
+            for n, i in zip(program.inputs, self.inputs, strict=True)
+            if i.source
+        )
+        return replace(program, ports=ports, urgent=self.urgent, links=links), nodes
 
     def checked_step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         """`step`, whose mistakes become one line with the place where they happened.

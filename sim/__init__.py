@@ -1,11 +1,16 @@
-"""Logs and bundled data, co-simulation, proofs, reports.
+"""Records, levels, comparison, closed loops, proofs, reports.
 
-| module | what |
+| room | what |
 |---|---|
-| `log`, `bundled`, `synthetic` | sensor logs: read, shipped, made with exact truth |
-| `feed` | from a log to input records, from output records to attitude |
-| `check`, `segments`, `divergence` | every level on the same input; where they first differ |
-| `cosim`, `replay_bench`, `simulators` | the core's Verilog under cocotb |
-| `accuracy` | attitude error in degrees |
-| `extremes`, `report_*` | observed ranges, `report.json`, the HTML page |
+| `records` | columns by input name: from logs, arrays or worlds |
+| `rtl` | the core's Verilog under simulators |
+| `levels` | every form of an estimator behind one protocol |
+| `worlds` | closed loops; motion and sensor models |
+| `attitude` | rotations and errors in degrees |
+| `compare` | difference, verdict, culprit; check of all levels |
+| `report` | the report of a core |
+| `accuracy` | figures over many logs |
+| `experiments` | systems of the literature, repeated |
+| `devices`, `board`, `soc` | sensors at their pins, the complete board, the soft core |
+| `formal` | proofs |
 """

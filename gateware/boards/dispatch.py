@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth.hdl import Module, Mux, Signal
+from amaranth.hdl import Module, Mux, Signal, Value
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -78,14 +78,14 @@ class Dispatcher(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         """One state per step of a frame."""
         m = Module()
-        bus, reply = self.bus, self.o_reply
+        reply = self.o_reply
         answer = Signal(self.word)
         record, busy = Signal(), Signal()  # asked for; in the core
         m.d.comb += [
-            bus.w_data.eq(self.word_data),
-            reply.payload.data.eq(Mux(self.kind == Kind.WRITE, bus.addr, answer)),
+            self.bus.w_data.eq(self.word_data),
+            reply.payload.data.eq(Mux(self.kind == Kind.WRITE, self.bus.addr, answer)),
             reply.payload.kind.eq(self.kind),
-            self.request.eq(bus.w_stb),
+            self.request.eq(self.bus.w_stb),
         ]
         if self.inputs:
             m.d.comb += [
@@ -100,39 +100,8 @@ class Dispatcher(wiring.Component):
                 with m.If(self.pending & (~busy | record)):
                     m.next = "FETCH"
             with m.State("FETCH"):
-                m.d.comb += self.read.eq(1)
-                with m.If(self.index == 0):
-                    m.next = "ADDRESS"
-                with m.Else():
-                    m.d.sync += bus.w_stb.eq(1)
-                    m.next = "WRITE"
-                if self.inputs:
-                    with m.If(record):
-                        m.d.sync += [
-                            self.o.valid.eq(1),
-                            bus.w_stb.eq(0),
-                            self.o.payload.last.eq(self.index == self.inputs - 1),
-                        ]
-                        m.next = "RECORD"
-            with m.State("ADDRESS"):
-                m.d.sync += [bus.addr.eq(self.word_data), self.index.eq(1)]
-                m.next = "FETCH"
-                with m.If(self.kind == Kind.READ):
-                    m.next = "READ"
-            with m.State("READ"):  # the bus has the address
-                m.d.comb += self.request.eq(1)
-                with m.If(self.grant):
-                    m.next = "READ_DATA"
-            with m.State("READ_DATA"):
-                m.d.sync += answer.eq(bus.r_data)
-                m.next = "REPLY"
-            with m.State("WRITE"), m.If(bus.w_ack):
-                m.d.sync += bus.w_stb.eq(0)
-                m.next = "REPLY"
-            with m.State("REPLY"):
-                m.d.comb += reply.valid.eq(1)
-                with m.If(reply.ready):
-                    m.next = "DONE"
+                self._fetch(m, record)
+            self._access(m, answer)
             with m.State("DONE"):
                 m.d.comb += self.done.eq(1)
                 m.next = "IDLE"
@@ -145,3 +114,43 @@ class Dispatcher(wiring.Component):
                     with m.If(self.o.payload.last):
                         m.next = "DONE"
         return m
+
+    def _fetch(self, m: Module, record: Value) -> None:
+        """Read a word of the frame: what it is for."""
+        m.d.comb += self.read.eq(1)
+        with m.If(self.index == 0):
+            m.next = "ADDRESS"
+        with m.Else():
+            m.d.sync += self.bus.w_stb.eq(1)
+            m.next = "WRITE"
+        if self.inputs:
+            with m.If(record):
+                m.d.sync += [
+                    self.o.valid.eq(1),
+                    self.bus.w_stb.eq(0),
+                    self.o.payload.last.eq(self.index == self.inputs - 1),
+                ]
+                m.next = "RECORD"
+
+    def _access(self, m: Module, answer: Signal) -> None:
+        """States of a register access, up to its answer."""
+        bus, reply = self.bus, self.o_reply
+        with m.State("ADDRESS"):
+            m.d.sync += [bus.addr.eq(self.word_data), self.index.eq(1)]
+            m.next = "FETCH"
+            with m.If(self.kind == Kind.READ):
+                m.next = "READ"
+        with m.State("READ"):  # the bus has the address
+            m.d.comb += self.request.eq(1)
+            with m.If(self.grant):
+                m.next = "READ_DATA"
+        with m.State("READ_DATA"):
+            m.d.sync += answer.eq(bus.r_data)
+            m.next = "REPLY"
+        with m.State("WRITE"), m.If(bus.w_ack):
+            m.d.sync += bus.w_stb.eq(0)
+            m.next = "REPLY"
+        with m.State("REPLY"):
+            m.d.comb += reply.valid.eq(1)
+            with m.If(reply.ready):
+                m.next = "DONE"

@@ -50,7 +50,8 @@ class Framer(wiring.Component):
         m = Module()
         m.submodules.crc = crc = CRC.create()
         part = Signal(_Part)
-        byte, literal, full, escaped = Signal(8), Signal(), Signal(), Signal()
+        byte = Signal(8)
+        literal, full, escaped = (Signal(name=name) for name in ("literal", "full", "escaped"))
         special = Signal()
         m.d.comb += [
             special.eq(~literal & ((byte == END) | (byte == ESC))),

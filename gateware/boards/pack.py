@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth.hdl import Module, Mux, Signal
+from amaranth.hdl import Module, Mux, Signal, Value
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -59,8 +59,7 @@ class Packer(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         """Kind, then the words byte by byte."""
         m = Module()
-        size = word_bytes(self.word)
-        reply = self.i_reply
+        size, reply = word_bytes(self.word), self.i_reply
         place = Signal(range(size))
         word = Signal(8 * size)  # sign-extended
         kind = Signal(2)
@@ -71,21 +70,30 @@ class Packer(wiring.Component):
             sent.eq(self.o.valid & self.o.ready),
             whole.eq(place == size - 1),
         ]
-        if not self.records:
-            head = Signal(init=1)  # the next byte is the kind
-            m.d.comb += [
-                self.o.valid.eq(reply.valid),
-                self.o.payload.data.eq(Mux(head, kind, word.word_select(place, 8))),
-                self.o.payload.last.eq(whole & ~head),
-                reply.ready.eq(self.o.ready & whole & ~head),
-            ]
-            with m.If(sent):
-                m.d.sync += head.eq(self.o.payload.last)
-                with m.If(~head):
-                    m.d.sync += place.eq(Mux(whole, 0, place + 1))
+        if self.records:
+            self._states(m, place, word, kind, sent=sent, whole=whole)
             return m
 
+        head = Signal(init=1)  # the next byte is the kind
+        m.d.comb += [
+            self.o.valid.eq(reply.valid),
+            self.o.payload.data.eq(Mux(head, kind, word.word_select(place, 8))),
+            self.o.payload.last.eq(whole & ~head),
+            reply.ready.eq(self.o.ready & whole & ~head),
+        ]
+        with m.If(sent):
+            m.d.sync += head.eq(self.o.payload.last)
+            with m.If(~head):
+                m.d.sync += place.eq(Mux(whole, 0, place + 1))
+        return m
+
+    def _states(
+        self, m: Module, place: Signal, word: Signal, kind: Signal, *, sent: Value, whole: Value
+    ) -> None:
+        """Records and answers in turn: ``word`` and ``kind`` are a record's, or the answer's."""
+        reply = self.i_reply
         held, last, ready, answer = Signal(self.word), Signal(), Signal(init=1), Signal()
+        taken = [held.eq(self.i.payload.data), last.eq(self.i.payload.last), ready.eq(0)]
         m.d.comb += self.i.ready.eq(ready)
         with m.If(~answer):
             m.d.comb += [word.eq(held.as_signed()), kind.eq(Kind.RECORD)]
@@ -94,12 +102,7 @@ class Packer(wiring.Component):
             with m.State("IDLE"):
                 m.d.sync += place.eq(0)
                 with m.If(self.i.valid):
-                    m.d.sync += [
-                        held.eq(self.i.payload.data),
-                        last.eq(self.i.payload.last),
-                        ready.eq(0),
-                        answer.eq(0),
-                    ]
+                    m.d.sync += [*taken, answer.eq(0)]
                     m.next = "KIND"
                 with m.Elif(reply.valid):
                     m.d.sync += [last.eq(1), ready.eq(0), answer.eq(1)]
@@ -123,10 +126,5 @@ class Packer(wiring.Component):
                         with m.If(last):
                             m.next = "IDLE"
             with m.State("NEXT"), m.If(self.i.valid):
-                m.d.sync += [
-                    held.eq(self.i.payload.data),
-                    last.eq(self.i.payload.last),
-                    ready.eq(0),
-                ]
+                m.d.sync += taken
                 m.next = "WORD"
-        return m

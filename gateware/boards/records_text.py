@@ -63,7 +63,7 @@ def records_text(core: Core, *, baud: float) -> tuple[str, str]:
         )
     )
     cycles = sorted({p.schedule.interval for p in parts})
-    counts = {"inputs": len(program.inputs), "outputs": len(program.outputs)}
+    counts = {"inputs": len(program.streamed), "outputs": len(program.outputs)}
     head = _HEAD.format(
         name=core.name,
         config=core.machine.name,
@@ -84,7 +84,7 @@ def _streams(program: Program) -> str:
     """Words of the records of a program."""
     rows = [("", "name", "f", "unit")]
     for label, numbers, names in (
-        ("in", program.inputs, [program.values[n].name for n in program.inputs]),
+        ("in", program.streamed, [program.values[n].name for n in program.streamed]),
         ("out", program.outputs, program.output_names),
     ):
         rows += [

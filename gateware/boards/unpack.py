@@ -98,23 +98,13 @@ class Unpacker(wiring.Component):
         m.submodules.crc = crc = CRC.create()
 
         half = Signal()  # of the buffer that is being received into
-        bad, escaped, headed = Signal(), Signal(), Signal()
+        bad, escaped, headed = (Signal(name=name) for name in ("bad", "escaped", "headed"))
         kind = Signal(8)
         place = Signal(range(size))  # of the next byte in its word
         count = Signal(range(depth + 1))  # of whole words
         gathered = Signal(8 * size)
-        expected = Signal.like(count)
 
-        byte, take, end, known = Signal(8), Signal(), Signal(), Signal()
-        m.d.comb += [
-            end.eq(self.valid & (self.data == END)),
-            take.eq(self.valid & ~end & (escaped | (self.data != ESC))),
-            byte.eq(self.data),
-        ]
-        with m.If(escaped):
-            m.d.comb += byte.eq(Mux(self.data == END_ESCAPED, END, ESC))
-        with m.If(self.valid):
-            m.d.sync += escaped.eq(~take & ~end)
+        byte, take, end = self._bytes(m, escaped)
         m.d.comb += [
             crc.data.eq(byte),
             crc.valid.eq(take),
@@ -122,12 +112,14 @@ class Unpacker(wiring.Component):
             writer.addr.eq(Cat(count[: (depth - 1).bit_length()], half)),
             writer.data.eq(Cat(gathered[8:], byte)),
             writer.en.eq(take & (place == size - 1)),
+            reader.addr.eq(Cat(self.index, ~half)),
+            reader.en.eq(self.read),
+            self.word_data.eq(reader.data),
         ]
 
         # Whatever is wrong is remembered until the next END.
-        with m.If(
-            self.error | (take & escaped & (self.data != END_ESCAPED) & (self.data != ESC_ESCAPED))
-        ):
+        foreign = take & escaped & (self.data != END_ESCAPED) & (self.data != ESC_ESCAPED)
+        with m.If(self.error | foreign):
             m.d.sync += bad.eq(1)
         with m.If(take):
             m.d.sync += headed.eq(1)
@@ -140,42 +132,41 @@ class Unpacker(wiring.Component):
                     with m.If(count == depth):
                         m.d.sync += [bad.eq(1), count.eq(depth)]
 
-        # Two bytes of another word have come: the CRC.
-        with m.Switch(kind):
-            for each, words in self.lengths.items():
-                with m.Case(each):
-                    m.d.comb += [known.eq(1), expected.eq(words)]
+        known, expected = self._expected(m, kind, count)
+        good = headed & known & ~bad & ~escaped & ~self.error & crc.match_detected
+        good = good & (place == CRC_BYTES) & (count == expected) & (~self.pending | self.done)
         with m.If(self.done):
             m.d.sync += self.pending.eq(0)
         m.d.sync += self.dropped.eq(0)
         with m.If(end):
             m.d.sync += [
-                bad.eq(0),
-                headed.eq(0),
-                place.eq(0),
-                count.eq(0),
+                *(signal.eq(0) for signal in (bad, headed, place, count)),
                 self.dropped.eq(headed | bad | escaped | self.error),
             ]
-            with m.If(
-                headed
-                & known
-                & ~bad
-                & ~escaped
-                & ~self.error
-                & crc.match_detected
-                & (place == CRC_BYTES)
-                & (count == expected)
-                & (~self.pending | self.done)
-            ):
-                m.d.sync += [
-                    self.pending.eq(1),
-                    self.kind.eq(kind),
-                    half.eq(~half),
-                    self.dropped.eq(0),
-                ]
-        m.d.comb += [
-            reader.addr.eq(Cat(self.index, ~half)),
-            reader.en.eq(self.read),
-            self.word_data.eq(reader.data),
-        ]
+            with m.If(good):
+                m.d.sync += [self.pending.eq(1), self.kind.eq(kind), half.eq(~half)]
+                m.d.sync += self.dropped.eq(0)
         return m
+
+    def _bytes(self, m: Module, escaped: Signal) -> tuple[Signal, Signal, Signal]:
+        """A byte without its escape, when there is one, and when a frame ends."""
+        byte, take, end = Signal(8), Signal(), Signal()
+        m.d.comb += [
+            end.eq(self.valid & (self.data == END)),
+            take.eq(self.valid & ~end & (escaped | (self.data != ESC))),
+            byte.eq(self.data),
+        ]
+        with m.If(escaped):
+            m.d.comb += byte.eq(Mux(self.data == END_ESCAPED, END, ESC))
+        with m.If(self.valid):
+            m.d.sync += escaped.eq(~take & ~end)
+        return byte, take, end
+
+    def _expected(self, m: Module, kind: Signal, count: Signal) -> tuple[Signal, Signal]:
+        """Whether there is such a kind, and how many words before the CRC it has."""
+        known, expected = Signal(), Signal.like(count)
+        with m.Switch(kind):
+            for each, words in self.lengths.items():
+                with m.Case(each):
+                    m.d.comb += [known.eq(1), expected.eq(words)]
+        return known, expected

@@ -78,7 +78,9 @@ class WishboneSlave(wiring.Component):
         """Idle, request, read word, acknowledge."""
         m = Module()
         wb, bus = self.wb, self.bus
-        asked, writes, fetch, wanted = Signal(), Signal(), Signal(), Signal()
+        asked, writes, fetch, wanted = (
+            Signal(name=name) for name in ("asked", "writes", "fetch", "wanted")
+        )
         selected = wb.cyc & wb.stb
         m.d.comb += [self.request.eq(asked), bus.w_stb.eq(asked & writes)]
         m.d.sync += [wb.ack.eq(0), fetch.eq(0), wanted.eq(wanted & selected)]

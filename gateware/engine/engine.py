@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth.hdl import Cat, Module, Mux, Signal
+from amaranth.hdl import Cat, Module, Mux, Signal, Value
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -87,28 +87,16 @@ class Engine(wiring.Component):
             selector=self.selector,
         )
         wiring.connect(m, wiring.flipped(self.bus), registers.bus)
-        word, en = sequencer.word, sequencer.en
 
-        # Streams and parity.
-        parity = self._parity(m, sequencer, registers.program)
+        parity, kept = self._parity(m, sequencer, registers.program)
+        if self.image.window is not None:
+            m.d.comb += operands.others.eq(Cat(kept[k] for k in self.image.window.owners))
         m.d.comb += [
-            sequencer.i_valid.eq(self.i.valid),
-            sequencer.i_last.eq(self.i.payload.last),
-            self.i.ready.eq(sequencer.i_ready),
-            sequencer.o_ready.eq(self.o.ready),
-            self.o.valid.eq(sequencer.o_valid),
-            self.o.payload.data.eq(operands.a[0]),
-            self.o.payload.last.eq(word.emit_last),
-            sequencer.program.eq(registers.program),
-            sequencer.request.eq(registers.request),
-            sequencer.switch.eq(registers.switch),
-            registers.grant.eq(sequencer.grant),
-            registers.framing.eq(sequencer.framing),
-            registers.commit.eq(sequencer.commit),
-            registers.idle.eq(sequencer.idle),
+            *self._streams(sequencer, operands.a[0]),
+            *self._control(sequencer, registers),
             registers.parity.eq(parity),
             self.saturated_update.eq(registers.saturated_update),
-            operands.en.eq(en),
+            operands.en.eq(sequencer.en),
             operands.parity.eq(parity),
         ]
 
@@ -120,53 +108,95 @@ class Engine(wiring.Component):
                 self.chosen.eq(registers.chosen),
                 self.framing.eq(sequencer.framing),
             ]
-
-        # Lanes. Lane 0 also writes input words, every lane parameters of its bank. Which of them
-        # a result gives way to is told apart without the handshakes: the write enable sees those.
-        saturated = []
-        claimed = word.get & sequencer.claim
-        for k in range(machine.lanes):
-            m.submodules[f"lane{k}"] = lane = Lane(machine=machine, sources=1 if k else 2)
-            own = {name: word[f"{name}{k}"] for name in (*FIELDS, "we", "dest")}
-            write = sequencer.write[k]
-            saturated.append(lane.saturated & write)
-            if k == 0:
-                if machine.lanes > 1:
-                    write = write & ~(claimed & self.bus.addr[8])
-                m.d.comb += [
-                    lane.outside.eq(word.get),
-                    lane.which.eq(~sequencer.claim),
-                    lane.words[1].eq(self.i.payload.data),
-                ]
-            else:
-                write = write | (granted & self.bus.addr[8])
-                m.d.comb += lane.outside.eq(claimed)
-            m.d.comb += [
-                lane.en.eq(en),
-                *(getattr(lane, name).eq(own[name]) for name in FIELDS),
-                operands.a_addr[k].eq(word[f"a_addr{k}"]),
-                operands.b_addr[k].eq(word[f"b_addr{k}"]),
-                operands.table[k].eq(word[f"table{k}"]),
-                operands.index[k].eq(lane.index),
-                lane.a.eq(operands.a[k]),
-                lane.b.eq(operands.b[k]),
-                lane.words[0].eq(self.bus.w_data),
-                operands.w_en[k].eq(write),
-                operands.w_addr[k].eq(Mux(claimed, self.bus.addr, own["dest"])),
-                operands.w_data[k].eq(lane.result),
-            ]
+        # Which of a lane's writes from outside a result gives way to is told apart without the
+        # handshakes: the write enable sees those.
+        claimed = sequencer.word.get & sequencer.claim
+        saturated = [
+            self._lane(m, k, sequencer, operands, claimed=claimed, granted=granted)
+            for k in range(machine.lanes)
+        ]
         m.d.comb += registers.saturated.eq(Cat(saturated).any())
         return m
 
-    def _parity(self, m: Module, sequencer: Sequencer, program: Signal) -> Signal:
-        """Which copy of the states is the current one: of the program that runs."""
+    def _streams(self, sequencer: Sequencer, emitted: Value) -> list[Any]:
+        """Words in and out; what is put out is an operand."""
+        return [
+            sequencer.i_valid.eq(self.i.valid),
+            sequencer.i_last.eq(self.i.payload.last),
+            self.i.ready.eq(sequencer.i_ready),
+            sequencer.o_ready.eq(self.o.ready),
+            self.o.valid.eq(sequencer.o_valid),
+            self.o.payload.data.eq(emitted),
+            self.o.payload.last.eq(sequencer.word.emit_last),
+        ]
+
+    def _control(self, sequencer: Sequencer, registers: Registers) -> list[Any]:
+        """Which program runs, who wants to write meanwhile, how an update ended."""
+        return [
+            sequencer.program.eq(registers.program),
+            sequencer.request.eq(registers.request),
+            sequencer.switch.eq(registers.switch),
+            registers.grant.eq(sequencer.grant),
+            registers.framing.eq(sequencer.framing),
+            registers.commit.eq(sequencer.commit),
+            registers.idle.eq(sequencer.idle),
+        ]
+
+    def _lane(
+        self,
+        m: Module,
+        k: int,
+        sequencer: Sequencer,
+        operands: Operands,
+        *,
+        claimed: Value,
+        granted: Value,
+    ) -> Value:
+        """Lane k between its operands and its bank; whether a result of it saturated.
+
+        Lane 0 also writes input words, every lane parameters of its bank.
+        """
+        m.submodules[f"lane{k}"] = lane = Lane(machine=self.machine, sources=1 if k else 2)
+        word = sequencer.word
+        own = {name: word[f"{name}{k}"] for name in (*FIELDS, "we", "dest")}
+        write = sequencer.write[k]
+        saturated = lane.saturated & write
+        if k == 0:
+            if self.machine.lanes > 1:
+                write = write & ~(claimed & self.bus.addr[8])
+            m.d.comb += [
+                lane.outside.eq(word.get),
+                lane.which.eq(~sequencer.claim),
+                lane.words[1].eq(self.i.payload.data),
+            ]
+        else:
+            write = write | (granted & self.bus.addr[8])
+            m.d.comb += lane.outside.eq(claimed)
+        m.d.comb += [
+            lane.en.eq(sequencer.en),
+            *(getattr(lane, name).eq(own[name]) for name in FIELDS),
+            operands.a_addr[k].eq(word[f"a_addr{k}"]),
+            operands.b_addr[k].eq(word[f"b_addr{k}"]),
+            operands.table[k].eq(word[f"table{k}"]),
+            operands.index[k].eq(lane.index),
+            lane.a.eq(operands.a[k]),
+            lane.b.eq(operands.b[k]),
+            lane.words[0].eq(self.bus.w_data),
+            operands.w_en[k].eq(write),
+            operands.w_addr[k].eq(Mux(claimed, self.bus.addr, own["dest"])),
+            operands.w_data[k].eq(lane.result),
+        ]
+        return saturated
+
+    def _parity(self, m: Module, sequencer: Sequencer, program: Signal) -> tuple[Signal, Signal]:
+        """Which copy of the states is the current one: of the program that runs; of each."""
         parity = Signal(reset_less=True)
+        kept = Signal(len(self.image.lengths), reset_less=True)
         with m.If(sequencer.commit):
             m.d.sync += parity.eq(~parity)
         if len(self.image.lengths) > 1:
-            kept = Signal(len(self.image.lengths), reset_less=True)
             with m.If(sequencer.commit):
                 m.d.sync += kept.bit_select(program, 1).eq(~parity)
             with m.If(sequencer.start):
                 m.d.sync += parity.eq(kept.bit_select(program, 1))
-        return parity
+        return parity, kept

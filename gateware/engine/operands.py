@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth.hdl import Cat, Const, Module, Mux, Signal, Value
+from amaranth.hdl import Array, Cat, Const, Module, Mux, Signal, Value
 from amaranth.lib import memory, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -23,7 +23,7 @@ class Operands(wiring.Component):
     one lane the function tables share the memory of operand b, behind the registers; with two they
     have memories of their own with two read ports, blocks 0 and 1 in one and block 2 in another.
     The bit of a state's address that tells current from next state is XORed with ``parity`` on
-    every port.
+    every port, in the image's window on the reading ones with that of the program it belongs to.
 
     **Latency** 1 cycle from address to operand; a word written in one cycle can be addressed in the
     next.
@@ -47,6 +47,8 @@ class Operands(wiring.Component):
         Segment index of each lane for table addresses.
     a, b : Out(W) array
         Operands of each lane.
+    others : In(owners)
+        Parity of each program whose states others may read. Only with a window in the image.
     w_en : In(1) array, w_addr : In(offset) array, w_data : In(W) array
         Write port of each bank.
     """
@@ -68,6 +70,7 @@ class Operands(wiring.Component):
                 "w_en": In(1).array(lanes),
                 "w_addr": In(range(machine.bank_depth)).array(lanes),
                 "w_data": In(word).array(lanes),
+                **({} if image.window is None else {"others": In(len(image.window.owners))}),
             }
         )
 
@@ -80,10 +83,19 @@ class Operands(wiring.Component):
             self._more_lanes(m)
         return m
 
-    def _state(self, offset: Value) -> Value:
+    def _state(self, offset: Value, parity: Value) -> Value:
         """Offset in a bank as the memory sees it."""
         state = offset[-1]
-        return Cat(offset[:-2], offset[-2] ^ (self.parity & state), state)
+        return Cat(offset[:-2], offset[-2] ^ (parity & state), state)
+
+    def _reads(self, offset: Value) -> Value:
+        """Offset of a read: the states in the window go by the parity of their owner."""
+        window = self.image.window
+        if window is None:
+            return self._state(offset, self.parity)
+        slot, low, high = offset[:-2], window.block.bit_length(), window.size.bit_length()
+        owner = Array(self.others)[slot[low - 1 : high - 1]] if low < high else self.others[0]
+        return self._state(offset, Mux(slot[high - 1 :].all(), owner, self.parity))
 
     def _memory(self, m: Module, name: str, init: list[int], depth: int) -> memory.Memory:
         store = memory.Memory(
@@ -96,7 +108,7 @@ class Operands(wiring.Component):
         port = store.write_port()
         m.d.comb += [
             port.en.eq(self.w_en[lane]),
-            port.addr.eq(self._state(self.w_addr[lane])),
+            port.addr.eq(self._state(self.w_addr[lane], self.parity)),
             port.data.eq(self.w_data[lane]),
         ]
 
@@ -117,10 +129,10 @@ class Operands(wiring.Component):
         address = Mux(
             self.table[0],
             Cat(field[:2], self.index[0], block),
-            Cat(self._state(field), Const(0, 2)),
+            Cat(self._reads(field), Const(0, 2)),
         )
         m.d.comb += [
-            self.a[0].eq(self._read(m, a_store, self._state(self.a_addr[0]))),
+            self.a[0].eq(self._read(m, a_store, self._reads(self.a_addr[0]))),
             self.b[0].eq(self._read(m, b_store, address)),
         ]
 
@@ -145,7 +157,7 @@ class Operands(wiring.Component):
                         depth,
                     )
                     self._write(m, store, bank)
-                    words.append(self._read(m, store, self._state(field[:-1])))
+                    words.append(self._read(m, store, self._reads(field[:-1])))
                 bank_select = Signal(name=f"{side}{lane}_select", reset_less=True)
                 with m.If(self.en):
                     m.d.sync += bank_select.eq(field[-1])

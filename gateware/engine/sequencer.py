@@ -104,111 +104,40 @@ class Sequencer(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         """ROM, counter, handshakes, framing."""
         m = Module()
-        word = self.word
-        home = self.active & word.home
-        # Two words after ``home`` the last word of the program is at work.
-        homes = Signal(2, reset_less=True)
+        word, active, claim = self.word, self.active, self.claim
         fill = Signal(3)  # first word: addressed, out of the ROM, at work
-        pc = Signal(range(sum(rom_pieces(len(self.image.rom)))))
-        base = Signal.like(pc)
-        with m.Switch(self.program):
-            for number, first in enumerate(self.image.bases):
-                with m.Case(number):
-                    m.d.comb += base.eq(first)
-        m.d.comb += [self.active.eq(fill[2]), self.start.eq(~fill[0])]
-        with m.If(self.en):
-            m.d.sync += [pc.eq(Mux(home | self.start, base, pc + 1)), homes.eq(Cat(home, homes))]
-        self._rom(m, pc)
+        base = self._base(m)
+        m.d.comb += [active.eq(fill[2]), self.start.eq(~fill[0])]
+        last = self._counter(m, base)
 
-        started, swallow = Signal(), Signal()
+        started, swallow = Signal(name="started"), Signal(name="swallow")
         # A get proceeds when an input word is there, unless it is to be swallowed, or the bus
         # claims the write port before the first one. These need nothing of the microword, whose
         # bits come late: what decides about the clock enable is one look-up table behind them.
-        offered, blocked, bad, claim = Signal(), Signal(), Signal(), self.claim
-
-        def table(name: str, function: Callable[..., Any], *bits: Value) -> Value:
-            m.submodules[name] = unit = Bitwise(function=function, inputs=len(bits))
-            return unit.connect(m, *bits)
-
+        offered, blocked, bad = Signal(), Signal(), Signal()
+        waits = _table(m, "blocked", _blocked, self.request, started, self.i_valid, swallow)
         m.d.comb += [
             claim.eq(self.request & ~started),
             offered.eq(self.i_valid & ~swallow),
-            blocked.eq(table("blocked", _blocked, self.request, started, self.i_valid, swallow)),
+            blocked.eq(waits),
             bad.eq(blocked | (self.i_last ^ word.get_last)),
         ]
-        for k in range(1, self.machine.lanes):
-            m.d.comb += self.write[k].eq(
-                table(
-                    f"write{k}",
-                    _written_only,
-                    self.active,
-                    word.get,
-                    blocked,
-                    word[f"we{k}"],
-                    word.emit,
-                    self.o_ready,
-                )
-            )
-
+        ends = (blocked, self.i_last, word.get_last)
+        completed = (active, last, word.get, bad, word.emit, self.o_ready)
         m.d.comb += [
-            self.en.eq(
-                table("en", _enabled, self.active, word.get, blocked, word.emit, self.o_ready)
-            ),
-            self.write[0].eq(
-                table(
-                    "write0",
-                    _written,
-                    self.active,
-                    word.get,
-                    Mux(claim, ~self.switch, offered),
-                    word.we0,
-                    word.emit,
-                    self.o_ready,
-                )
-            ),
-            self.framing.eq(
-                table(
-                    "framing",
-                    _misframed,
-                    self.active,
-                    word.get,
-                    blocked,
-                    self.i_last,
-                    word.get_last,
-                )
-            ),
-            self.grant.eq(self.active & word.get & claim),
-            self.i_ready.eq(swallow | (self.active & word.get & ~claim)),
-            self.o_valid.eq(self.active & word.emit),
-            self.idle.eq(self.active & word.get & ~started & ~self.i_valid),
-            self.commit.eq(
-                table(
-                    "commit",
-                    _completed,
-                    self.active,
-                    homes[1],
-                    word.get,
-                    bad,
-                    word.emit,
-                    self.o_ready,
-                )
-            ),
+            *self._enables(m, offered, blocked),
+            self.framing.eq(_table(m, "framing", _misframed, active, word.get, *ends)),
+            self.grant.eq(active & word.get & claim),
+            self.i_ready.eq(swallow | (active & word.get & ~claim)),
+            self.o_valid.eq(active & word.emit),
+            self.idle.eq(active & word.get & ~started & ~self.i_valid),
+            self.commit.eq(_table(m, "commit", _completed, *completed)),
         ]
+        again = _table(m, "again", _begun_anew, active, word.get, claim & self.switch, *ends)
         m.d.sync += fill.eq(Cat(1, fill))
-        with m.If(
-            table(
-                "again",
-                _begun_anew,
-                self.active,
-                word.get,
-                claim & self.switch,
-                blocked,
-                self.i_last,
-                word.get_last,
-            )
-        ):
+        with m.If(again):
             m.d.sync += fill.eq(0)
-        with m.If(self.active & word.get & ~blocked):
+        with m.If(active & word.get & ~blocked):
             m.d.sync += [
                 started.eq(~(self.i_last | word.get_last)),
                 swallow.eq(word.get_last & ~self.i_last),
@@ -216,6 +145,39 @@ class Sequencer(wiring.Component):
         with m.If(swallow & self.i_valid & self.i_last):
             m.d.sync += swallow.eq(0)
         return m
+
+    def _base(self, m: Module) -> Signal:
+        """Address of the first word of the program."""
+        base = Signal(range(sum(rom_pieces(len(self.image.rom)))))
+        with m.Switch(self.program):
+            for number, first in enumerate(self.image.bases):
+                with m.Case(number):
+                    m.d.comb += base.eq(first)
+        return base
+
+    def _counter(self, m: Module, base: Signal) -> Value:
+        """The program counter and its ROM; 1 while the last word of the program is at work."""
+        home = self.active & self.word.home
+        homes = Signal(2, reset_less=True)  # the last word comes two words after ``home``
+        pc = Signal.like(base)
+        with m.If(self.en):
+            m.d.sync += [pc.eq(Mux(home | self.start, base, pc + 1)), homes.eq(Cat(home, homes))]
+        self._rom(m, pc)
+        return homes[1]
+
+    def _enables(self, m: Module, offered: Value, blocked: Value) -> list[Any]:
+        """What is written and whether the machine moves."""
+        active, word, o_ready = self.active, self.word, self.o_ready
+        for k in range(1, self.machine.lanes):
+            result = (blocked, word[f"we{k}"], word.emit, o_ready)
+            writes = _table(m, f"write{k}", _written_only, active, word.get, *result)
+            m.d.comb += self.write[k].eq(writes)
+        taken = Mux(self.claim, ~self.switch, offered)
+        bits = (active, word.get, taken, word.we0, word.emit, o_ready)
+        return [
+            self.en.eq(_table(m, "en", _enabled, active, word.get, blocked, word.emit, o_ready)),
+            self.write[0].eq(_table(m, "write0", _written, *bits)),
+        ]
 
     def _rom(self, m: Module, pc: Signal) -> None:
         """The memories, and the word at work two cycles after its address."""
@@ -243,6 +205,12 @@ class Sequencer(wiring.Component):
         with m.If(self.en):
             m.d.sync += word.eq(chosen)
         m.d.comb += self.word.eq(word)
+
+
+def _table(m: Module, name: str, function: Callable[..., Any], *bits: Value) -> Value:
+    """One look-up table."""
+    m.submodules[name] = unit = Bitwise(function=function, inputs=len(bits))
+    return unit.connect(m, *bits)
 
 
 def _enabled(active: Any, get: Any, blocked: Any, emit: Any, o_ready: Any) -> Any:

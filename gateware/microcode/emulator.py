@@ -123,12 +123,21 @@ class Emulator:
         """Which copy of the running program's states is the current one."""
         return self.parities[self.number]
 
-    def _physical(self, address: int) -> int:
+    def _physical(self, address: int, parity: int) -> int:
         """Register address with the parity folded into bit c of the state region."""
         half = self.machine.bank_depth // 2
-        if address % self.machine.bank_depth >= half and self.parity:
+        if address % self.machine.bank_depth >= half and parity:
             address ^= half // 2
         return address
+
+    def _read(self, address: int) -> int:
+        """The word that a lane reads: a state in the window by the parity of its owner."""
+        window, owner = self.image.window, None
+        offset, slots = address % self.machine.bank_depth, self.machine.state_slots
+        if window is not None and offset >= 2 * slots:
+            owner = window.owner(offset % slots, slots)
+        parity = self.parity if owner is None else self.parities[owner]
+        return self.registers[self._physical(address, parity)]
 
     def poke(self, address: int, word: int) -> None:
         """Host write of a parameter; only between updates."""
@@ -182,7 +191,7 @@ class Emulator:
             written = self._stages(lane, field_of, taken[0] if taken and k == 0 else None)
             if written is not None:
                 address = k * self.machine.bank_depth + field_of["dest"]
-                writes.append((self._physical(address), written))
+                writes.append((self._physical(address, self.parity), written))
         for address, value in writes:
             self.registers[address] = value
             record.writes.append(Write(self.cycle, address, value))
@@ -233,12 +242,12 @@ class Emulator:
         lane.a2 = lane.a1 & mask if f["frac_a"] else lane.a1
         lane.b2 = lane.b1 & mask if f["frac_b"] else lane.b1
         # 0 address
-        lane.a1 = self.registers[self._physical(f["a_addr"])]
+        lane.a1 = self._read(f["a_addr"])
         if f["table"]:
             block, coefficient = f["b_addr"] >> 2 & 3, f["b_addr"] & 3
             lane.b1 = self.tables[block * Machine.TABLE_BLOCK + index * 4 + coefficient]
         else:
-            lane.b1 = self.registers[self._physical(f["b_addr"])]
+            lane.b1 = self._read(f["b_addr"])
         return result
 
     def _captures(self, lane: _Lane, f: dict[str, int]) -> int:

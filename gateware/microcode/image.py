@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import accumulate
 
 from boresight.gateware.machine import Machine
+from boresight.gateware.schedule.links import Window
 
 __all__ = ["Image", "rom_pieces"]
 
@@ -40,6 +41,8 @@ class Image:
         Cycles of each program: words of the ROM that run.
     digest : int
         Identifier of the build; its low 2 W bits can be read on the bus.
+    window : Window, optional
+        States that other programs read than the one that keeps them.
     """
 
     rom: list[int]
@@ -47,6 +50,7 @@ class Image:
     tables: list[int]
     lengths: tuple[int, ...]
     digest: int = 0
+    window: Window | None = None
 
     @property
     def bases(self) -> tuple[int, ...]:
@@ -59,7 +63,7 @@ class Image:
         return self.rom[base : base + self.lengths[number]]
 
     @classmethod
-    def join(cls, images: Sequence[Image], *, digest: int) -> Image:
+    def join(cls, images: Sequence[Image], *, digest: int, window: Window | None = None) -> Image:
         """One image of all programs; their registers are common already.
 
         Raises
@@ -79,6 +83,7 @@ class Image:
             tables=tables,
             lengths=tuple(n for x in images for n in x.lengths),
             digest=digest,
+            window=window,
         )
 
     def check(self, machine: Machine) -> None:
@@ -106,6 +111,14 @@ class Image:
             )
         if self.digest < 0:
             raise ValueError(f"digest must not be negative, not {self.digest!r}")
+        w = self.window
+        if w and not (
+            w.block >= 1
+            and w.size <= machine.state_slots
+            and w.size & (w.size - 1) == 0
+            and set(w.owners) <= set(range(len(self.lengths)))
+        ):
+            raise ValueError(f"window must be blocks of state slots of programs, not {w!r}")
         for number in range(len(self.lengths)):
             self._check_program(machine, number)
 

@@ -6,16 +6,18 @@ lives for a while (inputs in bank 0, results in the bank of their lane), then th
 one program runs at a time, so all share the registers of inputs and results; constants with the
 same word share a register too. The upper half holds the states, current ones at ``1 0 ...`` and
 next ones at ``1 1 ...``, in the bank of the lane that computes the next value; no two programs
-share them, so a program that does not run keeps its own.
+share them, so a program that does not run keeps its own. Those that other programs read stand in
+the window (`gateware.schedule.links`), at the end.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 
 from boresight.gateware.machine import Machine
+from boresight.gateware.schedule.links import open_states, window_of
 from boresight.gateware.schedule.slots import Schedule, ScheduleError
 from boresight.model.words.program import Kind
 
@@ -100,11 +102,16 @@ def allocate_together(schedules: Sequence[Schedule]) -> tuple[Allocation, ...]:
         If a bank is full; the message counts what was wanted and what there is.
     """
     core = _Core(schedules[0].machine)
+    window = window_of(schedules)
+    opened = open_states([s.program for s in schedules])
     parts = [_Allocator(schedule, core) for schedule in schedules]
     for part in parts:
         part.parameters()
+    for number, part in enumerate(parts):
+        first = window.first(number, core.machine.state_slots) if window and opened[number] else 0
+        part.states(opened[number], first)
     for part in parts:
-        part.states()
+        part.links({p.program.name: p for p in parts})
     shared = [part.temporaries() for part in parts]
     core.top = [max(tops) for tops in zip(*shared, strict=True)]
     for part in parts:
@@ -179,20 +186,28 @@ class _Allocator:
             core.top[bank] = offset + 1
             self.own(n, address, 0, self.end)
 
-    def states(self) -> None:
-        """Pairs of current and next states."""
+    def states(self, opened: set[int], first: int) -> None:
+        """Pairs of current and next states; those that others read from slot ``first`` on."""
         machine, core = self.machine, self.core
         producer = {op.dest: k for k, op in enumerate(self.program.ops)}
+        shown = [first] * machine.lanes
         for state, after in self.program.states:
             bank = result_bank(self.schedule, producer[after])
-            base = bank * machine.bank_depth + core.half + core.states[bank]
+            slots = shown if state in opened else core.states
+            base = bank * machine.bank_depth + core.half + slots[bank]
             self.own(state, base, 0, self.end)
             written = self.schedule.write_cycle(producer[after])
             self.own(after, base + machine.state_slots, written + 1, self.end)
-            core.states[bank] += 1
+            slots[bank] += 1
         for bank, n in enumerate(core.states):
             if n > machine.state_slots:
                 raise self.full("states", bank, n, machine.state_slots)
+
+    def links(self, parts: Mapping[str, _Allocator]) -> None:
+        """Inputs that stand where another program keeps them."""
+        for n, link in self.program.linked.items():
+            assert link.state is not None
+            self.own(n, parts[link.program].tenants[link.state].address, 0, self.end)
 
     def temporaries(self) -> list[int]:
         """Inputs and results, in the order in which they are written; registers are reused.
@@ -200,7 +215,7 @@ class _Allocator:
         Returns how far each bank is taken.
         """
         schedule, program = self.schedule, self.program
-        births = [(g, n, 0) for g, n in zip(schedule.gets, program.inputs, strict=True)]
+        births = [(g, n, 0) for g, n in zip(schedule.gets, program.streamed, strict=True)]
         births += [
             (schedule.write_cycle(k), op.dest, result_bank(schedule, k))
             for k, op in enumerate(program.ops)

@@ -62,6 +62,7 @@ def _check_copies(program: Program, schedule: Schedule) -> None:
         low.values[: len(program.values)] == program.values
         and low.ops[: len(program.ops)] == program.ops
         and low.inputs == program.inputs
+        and low.links == program.links
         and low.outputs == program.outputs
         and low.table_memory == program.table_memory
         and low.arithmetic == program.arithmetic
@@ -107,7 +108,7 @@ def _check_registers(schedule: Schedule, allocation: Allocation, before: int) ->
             None,
             f"{len(allocation.initial)} initial words, there must be {depth * machine.lanes}",
         )
-    states = {n for pair in program.states for n in pair}
+    states = {n for pair in program.states for n in pair} | set(program.linked)
     for n, address in where.items():
         name = _name(schedule, n)
         if not 0 <= address < depth * machine.lanes:
@@ -239,8 +240,8 @@ def _check_group(schedule: Schedule, number: int, op: Op, slots: list[Slot]) -> 
 def _check_streams(schedule: Schedule) -> None:
     """Order of gets and emits, ports, length."""
     program, gets = schedule.program, schedule.gets
-    if len(gets) != len(program.inputs):
-        raise _fail(schedule, None, None, f"{len(gets)} gets for {len(program.inputs)} inputs")
+    if len(gets) != len(program.streamed):
+        raise _fail(schedule, None, None, f"{len(gets)} gets for {len(program.streamed)} inputs")
     if gets and gets[0] != 0 or any(b <= a for a, b in zip(gets, gets[1:], strict=False)):
         raise _fail(schedule, None, None, "gets must start in cycle 0 and follow in stream order")
     emits = [s for s in sorted(schedule.slots, key=lambda s: s.cycle) if s.emit is not None]
@@ -289,7 +290,8 @@ class _Replay:
         self.contents: dict[int, set[int]] = defaultdict(set)
         self.fixed: set[int] = set()
         for n, address in self.where.items():
-            if program.values[n].kind in (Kind.CONST, Kind.PARAM, Kind.STATE):
+            lasting = program.values[n].kind in (Kind.CONST, Kind.PARAM, Kind.STATE)
+            if lasting or n in program.linked:
                 self.contents[address].add(n)
                 self.fixed.add(address)
         for address, values in self.contents.items():
@@ -307,7 +309,7 @@ class _Replay:
         for s in schedule.slots:
             if s.last and s.op is not None:
                 self.write(s.cycle + _WRITE, program.ops[s.op].dest, s.lane, s.op)
-        for n, cycle in zip(program.inputs, schedule.gets, strict=True):
+        for n, cycle in zip(program.streamed, schedule.gets, strict=True):
             self.write(cycle, n, 0, None)
 
     def write(self, cycle: int, value: int, lane: int, op: int | None) -> None:

@@ -99,7 +99,7 @@ def paths(program: Program, machine: Machine, urgent: int) -> Paths:
     shown = _shown(program)
     slots += [int(v not in shown) for v in program.outputs]
     # Earliest end of every op, from the inputs.
-    ready = {v: k + 1 for k, v in enumerate(program.inputs)}
+    ready = {v: k + 1 for k, v in enumerate(program.streamed)}
     end = [0] * n_ops
     for k in order:
         op = program.ops[k]
@@ -112,7 +112,7 @@ def paths(program: Program, machine: Machine, urgent: int) -> Paths:
     last = max(
         [end[k] + total[k] for k in range(n_ops)]
         + [e + total[n_ops + j] for j, e in enumerate(emits)]
-        + [len(program.inputs)]
+        + [len(program.streamed)]
     )
     # Lanes: every slot that leads to an urgent output comes before its last emit.
     hot = [k for k, t in enumerate(tail[:n_ops]) if t is not None]

@@ -88,7 +88,8 @@ class ListProblem:
             for g in offers:
                 if k not in self.givers[g.kind, g.key]:
                     self.givers[g.kind, g.key].append(k)
-        self.inputs = set(program.inputs)
+        self.streamed = program.streamed
+        self.awaited = set(self.streamed)
         self.state_room = tuple(state_room or [machine.state_slots] * machine.lanes)
         after = {n for _, n in program.states}
         self.makes_state = [op.dest in after for op in program.ops]

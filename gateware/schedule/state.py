@@ -57,10 +57,10 @@ class ListState:
         self.priority = priority
         program, machine = problem.program, problem.machine
         self.write = machine.STAGE_WRITE
-        self.gets = list(range(len(program.inputs)))
+        self.gets = list(range(len(program.streamed)))
         self.horizon = -1  # latest get that a placed slot relies on
         self.ready = [0] * len(program.values)
-        for v, g in zip(program.inputs, self.gets, strict=True):
+        for v, g in zip(program.streamed, self.gets, strict=True):
             self.ready[v] = g + 1
         self.fits: dict[tuple[int, Need], list[Fit]] = {}
         self.free = [0] * machine.lanes
@@ -134,7 +134,7 @@ class ListState:
         self.free[lane] = t + length
         for s in slots:
             for v in (s.a, s.b):
-                if v in problem.inputs and v is not None:
+                if v in problem.awaited and v is not None:
                     self.horizon = max(self.horizon, self.ready[v] - 1)
         if node < problem.n_ops:
             end = t + length - 1
@@ -242,7 +242,7 @@ class ListState:
             while following in self.writes0:
                 following += 1
             self.gets[k] = following
-            self.ready[self.p.program.inputs[k]] = following + 1
+            self.ready[self.p.streamed[k]] = following + 1
             following += 1
         self.fits.clear()
 

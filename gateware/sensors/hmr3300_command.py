@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
-from amaranth.hdl import Const, Module, Mux, Signal
+from amaranth.hdl import Const, Module, Mux, Signal, Value
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -23,6 +24,21 @@ class Stage(Enum):
     SELECT = 2  #: ``*H`` or ``*M``; until the line is quiet
     START = 3  #: ``*S``; until a sentence comes that is wanted
     PAUSE = 4  #: after `TRIES` attempts that failed
+
+
+@dataclass(frozen=True)
+class _Sequence:
+    """Registers of a sequence of commands."""
+
+    stage: Signal
+    left: Signal  # characters of the command
+    manual: Signal  # the letter is the user's
+    tries: Signal
+    timer: Signal
+
+    def go_to(self, stage: Stage, *, command: bool = False) -> list[Any]:
+        """Enter a stage, with its command."""
+        return [self.stage.eq(stage), self.timer.eq(0), *([self.left.eq(4)] * command)]
 
 
 class Commander(wiring.Component):
@@ -105,10 +121,11 @@ class Commander(wiring.Component):
         """Stages, time-outs, four characters."""
         m = Module()
         stage = Signal(Stage)
-        left = Signal(range(5))  # characters of the command
+        left = Signal(range(5))
         manual = Signal()
         tries = Signal(range(TRIES))
         timer = Signal(self.timeout_ticks.bit_length())
+        at = _Sequence(stage, left, manual, tries, timer)
         silence = Signal(self.quiet_ticks.bit_length())  # ticks, up to all ones
         quiet, expired, wanted, other, sending = (
             Signal(name=n) for n in ("quiet", "expired", "wanted", "other", "sending")
@@ -131,72 +148,68 @@ class Commander(wiring.Component):
 
         with m.If(sending & self.o.ready):
             m.d.sync += left.eq(left - 1)
-
-        def go_to(next_stage: Stage, *, command: bool = False) -> None:
-            m.d.sync += [stage.eq(next_stage), timer.eq(0)]
-            if command:
-                m.d.sync += left.eq(4)
-
-        def failed() -> None:
-            with m.If(expired | self.invalid):
-                m.d.comb += self.timed_out.eq(1)
-                m.d.sync += tries.eq(tries + 1)
-                go_to(Stage.WATCH)
-                with m.If(tries == TRIES - 1):
-                    go_to(Stage.PAUSE)
-
         with m.If(sending):
             m.d.sync += timer.eq(0)
         with m.Else():
             m.d.sync += manual.eq(0)
             with m.Switch(stage):
-                with m.Case(Stage.STOP):
-                    failed()
-                    with m.If(quiet):
-                        m.d.comb += self.acknowledged.eq(1)
-                        go_to(Stage.SELECT, command=True)
-                with m.Case(Stage.SELECT):
-                    failed()
-                    with m.If(quiet):
-                        go_to(Stage.START, command=True)
-                with m.Case(Stage.START):
-                    failed()
-                    with m.If(wanted):
-                        m.d.comb += self.acknowledged.eq(1)
-                        m.d.sync += tries.eq(0)
-                        go_to(Stage.WATCH)
+                self._attempt(m, at, quiet=quiet, expired=expired, wanted=wanted)
                 with m.Case(Stage.PAUSE):
                     with m.If(expired):
                         m.d.sync += tries.eq(tries + 1)
                         with m.If(tries == TRIES - 1):
-                            go_to(Stage.WATCH)
+                            m.d.sync += at.go_to(Stage.WATCH)
                     with m.If(self.command.valid):
                         m.d.sync += [manual.eq(1), left.eq(4)]
                 with m.Default():
                     with m.If(wanted | ~self.mode.any()):
-                        go_to(Stage.WATCH)
+                        m.d.sync += at.go_to(Stage.WATCH)
                     with m.If(self.command.valid):
                         m.d.sync += [manual.eq(1), left.eq(4)]
                     with m.Elif((expired | other) & self.mode.any()):
-                        go_to(Stage.STOP, command=True)
+                        m.d.sync += at.go_to(Stage.STOP, command=True)
                         with m.If(quiet):
-                            go_to(Stage.SELECT)
+                            m.d.sync += at.go_to(Stage.SELECT)
+        m.d.comb += [self.o.valid.eq(sending), *self._characters(at)]
+        return m
 
-        letter = Mux(
-            manual,
-            self.command.payload,
-            Mux(stage != Stage.SELECT, ord("S"), Mux(self.mode[1], ord("M"), ord("H"))),
-        )
-        m.d.comb += [
-            self.o.valid.eq(sending),
-            self.o.payload.eq(
-                Mux(
-                    left[1],
-                    Mux(left[0], letter, ord("\r")),
-                    Mux(left[0], ord("\n"), Const(ord("*"), 8)),
-                )
-            ),
-            self.command.ready.eq(manual & (left == 3) & self.o.ready),
+    def _attempt(
+        self, m: Module, at: _Sequence, *, quiet: Value, expired: Value, wanted: Value
+    ) -> None:
+        """Stages of an attempt, each up to the effect of its command."""
+
+        def failed() -> None:
+            with m.If(expired | self.invalid):
+                m.d.comb += self.timed_out.eq(1)
+                m.d.sync += at.tries.eq(at.tries + 1)
+                m.d.sync += at.go_to(Stage.WATCH)
+                with m.If(at.tries == TRIES - 1):
+                    m.d.sync += at.go_to(Stage.PAUSE)
+
+        with m.Case(Stage.STOP):
+            failed()
+            with m.If(quiet):
+                m.d.comb += self.acknowledged.eq(1)
+                m.d.sync += at.go_to(Stage.SELECT, command=True)
+        with m.Case(Stage.SELECT):
+            failed()
+            with m.If(quiet):
+                m.d.sync += at.go_to(Stage.START, command=True)
+        with m.Case(Stage.START):
+            failed()
+            with m.If(wanted):
+                m.d.comb += self.acknowledged.eq(1)
+                m.d.sync += at.tries.eq(0)
+                m.d.sync += at.go_to(Stage.WATCH)
+
+    def _characters(self, at: _Sequence) -> list[Any]:
+        """The command, character by character: its letter is the stage's, or the user's."""
+        left, of_stage = at.left, Mux(self.mode[1], ord("M"), ord("H"))
+        of_stage = Mux(at.stage != Stage.SELECT, ord("S"), of_stage)
+        letter = Mux(at.manual, self.command.payload, of_stage)
+        first = Mux(left[0], ord("\n"), Const(ord("*"), 8))
+        return [
+            self.o.payload.eq(Mux(left[1], Mux(left[0], letter, ord("\r")), first)),
+            self.command.ready.eq(at.manual & (left == 3) & self.o.ready),
             self.sent.eq((left == 1) & self.o.ready),
         ]
-        return m

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
-from amaranth.hdl import Cat, Module, Mux, Signal, signed
+from amaranth.hdl import Cat, Module, Mux, Signal, Value, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
@@ -30,6 +32,30 @@ class Step(Enum):
     LF = 5  #: the end of a line that is good so far
     REPLY = 6  #: what follows a leading '#'
     SKIP = 7  #: the end of a line that is not good
+
+
+#: Classes of bytes with one member.
+_SIGNS = {
+    "space": " ",
+    "minus": "-",
+    "point": ".",
+    "comma": ",",
+    "cr": "\r",
+    "lf": "\n",
+    "sharp": "#",
+    "refusal": "I",
+}
+
+
+@dataclass(frozen=True)
+class _Line:
+    """Where in a line the parser is."""
+
+    step: Signal
+    field: Signal  # 0 to 2
+    count: Signal  # of spaces, then of digits
+    tenths: Signal  # its numbers have points
+    negative: Signal
 
 
 class SentenceParser(wiring.Component):
@@ -113,112 +139,116 @@ class SentenceParser(wiring.Component):
         m = Module()
         valid, error = Signal(), Signal()
         m.d.sync += [valid.eq(self.valid), error.eq(self.error)]
-
-        def is_a(name: str, condition: Any) -> Signal:
-            flag = Signal(name=name)
-            m.d.sync += flag.eq(condition)
-            return flag
-
-        nibble = Signal(4)
-        m.d.sync += nibble.eq(self.data[:4])
-        digit = is_a("digit", (self.data[4:] == 3) & (self.data[:4] < 10))
-        space, minus, point, comma, cr, lf, sharp, refusal = (
-            is_a(name, self.data == ord(character))
-            for name, character in (
-                ("space", " "),
-                ("minus", "-"),
-                ("point", "."),
-                ("comma", ","),
-                ("cr", "\r"),
-                ("lf", "\n"),
-                ("sharp", "#"),
-                ("refusal", "I"),
-            )
-        )
+        nibble, byte = self._byte(m)
 
         tenths, negative = Signal(), Signal()
-        field = Signal(2)  # 0 to 2
+        field = Signal(2)
         m.submodules.arithmetic = arithmetic = DecimalNumber(angle_max=self.angle_max)
-        over = arithmetic.over
         m.d.comb += [
             arithmetic.digit.eq(nibble),
-            arithmetic.take.eq(valid & digit),
-            arithmetic.store.eq(valid & (comma | cr | lf)),
+            arithmetic.take.eq(valid & byte["digit"]),
+            arithmetic.store.eq(valid & (byte["comma"] | byte["cr"] | byte["lf"])),
             arithmetic.negative.eq(negative),
             arithmetic.tenths.eq(tenths),
             arithmetic.first.eq(field == 0),
         ]
 
-        step, following = Signal(Step, init=Step.SKIP), Signal(Step)
-        count = Signal(3)  # of spaces, then of digits
+        step = Signal(Step, init=Step.SKIP)
+        count = Signal(3)
         good, kind = Signal(), Signal()
         m.d.sync += [good.eq(0), self.line.eq(good), self.rejected.eq(0), self.invalid.eq(0)]
         with m.If(good):
-            m.d.sync += [
-                self.is_counts.eq(kind),
-                *(
-                    value.eq(arithmetic.values.word_select(k, BITS))
-                    for k, value in enumerate(self.values)
-                ),
-            ]
-        at_begin = Signal()
-        m.d.comb += at_begin.eq((step == Step.NUMBER) & (field == 0) & (count == 0))
-        m.d.comb += following.eq(Step.SKIP)
-
-        def end_of_number() -> None:
-            with m.If(comma & ~field[1] & ~over):
-                m.d.comb += following.eq(Step.NUMBER)
-            with m.If(cr & field[1] & ~over):
-                m.d.comb += following.eq(Step.LF)
-
-        with m.Switch(step):
-            with m.Case(Step.NUMBER):
-                with m.If(space & (count != SPACES_MAX)):
-                    m.d.comb += following.eq(Step.NUMBER)
-                with m.If(minus):
-                    m.d.comb += following.eq(Step.FIRST)
-                with m.If(digit):
-                    m.d.comb += following.eq(Step.MORE)
-                with m.If(sharp & at_begin):
-                    m.d.comb += following.eq(Step.REPLY)
-            with m.Case(Step.FIRST), m.If(digit):
-                m.d.comb += following.eq(Step.MORE)
-            with m.Case(Step.MORE):
-                with m.If(digit & (count != DIGITS_MAX)):
-                    m.d.comb += following.eq(Step.MORE)
-                with m.If(point & (count <= WHOLE_MAX) & Mux(field == 0, ~negative, tenths)):
-                    m.d.comb += following.eq(Step.TENTH)
-                with m.If(~tenths):
-                    end_of_number()
-            with m.Case(Step.TENTH), m.If(digit):
-                m.d.comb += following.eq(Step.AFTER)
-            with m.Case(Step.AFTER):
-                end_of_number()
-            with m.Case(Step.LF, Step.REPLY, Step.SKIP):
-                pass
+            m.d.sync += self.is_counts.eq(kind)
+            for k, value in enumerate(self.values):
+                m.d.sync += value.eq(arithmetic.values.word_select(k, BITS))
+        line = _Line(step, field, count, tenths, negative)
+        at_begin, following = self._following(m, byte, line, arithmetic.over)
 
         with m.If(valid):
             m.d.sync += [
                 step.eq(following),
                 self.rejected.eq((following == Step.SKIP) & (step != Step.SKIP)),
             ]
-            with m.If(step == Step.NUMBER):
-                m.d.sync += negative.eq(minus)
-            with m.If((step == Step.MORE) & point):
-                m.d.sync += tenths.eq(1)
-            # Spaces or digits: as many as before and one; the first digit is 1.
-            with m.If(comma | cr | lf | (step == Step.FIRST) | (digit & (step == Step.NUMBER))):
-                m.d.sync += count.eq(digit)
-            with m.Else():
-                m.d.sync += count.eq(count + 1)
-            with m.If(comma):
-                m.d.sync += field.eq(Cat(field == 0, field[0]))
-            with m.If((step == Step.REPLY) & refusal):
+            self._advance(m, byte, line)
+            with m.If((step == Step.REPLY) & byte["refusal"]):
                 m.d.sync += [self.invalid.eq(1), self.rejected.eq(0)]
-            with m.If(lf):
+            with m.If(byte["lf"]):
                 m.d.sync += [step.eq(Step.NUMBER), field.eq(0), tenths.eq(0)]
                 with m.If(step == Step.LF):
                     m.d.sync += [good.eq(1), kind.eq(~tenths), self.rejected.eq(0)]
         with m.Elif(error | (self.pause & ~at_begin)):
             m.d.sync += [step.eq(Step.SKIP), self.rejected.eq(step != Step.SKIP)]
         return m
+
+    def _byte(self, m: Module) -> tuple[Signal, Mapping[str, Signal]]:
+        """The byte's low half and its class."""
+        nibble = Signal(4)
+        m.d.sync += nibble.eq(self.data[:4])
+
+        def is_a(name: str, condition: Any) -> Signal:
+            flag = Signal(name=name)
+            m.d.sync += flag.eq(condition)
+            return flag
+
+        byte = {"digit": is_a("digit", (self.data[4:] == 3) & (self.data[:4] < 10))}
+        byte |= {name: is_a(name, self.data == ord(sign)) for name, sign in _SIGNS.items()}
+        return nibble, byte
+
+    def _following(
+        self, m: Module, byte: Mapping[str, Signal], line: _Line, over: Value
+    ) -> tuple[Signal, Signal]:
+        """Whether a line has not begun yet, and the grammar: what comes after this byte."""
+        step, count, field = line.step, line.count, line.field
+        at_begin, following = Signal(), Signal(Step)
+        m.d.comb += at_begin.eq((step == Step.NUMBER) & (field == 0) & (count == 0))
+        m.d.comb += following.eq(Step.SKIP)
+
+        def end_of_number() -> None:
+            with m.If(byte["comma"] & ~field[1] & ~over):
+                m.d.comb += following.eq(Step.NUMBER)
+            with m.If(byte["cr"] & field[1] & ~over):
+                m.d.comb += following.eq(Step.LF)
+
+        with m.Switch(step):
+            with m.Case(Step.NUMBER):
+                with m.If(byte["space"] & (count != SPACES_MAX)):
+                    m.d.comb += following.eq(Step.NUMBER)
+                with m.If(byte["minus"]):
+                    m.d.comb += following.eq(Step.FIRST)
+                with m.If(byte["digit"]):
+                    m.d.comb += following.eq(Step.MORE)
+                with m.If(byte["sharp"] & at_begin):
+                    m.d.comb += following.eq(Step.REPLY)
+            with m.Case(Step.FIRST), m.If(byte["digit"]):
+                m.d.comb += following.eq(Step.MORE)
+            with m.Case(Step.MORE):
+                with m.If(byte["digit"] & (count != DIGITS_MAX)):
+                    m.d.comb += following.eq(Step.MORE)
+                signed_as_it_may = Mux(field == 0, ~line.negative, line.tenths)
+                with m.If(byte["point"] & (count <= WHOLE_MAX) & signed_as_it_may):
+                    m.d.comb += following.eq(Step.TENTH)
+                with m.If(~line.tenths):
+                    end_of_number()
+            with m.Case(Step.TENTH), m.If(byte["digit"]):
+                m.d.comb += following.eq(Step.AFTER)
+            with m.Case(Step.AFTER):
+                end_of_number()
+            with m.Case(Step.LF, Step.REPLY, Step.SKIP):
+                pass
+        return at_begin, following
+
+    def _advance(self, m: Module, byte: Mapping[str, Signal], line: _Line) -> None:
+        """What is known of the line after this byte."""
+        with m.If(line.step == Step.NUMBER):
+            m.d.sync += line.negative.eq(byte["minus"])
+        with m.If((line.step == Step.MORE) & byte["point"]):
+            m.d.sync += line.tenths.eq(1)
+        # Spaces or digits: as many as before and one; the first digit is 1.
+        ends = byte["comma"] | byte["cr"] | byte["lf"]
+        first = byte["digit"] & (line.step == Step.NUMBER)
+        with m.If(ends | (line.step == Step.FIRST) | first):
+            m.d.sync += line.count.eq(byte["digit"])
+        with m.Else():
+            m.d.sync += line.count.eq(line.count + 1)
+        with m.If(byte["comma"]):
+            m.d.sync += line.field.eq(Cat(line.field == 0, line.field[0]))

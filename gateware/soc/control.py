@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
-from amaranth.hdl import Cat, Module, Signal
+from amaranth.hdl import Cat, Module, Signal, Value
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
@@ -82,27 +83,18 @@ class Control(wiring.Component):
         m.d.comb += [asked.eq(bus.cyc & bus.stb & ~bus.ack), write.eq(asked & bus.we)]
         m.d.sync += bus.ack.eq(asked)
 
-        def written(name: str) -> Any:
-            return write & (bus.adr == _ADDRESS[name])
+        written = {name: write & (bus.adr == address) for name, address in _ADDRESS.items()}
 
-        cycles, alarm, on = Signal(32), Signal(32), Signal()
-        late = Signal(32)
-        m.d.comb += late.eq(cycles - alarm)
-        m.d.sync += [cycles.eq(cycles + 1), self.timer.eq(on & ~late[-1])]
-        with m.If(written("alarm")):
-            m.d.sync += [alarm.eq(bus.dat_w), self.timer.eq(0)]
-        with m.If(written("timer")):
-            m.d.sync += on.eq(bus.dat_w[0])
-
+        cycles, alarm, on = self._timer(m, written)
         received = Signal(8)
         lost, fired = Signal(), Signal()
         m.d.comb += [
             transmitter.i.payload.eq(bus.dat_w[:8]),
-            transmitter.i.valid.eq(written("console")),
+            transmitter.i.valid.eq(written["console"]),
         ]
         with m.If(asked & ~bus.we & (bus.adr == _ADDRESS["console"])):
             m.d.sync += self.console_full.eq(0)
-        with m.If(written("status")):
+        with m.If(written["status"]):
             for flag, name in (
                 (lost, "console_lost"),
                 (self.error, "bus_error"),
@@ -120,17 +112,10 @@ class Control(wiring.Component):
         with m.If(self.asks):
             m.d.sync += self.device.eq(1)
 
-        left = Signal(self.watchdog_bits, init=-1)
-        holding = Signal(3)
-        m.d.comb += self.restart.eq(holding.any())
-        m.d.sync += [left.eq(left - 1), holding.eq(holding - holding.any())]
-        with m.If(written("watchdog") & (bus.dat_w[:16] == KICK)):
-            m.d.sync += left.eq(-1)
-        with m.If(~left.any()):
-            m.d.sync += [fired.eq(1), holding.eq(-1), left.eq(-1)]
+        self._watchdog(m, written, fired)
         with m.If(self.restart):
             m.d.sync += [self.fence.eq(0), on.eq(0)]
-        with m.Elif(written("fence") & (bus.dat_w[: len(self.fence)] > self.fence)):
+        with m.Elif(written["fence"] & (bus.dat_w[: len(self.fence)] > self.fence)):
             m.d.sync += self.fence.eq(bus.dat_w)
 
         status = Cat(transmitter.i.ready, self.console_full, lost, self.error, fired, self.device)
@@ -146,3 +131,26 @@ class Control(wiring.Component):
             with m.Default():
                 m.d.sync += bus.dat_r.eq(0)
         return m
+
+    def _timer(self, m: Module, written: Mapping[str, Value]) -> tuple[Signal, Signal, Signal]:
+        """The cycle counter, the time of the alarm, and whether it is on."""
+        cycles, alarm, on = Signal(32), Signal(32), Signal()
+        late = Signal(32)
+        m.d.comb += late.eq(cycles - alarm)
+        m.d.sync += [cycles.eq(cycles + 1), self.timer.eq(on & ~late[-1])]
+        with m.If(written["alarm"]):
+            m.d.sync += [alarm.eq(self.bus.dat_w), self.timer.eq(0)]
+        with m.If(written["timer"]):
+            m.d.sync += on.eq(self.bus.dat_w[0])
+        return cycles, alarm, on
+
+    def _watchdog(self, m: Module, written: Mapping[str, Value], fired: Signal) -> None:
+        """Counts down to a restart."""
+        left = Signal(self.watchdog_bits, init=-1)
+        holding = Signal(3)
+        m.d.comb += self.restart.eq(holding.any())
+        m.d.sync += [left.eq(left - 1), holding.eq(holding - holding.any())]
+        with m.If(written["watchdog"] & (self.bus.dat_w[:16] == KICK)):
+            m.d.sync += left.eq(-1)
+        with m.If(~left.any()):
+            m.d.sync += [fired.eq(1), holding.eq(-1), left.eq(-1)]

@@ -80,12 +80,11 @@ class Soc(wiring.Component):
         )
 
     def elaborate(self, platform: Any) -> Module:
-        """Address decoder: memory, control, slot, nobody."""
+        """Processor, memory, control block."""
         m = Module()
         m.submodules.cpu = cpu = Cpu()
         m.submodules.ram = ram = self.ram
         m.submodules.control = control = self.control
-        dbus, slot = cpu.dbus, self.slot
         m.d.comb += [
             control.rx.eq(self.rx),
             self.tx.eq(control.tx),
@@ -104,6 +103,13 @@ class Soc(wiring.Component):
             cpu.ibus.dat_r.eq(Mux(outside, 0, ram.ibus.dat_r)),
             cpu.ibus.ack.eq(ram.ibus.ack),
         ]
+        gives_up = self._data(m, cpu.dbus)
+        m.d.comb += control.bus_error.eq(ram.refused | (cpu.ibus.ack & outside) | gives_up)
+        return m
+
+    def _data(self, m: Module, dbus: Any) -> Signal:
+        """Address decoder: memory, control, slot, nobody; 1 when an access is given up."""
+        ram, control, slot = self.ram, self.control, self.slot
 
         def at(base: int, words: int) -> Any:
             bits = (words - 1).bit_length()
@@ -146,9 +152,8 @@ class Soc(wiring.Component):
                     ),
                 )
             ),
-            control.bus_error.eq(ram.refused | (cpu.ibus.ack & outside) | gives_up),
         ]
-        return m
+        return gives_up
 
     @staticmethod
     def _forward(source: Any, target: Any, asks: Any) -> list[Any]:

@@ -42,11 +42,19 @@ class _Lowering:
         copies = [copy for (of, _), copy in self._copies.items() if of == number]
         return [] if number is None else [number, *copies]
 
-    def leaf(self, node: Node, kind: Kind, default: float = 0.0, meaning: str = "") -> int:
-        """The value of an input, parameter or state."""
-        fmt = Format.for_range(self.groups.arith.word, node.low, node.high)
-        if node.unit == "ht" and node.low >= -1.0 and node.high <= 1.0:
-            fmt = Format(self.groups.arith.word, self.groups.arith.word - 1)
+    def leaf(
+        self,
+        node: Node,
+        kind: Kind,
+        default: float = 0.0,
+        meaning: str = "",
+        frac: int | None = None,
+    ) -> int:
+        """The value of an input, parameter or state; ``frac`` is the binary point it comes with."""
+        word = self.groups.arith.word
+        fmt = Format.declared(word, node.low, node.high, node.unit)
+        if frac is not None:
+            fmt = Format(word, frac)
         number = self.groups.value(
             Value(
                 node.label,
@@ -383,6 +391,7 @@ def lower(
     params: Sequence[tuple[Node, float, str]],
     states: Sequence[tuple[Node, float, Node]],
     outputs: Mapping[str, Node],
+    fracs: Mapping[str, int] | None = None,
     nodes: dict[int, Node] | None = None,
 ) -> Program:
     """Compile a traced step.
@@ -392,6 +401,8 @@ def lower(
     inputs, params, states, outputs
         Leaves in stream order; each parameter with its default and meaning; each state with its
         initial value and the node that replaces it; named results in stream order.
+    fracs : mapping, optional
+        Fraction bits of the inputs whose words are not of the finest format of their range.
     nodes : dict, optional
         Takes the node of each value of the program that holds one, by value number.
 
@@ -402,7 +413,7 @@ def lower(
     """
     low = _Lowering(name, arithmetic)
     _count_uses([*outputs.values(), *(nxt for _, _, nxt in states)])
-    input_values = tuple(low.leaf(n, Kind.INPUT) for n in inputs)
+    input_values = tuple(low.leaf(n, Kind.INPUT, frac=(fracs or {}).get(n.label)) for n in inputs)
     for node, default, meaning in params:
         low.leaf(node, Kind.PARAM, default, meaning)
     state_values = [low.leaf(n, Kind.STATE, initial) for n, initial, _ in states]

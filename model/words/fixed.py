@@ -142,6 +142,13 @@ class Format:
         return np.ldexp(np.asarray(integer, dtype=np.float64), -self.frac)
 
     @classmethod
+    def declared(cls, word: int, low: float, high: float, unit: str) -> Format:
+        """Format of what is declared with this range; binary angles fill the word and wrap."""
+        if unit == "ht" and low >= -1.0 and high <= 1.0:
+            return cls(word, word - 1)
+        return cls.for_range(word, low, high)
+
+    @classmethod
     def for_range(cls, word: int, low: float, high: float) -> Format:
         """Finest format of ``word`` bits that holds [low, high]."""
         if not (np.isfinite(low) and np.isfinite(high) and low <= high):

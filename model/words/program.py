@@ -18,7 +18,19 @@ from typing import Any
 
 from boresight.model.words.fixed import Arithmetic, Format
 
-__all__ = ["Kind", "Negate", "Op", "Overflow", "Port", "Program", "Scale", "Term", "Value", "When"]
+__all__ = [
+    "Kind",
+    "Link",
+    "Negate",
+    "Op",
+    "Overflow",
+    "Port",
+    "Program",
+    "Scale",
+    "Term",
+    "Value",
+    "When",
+]
 
 
 class Kind(StrEnum):
@@ -140,13 +152,29 @@ class Op:
 class Port:
     """What is said of an output: it changes nothing that the hardware does.
 
-    ``tolerance`` is the largest difference to float64 that its author accepts, in ``unit``.
+    ``tolerance`` is the largest difference to float64 that its author accepts, in ``unit``;
+    ``first`` what programs that read it see before the first update.
     """
 
     name: str
     unit: str = ""
     tolerance: float | None = None
     meaning: str = ""
+    first: float = 0.0
+
+
+@dataclass(frozen=True)
+class Link:
+    """An input that another program of the same core may give: its ``output``.
+
+    ``state`` is the state of that program, by value number, that keeps the output; None where no
+    core holds both, and the input comes with the record (`gateware.schedule.links`).
+    """
+
+    value: int
+    program: str
+    output: str
+    state: int | None = None
 
 
 @dataclass(frozen=True)
@@ -157,6 +185,7 @@ class Program:
     value that replaces it at the end of an update (possibly itself). ``table_memory`` is the flat
     function table (W-bit words, a multiple of 512). ``ports`` say more of the outputs, ``urgent``
     of how many leading ones the latency counts first (None: all); neither is part of the `digest`.
+    ``links`` are inputs that another program may give; those that one does are not `streamed`.
     """
 
     name: str
@@ -170,6 +199,17 @@ class Program:
     table_memory: tuple[int, ...]
     ports: tuple[Port, ...] = ()
     urgent: int | None = None
+    links: tuple[Link, ...] = ()
+
+    @property
+    def linked(self) -> dict[int, Link]:
+        """By input: the links to a program of the same core."""
+        return {link.value: link for link in self.links if link.state is not None}
+
+    @property
+    def streamed(self) -> tuple[int, ...]:
+        """Inputs that come with the record: all but the linked ones."""
+        return tuple(n for n in self.inputs if n not in self.linked)
 
     def format(self, value: int) -> Format:
         """Format of a value."""
@@ -223,6 +263,7 @@ class Program:
             table_memory=tuple(d["table_memory"]),
             ports=tuple(Port(**port) for port in d.get("ports", ())),
             urgent=d.get("urgent"),
+            links=tuple(Link(**link) for link in d.get("links", ())),
         )
 
     @cached_property
@@ -234,7 +275,8 @@ class Program:
         about values in between: their names, and ranges that follow from those of the ports.
         """
         plain = {**_plain(self), "values": [_identity(v) for v in self.values]}
-        text = json.dumps({key: plain[key] for key in plain if key not in ("ports", "urgent")})
+        said = {"ports", "urgent"} if self.linked else {"ports", "urgent", "links"}
+        text = json.dumps({key: plain[key] for key in plain if key not in said})
         return hashlib.sha256(text.encode()).hexdigest()
 
 

@@ -40,7 +40,18 @@ EXACT_MATH = {
 #: The same of numpy: types, and functions that make, move or compare elements.
 EXACT_NUMPY = {
     *("abs", "array", "asarray", "ascontiguousarray", "bool_", "clip", "count_nonzero", "empty"),
-    *("errstate", "float64", "floor", "full", "iinfo", "inf", "int32", "int64", "isfinite"),
+    *(
+        "concatenate",
+        "errstate",
+        "float64",
+        "floor",
+        "full",
+        "iinfo",
+        "inf",
+        "int32",
+        "int64",
+        "isfinite",
+    ),
     *("ldexp", "maximum", "pi", "sqrt", "stack", "uint8", "where", "zeros", "zeros_like"),
 }
 #: Functions of the estimators that compute on arrays: the float reference, not the program.

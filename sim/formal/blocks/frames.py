@@ -126,7 +126,7 @@ class Delivered(Elaboratable):
             with m.Else():
                 m.d.sync += dropped.eq(1)
         place = taking["place"]
-        buffer, half = taking.memories["buffer"], taking["half"]
+        half = taking["half"]
         m.d.comb += [
             Assert(unpacker.pending == pending),
             Assert(~pending | (unpacker.kind == held_kind)),
@@ -144,14 +144,13 @@ class Delivered(Elaboratable):
         depth = unpacker.depth
         for k in range(count):
             for name, where, frame in (("sent", half, words), ("held", ~half, held)):
-                spy = buffer.read_port(domain="comb")
-                m.d.comb += spy.addr.eq(k + Mux(where, depth, 0))
+                stored = taking.word("buffer", k + Mux(where, depth, 0))
                 there = (
                     (seen > size * (k + 1))
                     if name == "sent"
                     else (pending & ((held_kind == Kind.WRITE) | (k == 0)))
                 )
-                m.d.comb += Assert(~there | (spy.data == frame[k]))
+                m.d.comb += Assert(~there | (stored == frame[k]))
         # Words are read as they stand in the buffer.
         looked, wanted = Signal(name="looked"), Signal(WORD, name="wanted")
         m.d.sync += [
@@ -178,7 +177,7 @@ class Delivered(Elaboratable):
         number, seen, kind, length = self.number, self.seen, self.kind, self.length
         begin, body, low, high, finish = self.parts
         full, byte, literal = self.full, sending["byte"], sending["literal"]
-        ours, theirs = sending.variable("crc"), taking.variable("crc")
+        ours, theirs = sending.parts["crc"].component, taking.parts["crc"].component
         sent, got = ~ours.crc, ~theirs.crc  # the registers
         ending = full & begin
         within = seen != 0

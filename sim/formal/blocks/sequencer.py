@@ -172,7 +172,7 @@ class Stepped(Elaboratable):
             m.d.comb += place.eq(at + words - Mux(at + words >= length, length, 0))
             return place
 
-        out = inside.memories["rom0"]._read_ports[0].data
+        out = inside.parts["rom0"].component.read_ports[0].data
         m.d.comb += [
             Assert((at >= -FILL) & (at < length) & (self.program < len(PROGRAMS))),
             Assert(fill == Mux(at >= 0, 7, Mux(at == -1, 3, Mux(at == -2, 1, 0)))),

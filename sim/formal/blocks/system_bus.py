@@ -97,7 +97,7 @@ class Mapped(Elaboratable):
                 results_word,
                 Mux(
                     before(m, to_counters, "of_counters"),
-                    inside.variable("counters").value,
+                    dut.counters.value,
                     before(m, own, "own_before"),
                 ),
             ),
@@ -106,10 +106,7 @@ class Mapped(Elaboratable):
         offset = fixed(m, len(dut.csr.offset), "offset")
         number = fixed(m, dut.counters.index_bits, "number")
         followed = before(
-            m,
-            (inside.variable("csr").offset == offset)
-            & (inside.variable("counters").index == number),
-            "followed",
+            m, (dut.csr.offset == offset) & (dut.counters.index == number), "followed"
         ) & after_start(m)
         m.d.comb += [
             Assert(~followed | (bus.r_data == expected)),
@@ -172,23 +169,13 @@ class Mapped(Elaboratable):
     ) -> None:
         """The block's memory and the counters': for induction."""
         dut, csr, counters = self.dut, inside.parts["csr"], inside.parts["counters"]
-        spy = csr.memories["memory"].read_port(domain="comb")
-        m.d.comb += [
-            spy.addr.eq(offset),
-            Assert(
-                spy.data
-                == Array(
-                    kept.get(dut.csr.first + k, Const(0, 33)) for k in range(1 << len(offset))
-                )[offset]
-            ),
-        ]
+        words = Array(kept.get(dut.csr.first + k, Const(0, 33)) for k in range(1 << len(offset)))
+        m.d.comb += Assert(csr.word("memory", offset) == words[offset])
         # Counters that no event has are 0.
         place, step, count = counters["turn"][2:], counters["turn"][:2], dut.counters.count
-        spy = counters.memories["memory"].read_port(domain="comb")
-        scanned = counters.variable("scan").data
+        scanned = counters.parts["memory"].component.read_ports[0].data
         m.d.comb += [
-            spy.addr.eq(number),
-            Assert((number < count) | (spy.data.as_value() == 0)),
+            Assert((number < count) | (counters.word("memory", number) == 0)),
             Assert((place < count) | (place != number) | (step < 2) | (scanned.as_value() == 0)),
             Assert(counters["turned"][count:] == 0),
         ]

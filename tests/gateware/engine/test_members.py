@@ -58,6 +58,7 @@ from boresight.gateware.system.bridge import Bridge
 from boresight.gateware.system.conductor import Conductor
 from boresight.gateware.system.programs import core_plan, system_core
 from boresight.gateware.system.system_bus import SystemBus
+from tests.support.linked import linked_core
 
 GATEWARE = Path(__file__).parents[3] / "gateware"
 #: ``a, b : In(W)``, several on a line; directions alone; arrays.
@@ -131,7 +132,7 @@ def check(port: Documented, member: Member, letters: Mapping[str, Any]) -> None:
 def cases() -> dict[str, Case]:
     """One of each kind, by its name."""
     core = system_core(("complementary", "mekf"), restarts=0)
-    plain = build_core(core.parts[0].program, "small", restarts=0)
+    plain, linked = build_core(core.parts[0].program, "small", restarts=0), linked_core()
     machine, image = core.machine, core.image
     word, plan = machine.arithmetic.word, core_plan(core)
     system = AttitudeSystem(core=core, wishbone=True)
@@ -153,7 +154,10 @@ def cases() -> dict[str, Case]:
         Case(Lane(machine=machine), w),
         Case(LeadingSignCount(arithmetic=machine.arithmetic), w),
         Case(Multiplier(word=27), {"W": 27}),
-        Case(Operands(**lane), {**w, "offset": range(machine.bank_depth)}),
+        Case(
+            Operands(machine=linked.machine, image=linked.image),
+            {"W": 32, "offset": range(linked.machine.bank_depth), "owners": 2},
+        ),
         Case(BusSignature(word=30, address=11), {"W": 30, "A": 11}),
         Case(Registers(machine=machine, digest=1, programs=5, selector=True), w),
         Case(Adis16385(clock_hz=100e6), {"FLAGS": FLAG_MEANINGS, "EVENTS": Adis16385.EVENTS}),

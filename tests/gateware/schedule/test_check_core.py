@@ -12,6 +12,7 @@ from boresight.gateware.schedule.check_core import check_core
 from boresight.gateware.schedule.search import schedule
 from boresight.gateware.schedule.slots import ScheduleError
 from boresight.model.words.program import Kind
+from tests.support.linked import linked_core
 from tests.support.random_program import random_programs
 
 MACHINES = pytest.mark.parametrize("machine", CONFIGS.values(), ids=CONFIGS)
@@ -168,3 +169,99 @@ def test_other_first_words(machine: Machine) -> None:
         r"first words$",
     ):
         check_core(programs, plans, allocations)
+
+
+def linked():
+    """The parts of `linked_core`."""
+    core = linked_core()
+    programs = [p.program for p in core.parts]
+    plans, allocations = [p.schedule for p in core.parts], [p.allocation for p in core.parts]
+    return programs, plans, allocations, core.image.window
+
+
+def test_links_pass() -> None:
+    check_core(*linked())
+
+
+def test_a_link_to_another_output() -> None:
+    programs, plans, allocations, window = linked()
+    outer, middle, inner = programs
+    wrong = dataclasses.replace(outer.links[1], output="half")
+    programs[0] = dataclasses.replace(outer, links=(outer.links[0], wrong))
+    plans[0] = schedule(programs[0], plans[0].machine, restarts=0)
+    found = list(allocate_together(plans))
+    with pytest.raises(ScheduleError, match=r"^outer: product must be what keeps inner.half$"):
+        check_core(programs, plans, found, window)
+
+
+def test_a_link_to_itself() -> None:
+    programs, plans, allocations, window = linked()
+    outer = programs[0]
+    links = tuple(dataclasses.replace(k, program="nobody") for k in outer.links)
+    programs[0] = dataclasses.replace(outer, links=links)
+    plans[0] = dataclasses.replace(
+        plans[0],
+        source=programs[0].digest,
+        program=dataclasses.replace(plans[0].program, links=links),
+    )
+    with pytest.raises(ScheduleError, match=r"^outer: sum must be of another program, not of nob"):
+        check_core(programs, plans, allocations, window)
+
+
+def test_a_link_with_another_binary_point() -> None:
+    programs, plans, allocations, window = linked()
+    for k, of in enumerate((programs[0], plans[0].program)):
+        values = list(of.values)
+        number = of.links[0].value
+        values[number] = dataclasses.replace(values[number], frac=values[number].frac - 1)
+        changed = dataclasses.replace(of, values=tuple(values))
+        if k:
+            plans[0] = dataclasses.replace(plans[0], program=changed, source=programs[0].digest)
+        else:
+            programs[0] = changed
+    with pytest.raises(ScheduleError, match=r"^outer: sum must be fixed<32,\d>, as its source$"):
+        check_core(programs, plans, allocations, window)
+
+
+@pytest.mark.parametrize("offset", [1, 128])
+def test_a_link_to_another_register(offset: int) -> None:
+    """The next slot, and the copy that is not the current one."""
+    programs, plans, allocations, window = linked()
+    number = programs[0].links[0].value
+    old = allocations[0].addresses()[number]
+    tenants = tuple(
+        dataclasses.replace(t, address=old + offset) if t.value == number else t
+        for t in allocations[0].tenants
+    )
+    allocations[0] = dataclasses.replace(allocations[0], tenants=tenants)
+    with pytest.raises(ScheduleError, match=rf"^outer: sum must be read in register {old}, in the"):
+        check_core(programs, plans, allocations, window)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"owners": (2, 1)}, "state sum.kept of middle stands in the window of inner"),
+        ({"size": 128}, "state sum.kept of middle stands in the window of inner"),
+        (None, "outer: sum must be read in register .*, in the window of middle"),
+    ],
+)
+def test_another_window(change, message: str) -> None:
+    programs, plans, allocations, window = linked()
+    window = None if change is None else dataclasses.replace(window, **change)
+    with pytest.raises(ScheduleError, match=f"^({message})"):
+        check_core(programs, plans, allocations, window)
+
+
+def test_a_reader_that_writes_what_it_reads() -> None:
+    programs, plans, allocations, window = linked()
+    number = programs[0].links[0].value
+    address = allocations[0].addresses()[number]
+    victim = next(op.dest for op in plans[0].program.ops)
+    tenants = tuple(
+        dataclasses.replace(t, address=address) if t.value == victim else t
+        for t in allocations[0].tenants
+    )
+    allocations[0] = dataclasses.replace(allocations[0], tenants=tenants)
+    with pytest.raises(ScheduleError, match=r"^outer"):
+        check_core(programs, plans, allocations, window)

@@ -1,117 +1,68 @@
-"""Registers by the names that ``elaborate`` keeps them in, with no change to the component."""
-
-import sys
+"""What a harness may name of a component's inside."""
 
 import pytest
-from amaranth.hdl import Module, Signal
+from amaranth.back import rtlil
+from amaranth.hdl import Elaboratable, Module, Signal
 from amaranth.lib import memory, wiring
-from amaranth.lib.wiring import In, Out
-from amaranth.sim import Simulator
+from amaranth.lib.wiring import Out
 
+from boresight.gateware.serial.uart import Receiver
 from boresight.sim.formal.inside import Inside
 
 
-class Count(wiring.Component):
-    """A register that counts."""
+class Store(wiring.Component):
+    """A register and a port of one name, two registers of another, a memory, a state machine."""
 
-    go: In(1)
+    count: Out(4)
 
     def elaborate(self, platform):
         m = Module()
-        count = Signal(4)
-        with m.If(self.go):
-            m.d.sync += count.eq(count + 1)
+        self.register = register = Signal(4, name="count")
+        self.flags = [Signal(name="flag"), Signal(name="flag")]
+        m.submodules.words = words = memory.Memory(shape=5, depth=6, init=[9])
+        read = words.read_port()
+        m.d.comb += [self.count.eq(register), read.addr.eq(register)]
+        m.d.sync += [register.eq(register + 1), *(flag.eq(1) for flag in self.flags)]
+        self._turn(m)
         return m
 
-
-class Whole(wiring.Component):
-    """A counter, a memory, a machine of three states."""
-
-    go: In(1)
-    done: Out(1)
-
-    def elaborate(self, platform):
-        m = Module()
-        m.submodules.count = inner = Count()
-        m.submodules.words = memory.Memory(shape=3, depth=4, init=[1, 2])
-        several = [Signal(name=f"s{k}") for k in range(2)]
-        number = 5
-        m.d.comb += [inner.go.eq(self.go), self.done.eq(several[0] | number)]
+    def _turn(self, m):
+        turn = Signal(2)
+        m.d.sync += turn.eq(turn + 1)
+        self.turn = turn
         with m.FSM():
-            with m.State("FIRST"):
-                m.next = "SECOND"
-            with m.State("SECOND"):
-                m.next = "THIRD"
-            with m.State("THIRD"):
-                pass
-        return m
+            with m.State("A"):
+                m.next = "B"
+            with m.State("B"):
+                m.next = "A"
 
 
-@pytest.fixture
-def inside() -> Inside:
-    return Inside(Whole(), None)
+def test_registers_by_their_names_in_the_netlist() -> None:
+    inside = Inside(store := Store(), None)
+    assert inside.component is store
+    assert inside["count"] is store.register  # not the port
+    assert inside["turn"] is store.turn  # of another method
+    with pytest.raises(KeyError, match="Store must have one signal flag, not 2"):
+        inside["flag"]
+    with pytest.raises(KeyError, match="Store must have one signal other, not 0"):
+        inside["other"]
 
 
-def test_names(inside: Inside) -> None:
-    assert list(inside.parts) == ["count"] and list(inside.memories) == ["words"]
-    assert inside["count.count"] is inside.parts["count"]["count"]
-    assert [s.name for s in inside.variable("several")] == ["s0", "s1"]
-    assert sys.getprofile() is None
+def test_parts_memory_and_states_in_a_harness() -> None:
+    class Harness(Elaboratable):
+        def elaborate(self, platform):
+            m = Module()
+            m.submodules.dut = (inside := Inside(Store(), platform)).module
+            port = inside.parts["words"].component.read_ports[0]
+            seen, there = Signal(5), inside.word("words", inside["turn"])
+            m.d.comb += seen.eq(there + port.data + inside.state("A", "B"))
+            return m
+
+    text = rtlil.convert(Harness(), name="top", ports=[])
+    assert text.count("cell $memrd_v2") == 2  # the component's port and the proof's
 
 
-@pytest.mark.parametrize(
-    ("name", "message"),
-    [
-        ("total", r"Whole\.elaborate must have a signal total"),
-        ("number", r"Whole\.elaborate must have a signal number"),
-        ("count.total", r"Count\.elaborate must have a signal total"),
-        ("words.data", "Whole must have a part words, not only count"),
-        ("count.part.x", "Count must have a part part, not only no part"),
-    ],
-)
-def test_names_that_are_none(name: str, message: str, inside: Inside) -> None:
-    with pytest.raises(KeyError, match=message):
-        inside[name]
-
-
-def test_they_are_the_registers_that_run(inside: Inside) -> None:
-    """The module stands for the component: what is seen of it is what it does."""
-    m = Module()
-    m.submodules.dut = inside.module
-    states, legal = Signal(2), Signal()
-    m.d.comb += [
-        legal.eq(inside.legal()),
-        states.eq(inside.state("SECOND", "THIRD") + inside.state("THIRD")),
-    ]
-    seen = []
-
-    async def bench(ctx):
-        ctx.set(inside.variable("self").go, 1)
-        for _ in range(4):
-            seen.append((ctx.get(inside["count.count"]), ctx.get(states), ctx.get(legal)))
-            await ctx.tick()
-
-    simulator = Simulator(m)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(bench)
-    simulator.run()
-    assert seen == [(0, 0, 1), (1, 1, 1), (2, 2, 1), (3, 2, 1)]
-
-
-def test_a_code_that_is_no_state(inside: Inside) -> None:
-    m = Module()
-    m.submodules.dut = inside.module
-    state = inside.module._generated["fsm"].state
-    code, legal = Signal(2), Signal()
-    m.d.comb += legal.eq(inside.legal())
-    assert len(state) == len(code)
-
-    async def bench(ctx):
-        for k in range(4):
-            ctx.set(state, k)
-            assert ctx.get(legal) == (k < 3)
-
-    simulator = Simulator(m)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(bench)
-    simulator.run()
+def test_a_state_machine_has_the_states_of_its_names() -> None:
+    inside = Inside(Receiver(divisor=8), None)
+    with pytest.raises(KeyError, match="NOWHERE"):
+        inside.state("NOWHERE")

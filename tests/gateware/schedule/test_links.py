@@ -1,0 +1,198 @@
+"""Programs that read what others keep: the scheduler's side, the emulator, the hardware."""
+
+import dataclasses
+import random
+
+import pytest
+from amaranth.hdl import ResetInserter, Signal
+from amaranth.sim import Simulator
+
+from boresight.gateware.core import build_shared_core
+from boresight.gateware.engine.engine import Engine
+from boresight.gateware.machine import CONFIGS, Machine
+from boresight.gateware.microcode.emulator import Emulator
+from boresight.gateware.schedule.links import Window, open_states, tied, window_of
+from boresight.gateware.schedule.slots import ScheduleError
+from boresight.model.linking import linked_estimators
+from tests.support.linked import Inner, Middle, Models, Outer, linked_core
+
+CONFIG = pytest.mark.parametrize("config", sorted(CONFIGS))
+MASK = (1 << 32) - 1
+
+
+def programs():
+    return [e.compile() for e in linked_estimators([Outer(), Middle(), Inner()])]
+
+
+def words(rng: random.Random, count: int) -> list[int]:
+    return [rng.randrange(-(1 << 30), 1 << 30) for _ in range(count)]
+
+
+def test_outputs_that_are_read_become_states() -> None:
+    outer, middle, inner = tied(programs())
+    # ``half`` is one already, ``product`` becomes one for both of its readers.
+    assert [inner.values[s].name for s, _ in inner.states] == ["half", "product.kept"]
+    assert dict(inner.states)[inner.find("product.kept")] == inner.outputs[1]
+    assert [inner.values[k.state].name for k in middle.links] == ["half", "product.kept"]
+    assert middle.values[outer.links[0].state].name == "sum.kept"
+    assert [middle.values[n].name for n in middle.streamed] == ["c", "d"]
+    assert open_states([outer, middle, inner]) == [
+        set(),
+        {middle.find("sum.kept")},
+        {inner.find("half"), inner.find("product.kept")},
+    ]
+
+
+def test_a_link_changes_the_identity() -> None:
+    """What the hardware does is another thing; what a program alone says of its sources is not."""
+    _, middle, _ = programs()
+    assert middle.digest == dataclasses.replace(middle, links=()).digest
+    assert tied(programs())[1].digest != middle.digest
+
+
+def test_programs_apart_keep_their_records() -> None:
+    outer, middle, _ = programs()
+    [alone] = tied([middle])
+    assert alone.streamed == alone.inputs and not alone.linked
+    first, second = tied([outer, middle])
+    assert [outer.values[n].name for n in first.streamed] == ["e", "product", "f"]
+    assert second.streamed == second.inputs
+
+
+def test_formats_must_be_the_sources() -> None:
+    with pytest.raises(ValueError, match=r"^middle must take inner.half as fixed<32,1>, not as"):
+        tied([e.compile() for e in (Middle(), Inner())])
+
+
+@pytest.mark.parametrize(
+    ("window", "slots", "block", "owners"),
+    [
+        (Window(64, (2,)), 128, 64, [None, None, 2, 2]),
+        (Window(64, (1, 0)), 128, 32, [None, None, 1, 0]),
+        (Window(64, (0, 1, 2)), 128, 16, [None, None, 0, 2]),
+    ],
+)
+def test_window(window: Window, slots: int, block: int, owners: list[int | None]) -> None:
+    assert window.block == block
+    assert [window.owner(s, slots) for s in (0, 63, 64, 96)] == owners
+    assert all(window.owner(window.first(o, slots), slots) == o for o in window.owners)
+    assert window.owner(64 + block * len(window.owners) - 1, slots) == window.owners[-1]
+    past = 64 + block * len(window.owners)
+    assert past == 128 or window.owner(past, slots) is None
+
+
+@CONFIG
+def test_the_window_leaves_room_for_other_states(config: str) -> None:
+    core = linked_core(config)
+    plans = [part.schedule for part in core.parts]
+    assert (
+        window_of(plans) == core.image.window == Window(plans[0].machine.state_slots // 2, (1, 2))
+    )
+    alone = build_shared_core([Inner().compile()], config, restarts=0)
+    assert window_of([alone.parts[0].schedule]) is alone.image.window is None
+
+
+def test_no_room_for_the_window() -> None:
+    core = linked_core()
+    plans = [part.schedule for part in core.parts]
+
+    class Narrow(Machine):
+        state_slots = 4
+
+    tight = [dataclasses.replace(p, machine=Narrow("narrow", 1)) for p in plans]
+    with pytest.raises(
+        ScheduleError, match=r"^middle, inner: no room in the narrow machine for 3 "
+    ):
+        window_of(tight)
+
+
+@CONFIG
+def test_emulator_in_turns(config: str) -> None:
+    core = linked_core(config)
+    machine, models = Emulator(core.machine, core.image), Models(core)
+    rng = random.Random(5)
+    for _ in range(400):
+        number = rng.randrange(3)
+        record = words(rng, 2)
+        machine.select(number)
+        if rng.random() < 0.2:  # a record that is too short: nothing of it is seen
+            assert not machine.update(record[:1]).outputs
+            machine.select(number)
+        found = machine.update(record)
+        assert found.outputs == models.update(number, record)
+        assert found.cycles == core.parts[number].schedule.length
+
+
+@CONFIG
+def test_hardware_in_turns_with_faults_and_resets(config: str) -> None:
+    """An update that is abandoned or reset at any cycle leaves the words of the one before."""
+    core = linked_core(config)
+    models, rng = Models(core), random.Random(11)
+    engine = Engine(machine=core.machine, image=core.image, selector=True)
+    reset = Signal()
+    got: list[int] = []
+
+    async def feed(ctx, number: int, record: list[int], cycles: int = 0) -> None:
+        """A record, all of it; or a reset after so many cycles."""
+        ctx.set(engine.choice, number)
+        spent = 0
+        for k, word in enumerate(record):
+            ctx.set(engine.i.valid, 1)
+            ctx.set(engine.i.payload.data, word & MASK)
+            ctx.set(engine.i.payload.last, k == len(record) - 1)
+            taken = 0
+            while not taken:
+                _, _, taken, out, data = await ctx.tick().sample(
+                    engine.i.ready, engine.o.valid, engine.o.payload.data
+                )
+                if k == 0 and not spent and not taken:
+                    continue
+                spent += 1
+                if out:
+                    got.append(data - (data >> 31 << 32))
+                if cycles and spent >= cycles:
+                    taken = 1
+        ctx.set(engine.i.valid, 0)
+        while cycles and spent < cycles:
+            await ctx.tick()
+            spent += 1
+        if cycles:
+            ctx.set(reset, 1)
+            await ctx.tick()
+            ctx.set(reset, 0)
+            await ctx.tick().repeat(8)
+
+    async def drain(ctx, count: int) -> None:
+        for _ in range(core.machine.rom_words):
+            if len(got) >= count:
+                return
+            _, _, out, data = await ctx.tick().sample(engine.o.valid, engine.o.payload.data)
+            if out:
+                got.append(data - (data >> 31 << 32))
+
+    async def test(ctx) -> None:
+        ctx.set(engine.o.ready, 1)
+        await ctx.tick().repeat(8)
+        for _ in range(60):
+            number, record = rng.randrange(3), words(rng, 2)
+            fault = rng.random()
+            ctx.set(engine.choice, number)
+            await ctx.tick().repeat(8)
+            if fault < 0.3:
+                length = core.parts[number].schedule.length
+                await feed(ctx, number, words(rng, 2), cycles=rng.randrange(2, length - 1))
+                got.clear()
+                await ctx.tick().repeat(8)
+            elif fault < 0.5:
+                await feed(ctx, number, record[:1])
+                await ctx.tick().repeat(8)
+            await feed(ctx, number, record)
+            await drain(ctx, 2)
+            assert got == models.update(number, record), number
+            got.clear()
+            await ctx.tick().repeat(core.parts[number].schedule.length)
+
+    sim = Simulator(ResetInserter(reset)(engine))
+    sim.add_clock(1e-8)
+    sim.add_testbench(test)
+    sim.run()
