@@ -100,7 +100,7 @@ def test_registers_by_name_or_address(table: RegisterTable) -> None:
     [
         ({"width": 8}, "255", 255),
         ({"width": 8, "signed": True}, "-128", -128),
-        ({"frac": 4}, "-1.53", -24),
+        ({"frac": 4}, "-1.55", -25),
         ({"frac": -4}, "1e3", 62),
         ({}, "0x7fffffff", 2**31 - 1),
         ({"width": 2, "names": ["slow", "fast"]}, "fast", 1),
