@@ -73,8 +73,8 @@ def test_what_is_no_whole_update() -> None:
         timeline_of(BOARD, run(frames=8)[0], filter=1, update=1)
     with pytest.raises(ValueError, match="^update 1 must have a frame, not none$"):
         timeline_of(BOARD, run(number=3)[0], filter=1, update=1)
-    # Frames between the updates are nobody's.
+    # Nobody's: frames between the updates, and one that ends behind the sample.
     made, _ = run()
-    more = np.concatenate([made.trace.select, [[90_000, 91_000]]])
+    more = np.concatenate([made.trace.select, [[90_000, 91_000], [130_900, 131_100]]])
     made.trace = dataclasses.replace(made.trace, select=more)
     assert len(timeline_of(BOARD, made, filter=1, update=1).frames) == 9
