@@ -5,8 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator
 
-from boresight.firmware.check import check
+from boresight.firmware.layout import head
 from boresight.firmware.names import comment, identifier, literal, unique
+from boresight.model.words.check import check_complete
 from boresight.model.words.program import Kind, Negate, Op, Overflow, Program, Scale, Term, When
 
 __all__ = ["Body"]
@@ -58,7 +59,7 @@ class Body:
     """
 
     def __init__(self, program: Program, *, prefix: str | None = None) -> None:
-        check(program)
+        check_complete(program)
         if prefix is not None and identifier(prefix) != prefix:
             raise ValueError(f"prefix must be a C identifier, not {prefix!r}")
         name = identifier(program.name) if prefix is None else prefix
@@ -73,6 +74,12 @@ class Body:
 
     def _names(self, values: Iterable[int]) -> list[str]:
         return [self.program.values[n].name for n in values]
+
+    def head(self, suffix: str, brief: str) -> str:
+        """First comment of a file."""
+        origin = f'Generated from the program "{comment(self.program.name)}"; do not edit.'
+        digest = f"Program digest: {self.program.digest}"
+        return head(f"{self.name}{suffix}", brief, origin, digest)
 
     def word(self, number: int) -> str:
         """Expression of a value: its local variable, or a literal for a constant."""

@@ -6,10 +6,10 @@ import ctypes
 import functools
 import shutil
 import subprocess
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -25,20 +25,16 @@ __all__ = [
     "CFLAGS",
     "CModel",
     "WordRanges",
-    "build_library",
+    "array_of",
     "compiled_library",
     "find_compiler",
-    "program_library",
+    "instance",
 ]
 
-#: Flags for speed; the others are fixed in `build_library`. More takes twice as long to compile and
-#: runs hardly faster.
+#: Flags for speed; others are fixed. More takes twice as long to compile and runs hardly faster.
 CFLAGS = ("-O1",)
 
 _FIXED_FLAGS = ("-std=c99", "-shared", "-fPIC")
-_INT32_POINTER = ctypes.POINTER(ctypes.c_int32)
-_INT64_POINTER = ctypes.POINTER(ctypes.c_int64)
-_UINT8_POINTER = ctypes.POINTER(ctypes.c_uint8)
 
 
 def find_compiler() -> str:
@@ -59,21 +55,27 @@ def _version(compiler: str) -> str:
     ).stdout
 
 
-def build_library(
-    program: Program, *, cflags: Sequence[str] = CFLAGS, cache: Path | None = None
-) -> Path:
-    """Shared library of a program, compiled unless the cache has it.
+@contextmanager
+def compiled_library(
+    files: Mapping[str, str],
+    *,
+    cflags: Sequence[str] = CFLAGS,
+    libraries: Sequence[str] = (),
+    cache: Path | None = None,
+) -> Iterator[Path]:
+    """Shared library of C99 files, compiled unless the cache has it; there until the block ends.
 
-    The library stands beside its sources, in an entry of the build cache (`boresight.disk.cache`)
-    whose name is the hash of the sources (and with them of the program), the compiler and the
-    flags.
+    It stands beside its sources, in an entry of the build cache (`boresight.disk.cache`) whose name
+    is the hash of the sources, the compiler and the flags.
 
     Parameters
     ----------
-    program : Program
-        What to compile.
+    files : mapping of str to str
+        ``<name>.h`` first; ``<name>_host.c`` includes the others.
     cflags : sequence of str
         Flags beside those that make a shared library of C99.
+    libraries : sequence of str
+        To link with.
     cache : Path or None
         Folder of the cache; None: that of the user.
 
@@ -82,34 +84,8 @@ def build_library(
     ToolMissing
         If there is no compiler.
     """
-    with program_library(program, cflags=cflags, cache=cache) as library:
-        return library
-
-
-@contextmanager
-def program_library(
-    program: Program, *, cflags: Sequence[str] = CFLAGS, cache: Path | None = None
-) -> Iterator[Path]:
-    """As `build_library`; the file stays in the cache at least until the end of the block."""
-    files = emit_c(program)
     name = next(iter(files)).removesuffix(".h")
-    with compiled_library(
-        files, name=name, source=f"{name}_host.c", cflags=cflags, cache=cache
-    ) as library:
-        yield library
-
-
-@contextmanager
-def compiled_library(
-    files: Mapping[str, str],
-    *,
-    name: str,
-    source: str,
-    cflags: Sequence[str] = CFLAGS,
-    libraries: Sequence[str] = (),
-    cache: Path | None = None,
-) -> Iterator[Path]:
-    """Shared library ``name`` of a C99 source and its ``libraries``; see `program_library`."""
+    source = f"{name}_host.c"
     compiler = find_compiler()
     flags = [*_FIXED_FLAGS, *cflags]
     identity = repr([compiler, _version(compiler), name, source, flags, libraries, dict(files)])
@@ -125,6 +101,34 @@ def compiled_library(
     entry = Cache(cache).get(name, identity, make)
     yield entry.path / f"{name}.so"
     del entry  # which kept it in use
+
+
+def instance(library: Path, **arguments: Sequence[Any]) -> dict[str, Callable[..., None]]:
+    """One estimator of a compiled library, initialised: its functions by name.
+
+    Parameters
+    ----------
+    library : Path
+        Whose functions are called ``STEM_NAME`` and take the estimator first.
+    **arguments
+        Types of the other arguments, by name of the function; `array_of` for arrays.
+    """
+    loaded = ctypes.CDLL(str(library))
+    size = getattr(loaded, f"{library.stem}_size")
+    size.argtypes, size.restype = [], ctypes.c_size_t
+    memory = ctypes.create_string_buffer(size())
+    functions: dict[str, Callable[..., None]] = {}
+    for name, types in {"init": (), "reset": (), **arguments}.items():
+        function = getattr(loaded, f"{library.stem}_{name}")
+        function.argtypes, function.restype = [ctypes.c_void_p, *types], None
+        functions[name] = functools.partial(function, memory)
+    functions["init"]()
+    return functions
+
+
+def array_of(kind: npt.DTypeLike) -> Any:
+    """Type of an argument that is an array."""
+    return np.ctypeslib.ndpointer(kind, flags="C_CONTIGUOUS")
 
 
 class WordRanges(NamedTuple):
@@ -151,7 +155,7 @@ class CModel:
     program : Program
         What to run.
     cflags, cache
-        See `build_library`.
+        See `compiled_library`.
 
     Attributes
     ----------
@@ -165,41 +169,16 @@ class CModel:
         self.program = program
         self.cflags = tuple(cflags)
         self._params = {program.values[n].name: n for n in program.of_kind(Kind.PARAM)}
-        with program_library(program, cflags=cflags, cache=cache) as self.library:
-            library = ctypes.CDLL(str(self.library))
-        name = self.library.stem
-        pointer = ctypes.c_void_p
-        self._reset = getattr(library, f"{name}_reset")
-        self._reset.argtypes, self._reset.restype = [pointer], None
-        self._set_param = getattr(library, f"{name}_set_param")
-        self._set_param.argtypes = [pointer, ctypes.c_size_t, ctypes.c_int32]
-        self._set_param.restype = None
-        self._run = getattr(library, f"{name}_run")
-        self._run.argtypes = [
-            pointer,
-            ctypes.c_size_t,
-            _INT32_POINTER,
-            _INT32_POINTER,
-            _UINT8_POINTER,
-        ]
-        self._run.restype = None
-        self._words = getattr(library, f"{name}_words")
-        self._words.argtypes = [pointer, _INT32_POINTER, _INT32_POINTER]
-        self._words.restype = None
-        self._observe = getattr(library, f"{name}_observe")
-        self._observe.argtypes = [
-            pointer,
-            ctypes.c_size_t,
-            *3 * [_INT32_POINTER],
-            *3 * [_INT64_POINTER],
-        ]
-        self._observe.restype = None
-        size = getattr(library, f"{name}_size")
-        size.argtypes, size.restype = [], ctypes.c_size_t
-        init = getattr(library, f"{name}_init")
-        init.argtypes, init.restype = [pointer], None
-        self._self = ctypes.create_string_buffer(size())
-        init(self._self)
+        count, word = ctypes.c_size_t, ctypes.c_int32
+        words, numbers = array_of(np.int32), array_of(np.int64)
+        with compiled_library(emit_c(program), cflags=cflags, cache=cache) as self.library:
+            self._call = instance(
+                self.library,
+                set_param=(count, word),
+                run=(count, words, words, array_of(np.uint8)),
+                words=(words, words),
+                observe=(count, *3 * (words,), *3 * (numbers,)),
+            )
 
     def _checked(self, words: npt.ArrayLike, what: str) -> npt.NDArray[np.int32]:
         """Words as contiguous int32; ValueError if one does not fit."""
@@ -222,7 +201,7 @@ class CModel:
 
     def reset(self) -> None:
         """Set the states to their reset words; parameters stay as they are."""
-        self._reset(self._self)
+        self._call["reset"]()
 
     def set_param(self, name: str, word: int) -> None:
         """Write a parameter, by the name of its value.
@@ -235,7 +214,7 @@ class CModel:
         if name not in self._params:
             known = ", ".join(self._params) or "none"
             raise ValueError(f"name must be a parameter ({known}), not {name!r}")
-        self._set_param(self._self, self._params[name], int(self._checked([word], "word")[0]))
+        self._call["set_param"](self._params[name], int(self._checked([word], "word")[0]))
 
     def update(self, inputs: npt.ArrayLike) -> tuple[IntArray, npt.NDArray[np.bool_]]:
         """Run n updates.
@@ -259,13 +238,7 @@ class CModel:
         words = self._records(inputs)
         outputs = np.empty((len(words), len(self.program.outputs)), dtype=np.int32)
         saturated = np.empty(len(words), dtype=np.uint8)
-        self._run(
-            self._self,
-            len(words),
-            words.ctypes.data_as(_INT32_POINTER),
-            outputs.ctypes.data_as(_INT32_POINTER),
-            saturated.ctypes.data_as(_UINT8_POINTER),
-        )
+        self._call["run"](len(words), words, outputs, saturated)
         return outputs.astype(np.int64), saturated.astype(np.bool_)
 
     def values_of_update(self, inputs: npt.ArrayLike) -> dict[int, int]:
@@ -280,9 +253,7 @@ class CModel:
         if words.shape != (n_inputs,):
             raise ValueError(f"inputs must have shape ({n_inputs},), not {words.shape}")
         values = np.empty(len(self.program.values), dtype=np.int32)
-        self._words(
-            self._self, words.ctypes.data_as(_INT32_POINTER), values.ctypes.data_as(_INT32_POINTER)
-        )
+        self._call["words"](words, values)
         return {number: int(word) for number, word in enumerate(values)}
 
     def observe(self, inputs: npt.ArrayLike) -> WordRanges:
@@ -303,10 +274,5 @@ class CModel:
         low = np.full(count, limit.max, dtype=np.int32)
         high = np.full(count, limit.min, dtype=np.int32)
         at = np.zeros((3, count), dtype=np.int64)  # low_at, high_at, saturations
-        self._observe(
-            self._self,
-            len(words),
-            *(a.ctypes.data_as(_INT32_POINTER) for a in (words, low, high)),
-            *(a.ctypes.data_as(_INT64_POINTER) for a in at),
-        )
+        self._call["observe"](len(words), words, low, high, *at)
         return WordRanges(low.astype(np.int64), high.astype(np.int64), *at)

@@ -7,21 +7,16 @@ one update. The same program gives the same text.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 from boresight.firmware.body import Body
 from boresight.firmware.helpers import definitions, helpers
 from boresight.firmware.host import host_source
-from boresight.firmware.layout import END, banner, block, head, join
+from boresight.firmware.layout import banner, block, header, source
 from boresight.firmware.names import literal, unique
 from boresight.model.words.program import Program
 
 __all__ = ["emit_c"]
-
-
-def _struct(name: str, members: Iterable[str], *, note: str) -> str:
-    lines = list(members) or ["int32_t none; // nothing: C99 has no empty structure"]
-    return f"// {note}\n{block('typedef struct', lines)} {name};"
 
 
 def _members(body: Body, numbers: Sequence[int], members: Sequence[str]) -> list[str]:
@@ -60,54 +55,6 @@ def _constants(body: Body) -> str:
     return "\n".join(lines)
 
 
-def _header(body: Body) -> str:
-    p, name = body.program, body.name
-    guard = f"{name.upper()}_H"
-    return join(
-        head(body, ".h", "Fixed-point estimator: a word w stands for w * 2^-FRAC."),
-        f"#ifndef {guard}\n#define {guard}",
-        banner("Includes"),
-        "#include <stdbool.h>\n#include <stdint.h>",
-        banner("Definitions"),
-        _constants(body),
-        _struct(
-            f"{name}_params_t",
-            _members(body, body.params, body.param_members),
-            note="Parameters: may be changed between updates.",
-        ),
-        _struct(
-            f"{name}_state_t",
-            _members(body, body.states, body.state_members),
-            note="States: all members private.",
-        ),
-        _struct(
-            f"{name}_t", [f"{name}_params_t params;", f"{name}_state_t state;"], note="Estimator."
-        ),
-        _struct(
-            f"{name}_in_t",
-            _members(body, p.inputs, body.input_members),
-            note=f"Inputs of one update: words of {p.arithmetic.word} bits, sign-extended.",
-        ),
-        _struct(
-            f"{name}_out_t",
-            [
-                *_members(body, p.outputs, body.output_members),
-                "bool saturated; // a result of this update was clamped",
-            ],
-            note="Outputs of one update.",
-        ),
-        banner("Function declarations"),
-        '#ifdef __cplusplus\nextern "C" {\n#endif',
-        f"// Sets the parameters to their defaults and the states to their reset words.\n"
-        f"void {name}_init({name}_t *self);",
-        f"// Sets the states to their reset words.\nvoid {name}_reset({name}_t *self);",
-        f"// Runs one update.\n"
-        f"void {name}_update({name}_t *self, const {name}_in_t *in, {name}_out_t *out);",
-        "#ifdef __cplusplus\n}\n#endif",
-        "#endif",
-    )
-
-
 def _table(body: Body) -> str:
     if not body.uses_table:
         return ""
@@ -128,44 +75,6 @@ def _assign(body: Body, group: str, numbers: Sequence[int], members: Sequence[st
     ]
 
 
-def _source(body: Body) -> str:
-    p, name = body.program, body.name
-    after = [
-        f"out->{member} = {body.word(n)};"
-        for n, member in zip(p.outputs, body.output_members, strict=True)
-    ]
-    statements = body.statements(after=[*after, "out->saturated = saturated;"])
-    text = "\n".join(statements)
-    unused = [
-        f"(void) {name};" for name, use in (("self", "self->"), ("in", "in->")) if use not in text
-    ]
-    states = _assign(body, "state", body.states, body.state_members)
-    params = _assign(body, "params", body.params, body.param_members)
-    return join(
-        head(
-            body,
-            ".c",
-            f"Fixed-point estimator, {p.arithmetic.word}-bit words, {len(p.ops)} operations.",
-        ),
-        banner("Includes"),
-        f'#include "{name}.h"',
-        banner("Definitions"),
-        definitions(p.arithmetic),
-        banner("Variables") if body.uses_table else "",
-        _table(body),
-        banner("Functions"),
-        helpers(text),
-        block(f"void {name}_init({name}_t *const self)", [*params, f"{name}_reset(self);"]),
-        block(f"void {name}_reset({name}_t *const self)", states or ["(void) self;"]),
-        block(
-            f"void {name}_update({name}_t *const self, const {name}_in_t *const in, "
-            f"{name}_out_t *const out)",
-            unused + statements,
-        ),
-        END,
-    )
-
-
 def emit_c(program: Program, *, prefix: str | None = None) -> dict[str, str]:
     """Texts of ``<name>.h``, ``<name>.c`` and ``<name>_host.c`` by file name.
 
@@ -182,8 +91,48 @@ def emit_c(program: Program, *, prefix: str | None = None) -> dict[str, str]:
         If the program is incomplete or the prefix is no identifier.
     """
     body = Body(program, prefix=prefix)
+    p, name = program, body.name
+    after = [
+        f"out->{member} = {body.word(n)};"
+        for n, member in zip(p.outputs, body.output_members, strict=True)
+    ]
+    update = body.statements(after=[*after, "out->saturated = saturated;"])
     return {
-        f"{body.name}.h": _header(body),
-        f"{body.name}.c": _source(body),
-        f"{body.name}_host.c": host_source(body),
+        f"{name}.h": header(
+            name,
+            body.head(".h", "Fixed-point estimator: a word w stands for w * 2^-FRAC."),
+            includes="#include <stdbool.h>\n#include <stdint.h>",
+            definitions=_constants(body),
+            members={
+                "params": _members(body, body.params, body.param_members),
+                "state": _members(body, body.states, body.state_members),
+                "in": _members(body, p.inputs, body.input_members),
+                "out": [
+                    *_members(body, p.outputs, body.output_members),
+                    "bool saturated; // a result of this update was clamped",
+                ],
+            },
+            number="int32_t",
+            words=f": words of {p.arithmetic.word} bits, sign-extended",
+            start="reset words",
+        ),
+        f"{name}.c": source(
+            name,
+            body.head(
+                ".c",
+                f"Fixed-point estimator, {p.arithmetic.word}-bit words, {len(p.ops)} operations.",
+            ),
+            before=[
+                banner("Definitions"),
+                definitions(p.arithmetic),
+                banner("Variables") if body.uses_table else "",
+                _table(body),
+                banner("Functions"),
+                helpers("\n".join(update)),
+            ],
+            params=_assign(body, "params", body.params, body.param_members),
+            states=_assign(body, "state", body.states, body.state_members),
+            update=update,
+        ),
+        f"{name}_host.c": host_source(body),
     }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from boresight.firmware.body import Body
-from boresight.firmware.layout import END, banner, block, head, join
+from boresight.firmware.layout import END, banner, block, join
 from boresight.model.words.program import Op, Overflow
 
 __all__ = ["host_source"]
@@ -146,7 +146,7 @@ def host_source(body: Body) -> str:
     """Text of ``<name>_host.c``."""
     name = body.name
     return join(
-        head(body, "_host.c", "Entry points for a host: many updates, every word, parameters."),
+        body.head("_host.c", "Entry points for a host: many updates, every word, parameters."),
         banner("Includes"),
         f'#include "{name}.c"\n\n#include <stddef.h>',
         banner("Function declarations"),

@@ -17,12 +17,13 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model import ops
-from boresight.model.declarations import Given, Input, Named, Output, Param, State, check_declared
+from boresight.model.declarations import Input, Named, Output, Param, State, check_declared
 from boresight.model.errors import InputError, closest
-from boresight.model.lowering.graph import Graph, Node
+from boresight.model.lowering.graph import Node
 from boresight.model.lowering.lower import lower
+from boresight.model.lowering.trace import Scalar, Trace, Tracer
 from boresight.model.words.fixed import Arithmetic
-from boresight.model.words.program import Kind, Link, Port, Program
+from boresight.model.words.program import InPort, Kind, Link, Port, Program
 
 __all__ = [
     "Estimator",
@@ -231,7 +232,7 @@ class Estimator:
         return self.compile_traced(word=word)[0]
 
     def compile_traced(self, *, word: int = 32) -> tuple[Program, dict[int, Node]]:
-        """`compile`, and the traced node that each value of the program holds, by value number.
+        """`compile`, and the node that each value of the program holds, by value number.
 
         Values that belong to no node (constants, parts of a function) are left out.
         """
@@ -243,50 +244,65 @@ class Estimator:
                 fix="choose a width inside the range",
             )
         self.check_declarations()
-        g = Graph(self.name)
-        taken = [i.given or Given(0, i.low, i.high) for i in self.inputs]
-        u = [
-            g.leaf("input", i.name, t.low, t.high, i.unit)
-            for i, t in zip(self.inputs, taken, strict=True)
-        ]
-        seen = [
-            ops.clip(n, i.low, i.high) if i.beyond else n
-            for i, n in zip(self.inputs, u, strict=True)
-        ]
-        p = [g.leaf("param", i.name, i.low, i.high, i.unit) for i in self.params]
-        x = [g.leaf("state", i.name, i.low, i.high, i.unit) for i in self.states]
-
-        def by_name(nodes: Sequence[Node], declared: Sequence[Named]) -> SimpleNamespace:
-            return SimpleNamespace(**{d.name: n for d, n in zip(declared, nodes, strict=True)})
-
-        after, out = self.checked_step(
-            by_name(x, self.states), by_name(seen, self.inputs), by_name(p, self.params)
-        )
-        nodes: dict[int, Node] = {}
-        program = lower(
-            self.name,
-            arithmetic=Arithmetic(word=word),
-            inputs=u,
-            params=[(n, i.default, i.meaning) for n, i in zip(p, self.params, strict=True)],
-            states=[
-                (n, s.initial, g.lift(after[s.name])) for n, s in zip(x, self.states, strict=True)
-            ],
-            outputs={o.name: g.lift(out[o.name]) for o in self.outputs},
-            fracs={i.name: i.given.frac for i in self.inputs if i.given is not None},
-            nodes=nodes,
-        )
+        program, nodes = lower(self.trace(), Arithmetic(word=word))
+        held = {value: node.number for value, node in nodes.items()}
         # An output that is the next value of a state begins as the state does.
-        first = {g.lift(after[s.name]).number: s.initial for s in self.states}
+        first = {
+            held.get(after): s.initial
+            for (_, after), s in zip(program.states, self.states, strict=True)
+        }
         ports = tuple(
-            Port(o.name, o.unit, o.tolerance, o.meaning, first.get(g.lift(out[o.name]).number, 0.0))
-            for o in self.outputs
+            Port(o.name, o.unit, o.tolerance, o.meaning, first.get(held.get(n, -1), 0.0))
+            for n, o in zip(program.outputs, self.outputs, strict=True)
         )
         links = tuple(
             Link(n, i.source.partition(".")[0], i.source.partition(".")[2])
             for n, i in zip(program.inputs, self.inputs, strict=True)
             if i.source
         )
-        return replace(program, ports=ports, urgent=self.urgent, links=links), nodes
+        in_ports = tuple(InPort(i.missing, i.flags) for i in self.inputs)
+        return (
+            replace(program, ports=ports, urgent=self.urgent, links=links, in_ports=in_ports),
+            nodes,
+        )
+
+    def trace(self) -> Trace:
+        """Record one `step`.
+
+        Raises
+        ------
+        InputError
+            As `checked_step`.
+        """
+        tracer = Tracer(self.name)
+
+        def leaves(kind: str, declared: Sequence[Input | Param | State]) -> list[Scalar]:
+            spans = [(d, getattr(d, "given", None) or d) for d in declared]
+            return [tracer.leaf(kind, d.name, span.low, span.high, d.unit) for d, span in spans]
+
+        def by_name(declared: Sequence[Named], values: Sequence[Any]) -> SimpleNamespace:
+            return SimpleNamespace(**{d.name: v for d, v in zip(declared, values, strict=True)})
+
+        u, p = leaves("input", self.inputs), leaves("param", self.params)
+        x = leaves("state", self.states)
+        seen = [
+            ops.clip(n, i.low, i.high) if i.beyond else n
+            for n, i in zip(u, self.inputs, strict=True)
+        ]
+        after, out = self.checked_step(
+            by_name(self.states, x), by_name(self.inputs, seen), by_name(self.params, p)
+        )
+        return Trace(
+            tracer,
+            u,
+            {o.name: tracer.lift(out[o.name]) for o in self.outputs},
+            [(n, i.default, i.meaning) for n, i in zip(p, self.params, strict=True)],
+            [
+                (n, s.initial, tracer.lift(after[s.name]))
+                for n, s in zip(x, self.states, strict=True)
+            ],
+            {i.name: i.given.frac for i in self.inputs if i.given is not None},
+        )
 
     def checked_step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         """`step`, whose mistakes become one line with the place where they happened.

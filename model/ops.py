@@ -1,7 +1,7 @@
 """The operations estimators are written in: the same code on float64 arrays and on the tracer.
 
 On numpy arrays each function computes in float64, element by element; on traced values
-(`model.lowering.graph.Node`) it adds to the graph. On plain numbers its result is correctly rounded
+(`model.lowering.trace.Scalar`) it is recorded. On plain numbers its result is correctly rounded
 (`model.words.rounded`): such constants become part of a program, and must be the same on every
 machine; those of ``math`` and numpy are not. Besides these functions use ``+ - * /``, unary minus
 and the comparisons ``< > <= >=`` whose results combine with ``& | ~``.
@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from boresight.model.lowering.graph import LEAVES, Condition, Node
+from boresight.model.lowering.trace import Condition, Scalar
 from boresight.model.words import rounded
 
 __all__ = [
@@ -41,16 +41,20 @@ __all__ = [
 ]
 
 
-def _plain(x: Any) -> bool:
-    """Whether ``x`` is a number of Python's own, and no element of an array."""
-    return type(x) in (int, float)
+def _plain(*numbers: Any) -> bool:
+    """Whether these are numbers of Python's own, and no elements of arrays."""
+    return all(type(x) in (int, float) for x in numbers)
+
+
+def _record(kind: str, *numbers: Any) -> Any:
+    """The function of numbers of which some are traced; None where none is."""
+    tracer = next((x.tracer for x in numbers if isinstance(x, Scalar)), None)
+    return None if tracer is None else tracer.new(kind, *map(tracer.lift, numbers))
 
 
 def named(name: str, x: Any) -> Any:
     """``x``; in the program its value carries this name."""
-    if isinstance(x, Node) and x.kind not in LEAVES and x.name is None:
-        x.name = name
-    return x
+    return x.tracer.new("named", x, data=(name,)) if isinstance(x, Scalar) else x
 
 
 def bounded(x: Any, low: float, high: float, reason: str) -> Any:
@@ -58,74 +62,82 @@ def bounded(x: Any, low: float, high: float, reason: str) -> Any:
 
     The fixed-point value takes its format from this range and saturates (with the sticky flag)
     should it ever be wrong. On floats nothing happens.
+
+    Raises
+    ------
+    ValueError
+        The range is not finite, or not ordered.
     """
-    return x.graph.bounded(x, low, high, reason) if isinstance(x, Node) else x
+    if not -math.inf < low <= high < math.inf:
+        raise ValueError(f"a range must be finite and ordered, not [{low:g}, {high:g}]")
+    return x.tracer.new("bounded", x, data=(low, high, reason)) if isinstance(x, Scalar) else x
 
 
 def where(condition: Any, yes: Any, no: Any) -> Any:
     """``yes`` where the condition holds, else ``no``."""
     if isinstance(condition, Condition):
-        g = condition.node.graph
-        return g.select(condition, g.lift(yes), g.lift(no))
+        lift = condition.tracer.lift
+        return condition.tracer.new("select", condition, lift(yes), lift(no))
     return np.where(condition, yes, no)
 
 
 def saturated(x: Any, limit: float) -> Any:
-    """``x`` clamped to [-limit, limit], a power of two: costs nothing in fixed point."""
-    return x.graph.saturated(x, limit) if isinstance(x, Node) else np.clip(x, -limit, limit)
+    """``x`` clamped to [-limit, limit], a power of two: costs nothing in fixed point.
+
+    Raises
+    ------
+    ValueError
+        The limit is no power of two.
+    """
+    if math.frexp(limit)[0] != 0.5:
+        raise ValueError(f"limit must be a power of two, not {limit!r}")
+    if isinstance(x, Scalar):
+        return x.tracer.new("saturated", x, data=(limit,))
+    return np.clip(x, -limit, limit)
 
 
 def flip(condition: Any, x: Any) -> Any:
     """-x where the condition holds, else ``x``."""
     if isinstance(condition, Condition):
-        g = condition.node.graph
-        return g.flip(condition, g.lift(x))
+        return condition.tracer.new("flip", condition, condition.tracer.lift(x))
     return np.where(condition, -x, x)
 
 
 def absolute(x: Any) -> Any:
     """|x|."""
-    return x.graph.absolute(x) if isinstance(x, Node) else np.abs(x)
+    return _record("absolute", x) if isinstance(x, Scalar) else np.abs(x)
 
 
 def minimum(a: Any, b: Any) -> Any:
     """The smaller of two."""
-    return where(a < b, a, b)
+    traced = _record("smaller", a, b)
+    return np.where(a < b, a, b) if traced is None else traced
 
 
 def maximum(a: Any, b: Any) -> Any:
-    """The larger of two."""
-    return where(a < b, b, a)
+    """The larger of two. ``maximum(x, c)`` of a constant c > 0 makes a divisor of any ``x``."""
+    traced = _record("larger", a, b)
+    return np.where(a < b, b, a) if traced is None else traced
 
 
 def clip(x: Any, low: float, high: float) -> Any:
-    """``x`` limited to [low, high] (exactly, by comparison).
-
-    What has no finite range yet, as a product with `rsqrt`, gets one on the way.
-    """
-    if not isinstance(x, Node):
-        return np.clip(x, low, high)
-    g = x.graph
-    if not math.isfinite(x.low + x.high):
-        largest = max(abs(low), abs(high)) or 1.0
-        x = g.saturated(x, math.ldexp(2.0, rounded.binary_exponent(largest)))
-    if x.low < low:
-        x = g.bounded(where(x < low, low, x), low, max(x.high, low), "clip")
-    if x.high > high:
-        x = g.bounded(where(x > high, high, x), min(x.low, high), high, "clip")
-    return x
+    """``x`` limited to [low, high] (exactly, by comparison)."""
+    return (
+        x.tracer.new("clip", x, data=(low, high))
+        if isinstance(x, Scalar)
+        else np.clip(x, low, high)
+    )
 
 
 def wrap_ht(x: Any) -> Any:
     """``x`` half turns wrapped to [-1, 1). Exact in fixed point."""
-    return x.graph.wrap(x) if isinstance(x, Node) else (x + 1.0) % 2.0 - 1.0
+    return _record("wrap", x) if isinstance(x, Scalar) else (x + 1.0) % 2.0 - 1.0
 
 
 def sincos_ht(x: Any) -> tuple[Any, Any]:
     """sin(pi x), cos(pi x) of ``x`` half turns."""
-    if isinstance(x, Node):
-        g = x.graph
-        return g.function("sin", x), g.function("sin", x, quarter=True)
+    if isinstance(x, Scalar):
+        return _record("sin", x), _record("cos", x)
     if _plain(x):
         return rounded.sin_ht(x), rounded.cos_ht(x)
     return np.sin(np.pi * x), np.cos(np.pi * x)
@@ -137,56 +149,36 @@ def rsqrt(x: Any) -> Any:
     In fixed point arguments below 2^-22 of the full scale (W = 32) count as that; multiply the
     result by something before you store it, so that its exponent stays free.
     """
-    if isinstance(x, Node):
-        return x.graph.function("rsqrt", x)
+    if isinstance(x, Scalar):
+        return _record("rsqrt", x)
     if _plain(x):
         return rounded.rsqrt(max(x, 1e-300))
     return 1.0 / np.sqrt(np.maximum(x, 1e-300))
 
 
 def sqrt(x: Any) -> Any:
-    """Square root of x >= 0, as x * rsqrt(x): too small below the least argument of `rsqrt`."""
-    if isinstance(x, Node):
-        if x.kind == "const":
-            return x.graph.const(math.sqrt(x.value))
-        root = x * x.graph.function("rsqrt", x)
-        root.low, root.high = math.sqrt(max(x.low, 0.0)), math.sqrt(max(x.high, 0.0))
-        return root
-    return np.sqrt(x)
+    """Square root of x >= 0.
+
+    In fixed point x * rsqrt(x): too small below the least argument of `rsqrt`.
+    """
+    return _record("sqrt", x) if isinstance(x, Scalar) else np.sqrt(x)
 
 
 def asin_ht(x: Any) -> Any:
     """Half turns whose sine is ``x`` in [0, 0.7188): up to an eighth of a turn and a little."""
-    if isinstance(x, Node):
-        return x.graph.function("asin", x)
+    if isinstance(x, Scalar):
+        return _record("asin", x)
     if _plain(x):
         return rounded.asin_ht(min(max(x, 0.0), 1.0))
     return np.arcsin(np.clip(x, 0.0, 1.0)) / np.pi
 
 
 def atan2_ht(y: Any, x: Any) -> Any:
-    """Angle of the vector (x, y) in half turns, [-1, 1); of the zero vector 0.
-
-    Fixed point: scale the smaller component to a sine, s = min(|x|,|y|) / sqrt(x^2 + y^2) <= 0.71,
-    take asin(s) from its table and unfold the octants::
-
-        swap = x^2 < y^2                             the angle is measured from the y axis
-        angle = base +- asin(s),  minus if swap xor (x < 0) xor (y < 0)
-        base  = swap ? (y < 0 ? -1/2 : 1/2) : (x < 0 ? 1 : 0)
-    """
-    if not isinstance(x, Node) and not isinstance(y, Node):
-        if _plain(x) and _plain(y):
-            angle = rounded.atan2_ht(y, x)
-        else:
-            angle = np.arctan2(y + 0.0, x + 0.0) / np.pi  # + 0.0: no negative zeros
-        return (angle + 1.0) % 2.0 - 1.0
-    g = (x if isinstance(x, Node) else y).graph
-    x, y = g.lift(x), g.lift(y)
-    xx, yy = x * x, y * y
-    swap = xx < yy
-    sine = g.absolute(where(swap, x, y)) * g.function("rsqrt", xx + yy)
-    sine = g.bounded(sine, 0.0, 0.7188, "smaller component of a unit vector")
-    sign = g.flip(swap, g.flip(x < 0.0, y))
-    base = where(swap, g.flip(y < 0.0, g.const(0.5)), where(x < 0.0, -1.0, 0.0))
-    base = g.bounded(base, -1.0, 0.5, "quadrant")  # known early: a group of its own
-    return g.wrap(base + g.flip(sign < 0.0, g.function("asin", sine)))
+    """Angle of the vector (x, y) in half turns, [-1, 1); of the zero vector 0."""
+    if _plain(x, y):
+        angle = rounded.atan2_ht(y, x)
+    elif (traced := _record("atan2", y, x)) is not None:
+        return traced
+    else:
+        angle = np.arctan2(y + 0.0, x + 0.0) / np.pi  # + 0.0: no negative zeros
+    return (angle + 1.0) % 2.0 - 1.0

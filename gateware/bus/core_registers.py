@@ -128,9 +128,7 @@ class Registers(wiring.Component):
             with m.If(self.grant & self.switch):
                 m.d.sync += self.program.eq(bus.w_data)
 
-        saturated, framing, pending = (
-            Signal(name=name) for name in ("saturated", "framing", "pending")
-        )
+        saturated, framing, pending = (Signal(name=n) for n in ("saturated", "framing", "pending"))
         updates = Signal(word)
         with m.If(bus.w_stb & fixed & ~bus.addr[:3].any()):
             m.d.sync += [

@@ -95,49 +95,13 @@ def to_header(registers: RegisterMap) -> str:
         f"#define {macro}_WORD {registers.word} // bits of a word",
     ]
     for register in registers.registers:
-        stem = f"{macro}_{names[register.address].upper()}"
-        lines += ["", f"// {comment(_title(register))}", f"#define {stem}_ADDR {register.address}"]
-        if register.is_parameter:
-            lines += _ranges(stem, register)
-        else:
-            lines += _shape(stem, register)
-        for bit in register.fields:
-            lines.append(
-                f"#define {stem}_{bit.name.upper()} UINT32_C({bit.mask:#x}) // "
-                f"{comment(bit.meaning)}{'; write 1 to clear' if bit.clear else ''}"
-            )
-            if bit.width > 1:
-                lines += [
-                    f"#define {stem}_{bit.name.upper()}_LSB {bit.bit}",
-                    f"#define {stem}_{bit.name.upper()}_WIDTH {bit.width}",
-                ]
-        for k, choice in enumerate(unique(register.names, taken=("ADDR", "WIDTH", "DEFAULT"))):
-            lines.append(f"#define {stem}_{choice.upper()} {k}")
+        lines += _register(f"{macro}_{names[register.address].upper()}", register)
     lines += ["", "// What the build registers read"]
     lines += [
         f"#define {macro}_BUILD_{part}_VALUE UINT32_C({value:#010x})"
         for part, value in zip(("LOW", "HIGH"), registers.build, strict=True)
     ]
-    taken = set(names.values())
-    for streams in registers.streams:
-        of = "" if len(registers.streams) == 1 else f"{identifier(streams.program)}_"
-        for title, kind, ports in (
-            ("input", "IN", streams.inputs),
-            ("output", "OUT", streams.outputs),
-        ):
-            lines += [
-                "",
-                f"// Words of an {title} record"
-                + (f" of {comment(streams.program)}" if of else "")
-                + ": fraction bits",
-            ]
-            stems = unique((f"{of}{kind}_{port.name}" for port in ports), taken=taken)
-            taken.update(stems)
-            for port, stem in zip(ports, stems, strict=True):
-                lines.append(
-                    f"#define {macro}_{stem.upper()}_FRAC {_number(port.frac)}"
-                    f"{' // ' + comment(port.unit) if port.unit else ''}"
-                )
+    lines += _streams(registers, macro)
     lines += [
         "",
         _RULE,
@@ -154,6 +118,40 @@ def to_header(registers: RegisterMap) -> str:
     if any(r.width for r in registers.registers):
         lines.append(_FIELDS.format(name=name))
     return "\n".join([*lines, "#endif", "", _RULE, "// End of file", ""])
+
+
+def _register(stem: str, register: Register) -> Iterable[str]:
+    """Macros of a register."""
+    yield from ("", f"// {comment(_title(register))}", f"#define {stem}_ADDR {register.address}")
+    yield from _ranges(stem, register) if register.is_parameter else _shape(stem, register)
+    for bit in register.fields:
+        name = f"{stem}_{bit.name.upper()}"
+        clear = "; write 1 to clear" if bit.clear else ""
+        yield f"#define {name} UINT32_C({bit.mask:#x}) // {comment(bit.meaning)}{clear}"
+        if bit.width > 1:
+            yield f"#define {name}_LSB {bit.bit}"
+            yield f"#define {name}_WIDTH {bit.width}"
+    for k, choice in enumerate(unique(register.names, taken=("ADDR", "WIDTH", "DEFAULT"))):
+        yield f"#define {stem}_{choice.upper()} {k}"
+
+
+def _streams(registers: RegisterMap, macro: str) -> Iterable[str]:
+    """Fraction bits of the words of every record."""
+    taken = set(registers.identifiers.values())
+    for streams in registers.streams:
+        several = len(registers.streams) > 1
+        of = f"{identifier(streams.program)}_" if several else ""
+        program = f" of {comment(streams.program)}" if several else ""
+        for title, kind, ports in (
+            ("input", "IN", streams.inputs),
+            ("output", "OUT", streams.outputs),
+        ):
+            yield from ("", f"// Words of an {title} record{program}: fraction bits")
+            stems = unique((f"{of}{kind}_{port.name}" for port in ports), taken=taken)
+            taken.update(stems)
+            for port, stem in zip(ports, stems, strict=True):
+                unit = f" // {comment(port.unit)}" if port.unit else ""
+                yield f"#define {macro}_{stem.upper()}_FRAC {_number(port.frac)}{unit}"
 
 
 def _title(register: Register) -> str:

@@ -10,110 +10,120 @@ from boresight.model.words.fixed import Format
 __all__ = ["to_markdown"]
 
 
+_INTRODUCTION = """\
+{programs} `{digest}`; words of {word} bits. Addresses count words; in a memory map word k stands \
+at byte 4 k. `fixed<W,I>` has W bits, I of them before the binary point, with the sign. \
+`build_low` and `build_high` read {build}.
+"""
+
+_CHOICE = (
+    "A write of `program` waits until the update at work has ended; a number without a program is "
+    "ignored. Each program keeps its states while others run.",
+    "",
+)
+
+
 def to_markdown(registers: RegisterMap) -> str:
     """A page: parameters, registers and their bits, words of the streams."""
-    build = " and ".join(f"`{value:#010x}`" for value in registers.build)
-    parameters = [
-        (
-            str(r.address),
-            f"`{r.name}`",
-            _format(registers, r.frac),
-            r.unit,
-            f"{r.low:g} to {r.high:g}",
-            f"{_default(r):.6g}",
-            r.meaning,
-        )
-        for r in registers.parameters
+    is_core = registers.title == "core"
+    choices = _choices(registers)
+    page = [
+        f"# Registers of the {registers.title} `{registers.name}`",
+        "",
+        _INTRODUCTION.format(
+            programs="Program" if len(registers.streams) == 1 else "Programs",
+            digest=registers.digest,
+            word=registers.word,
+            build=" and ".join(f"`{value:#010x}`" for value in registers.build),
+        ),
+        "## Parameters",
+        "",
+        "Write only. A write waits until the update at work has ended.",
+        "",
+        _parameters(registers),
+        "## Status" if is_core else "## Status, settings, results, counters",
+        "",
+        _others(registers),
+        _fields(registers),
+        *([_table(("register", "value", "name"), choices)] if choices else []),
+        *(_CHOICE if is_core and choices else []),
     ]
-    others = [
-        (
-            str(r.address),
-            f"`{r.name}`",
-            r.access.value,
-            _bits(registers, r),
-            r.unit,
-            _reset(r),
-            r.meaning,
-        )
-        for r in registers.registers
-        if not r.is_parameter
-    ]
-    bits = [
-        (
-            f"`{r.name}`",
-            f"{f.bit + f.width - 1}:{f.bit}" if f.width > 1 else str(f.bit),
-            f"`{f.name}`",
-            f.meaning + ("; write 1 to clear" if f.clear else ""),
-        )
-        for r in registers.registers
-        for f in r.fields
-    ]
+    for streams in registers.streams:
+        of = f" of `{streams.program}`" if len(registers.streams) > 1 else ""
+        page += [f"## Input record{of}", "", _ports(registers, streams.inputs)]
+        page += [f"## Output record{of}", "", _ports(registers, streams.outputs)]
+    return "\n".join(page).rstrip("\n") + "\n"
 
-    choices = [
+
+def _parameters(registers: RegisterMap) -> str:
+    return _table(
+        ("address", "name", "format", "unit", "range", "default", "meaning"),
+        (
+            (
+                str(r.address),
+                f"`{r.name}`",
+                _format(registers, r.frac),
+                r.unit,
+                f"{r.low:g} to {r.high:g}",
+                f"{_default(r):.6g}",
+                r.meaning,
+            )
+            for r in registers.parameters
+        ),
+    )
+
+
+def _others(registers: RegisterMap) -> str:
+    """All other registers."""
+    return _table(
+        ("address", "name", "access", "format", "unit", "value", "meaning"),
+        (
+            (
+                str(r.address),
+                f"`{r.name}`",
+                r.access.value,
+                _bits(registers, r),
+                r.unit,
+                _reset(r),
+                r.meaning,
+            )
+            for r in registers.registers
+            if not r.is_parameter
+        ),
+    )
+
+
+def _fields(registers: RegisterMap) -> str:
+    """Bits with names."""
+    return _table(
+        ("register", "bit", "name", "meaning"),
+        (
+            (
+                f"`{r.name}`",
+                f"{f.bit + f.width - 1}:{f.bit}" if f.width > 1 else str(f.bit),
+                f"`{f.name}`",
+                f.meaning + ("; write 1 to clear" if f.clear else ""),
+            )
+            for r in registers.registers
+            for f in r.fields
+        ),
+    )
+
+
+def _choices(registers: RegisterMap) -> list[tuple[str, str, str]]:
+    """Values with names."""
+    return [
         (f"`{r.name}`", str(k), f"`{name}`")
         for r in registers.registers
         for k, name in enumerate(r.names)
     ]
 
-    def ports(words: Sequence[Port]) -> str:
-        return _table(
-            ("word", "name", "format", "unit"),
-            [
-                (str(k), f"`{p.name}`", _format(registers, p.frac), p.unit)
-                for k, p in enumerate(words)
-            ],
-        )
 
-    records = []
-    for streams in registers.streams:
-        of = f" of `{streams.program}`" if len(registers.streams) > 1 else ""
-        records += [
-            f"## Input record{of}",
-            "",
-            ports(streams.inputs),
-            f"## Output record{of}",
-            "",
-            ports(streams.outputs),
-        ]
-    programs = "Program" if len(registers.streams) == 1 else "Programs"
-    return (
-        "\n".join(
-            [
-                f"# Registers of the {registers.title} `{registers.name}`",
-                "",
-                f"{programs} `{registers.digest}`; words of {registers.word} bits. Addresses count "
-                "words; in a memory map word k stands at byte 4 k. `fixed<W,I>` has W bits, I of "
-                f"them before the binary point, with the sign. `build_low` and `build_high` read "
-                f"{build}.",
-                "",
-                "## Parameters",
-                "",
-                "Write only. A write waits until the update at work has ended.",
-                "",
-                _table(
-                    ("address", "name", "format", "unit", "range", "default", "meaning"), parameters
-                ),
-                "## Status"
-                if registers.title == "core"
-                else "## Status, settings, results, counters",
-                "",
-                _table(("address", "name", "access", "format", "unit", "value", "meaning"), others),
-                _table(("register", "bit", "name", "meaning"), bits),
-                *([_table(("register", "value", "name"), choices)] if choices else []),
-                *(
-                    [
-                        "A write of `program` waits until the update at work has ended; a number "
-                        "without a program is ignored. Each program keeps its states while others "
-                        "run.",
-                        "",
-                    ]
-                    if registers.title == "core" and choices
-                    else []
-                ),
-                *records,
-            ]
-        ).rstrip("\n")
-        + "\n"
+def _ports(registers: RegisterMap, words: Sequence[Port]) -> str:
+    """Words of a record."""
+    return _table(
+        ("word", "name", "format", "unit"),
+        ((str(k), f"`{p.name}`", _format(registers, p.frac), p.unit) for k, p in enumerate(words)),
     )
 
 

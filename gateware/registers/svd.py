@@ -57,47 +57,58 @@ def to_svd(registers: RegisterMap, *, base_address: int = 0) -> str:
     known = dict(zip(("build_low", "build_high"), registers.build, strict=True))
     for register in registers.registers:
         element = ET.SubElement(parent, "register")
-        _add(
-            element,
-            name=names[register.address].upper(),
-            description=_description(register),
-            addressOffset=f"{4 * register.address:#x}",
-            size=32,
-            access=register.access.value,
-        )
         reset = known.get(register.name) if register.reset is None else register.reset
-        if reset is not None:
-            mask = registers.mask_of(register)
-            _add(element, resetValue=f"{reset & mask:#x}", resetMask=f"{mask:#x}")
-        if register.minimum is not None and register.minimum >= 0:  # SVD has no negative limits
-            limits = ET.SubElement(ET.SubElement(element, "writeConstraint"), "range")
-            _add(limits, minimum=register.minimum, maximum=register.maximum)
-        fields = ET.SubElement(element, "fields")
-        if not register.fields:
-            field = ET.SubElement(fields, "field")
-            _add(field, name="WORD", bitOffset=0, bitWidth=register.width or registers.word)
-            if register.names:
-                values = ET.SubElement(field, "enumeratedValues")
-                for k, choice in enumerate(unique(register.names)):
-                    _add(ET.SubElement(values, "enumeratedValue"), name=choice.upper(), value=k)
-        for bit in register.fields:
-            field = ET.SubElement(fields, "field")
-            access = Access.READ_WRITE if bit.clear else Access.READ_ONLY
-            if register.access is Access.WRITE_ONLY:
-                access = Access.WRITE_ONLY
-            _add(
-                field,
-                name=bit.name.upper(),
-                description=bit.meaning,
-                bitOffset=bit.bit,
-                bitWidth=bit.width,
-                access=access.value,
-            )
-            if bit.clear:
-                _add(field, modifiedWriteValues="oneToClear")
+        _register(element, register, names[register.address], reset, registers)
     ET.indent(device)
     text = ET.tostring(device, encoding="unicode")
     return f'<?xml version="1.0" encoding="utf-8"?>\n{text}\n'
+
+
+def _register(
+    element: ET.Element, register: Register, name: str, reset: int | None, registers: RegisterMap
+) -> None:
+    """A register, its value after power-up and its range."""
+    _add(
+        element,
+        name=name.upper(),
+        description=_description(register),
+        addressOffset=f"{4 * register.address:#x}",
+        size=32,
+        access=register.access.value,
+    )
+    if reset is not None:
+        mask = registers.mask_of(register)
+        _add(element, resetValue=f"{reset & mask:#x}", resetMask=f"{mask:#x}")
+    if register.minimum is not None and register.minimum >= 0:  # SVD has no negative limits
+        limits = ET.SubElement(ET.SubElement(element, "writeConstraint"), "range")
+        _add(limits, minimum=register.minimum, maximum=register.maximum)
+    _fields(ET.SubElement(element, "fields"), register, registers.word)
+
+
+def _fields(fields: ET.Element, register: Register, word: int) -> None:
+    """The bits of a register; one field for all of it where they have no names."""
+    if not register.fields:
+        field = ET.SubElement(fields, "field")
+        _add(field, name="WORD", bitOffset=0, bitWidth=register.width or word)
+        if register.names:
+            values = ET.SubElement(field, "enumeratedValues")
+            for k, choice in enumerate(unique(register.names)):
+                _add(ET.SubElement(values, "enumeratedValue"), name=choice.upper(), value=k)
+    for bit in register.fields:
+        field = ET.SubElement(fields, "field")
+        access = Access.READ_WRITE if bit.clear else Access.READ_ONLY
+        if register.access is Access.WRITE_ONLY:
+            access = Access.WRITE_ONLY
+        _add(
+            field,
+            name=bit.name.upper(),
+            description=bit.meaning,
+            bitOffset=bit.bit,
+            bitWidth=bit.width,
+            access=access.value,
+        )
+        if bit.clear:
+            _add(field, modifiedWriteValues="oneToClear")
 
 
 def _add(parent: ET.Element, **children: object) -> None:

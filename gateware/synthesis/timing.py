@@ -7,7 +7,8 @@ all registers are taken to share one clock, and no path is recognised as false o
 
 import math
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import accumulate
 
 from boresight.gateware.synthesis.delays import Delay, DelayTable, delay_table
 from boresight.gateware.synthesis.graph import Edge, Endpoint, Graph, Start, build_graph
@@ -292,67 +293,51 @@ class _Analysis:
     def _points(
         self, start: Start | None, edges: list[Edge], end: Endpoint
     ) -> tuple[PathPoint, ...]:
-        points: list[PathPoint] = []
-        total = 0.0
-
-        def add(
-            cell: str,
-            *,
-            keys: tuple[str, ...],
-            net_key: str = "",
-            bit: int = -1,
-            entry: str = "",
-            leave: str = "",
-            fanout: int = 0,
-        ) -> None:
-            nonlocal total
-            known = self.graph.netlist.cells.get(cell)
-            net_ns, cell_ns = self._net_ns(net_key), self._ns(keys)
-            total += net_ns + cell_ns
-            points.append(
-                PathPoint(
-                    cell=cell,
-                    type=known.type if known else "clock",
-                    entry=entry,
-                    exit=leave,
-                    net=self.graph.netlist.name_of(bit) if bit >= 0 else "",
-                    fanout=fanout,
-                    net_ns=round(net_ns, 3),
-                    cell_ns=round(cell_ns, 3),
-                    total_ns=round(total, 3),
-                    src=known.src if known else "",
-                    keys=(net_key, *keys) if net_key else keys,
-                )
-            )
-
         leaving = [_text(e.driver) for e in edges] + ([_text(end.driver)] if end.driver else [])
+        steps: list[tuple[PathPoint, float]] = []
         if start is not None:
-            add(start.cell, keys=start.keys, entry=start.register, leave=leaving[0])
+            first = self._point(start.cell, start.keys, entry=start.register, leave=leaving[0])
+            steps.append(first)
         for edge, leave in zip(edges, leaving[1:], strict=True):
-            add(
-                edge.load.cell,
-                keys=edge.hop.entry + edge.keys,
-                net_key=edge.hop.net,
-                bit=edge.bit,
-                entry=_text(edge.load),
-                leave=leave,
-                fanout=edge.fanout,
-            )
+            steps.append(self._arrival(edge, edge.load, leave))
         if end.hop is not None and end.load is not None:
-            add(
-                end.cell,
-                keys=end.hop.entry + end.keys,
-                net_key=end.hop.net,
-                bit=end.bit,
-                entry=_text(end.load),
-                leave=end.register,
-                fanout=end.fanout,
-            )
+            steps.append(self._arrival(end, end.load, end.register))
         else:
-            add(end.cell, keys=end.keys, entry=end.start, leave=end.register)
+            steps.append(self._point(end.cell, end.keys, entry=end.start, leave=end.register))
         if end.hop is not None:
-            add("", keys=("clock_uncertainty",))
-        return tuple(points)
+            steps.append(self._point("", ("clock_uncertainty",)))
+        totals = accumulate(ns for _, ns in steps)
+        return tuple(
+            replace(point, total_ns=round(total, 3))
+            for (point, _), total in zip(steps, totals, strict=True)
+        )
+
+    def _arrival(self, step: Edge | Endpoint, load: Pin, leave: str) -> tuple[PathPoint, float]:
+        """The net to ``load`` and its cell; see `_point`."""
+        assert step.hop is not None
+        point, ns = self._point(
+            load.cell, step.hop.entry + step.keys, entry=_text(load), leave=leave
+        )
+        net, net_ns = step.hop.net, self._net_ns(step.hop.net)
+        found = replace(
+            point,
+            net=self.graph.netlist.name_of(step.bit),
+            fanout=step.fanout,
+            net_ns=round(net_ns, 3),
+            keys=(net, *point.keys) if net else point.keys,
+        )
+        return found, net_ns + ns
+
+    def _point(
+        self, cell: str, keys: tuple[str, ...], *, entry: str = "", leave: str = ""
+    ) -> tuple[PathPoint, float]:
+        """A cell on a path, and its delay [ns]."""
+        known, ns = self.graph.netlist.cells.get(cell), self._ns(keys)
+        kind, src = (known.type, known.src) if known else ("clock", "")
+        point = PathPoint(
+            cell=cell, type=kind, entry=entry, exit=leave, cell_ns=round(ns, 3), src=src, keys=keys
+        )
+        return point, ns
 
 
 def _text(pin: Pin) -> str:

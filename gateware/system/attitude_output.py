@@ -5,13 +5,14 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import Any
 
-from amaranth.hdl import Cat, Const, Module, Mux, Signal
+from amaranth.hdl import Cat, Const, Module, Mux, Signal, Value
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.boards.framer import body_layout
 from boresight.gateware.boards.frames import Kind
 from boresight.gateware.bus.results import ResultPort
+from boresight.gateware.system.attitude_frame import OUTPUTS
 from boresight.gateware.system.attitude_text import LINE, AngleDigits, Op
 
 __all__ = ["AttitudeOutput", "OutputMode"]
@@ -50,15 +51,25 @@ class AttitudeOutput(wiring.Component):
 
     `gateware.system.attitude_frame` says what is sent, and does the same in software.
 
-    Words have 32 bits.
+    Words have 32 bits. Without ``text`` there are frames only, of 2 words and as many as the update
+    has outputs; lines need the outputs of an attitude (`gateware.system.attitude_frame.OUTPUTS`).
 
     **Latency** 1 cycle from ``updated`` to a frame's first byte, 4 to a line's; then 4 cycles per
     byte, or what the line needs. Text: also 34 cycles per angle and up to 10 per digit.
+
+    Parameters
+    ----------
+    text : bool
+        Every update has the outputs of an attitude.
+    most : int, 1 to 16
+        Most outputs of an update.
 
     Members
     -------
     updated : In(1)
         There is a new update.
+    last_output : In(4)
+        Number of its last output word, taken with it.
     mode : In(2)
         `OutputMode`; taken with each update.
     divider : In(10)
@@ -76,10 +87,16 @@ class AttitudeOutput(wiring.Component):
     #: Meaning of the bits of ``events``: an update is sent; one that was due is not.
     EVENTS = ("attitude_sent", "attitude_skipped")
 
-    def __init__(self) -> None:
+    def __init__(self, *, text: bool = True, most: int = 8) -> None:
+        if not 1 <= most <= 16 or (text and most != len(OUTPUTS)):
+            raise ValueError(f"most must be 1 to 16 outputs, 8 with text, not {most!r}")
+        self.text = text
+        #: Bits of the number of an output.
+        self.bits = 3 if most <= 8 else 4
         super().__init__(
             {
                 "updated": In(1),
+                "last_output": In(4),
                 "mode": In(2),
                 "divider": In(10),
                 "flags": In(8),
@@ -90,15 +107,36 @@ class AttitudeOutput(wiring.Component):
         )
 
     def elaborate(self, platform: Any) -> Module:
-        """When to send; where in the frame or line; the byte there."""
+        """When to send; where in the frame or line; the byte there; its character."""
         m = Module()
-        state, text = Signal(_State), Signal()
+        s = _Place(self.bits)
+        start, flags = self._begin(m, s)
+        self._entry(m, s)
+
+        # The byte of the result there.
+        word, value = s.code[3:], self.port.value
+        multiplying = s.state == _State.MULTIPLY
+        low, is_output = s.entry_code[3 : 3 + self.bits], s.entry_code[3 + self.bits]
+        m.d.comb += self.port.index.eq(Cat(low, Const(0, 4 - self.bits), is_output))
+        m.d.sync += s.byte.eq(value.word_select(Mux(multiplying, s.bit[3:5], s.code[1:3]), 8))
+        with m.If(~word.any() & s.code[1:3].all()):
+            m.d.sync += s.byte.eq(flags)
+        shown = self._character(m, s) if self.text else s.byte
+        m.d.comb += [
+            self.o.valid.eq((s.state == _State.KIND) | (s.state == _State.PUT)),
+            self.o.payload.raw.eq(s.text),
+        ]
+        self._states(m, s, start, Mux(s.text, shown, s.byte))
+        return m
+
+    def _begin(self, m: Module, s: _Place) -> tuple[Signal, Signal]:
+        """Which updates are sent; what is kept of one."""
         left, due = Signal(10), Signal()  # updates until the next one that is sent
         later = left[1:].any()
-        idle, start, flags = state == _State.IDLE, Signal(), Signal(8)
-        enabled = (self.mode == OutputMode.BINARY) | (self.mode == OutputMode.TEXT)
+        idle, start, flags = s.state == _State.IDLE, Signal(), Signal(8)
+        is_text = (self.mode == OutputMode.TEXT) if self.text else Const(0, 1)
         m.d.comb += [
-            due.eq(self.updated & enabled & ~later),
+            due.eq(self.updated & ((self.mode == OutputMode.BINARY) | is_text) & ~later),
             start.eq(due & idle),
             self.port.take.eq(start),
             self.events.eq(Cat(start, due & ~idle)),
@@ -108,102 +146,110 @@ class AttitudeOutput(wiring.Component):
         with m.Elif(self.updated & later):
             m.d.sync += left.eq(left - 1)
         with m.If(start):
-            m.d.sync += [flags.eq(self.flags), text.eq(self.mode == OutputMode.TEXT)]
+            m.d.sync += [flags.eq(self.flags), s.text.eq(is_text)]
+            if not self.text:
+                m.d.sync += s.last.eq(self.last_output)
+        return start, flags
 
-        # Place in the line; or in the words of the frame: 0 to 7, then 32 to 63, so that its high
-        # bits say which word.
-        # What stands there is in flip-flops from LOAD on.
-        place, bit = Signal(6), Signal(6)
-        entry_op, entry_code = Signal(2), Signal(7)
-        with m.Switch(place):
-            for k, entry in enumerate(LINE):
-                with m.Case(k):
-                    m.d.comb += [entry_op.eq(entry.op), entry_code.eq(entry.code)]
-        with m.If(~text):
-            m.d.comb += [entry_op.eq(Op.HEX), entry_code.eq(Cat(Const(0, 1), place))]
-        op, code, ends, next_place = Signal(2), Signal(7), Signal(), Signal(6)
-        m.d.sync += [
-            op.eq(entry_op),
-            code.eq(entry_code),
-            ends.eq(Mux(text, place == len(LINE) - 1, place == 63)),
-        ]
-        m.d.comb += next_place.eq(place + 1)
-        with m.If(~text & (place == 7)):
-            m.d.comb += next_place.eq(32)
+    def _entry(self, m: Module, s: _Place) -> None:
+        """What stands at the place, in flip-flops from LOAD on; the next place.
 
-        # The byte of the result there.
-        word, value, byte = code[3:], self.port.value, Signal(8)
-        multiplying = state == _State.MULTIPLY
-        m.d.comb += self.port.index.eq(Cat(entry_code[3:6], Const(0, 1), entry_code[6]))
-        m.d.sync += byte.eq(value.word_select(Mux(multiplying, bit[3:5], code[1:3]), 8))
-        with m.If(~word.any() & code[1:3].all()):
-            m.d.sync += byte.eq(flags)
+        Places of a frame are 0 to 7, then those of the outputs, so that high bits say which word.
+        """
+        ends = s.place == Cat(Const(3, 2), s.last[: self.bits], Const(1, 1))
+        if self.text:
+            with m.Switch(s.place):
+                for k, entry in enumerate(LINE):
+                    with m.Case(k):
+                        m.d.comb += [s.entry_op.eq(entry.op), s.entry_code.eq(entry.code)]
+            ends = Mux(s.text, s.place == len(LINE) - 1, s.place == 63)
+        with m.If(~s.text):
+            m.d.comb += [s.entry_op.eq(Op.HEX), s.entry_code.eq(Cat(Const(0, 1), s.place))]
+        m.d.sync += [s.op.eq(s.entry_op), s.code.eq(s.entry_code), s.ends.eq(ends)]
+        m.d.comb += s.next_place.eq(s.place + 1)
+        with m.If(~s.text & (s.place == 7)):
+            m.d.comb += s.next_place.eq(4 << self.bits)
 
-        # Its character.
+    def _character(self, m: Module, s: _Place) -> Signal:
+        """The character of a line that stands for the byte."""
         m.submodules.digits = digits = AngleDigits()
-        digit, low = Signal(4), Signal(3)
+        low, multiplying = Signal(3), s.state == _State.MULTIPLY
         m.d.sync += [
-            low.eq(bit),
-            digits.bit.eq(byte.bit_select(low, 1)),
-            digits.negative.eq(value[31]),
-            digits.shift.eq(multiplying & bit.any() & ~digits.last),
+            low.eq(s.bit),
+            digits.bit.eq(s.byte.bit_select(low, 1)),
+            digits.negative.eq(self.port.value[31]),
+            digits.shift.eq(multiplying & s.bit.any() & ~digits.last),
         ]
         m.d.comb += [
-            digits.power.eq(code),
-            digits.last.eq(bit == 31 + _BIT_DELAY),
-            digits.start.eq((op == Op.SIGN) & (state == _State.LOAD)),
-            digits.subtract.eq(state == _State.SUBTRACT),
+            digits.power.eq(s.code),
+            digits.last.eq(s.bit == 31 + _BIT_DELAY),
+            digits.start.eq((s.op == Op.SIGN) & (s.state == _State.LOAD)),
+            digits.subtract.eq(s.state == _State.SUBTRACT),
+            s.possible.eq(digits.possible),
+            s.multiplied.eq(digits.last),
         ]
         shown, character = Signal(4), Signal(8)
-        m.d.comb += shown.eq(Mux(op == Op.HEX, Mux(code[0], byte[4:], byte[:4]), digit))
-        with m.Switch(op):
+        m.d.comb += shown.eq(Mux(s.op == Op.HEX, Mux(s.code[0], s.byte[4:], s.byte[:4]), s.digit))
+        with m.Switch(s.op):
             with m.Case(Op.LITERAL):
-                m.d.comb += character.eq(code[:6])
+                m.d.comb += character.eq(s.code[:6])
             with m.Case(Op.SIGN):
                 m.d.comb += character.eq(Mux(digits.negative, ord("-"), ord("+")))
             with m.Default():
                 m.d.comb += character.eq(Mux(shown > 9, ord("A") - 10, ord("0")) + shown)
+        return character
 
-        m.d.comb += [
-            self.o.valid.eq((state == _State.KIND) | (state == _State.PUT)),
-            self.o.payload.raw.eq(text),
-        ]
-        with m.Switch(state):
+    def _states(self, m: Module, s: _Place, start: Signal, shown: Value) -> None:
+        """One byte after another."""
+        with m.Switch(s.state):
             with m.Case(_State.IDLE):
                 m.d.sync += [
-                    place.eq(0),
+                    s.place.eq(0),
                     self.o.payload.data.eq(Kind.ATTITUDE),
                     self.o.payload.last.eq(0),
                 ]
                 with m.If(start):
-                    m.d.sync += state.eq(
-                        Mux(self.mode == OutputMode.TEXT, _State.FETCH, _State.KIND)
-                    )
+                    is_text = (self.mode == OutputMode.TEXT) if self.text else Const(0, 1)
+                    m.d.sync += s.state.eq(Mux(is_text, _State.FETCH, _State.KIND))
             with m.Case(_State.KIND), m.If(self.o.ready):
-                m.d.sync += state.eq(_State.FETCH)
+                m.d.sync += s.state.eq(_State.FETCH)
             with m.Case(_State.FETCH):
-                m.d.sync += [digit.eq(0), bit.eq(0), state.eq(_State.LOAD)]
+                m.d.sync += [s.digit.eq(0), s.bit.eq(0), s.state.eq(_State.LOAD)]
             with m.Case(_State.LOAD):
-                m.d.sync += state.eq(Mux(op == Op.DIGIT, _State.SUBTRACT, _State.FORM))
+                is_digit = (s.op == Op.DIGIT) if self.text else Const(0, 1)
+                m.d.sync += s.state.eq(Mux(is_digit, _State.SUBTRACT, _State.FORM))
             with m.Case(_State.SUBTRACT):
-                with m.If(digits.possible):
-                    m.d.sync += digit.eq(digit + 1)
+                with m.If(s.possible):
+                    m.d.sync += s.digit.eq(s.digit + 1)
                 with m.Else():
-                    m.d.sync += state.eq(_State.FORM)
+                    m.d.sync += s.state.eq(_State.FORM)
             with m.Case(_State.FORM):
                 m.d.sync += [
-                    self.o.payload.data.eq(Mux(text, character, byte)),
-                    self.o.payload.last.eq(ends),
-                    state.eq(_State.PUT),
+                    self.o.payload.data.eq(shown),
+                    self.o.payload.last.eq(s.ends),
+                    s.state.eq(_State.PUT),
                 ]
             with m.Case(_State.PUT), m.If(self.o.ready):
-                m.d.sync += [place.eq(next_place), state.eq(_State.FETCH)]
-                with m.If(ends):
-                    m.d.sync += state.eq(_State.IDLE)
-                with m.Elif(op == Op.SIGN):
-                    m.d.sync += [place.eq(place), state.eq(_State.MULTIPLY)]
+                m.d.sync += [s.place.eq(s.next_place), s.state.eq(_State.FETCH)]
+                with m.If(s.ends):
+                    m.d.sync += s.state.eq(_State.IDLE)
+                with m.Elif((s.op == Op.SIGN) if self.text else Const(0, 1)):
+                    m.d.sync += [s.place.eq(s.place), s.state.eq(_State.MULTIPLY)]
             with m.Case(_State.MULTIPLY):
-                m.d.sync += bit.eq(bit + 1)
-                with m.If(digits.last):
-                    m.d.sync += [place.eq(next_place), state.eq(_State.FETCH)]
-        return m
+                m.d.sync += s.bit.eq(s.bit + 1)
+                with m.If(s.multiplied):
+                    m.d.sync += [s.place.eq(s.next_place), s.state.eq(_State.FETCH)]
+
+
+class _Place:
+    """Where in a frame or line the output is, and what stands there."""
+
+    def __init__(self, bits: int) -> None:
+        self.state, self.text = Signal(_State), Signal()
+        self.last = Signal(4)
+        self.place, self.next_place = Signal(3 + bits), Signal(3 + bits)
+        self.bit = Signal(6)
+        self.entry_op, self.entry_code = Signal(2), Signal(4 + bits)
+        self.op, self.code, self.ends = Signal(2), Signal(4 + bits), Signal()
+        self.byte, self.digit = Signal(8), Signal(4)
+        self.possible, self.multiplied = Signal(), Signal()

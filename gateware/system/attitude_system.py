@@ -20,6 +20,7 @@ from boresight.gateware.sensors.adis16385_flags import FLAG_MEANINGS
 from boresight.gateware.sensors.hmr3300 import FLAGS as COMPASS_FLAGS
 from boresight.gateware.sensors.hmr3300 import Hmr3300
 from boresight.gateware.system.attitude_core import AttitudeCore
+from boresight.gateware.system.attitude_frame import OUTPUTS
 from boresight.gateware.system.attitude_output import AttitudeOutput
 from boresight.gateware.system.bridge import Bridge
 from boresight.gateware.system.programs import core_plan
@@ -101,7 +102,9 @@ class AttitudeSystem(wiring.Component):
         self._compass = Hmr3300(clock_hz=clock_hz, **(compass or {}))
         self._bridge = Bridge(clock_hz=clock_hz, baud=host_baud, address=ADDRESS_BITS)
         self._attitude = AttitudeCore(core=core, readers=2)
-        self._output = AttitudeOutput()
+        programs = [p.program for p in core.parts[: self.plan.filters]]
+        text = all(p.output_names == OUTPUTS for p in programs)
+        self._output = AttitudeOutput(text=text, most=max(self.plan.outputs))
         self.title = "attitude system"
         self.lines = _LINES
         #: Counted events, by their bits: whose, and which.
@@ -121,6 +124,8 @@ class AttitudeSystem(wiring.Component):
             build=self.build,
             inertial_flags=FLAG_MEANINGS,
             compass_flags=COMPASS_FLAGS,
+            text=text,
+            feed=bool(self.plan.feed.registers),
         )
         ports = {"wb": In(WishboneSignature(address=ADDRESS_BITS)), "interrupt": Out(1)}
         super().__init__(
@@ -160,7 +165,9 @@ class AttitudeSystem(wiring.Component):
 
     def map(self) -> RegisterMap:
         """All registers of the system."""
-        return system_map(self.core, registers=self.registers, events=self.events)
+        return system_map(
+            self.core, registers=self.registers, events=self.events, feed=self.plan.feed.registers
+        )
 
     def latency_cycles(self, number: int) -> int:
         """Data-ready at the pin to new results of a filter, without writes of parameters."""
@@ -183,7 +190,16 @@ class AttitudeSystem(wiring.Component):
         m.submodules.attitude = attitude = self._attitude
         m.submodules.output = output = self._output
         m.submodules.bridge = bridge = self._bridge
-        m.submodules.bus = bus = SystemBus(registers=self.registers, events=len(self.events))
+        feed = len(self.plan.feed.registers)
+        m.submodules.bus = bus = SystemBus(
+            registers=self.registers, events=len(self.events), feed=feed
+        )
+        if feed:
+            m.d.comb += [
+                *(getattr(attitude, n).eq(getattr(bus, n)) for n in _FEED),
+                attitude.feed_take.eq(bus.order[3]),
+                bus.feed_busy.eq(attitude.feed_busy),
+            ]
         csr = bus  # the ports of the registers
         time = Signal(32)
         m.d.sync += time.eq(time + 1)
@@ -225,6 +241,7 @@ class AttitudeSystem(wiring.Component):
             attitude.restart.eq(order[0]),
             # Output.
             output.updated.eq(attitude.updated),
+            output.last_output.eq(attitude.last_output),
             output.mode.eq(csr.output_mode),
             output.divider.eq(csr.output_divider),
             output.flags.eq(
@@ -322,6 +339,9 @@ class AttitudeSystem(wiring.Component):
             ~flags.running | flags.link_error | flags.alarm | self._compass.flags.stale
         )
 
+
+#: What a write of an input register is.
+_FEED = ("feed_en", "feed_index", "feed_data")
 
 _LINES = (
     Line(

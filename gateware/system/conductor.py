@@ -18,12 +18,15 @@ from boresight.gateware.system.conductor_words import (
     STAMP,
     Job,
     State,
+    Step,
+    Words,
     header_layout,
-    input_word,
-    put_away,
-    waiting_words,
+    last_words,
+    table,
 )
-from boresight.gateware.system.plan import RAW, RECORD, Plan
+from boresight.gateware.system.feed import first_word
+from boresight.gateware.system.feed_registers import FeedRegisters
+from boresight.gateware.system.plan import Plan
 
 __all__ = ["HEADER", "OUTPUTS", "RAWS", "RECORDS", "STAMP", "Conductor", "header_layout"]
 
@@ -32,20 +35,24 @@ class Conductor(wiring.Component):
     """Drives the core: calibration, filter, results; then the field for the next update.
 
     Every good inertial sample goes through `calibrate_inertial`, then its words, with those of the
-    field or zeros, through the filter. A line of the compass waits until the next update is
-    complete, goes through the program for it, and its field is used once, in the update after. The
-    core's `calibrate_inertial` is selected as long as nothing is to do.
+    field or zeros, through the filter, after those estimators whose words it reads (its chain). A
+    line of the compass waits until the next update is complete, goes through the program for it,
+    and its field is used once, in the update after. The core's `calibrate_inertial` is selected as
+    long as nothing is to do.
 
     The time step is the difference of the stamps of the samples used. It is negative, which
     restarts the filter, for the first sample, after ``restart``, ``run`` low or a watchdog, when
     another filter is chosen, and after a gap (`model.front.inertial.GAP_S`).
+
+    Words of a record that no sensor gives come from registers, whose words an update takes all
+    together (`gateware.system.feed_registers`).
 
     A sample that comes while the last one is worked at is dropped, one that comes during the field
     waits. If the core does not finish a job within `patience` the job is given up: one word with
     ``last`` brings the core back to the start of a record.
 
     **Latency** `latency` of the filter: cycles from ``sample`` to ``updated``, without writes to
-    the core's parameters, each of which can add a few.
+    the core's parameters or a new set of input registers, each of which can add a few.
 
     Parameters
     ----------
@@ -83,10 +90,14 @@ class Conductor(wiring.Component):
         New results can be taken in this cycle.
     number : Out(16)
         Number of the update that was begun last.
+    last_output : Out(4)
+        Number of the last output word of the update that ``updated`` tells of.
     ports : In(ResultPort) array
         Readers of the results (`HEADER`, `OUTPUTS`, `RECORDS`, `RAWS`, `STAMP`).
     events : Out
         One-cycle pulses, by `EVENTS`.
+    feed_en : In(1), feed_index : In(5), feed_data : In(W), feed_take : In(1), feed_busy : Out(1)
+        Input registers, as `FeedRegisters` says. Only where an estimator has some.
     """
 
     #: Meaning of the bits of ``events``.
@@ -101,14 +112,16 @@ class Conductor(wiring.Component):
     )
 
     def __init__(self, *, plan: Plan, readers: int = 2) -> None:
-        if not 1 <= plan.filters <= 8 or not 26 <= plan.word <= 32 or plan.outputs > 16:
-            raise ValueError(
-                "plan must have 1 to 8 filters, words of 26 to 32 bits and at most "
-                f"16 outputs, not {plan!r}"
-            )
         self.plan = plan
         self.readers = readers
         word = plan.word
+        feed = {
+            "feed_en": In(1),
+            "feed_index": In(5),
+            "feed_data": In(word),
+            "feed_take": In(1),
+            "feed_busy": Out(1),
+        }
         super().__init__(
             {
                 "time": In(32),
@@ -131,15 +144,19 @@ class Conductor(wiring.Component):
                 "saturated": In(1),
                 "updated": Out(1),
                 "number": Out(16),
+                "last_output": Out(4),
                 "ports": In(ResultPort(word=word)).array(readers),
                 "events": Out(len(self.EVENTS)),
+                **(feed if plan.feed.registers else {}),
             }
         )
 
     @property
     def _watch_bit(self) -> int:
         """The bit of ``time`` that stays for longer than any update takes, half as much again."""
-        longest = self.plan.lengths[self.plan.inertial] + max(self.plan.lengths) + 32
+        lengths = self.plan.lengths
+        chains = [sum(lengths[k] for k in chain) for chain in self.plan.chains]
+        longest = lengths[self.plan.inertial] + max(*chains, *lengths) + 32
         return (longest + longest // 2).bit_length()
 
     @property
@@ -150,182 +167,223 @@ class Conductor(wiring.Component):
     def latency(self, number: int) -> int:
         """Cycles from ``sample`` to ``updated`` with this filter.
 
-        1 before the first word, the lengths of both programs, 4 for the change of program between
-        them, 3 until the second change is seen and the results can be taken.
+        1 before the first word, the lengths of all programs, 4 for the change of program between
+        two of them, 3 until the last change is seen and the results can be taken.
         """
-        return 1 + self.plan.lengths[self.plan.inertial] + 4 + self.plan.lengths[number] + 3
+        lengths = [self.plan.lengths[k] for k in (self.plan.inertial, *self.plan.chains[number])]
+        return 1 + sum(lengths) + 4 * (len(lengths) - 1) + 3
 
     def elaborate(self, platform: Any) -> Module:
-        """Job, state and count; requests from outside; the words to and from the core."""
+        """Requests from outside; job, state and count; the words to and from the core."""
         m = Module()
-        plan = self.plan
-        state = Signal(State)
-        job = Signal(Job)
-        count = Signal(4)
-        next_count = Signal(4)
-        running = Signal.like(self.filter)
-        use_field = Signal()  # the update at work has a fresh field
-        restarting = Signal()  # ... a negative time step
-        restart_next = Signal(init=1)
-        waiting = Signal()  # a sample
-        line_waits = Signal()  # a line of the compass, not yet at work
-        line_counts = Signal()  # ... with counts
-        fresh = Signal()  # a field that no update has used
-        field_counts = Signal()  # ... from counts
-        begin = Signal()
-        complete = Signal()
-        # What the core does in a cycle depends on ``valid``: a register of its own.
-        offer = Signal()
-        ends = Signal()
-        fire = offer & self.i.ready
-        is_inertial, is_filter = job == Job.INERTIAL, job == Job.FILTER
-
+        s = Step(self.plan)
+        fire = s.offer & self.i.ready
         accepted = self.line & Mux(self.is_counts, self.source[0], self.source[1])
-        with m.If(accepted):
-            m.d.sync += [line_waits.eq(1), line_counts.eq(self.is_counts)]
-        busy = (state != State.IDLE) & ~job[1]
-        with m.If(self.sample & self.run & ~busy):
-            m.d.sync += waiting.eq(1)
-        with m.If(self.restart | ~self.run):
-            m.d.sync += restart_next.eq(1)
-        late = self._watch(m, (state == State.IDLE) | complete)
-        self._report(
-            m,
-            {
-                "update": self.updated,
-                "field_used": self.updated & use_field,
-                "restart": self.updated & restarting,
-                "sample_dropped": self.sample & self.run & (busy | waiting),
-                "field_dropped": accepted & line_waits,
-                "framing": self.framing,
-                "watchdog": late,
-            },
+        late = self._requests(m, s, accepted)
+        words = Words(
+            self.plan,
+            s,
+            i=self.i,
+            o=self.o,
+            fire=fire,
+            stamp=self.stamp,
+            word=self.word,
+            values=self.values,
         )
-
+        new_set = self._registers(m, s, words)
         m.d.comb += [
-            next_count.eq(count),
-            self.i.valid.eq(offer),
+            s.next_count.eq(s.count),
+            self.i.valid.eq(s.offer),
             self.o.ready.eq(1),
-            ends.eq(count == Mux(is_inertial, len(RAW) - 1, Mux(is_filter, len(RECORD) - 1, 2))),
+            s.ends.eq(s.count == last_words(self.plan, s)),
         ]
-        m.d.sync += [count.eq(next_count), self.updated.eq(complete), offer.eq(0)]
-        with m.Switch(state):
+        m.d.sync += [s.count.eq(s.next_count), self.updated.eq(s.complete), s.offer.eq(0)]
+        with m.Switch(s.state):
             with m.Case(State.IDLE):
-                m.d.comb += next_count.eq(0)
-                m.d.sync += [job.eq(Job.INERTIAL), self.choice.eq(plan.inertial)]
-                with m.If((self.sample | waiting) & self.run):
-                    wanted = self.filter
-                    if plan.filters < 1 << len(self.filter):
-                        wanted = Mux(self.filter < plan.filters, self.filter, running)
-                    m.d.comb += begin.eq(1)
-                    m.d.sync += [
-                        state.eq(State.FEED),
-                        offer.eq(self.chosen),
-                        waiting.eq(0),
-                        self.number.eq(self.number + 1),
-                        running.eq(wanted),
-                        restart_next.eq(self.restart),
-                        restarting.eq(restart_next | (wanted != running)),
-                        fresh.eq(0),
-                        use_field.eq(fresh & Mux(field_counts, self.source[0], self.source[1])),
-                    ]
+                self._idle(m, s)
             with m.Case(State.FEED):
-                m.d.sync += offer.eq(self.chosen & ~(fire & ends))
-                with m.If(fire):
-                    m.d.comb += next_count.eq(Mux(ends, 0, count + 1))
-                with m.If(fire & ends):
-                    m.d.sync += [
-                        state.eq(State.COLLECT),
-                        self.choice.eq(Mux(is_inertial, running, plan.inertial)),
-                    ]
+                self._feed(m, s, fire)
             with m.Case(State.COLLECT):
-                with m.If(self.o.valid):
-                    m.d.comb += next_count.eq(Mux(self.o.payload.last, 0, count + 1))
-                with m.If(self.o.valid & self.o.payload.last):
-                    m.d.sync += state.eq(State.FINISH)
-                    with m.If(is_inertial):  # the sign of the time step, its last word
-                        m.d.sync += restarting.eq(self.o.payload.data[-1])
+                self._collect(m, s)
             with m.Case(State.FINISH):
-                m.d.comb += next_count.eq(0)
-                with m.If(is_inertial):
-                    m.d.sync += [state.eq(State.FEED), job.eq(Job.FILTER)]
-                with m.Elif(is_filter):
-                    with m.If(self.chosen):
-                        m.d.comb += complete.eq(1)
-                        m.d.sync += state.eq(State.IDLE)
-                    with m.If(self.chosen & line_waits):
-                        m.d.sync += [
-                            state.eq(State.TURN),
-                            line_waits.eq(accepted),
-                            job.eq(Mux(line_counts, Job.COUNTS, Job.HEADING)),
-                            self.choice.eq(Mux(line_counts, plan.field, plan.compass)),
-                            field_counts.eq(line_counts),
-                        ]
-                with m.Else():
-                    # A line that has come since may have changed the words on their way.
-                    m.d.sync += [state.eq(State.IDLE), fresh.eq(~line_waits & ~accepted)]
+                self._finish(m, s, accepted, new_set)
             with m.Case(State.TURN):  # until ``chosen`` is that of the new choice
-                m.d.comb += next_count.eq(0)
-                m.d.sync += state.eq(State.FEED)
+                m.d.comb += s.next_count.eq(0)
+                m.d.sync += s.state.eq(State.FEED)
             with m.Default():
-                m.d.comb += next_count.eq(0)
-                m.d.sync += [
-                    offer.eq(~fire),
-                    self.choice.eq(plan.inertial),
-                    job.eq(Job.INERTIAL),
-                    restart_next.eq(1),
-                ]
-                with m.If(fire):
-                    m.d.sync += state.eq(State.IDLE)
+                self._flush(m, s, fire)
         with m.If(late):
-            m.d.sync += state.eq(State.FLUSH)
+            m.d.sync += s.state.eq(State.FLUSH)
+        self._outputs(m, s, words)
+        return m
 
+    def _requests(self, m: Module, s: Step, accepted: Value) -> Value:
+        """What samples, lines, the host and the clock ask for; events. Returns the watchdog."""
+        with m.If(accepted):
+            m.d.sync += [s.line_waits.eq(1), s.line_counts.eq(self.is_counts)]
+        busy = (s.state != State.IDLE) & ~s.job[1]
+        with m.If(self.sample & self.run & ~busy):
+            m.d.sync += s.waiting.eq(1)
+        with m.If(self.restart | ~self.run):
+            m.d.sync += s.restart_next.eq(1)
+        late = self._watch(m, (s.state == State.IDLE) | s.complete)
+        pulses = {
+            "update": self.updated,
+            "field_used": self.updated & s.use_field,
+            "restart": self.updated & s.restarting,
+            "sample_dropped": self.sample & self.run & (busy | s.waiting),
+            "field_dropped": accepted & s.line_waits,
+            "framing": self.framing,
+            "watchdog": late,
+        }
+        m.d.comb += self.events.eq(Cat(pulses[name] for name in self.EVENTS))
+        return late
+
+    def _idle(self, m: Module, s: Step) -> None:
+        """Wait for a sample."""
+        plan = self.plan
+        m.d.comb += s.next_count.eq(0)
+        m.d.sync += [s.job.eq(Job.INERTIAL), self.choice.eq(plan.inertial)]
+        with m.If((self.sample | s.waiting) & self.run):
+            wanted: Value = self.filter
+            if plan.filters < 1 << len(self.filter):
+                wanted = Mux(self.filter < plan.filters, self.filter, s.running)
+            m.d.comb += s.begin.eq(1)
+            m.d.sync += [
+                s.state.eq(State.FEED),
+                s.offer.eq(self.chosen),
+                s.waiting.eq(0),
+                self.number.eq(self.number + 1),
+                s.running.eq(wanted),
+                s.restart_next.eq(self.restart),
+                s.restarting.eq(s.restart_next | (wanted != s.running)),
+                s.fresh.eq(0),
+                s.use_field.eq(s.fresh & Mux(s.field_counts, self.source[0], self.source[1])),
+                s.step.eq(0),
+                s.clamped.eq(0),
+            ]
+
+    def _feed(self, m: Module, s: Step, fire: Value) -> None:
+        """Give the record, then choose what comes behind it."""
+        plan = self.plan
+        is_inertial = s.job == Job.INERTIAL
+        behind = Mux(s.last, plan.inertial, s.following)
+        m.d.sync += s.offer.eq(self.chosen & ~(fire & s.ends))
+        with m.If(fire):
+            m.d.comb += s.next_count.eq(Mux(s.ends, 0, s.count + 1))
+        with m.If(fire & s.ends):
+            m.d.sync += [
+                s.state.eq(State.COLLECT),
+                self.choice.eq(Mux(is_inertial, s.program, behind)),
+            ]
+
+    def _collect(self, m: Module, s: Step) -> None:
+        """Take the words that come."""
+        ended: Value = self.o.valid & self.o.payload.last
+        if self.plan.early:
+            ended = ended | s.ended
+        with m.If(self.o.valid):
+            m.d.comb += s.next_count.eq(Mux(self.o.payload.last, 0, s.count + 1))
+        with m.If(ended):
+            m.d.sync += s.state.eq(State.FINISH)
+            with m.If(s.job == Job.INERTIAL):  # the sign of the time step, its last word
+                m.d.sync += s.restarting.eq(self.o.payload.data[-1])
+
+    def _finish(self, m: Module, s: Step, accepted: Value, new_set: Value) -> None:
+        """What comes behind a job."""
+        plan = self.plan
+        m.d.comb += s.next_count.eq(0)
+        with m.If(s.job == Job.INERTIAL):  # unless the registers' words are still on their way
+            m.d.sync += [
+                s.state.eq(Mux(new_set, State.FINISH, State.FEED)),
+                s.job.eq(Mux(new_set, Job.INERTIAL, Job.FILTER)),
+            ]
+        with m.Elif((s.job == Job.FILTER) & ~s.last):
+            m.d.sync += [
+                s.state.eq(State.FEED),
+                s.step.eq(s.step + 1),
+                s.clamped.eq(s.clamped | self.saturated),
+            ]
+        with m.Elif(s.job == Job.FILTER):
+            with m.If(self.chosen):
+                m.d.comb += s.complete.eq(1)
+                m.d.sync += s.state.eq(State.IDLE)
+            with m.If(self.chosen & s.line_waits):
+                m.d.sync += [
+                    s.state.eq(State.TURN),
+                    s.line_waits.eq(accepted),
+                    s.job.eq(Mux(s.line_counts, Job.COUNTS, Job.HEADING)),
+                    self.choice.eq(Mux(s.line_counts, plan.field, plan.compass)),
+                    s.field_counts.eq(s.line_counts),
+                ]
+        with m.Else():
+            # A line that has come since may have changed the words on their way.
+            good = ~s.line_waits & ~accepted
+            m.d.sync += [s.state.eq(State.IDLE), s.fresh.eq(good), s.bank.eq(s.bank ^ good)]
+
+    def _flush(self, m: Module, s: Step, fire: Value) -> None:
+        """Bring the core back to the start of a record."""
+        m.d.comb += s.next_count.eq(0)
+        m.d.sync += [
+            s.offer.eq(~fire),
+            self.choice.eq(self.plan.inertial),
+            s.job.eq(Job.INERTIAL),
+            s.restart_next.eq(1),
+        ]
+        with m.If(fire):
+            m.d.sync += s.state.eq(State.IDLE)
+
+    def _registers(self, m: Module, s: Step, words: Words) -> Value:
+        """Input registers: their words to the memory. Returns whether some are on their way."""
+        registers = self.plan.feed.registers
+        if not registers:
+            return Const(0)
+        m.submodules.registers = unit = FeedRegisters(
+            word=self.plan.word, init=[first_word(value) for value in registers.values()]
+        )
+        m.d.comb += [
+            unit.w_en.eq(self.feed_en),
+            unit.w_index.eq(self.feed_index),
+            unit.w_data.eq(self.feed_data),
+            unit.take.eq(self.feed_take),
+            self.feed_busy.eq(unit.busy),
+            unit.free.eq((s.state == State.IDLE) & ~s.begin),
+            unit.ready.eq(~words.calibrated),
+            words.set_valid.eq(unit.valid),
+            words.set_index.eq(unit.index),
+            words.set_data.eq(unit.data),
+        ]
+        with m.If(s.complete):
+            m.d.sync += s.set_fresh.eq(0)
+        with m.If(unit.done):
+            m.d.sync += s.set_fresh.eq(1)
+        return unit.valid
+
+    def _outputs(self, m: Module, s: Step, words: Words) -> None:
+        """Words to the core and to the results."""
+        plan = self.plan
         m.submodules.results = results = Results(word=plan.word, readers=self.readers)
         for mine, theirs in zip(self.ports, results.ports, strict=True):
             wiring.connect(m, wiring.flipped(mine), theirs)
-        waits = waiting_words(m, self.o, job=job, count=count, fire=fire, use_field=use_field)
+        words.remember(m)
         m.d.comb += [
-            results.begin.eq(begin),
-            results.complete.eq(complete),
-            self.index.eq(count),
-            self.i.payload.last.eq(ends | state[2]),
-            self.i.payload.data.eq(
-                input_word(
-                    m,
-                    plan,
-                    job=job,
-                    count=count,
-                    waits=waits,
-                    stamp=self.stamp,
-                    word=self.word,
-                    values=self.values,
-                    restarting=restarting,
-                )
-            ),
+            results.begin.eq(s.begin),
+            results.complete.eq(s.complete),
+            self.index.eq(s.count),
+            self.last_output.eq(table(s.running, [n - 1 for n in plan.outputs])),
+            self.i.payload.last.eq(s.ends | s.state[2]),
+            self.i.payload.data.eq(words.offered(m)),
         ]
-        put_away(
-            m,
-            results,
-            self.i,
-            self.o,
-            state=state,
-            job=job,
-            count=count,
-            header=Cat(
-                self.number,
-                running,
-                Const(0, 3 - len(running)),
-                use_field,
-                field_counts & use_field,
-                restarting,
-                self.saturated,
-            ),
+        header = Cat(
+            self.number,
+            s.running,
+            Const(0, 3 - len(s.running)),
+            s.use_field,
+            s.field_counts & s.use_field,
+            s.restarting,
+            self.saturated | s.clamped,
         )
-        return m
-
-    def _report(self, m: Module, pulses: dict[str, Value]) -> None:
-        """Events in their order."""
-        m.d.comb += self.events.eq(Cat(pulses[name] for name in self.EVENTS))
+        words.put_away(m, results, header)
 
     def _watch(self, m: Module, done: Value) -> Value:
         """A pulse after the watched bit of the time has changed twice without ``done``."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from enum import Enum
 from typing import Any
 
@@ -10,7 +11,8 @@ from amaranth.lib import data, memory
 
 from boresight.gateware.bus.results import Results
 from boresight.gateware.engine.bitwise import Bitwise, multiplex
-from boresight.gateware.system.plan import RAW, RECORD, Plan
+from boresight.gateware.system.feed import FIELD, HELD, REGISTERS, Fed, first_word
+from boresight.gateware.system.plan import RAW, Plan
 
 __all__ = [
     "HEADER",
@@ -20,10 +22,11 @@ __all__ = [
     "STAMP",
     "Job",
     "State",
+    "Step",
+    "Words",
     "header_layout",
-    "input_word",
-    "put_away",
-    "waiting_words",
+    "last_words",
+    "table",
 ]
 
 #: Places in the result memory: the header, the filter's output record, the input record that it
@@ -31,8 +34,6 @@ __all__ = [
 HEADER, OUTPUTS, RECORDS, RAWS = 0x00, 0x10, 0x20, 0x30
 #: The time stamp: beside the header, not among the raw words.
 STAMP = 0x01
-#: Where the words wait for the filter: of the inertial sample from 0 on, of the field, and a zero.
-_FIELD_AT, _ZERO_AT = 8, 15
 
 
 def header_layout() -> data.StructLayout:
@@ -84,118 +85,236 @@ class Source(Enum):
     LINE = 3
 
 
-def waiting_words(
-    m: Module, o: Any, *, job: Signal, count: Signal, fire: Value, use_field: Signal
-) -> Value:
-    """Memory of the calibrated words between the programs; the filter's word number ``count``."""
-    m.submodules.calibrated = words = memory.Memory(
-        shape=len(o.payload.data), depth=16, init=[], attrs={"ram_style": "block"}
+class Step:
+    """Where the conductor is: its registers and what follows from them.
+
+    ``running`` is the estimator of the update; ``step`` counts along its chain, ``program`` is the
+    one there, ``following`` the next one, ``last`` says that there is none.
+    """
+
+    def __init__(self, plan: Plan) -> None:
+        self.state = Signal(State)
+        self.job = Signal(Job)
+        self.count = Signal(4)
+        self.next_count = Signal(4)
+        self.running = Signal(range(plan.filters))
+        self.use_field = Signal()  # the update at work has a fresh field
+        self.restarting = Signal()  # ... a negative time step
+        self.restart_next = Signal(init=1)
+        self.waiting = Signal()  # a sample
+        self.line_waits = Signal()  # a line of the compass, not yet at work
+        self.line_counts = Signal()  # ... with counts
+        self.fresh = Signal()  # a field that no update has used
+        self.field_counts = Signal()  # ... from counts
+        self.bank = Signal()  # where the last whole field stands, if it is held
+        self.set_fresh = Signal()  # the input registers' words are new
+        self.begin = Signal()
+        self.complete = Signal()
+        # What the core does in a cycle depends on ``valid``: a register of its own.
+        self.offer = Signal()
+        self.ends = Signal()
+        self.ended = Signal()  # the last word has come before the record was given
+        self.clamped = Signal()  # a program of the chain before this one has saturated
+        longest = max(map(len, plan.chains))
+        self.step = Signal(range(longest))
+        padded = [(*c, *[c[-1]] * (longest - len(c))) for c in plan.chains]
+        at = [table(self.running, [c[k] for c in padded]) for k in range(longest)]
+        ends = [
+            table(self.running, [int(len(c) <= k + 1) for c in plan.chains]) for k in range(longest)
+        ]
+        self.program = table(self.step, at)
+        self.following = table(self.step, [*at[1:], at[-1]])
+        self.last = table(self.step, ends)
+
+
+def table(index: Value, entries: Sequence[Any]) -> Value:
+    """The entry of a number; of one beyond them, the last one."""
+    entries = [Value.cast(e) for e in entries]
+    first = entries[0]
+    same = all(
+        isinstance(e, Const) and isinstance(first, Const) and e.value == first.value
+        for e in entries
     )
-    w_port, r_port = words.write_port(), words.read_port()
-    # As they come: gyro, accelerometer, time step; field.
-    place = {
-        f"{s}{a}": at + k
-        for s, at in (("g", 0), ("a", 3), ("m", _FIELD_AT))
-        for k, a in enumerate("xyz")
-    } | {"dt": 6}
-    # The word of the next cycle: a table of count, ``fire`` and ``use_field``.
-    with m.Switch(Cat(count, fire)):
-        for k, name in enumerate(RECORD):
-            with m.Case(k, k - 1 + 16 if k else k):
-                at: Any = place[name]
-                m.d.comb += r_port.addr.eq(Mux(use_field, at, _ZERO_AT) if at >= _FIELD_AT else at)
-    m.d.comb += [
-        w_port.addr.eq(Cat(count[:3], job[1])),
-        w_port.data.eq(o.payload.data),
-        w_port.en.eq(o.valid & (job != Job.FILTER)),
-    ]
-    return r_port.data
+    if len(entries) == 1 or same:
+        return first
+    chosen = entries[-1]
+    for k in reversed(range(len(entries) - 1)):
+        chosen = Mux(index == k, entries[k], chosen)
+    return chosen
 
 
-def input_word(
-    m: Module,
-    plan: Plan,
-    *,
-    job: Signal,
-    count: Signal,
-    waits: Value,
-    stamp: Value,
-    word: Value,
-    values: Any,
-    restarting: Signal,
-) -> Value:
-    """The word for the core: out of the memory, or raw."""
-    bits = plan.count_bits
-    source = Signal(Source)
-    which = Signal(2)  # of the values
-    with m.Switch(job):
-        with m.Case(Job.INERTIAL):
-            m.d.comb += [
-                which.eq(3),
-                source.eq(
-                    Mux(
-                        count[:3] < RAW.index("stamp"),
-                        Source.SAMPLE,
-                        Mux(count[0], Source.LINE, Source.STAMP),
-                    )
-                ),
-            ]
-        with m.Case(Job.FILTER):
-            m.d.comb += source.eq(Source.WAITING)
-        with m.Default():
-            m.d.comb += [source.eq(Source.LINE), which.eq(count)]
-    # The fourth value of a line is the sample's word ``restart``.
-    m.submodules.value = value = Bitwise(function=multiplex, inputs=6, width=16)
-    m.submodules.high = high = Bitwise(function=multiplex, inputs=6, width=16)
-    m.submodules.low = low = Bitwise(function=_either, inputs=4, width=bits)
-    value.connect(m, *values, Cat(Const(0, 15), restarting), which[0], which[1])
-    stamp, (s0, s1) = stamp[32 - plan.word :], source
-    high.connect(m, waits[bits:], stamp[bits:], word, value.o, s0, s1)
-    low.connect(m, waits[:bits], stamp[:bits], s0, s1)
-    return Cat(low.o, high.o)
+def last_words(plan: Plan, s: Step) -> Value:
+    """Number of the last word of the record that the job at work has."""
+    counts = [len(record) - 1 for record in plan.feed.records]
+    of_filter = table(s.program, counts)
+    is_inertial, is_filter = s.job == Job.INERTIAL, s.job == Job.FILTER
+    return Mux(is_inertial, len(RAW) - 1, Mux(is_filter, of_filter, 2))
 
 
-def put_away(
-    m: Module,
-    results: Results,
-    i: Any,
-    o: Any,
-    *,
-    state: Signal,
-    job: Signal,
-    count: Signal,
-    header: Value,
-) -> None:
-    """What goes to the result memory when."""
-    is_filter = job == Job.FILTER
-    region = Signal(2)
-    with m.Switch(state):
-        with m.Case(State.FEED):
-            m.d.comb += [
-                results.w_en.eq(i.valid & i.ready & ~job[1]),
-                region.eq(Mux(is_filter, RECORDS >> 4, RAWS >> 4)),
-            ]
-        with m.Case(State.COLLECT):
-            m.d.comb += [results.w_en.eq(is_filter & o.valid), region.eq(OUTPUTS >> 4)]
-        with m.Case(State.FINISH):
-            m.d.comb += results.w_en.eq(is_filter)
-    m.submodules.put = put = Bitwise(function=_put, inputs=5, width=results.word)
-    s0, s1, _ = state
-    m.d.comb += [
-        results.w_index.eq(
-            Mux((region == RAWS >> 4) & (count == RAW.index("stamp")), STAMP, Cat(count, region))
-        ),
-        results.w_data.eq(
-            put.connect(
-                m,
-                i.payload.data,
-                o.payload.data,
-                Cat(header, Const(0, results.word - len(header))),
-                s0,
-                s1,
-            )
-        ),
-    ]
+class Words:
+    """The words between the programs, to the core and to the results.
+
+    ``calibrated``: one of a program before the estimators goes to the memory in this cycle;
+    ``set_valid``, ``set_index``, ``set_data``: one of the input registers does, if it may.
+    """
+
+    def __init__(
+        self,
+        plan: Plan,
+        s: Step,
+        *,
+        i: Any,
+        o: Any,
+        fire: Value,
+        stamp: Value,
+        word: Value,
+        values: Any,
+    ) -> None:
+        self.plan, self.s, self.i, self.o, self.fire = plan, s, i, o, fire
+        self.stamp, self.word, self.values = stamp, word, values
+        self.calibrated = o.valid & (s.job != Job.FILTER)
+        self.waits = Signal(plan.word)
+        self.set_valid, self.set_index = Signal(), Signal(5)
+        self.set_data = Signal(plan.word)
+
+    def remember(self, m: Module) -> None:
+        """The memory: calibrated words, constants, registers; the next word of the record."""
+        s, o, feed = self.s, self.o, self.plan.feed
+        depth = 64 if feed.wide else 16
+        init = [0] * depth
+        mask = (1 << self.plan.word) - 1
+        for k, value in enumerate(feed.registers.values()):
+            init[REGISTERS + k] = first_word(value) & mask
+        for k, constant in enumerate(feed.constants):
+            init[HELD + k] = constant & mask
+        m.submodules.calibrated = words = memory.Memory(
+            shape=self.plan.word,
+            depth=depth,
+            init=init if feed.wide else [],
+            attrs={"ram_style": "block"},
+        )
+        w_port, r_port = words.write_port(), words.read_port()
+        m.d.comb += self.waits.eq(r_port.data)
+        self._address(m, r_port.addr)
+        field_bank = s.job[1] & ~s.bank if feed.holds else Const(0, 1)
+        m.d.comb += [
+            w_port.addr.eq(Cat(s.count[:3], s.job[1], field_bank)),
+            w_port.data.eq(o.payload.data),
+            w_port.en.eq(self.calibrated),
+        ]
+        if feed.registers:
+            with m.If(~self.calibrated):
+                m.d.comb += [
+                    w_port.addr.eq(Cat(self.set_index, Const(1, 1))),
+                    w_port.data.eq(self.set_data),
+                    w_port.en.eq(self.set_valid),
+                ]
+
+    def _address(self, m: Module, address: Value) -> None:
+        """Place of the word of the next cycle: a table of count, ``fire`` and what is fresh."""
+        s = self.s
+        records = self.plan.feed.records
+        distinct = sorted(set(records), key=records.index)
+        which = table(s.program, [distinct.index(r) for r in records])
+        with m.Switch(which):
+            for number, record in enumerate(distinct):
+                case = m.Case(number) if number < len(distinct) - 1 else m.Default()
+                with case, m.Switch(Cat(s.count, self.fire)):
+                    for k, fed in enumerate(record):
+                        with m.Case(k, k - 1 + 16 if k else k):
+                            m.d.comb += address.eq(self._place(fed))
+
+    def _place(self, fed: Fed) -> Any:
+        s = self.s
+        place: Any = fed.place
+        if fed.place in FIELD and self.plan.feed.holds:
+            place = Mux(s.bank, fed.place + HELD, fed.place)
+        if fed.absent is None:
+            return place
+        new = Const(1)
+        if fed.field:
+            new = s.use_field
+        if fed.registers:
+            new = s.set_fresh & new if fed.field else s.set_fresh
+        return Mux(new, place, fed.absent)
+
+    def offered(self, m: Module) -> Value:
+        """The word for the core: out of the memory, or raw."""
+        s, bits = self.s, self.plan.count_bits
+        source = Signal(Source)
+        which = Signal(2)  # of the values
+        with m.Switch(s.job):
+            with m.Case(Job.INERTIAL):
+                m.d.comb += [
+                    which.eq(3),
+                    source.eq(
+                        Mux(
+                            s.count[:3] < RAW.index("stamp"),
+                            Source.SAMPLE,
+                            Mux(s.count[0], Source.LINE, Source.STAMP),
+                        )
+                    ),
+                ]
+            with m.Case(Job.FILTER):
+                m.d.comb += source.eq(Source.WAITING)
+            with m.Default():
+                m.d.comb += [source.eq(Source.LINE), which.eq(s.count)]
+        # The fourth value of a line is the sample's word ``restart``.
+        m.submodules.value = value = Bitwise(function=multiplex, inputs=6, width=16)
+        m.submodules.high = high = Bitwise(function=multiplex, inputs=6, width=16)
+        m.submodules.low = low = Bitwise(function=_either, inputs=4, width=bits)
+        value.connect(m, *self.values, Cat(Const(0, 15), s.restarting), which[0], which[1])
+        stamp, (s0, s1) = self.stamp[32 - self.plan.word :], source
+        high.connect(m, self.waits[bits:], stamp[bits:], self.word, value.o, s0, s1)
+        low.connect(m, self.waits[:bits], stamp[:bits], s0, s1)
+        return Cat(low.o, high.o)
+
+    def put_away(self, m: Module, results: Results, header: Value) -> None:
+        """What goes to the result memory when."""
+        s, i, o = self.s, self.i, self.o
+        is_filter = (s.job == Job.FILTER) & s.last
+        region, count, taking = Signal(2), s.count, s.state
+        if self.plan.early:
+            # Words may come while the record is being given, never both in a cycle.
+            number, early = Signal(4), Signal()
+            m.d.comb += early.eq((s.state == State.FEED) & o.valid)
+            count, taking = Mux(early, number, s.count), Mux(early, State.COLLECT, s.state)
+            count = Mux(s.state == State.COLLECT, number, count)
+            with m.If(o.valid):
+                m.d.sync += [number.eq(number + 1), s.ended.eq(o.payload.last)]
+            with m.If((s.state == State.FINISH) | (s.state == State.IDLE)):
+                m.d.sync += [number.eq(0), s.ended.eq(0)]
+        with m.Switch(taking):
+            with m.Case(State.FEED):
+                m.d.comb += [
+                    results.w_en.eq(
+                        i.valid & i.ready & ~s.job[1] & ((s.job == Job.INERTIAL) | s.last)
+                    ),
+                    region.eq(Mux(is_filter, RECORDS >> 4, RAWS >> 4)),
+                ]
+            with m.Case(State.COLLECT):
+                m.d.comb += [results.w_en.eq(is_filter & o.valid), region.eq(OUTPUTS >> 4)]
+            with m.Case(State.FINISH):
+                m.d.comb += results.w_en.eq(is_filter)
+        m.submodules.put = put = Bitwise(function=_put, inputs=5, width=results.word)
+        s0, s1, _ = Value.cast(taking)
+        m.d.comb += [
+            results.w_index.eq(
+                Mux(
+                    (region == RAWS >> 4) & (count == RAW.index("stamp")), STAMP, Cat(count, region)
+                )
+            ),
+            results.w_data.eq(
+                put.connect(
+                    m,
+                    i.payload.data,
+                    o.payload.data,
+                    Cat(header, Const(0, results.word - len(header))),
+                    s0,
+                    s1,
+                )
+            ),
+        ]
 
 
 def _either(waits: Any, stamp: Any, s0: Any, s1: Any) -> Any:

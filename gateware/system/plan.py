@@ -1,6 +1,7 @@
 """Which program of the system's core does what, and in which formats: what the conductor is told.
 
-The core of a complete system holds the filters, then the three programs of `model.front`.
+The core of a complete system holds the estimators, then the three programs of `model.front`. An
+estimator that reads what another keeps is run after that one, on the same sample: a chain.
 """
 
 from __future__ import annotations
@@ -9,18 +10,21 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from boresight.gateware.schedule.slots import Schedule
+from boresight.gateware.system.feed import PLACES, Feed, feed_of
 from boresight.model.words.program import Program
 
-__all__ = ["FRONT_NAMES", "RAW", "RECORD", "Plan", "plan_of"]
+__all__ = ["FRONT_NAMES", "RAW", "Plan", "chain_of", "plan_of"]
 
-#: The programs before the filters, in the order of their numbers, which follow the filters'.
+#: The programs before the estimators, in the order of their numbers, which follow theirs.
 FRONT_NAMES = ("calibrate_inertial", "calibrate_field", "compass_field")
-#: Words of a filter's input record.
-RECORD = ("dt", "gx", "gy", "gz", "mx", "my", "mz", "ax", "ay", "az")
-_INERTIAL = (*(name for name in RECORD if name[0] in "ga"), "dt")
-_FIELD = tuple(name for name in RECORD if name[0] == "m")
+_INERTIAL = tuple(f"{s}{a}" for s in "ga" for a in "xyz")
+_FIELD = ("mx", "my", "mz")
 #: Raw words of an inertial sample.
-RAW = (*(f"{name}_counts" for name in _INERTIAL[:-1]), "stamp", "restart")
+RAW = (*(f"{name}_counts" for name in _INERTIAL), "stamp", "restart")
+#: Inputs and outputs of the programs before the estimators; None: any inputs.
+_FRONT = ((RAW, (*_INERTIAL, "dt")), (tuple(f"{n}_counts" for n in _FIELD), _FIELD), (None, _FIELD))
+#: Most words of a record, and most estimators.
+_MOST_WORDS, _MOST_ESTIMATORS = 16, 8
 
 
 @dataclass(frozen=True)
@@ -34,21 +38,40 @@ class Plan:
     names : tuple of str
         Names of the programs, by number.
     filters : int
-        How many of them, the first ones, are filters.
+        How many of them, the first ones, are estimators.
     lengths : tuple of int
         Cycles of each.
-    outputs : int
-        Words of a filter's output record.
+    outputs : tuple of int
+        Words of each estimator's output record.
+    chains : tuple of tuple of int
+        For each estimator the programs that run for it: those that it reads, then itself.
+    feed : Feed
+        Where the words of their records come from.
     count_bits : int
         Fraction bits of raw counts in the input words.
+    early : bool
+        Some estimator gives out a word before it has taken the last one of its record.
     """
 
     word: int
     names: tuple[str, ...]
     filters: int
     lengths: tuple[int, ...]
-    outputs: int
+    outputs: tuple[int, ...]
+    chains: tuple[tuple[int, ...], ...]
+    feed: Feed
     count_bits: int
+    early: bool = False
+
+    def __post_init__(self) -> None:
+        records = (*map(len, self.feed.records), *self.outputs)
+        if not 1 <= self.filters <= _MOST_ESTIMATORS or not 26 <= self.word <= 32:
+            raise ValueError(
+                f"plan must have 1 to {_MOST_ESTIMATORS} estimators and words of 26 to 32 bits, "
+                f"not {self.filters} and {self.word}"
+            )
+        if not all(1 <= words <= _MOST_WORDS for words in records):
+            raise ValueError(f"records must have 1 to {_MOST_WORDS} words, not {records}")
 
     @property
     def inertial(self) -> int:
@@ -66,8 +89,17 @@ class Plan:
         return self.filters + 2
 
 
+def chain_of(programs: Sequence[Program], number: int) -> tuple[int, ...]:
+    """The programs that run for an estimator: those that it reads, each once, then itself."""
+    numbers = {p.name: k for k, p in enumerate(programs)}
+    chain: list[int] = []
+    for link in programs[number].linked.values():
+        chain += [k for k in chain_of(programs, numbers[link.program]) if k not in chain]
+    return (*chain, number)
+
+
 def plan_of(programs: Sequence[Program], schedules: Sequence[Schedule]) -> Plan:
-    """The plan of a system's core: filters first, then `FRONT_NAMES`.
+    """The plan of a system's core: estimators first, then `FRONT_NAMES`.
 
     Parameters
     ----------
@@ -80,60 +112,19 @@ def plan_of(programs: Sequence[Program], schedules: Sequence[Schedule]) -> Plan:
     ------
     ValueError
         The programs are not such, or their words do not fit together: the front programs' outputs
-        must have the binary points of every filter's inputs. Or a program gives out a word before
-        it has taken the last one of its record.
+        must have the binary points of every estimator's inputs.
     """
     filters = len(programs) - len(FRONT_NAMES)
     names = tuple(p.name for p in programs)
     if filters < 1 or names[filters:] != FRONT_NAMES:
-        raise ValueError(f"programs must be filters, then {', '.join(FRONT_NAMES)}, not {names}")
+        raise ValueError(f"programs must be estimators, then {', '.join(FRONT_NAMES)}, not {names}")
     front = programs[filters:]
-    given = {
-        name: front[k].format(n)
-        for k in (0, 1)
-        for name, n in zip(front[k].output_names, front[k].outputs, strict=True)
-    }
-    given_by_compass = {
-        name: front[2].format(n)
-        for name, n in zip(front[2].output_names, front[2].outputs, strict=True)
-    }
-    for program, inputs, outputs in zip(
-        front,
-        (RAW, tuple(f"{n}_counts" for n in _FIELD), None),
-        (_INERTIAL, _FIELD, _FIELD),
-        strict=True,
-    ):
-        if program.output_names != outputs:
-            raise ValueError(
-                f"{program.name} must have the outputs {outputs}, not {program.output_names}"
-            )
-        if inputs is not None and _input_names(program) != inputs:
-            raise ValueError(
-                f"{program.name} must have the inputs {inputs}, not {_input_names(program)}"
-            )
+    _check_front(front)
     for program in programs[:filters]:
-        if _input_names(program) != RECORD:
-            raise ValueError(
-                f"{program.name} must have the inputs {RECORD}, not {_input_names(program)}"
-            )
-        if program.output_names != programs[0].output_names:
-            raise ValueError(
-                f"{program.name} must have the outputs of {names[0]}, not {program.output_names}"
-            )
-        for name, number in zip(RECORD, program.inputs, strict=True):
-            for have in (given[name], given_by_compass.get(name, given[name])):
-                if have != program.format(number):
-                    raise ValueError(
-                        f"input {name} of {program.name} must be {have} as it comes "
-                        f"from the calibration, not {program.format(number)}"
-                    )
-    for program, schedule in zip(programs, schedules, strict=True):
-        if min(schedule.latencies) - 1 <= max(schedule.gets):
-            raise ValueError(
-                f"{program.name} must take its record before its first output, not "
-                f"an input in cycle {max(schedule.gets)} and an output in cycle "
-                f"{min(schedule.latencies) - 1}"
-            )
+        _check_estimator(program, front)
+    early = [min(s.latencies) - 1 <= max(s.gets) for s in schedules]
+    if any(early[filters:]):
+        raise ValueError("programs before the estimators must take all before they give a word")
     counts = {p.format(n).frac for p in front for n in p.inputs if n not in front[0].inputs[-2:]}
     if len(counts) > 1:
         raise ValueError(f"raw counts must have one format, not {counts}")
@@ -142,10 +133,37 @@ def plan_of(programs: Sequence[Program], schedules: Sequence[Schedule]) -> Plan:
         names=names,
         filters=filters,
         lengths=tuple(s.length for s in schedules),
-        outputs=len(programs[0].outputs),
+        outputs=tuple(len(p.outputs) for p in programs[:filters]),
+        chains=tuple(chain_of(programs, k) for k in range(filters)),
+        feed=feed_of(programs[:filters]),
         count_bits=counts.pop(),
+        early=any(early),
     )
 
 
-def _input_names(program: Program) -> tuple[str, ...]:
-    return tuple(program.values[n].name for n in program.inputs)
+def _check_front(front: Sequence[Program]) -> None:
+    """The programs before the estimators have the records that the conductor gives and takes."""
+    for program, (inputs, outputs) in zip(front, _FRONT, strict=True):
+        found = tuple(program.values[n].name for n in program.inputs)
+        if program.output_names != outputs:
+            raise ValueError(
+                f"{program.name} must have the outputs {outputs}, not {program.output_names}"
+            )
+        if inputs is not None and found != inputs:
+            raise ValueError(f"{program.name} must have the inputs {inputs}, not {found}")
+
+
+def _check_estimator(program: Program, front: Sequence[Program]) -> None:
+    """Its words are the calibrations'."""
+    for number in program.streamed:
+        name, want = program.values[number].name, program.format(number)
+        if name not in PLACES:
+            continue
+        for given in front:
+            if name in given.output_names:
+                have = given.format(given.outputs[given.output_names.index(name)])
+                if have != want:
+                    raise ValueError(
+                        f"input {name} of {program.name} must be {have} as it comes "
+                        f"from the calibration, not {want}"
+                    )

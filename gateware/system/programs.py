@@ -1,31 +1,125 @@
-"""The core of a complete system: all filters and the programs before them."""
+"""The core of a complete system: estimators, and the programs before them."""
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from boresight.gateware.core import Core, build_shared_core
+from boresight.gateware.system.feed import MOST_REGISTERS
 from boresight.gateware.system.plan import FRONT_NAMES, Plan, plan_of
+from boresight.model.declarations import Given, Input
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, with_params
 from boresight.model.front import FRONT
+from boresight.model.front.sensed import SENSED, Sensed
+from boresight.model.linking import linked_estimators
 from boresight.model.resolve import Named, estimator_of
+from boresight.model.words.fixed import Format
+from boresight.model.words.program import Program
 
 __all__ = ["FILTERS", "core_plan", "system_core", "system_estimators"]
 
 #: Filters of the complete system, in the order of their numbers.
 FILTERS = ("complementary", "ekf_quaternion", "ekf_bias", "mekf")
+#: Most words of a record on a board, and most estimators.
+_MOST_WORDS, _MOST = 16, 8
 
 
-def system_estimators(filters: Sequence[Named] = FILTERS) -> list[Estimator]:
-    """Filters, then the programs before them: in the order of their numbers in the core.
+def system_estimators(filters: Sequence[Named] = FILTERS, *, word: int = 32) -> list[Estimator]:
+    """Estimators, then the programs before them: in the order of their numbers in the core.
+
+    Inputs that a sensor gives, by name, take its words in its format; those that another of the
+    estimators gives take that one's; inputs of one name that nobody gives share a register.
 
     Raises
     ------
     InputError
-        Unknown name.
+        Unknown name; an input whose unit is not the sensor's, whose range does not hold the
+        sensor's, or that does not say what it reads between two samples; too many words.
     """
-    return [*map(estimator_of, filters), *(FRONT[name]() for name in FRONT_NAMES)]
+    chosen = [estimator_of(f) for f in filters]
+    front = [FRONT[name]() for name in FRONT_NAMES]
+    names = {e.name for e in chosen}
+    if len(chosen) > _MOST:
+        raise InputError.at(
+            "estimators",
+            wanted=f"{_MOST} or fewer on a board",
+            found=str(len(chosen)),
+            fix="leave some out",
+        )
+    given = _formats([e.compile(word=word) for e in front])
+    registers: dict[str, Input] = {}
+    fed = [_fed(e, names, given, registers, word) for e in chosen]
+    if len(registers) > MOST_REGISTERS:
+        raise InputError.at(
+            "estimators",
+            wanted=f"{MOST_REGISTERS} or fewer inputs that no sensor gives",
+            found=f"{len(registers)}: {', '.join(registers)}",
+            fix="give them fewer, or the names of what the sensors give",
+        )
+    return [*linked_estimators(fed, word=word), *front]
+
+
+def _formats(front: Sequence[Program]) -> dict[str, int]:
+    """Fraction bits of what the programs before the estimators give."""
+    return {
+        name: p.format(n).frac
+        for p in front
+        for name, n in zip(p.output_names, p.outputs, strict=True)
+    }
+
+
+def _fed(
+    estimator: Estimator,
+    names: set[str],
+    given: Mapping[str, int],
+    registers: dict[str, Input],
+    word: int,
+) -> Estimator:
+    """The estimator with its inputs in the formats that they come in."""
+    where = f"estimator {estimator.name}"
+    inputs = []
+    for i in estimator.inputs:
+        if i.source.partition(".")[0] in names or i.flags:
+            inputs.append(i)
+        elif i.name in SENSED:
+            inputs.append(_sensed(i, SENSED[i.name], given[i.name], word, where))
+        else:
+            first = registers.setdefault(i.name, i)
+            form = Format.declared(word, first.low, first.high, first.unit)
+            words = Given(form.frac, first.low, first.high)
+            of = f"the input register {i.name}"
+            inputs.append(i.taking(words, word, of=of, unit=first.unit, where=where))
+    streamed = [i for i in inputs if i.source.partition(".")[0] not in names]
+    for what, count in (("inputs", len(streamed)), ("outputs", len(estimator.outputs))):
+        if count > _MOST_WORDS:
+            raise InputError.at(
+                where,
+                wanted=f"{_MOST_WORDS} or fewer {what} on a board",
+                found=str(count),
+                fix="pack them, or say --top records",
+            )
+    fed = copy.copy(estimator)
+    fed.inputs = tuple(inputs)
+    return fed
+
+
+def _sensed(i: Input, sensor: Sensed, frac: int, word: int, where: str) -> Input:
+    """An input with the words of a sensor."""
+    if not sensor.always and i.missing is None:
+        raise InputError.at(
+            f"{where}, input {i.name}",
+            wanted="what it reads between two lines of the compass",
+            found="neither missing=NUMBER nor missing='hold'",
+            fix="declare it",
+        )
+    # A time step below the range asks for a restart, one above it comes after a gap.
+    clamped = replace(i, clamp=True) if i.name == "dt" else i
+    words = Given(frac, sensor.low, sensor.high)
+    taken = clamped.taking(words, word, of="the sensor", unit=sensor.unit, where=where)
+    return i if taken is clamped else taken
 
 
 def system_core(
@@ -37,12 +131,12 @@ def system_core(
     params: Mapping[str, Mapping[str, float]] | None = None,
     restarts: int | None = None,
 ) -> Core:
-    """Compile the core of a system. Filter k is program k; the front programs follow.
+    """Compile the core of a system. Estimator k is program k; the front programs follow.
 
     Parameters
     ----------
     filters : sequence of str, class or Estimator
-        Filters of the same inputs and outputs.
+        Estimators of any inputs and outputs.
     config : str
         "small" or "fast".
     clock_hz : float
@@ -55,8 +149,8 @@ def system_core(
     Raises
     ------
     InputError
-        Unknown name of a filter, of a program with parameters, of a parameter or configuration; a
-        word below 26 bits.
+        See `system_estimators`; unknown name of a program with parameters, of a parameter or
+        configuration; a word below 26 bits.
     ScheduleError
         The programs do not fit the machine.
     """
@@ -67,7 +161,7 @@ def system_core(
             found=str(word),
             fix="choose a width inside the range",
         )
-    estimators = system_estimators(filters)
+    estimators = system_estimators(filters, word=word)
     for name in params or {}:
         if name not in {e.name for e in estimators}:
             raise InputError.at(

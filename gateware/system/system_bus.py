@@ -16,12 +16,12 @@ from boresight.gateware.bus.signature import BusSignature
 from boresight.gateware.registers.core import PROGRAM
 from boresight.gateware.registers.model import Register
 
-__all__ = ["ADDRESS_BITS", "COUNTERS", "CSR", "RESULTS", "SystemBus"]
+__all__ = ["ADDRESS_BITS", "COUNTERS", "CSR", "FEED", "RESULTS", "SystemBus"]
 
 #: Bits of an address of the system's bus.
 ADDRESS_BITS = 12
 #: Where the blocks begin; the core is at 0.
-CSR, RESULTS, COUNTERS = 0x400, 0x500, 0x600
+CSR, RESULTS, COUNTERS, FEED = 0x400, 0x500, 0x600, 0x700
 #: The core's last address.
 _LAST = PROGRAM
 #: Place of the result memory that nobody writes: it reads 0.
@@ -37,6 +37,7 @@ class SystemBus(wiring.Component):
         0x400..       registers of the system (`Csr`)
         0x500..0x53F  results (`gateware.bus.results`)
         0x600..       counters of events
+        0x700..       input registers, write only, if there are some; a write waits while ``busy``
 
     Other addresses read 0, writes there are acknowledged and do nothing, and both are an event, as
     of the counters' own ``bad_address``. Reads of what can only be written read 0.
@@ -52,6 +53,8 @@ class SystemBus(wiring.Component):
         Kinds of events from outside. ``bad_address`` is counted behind them.
     counter_bits : int
         Bits of a counter.
+    feed : int
+        Input registers.
 
     Members
     -------
@@ -67,12 +70,14 @@ class SystemBus(wiring.Component):
         Events to count.
     clear : In(1)
         Clear the counters.
+    feed_en : Out(1), feed_index : Out(5), feed_data : Out(32), feed_busy : In(1)
+        A write of an input register. Only with such.
     others
         The ports of the registers, as `Csr` says.
     """
 
     def __init__(
-        self, *, registers: Sequence[Register], events: int, counter_bits: int = 32
+        self, *, registers: Sequence[Register], events: int, counter_bits: int = 32, feed: int = 0
     ) -> None:
         self.csr = Csr(registers)
         if self.csr.first != CSR:
@@ -80,6 +85,8 @@ class SystemBus(wiring.Component):
         if not isinstance(events, int) or not 0 <= events <= 255:
             raise ValueError(f"events must be an integer from 0 to 255, not {events!r}")
         self.counters = EventCounters(count=events + 1, bits=counter_bits)
+        self.feed = feed
+        ports = {"feed_en": Out(1), "feed_index": Out(5), "feed_data": Out(32), "feed_busy": In(1)}
         super().__init__(
             {
                 "bus": In(BusSignature(word=32, address=ADDRESS_BITS)),
@@ -89,6 +96,7 @@ class SystemBus(wiring.Component):
                 "events": In(events),
                 "clear": In(1),
                 **self.csr.ports,
+                **(ports if feed else {}),
             }
         )
 
@@ -140,7 +148,24 @@ class SystemBus(wiring.Component):
                 | Mux(core_answers, core.r_data, Const(0, 32))
             ),
         ]
+        if self.feed:
+            self._feed(m, ours, elsewhere)
         for name, member in csr.ports.items():
             outer, inner = getattr(self, name), getattr(csr, name)
             m.d.comb += inner.eq(outer) if member.flow is In else outer.eq(inner)
         return m
+
+    def _feed(self, m: Module, ours: Signal, elsewhere: Signal) -> None:
+        """The page of the input registers: a write is done, and acknowledged, when they can."""
+        bus, ours_feed = self.bus, Signal()
+        low = bus.addr[:8]
+        m.d.sync += ours_feed.eq((bus.addr[8:] == FEED >> 8) & (low < self.feed))
+        with m.If((bus.addr[8:] == FEED >> 8) & (low < self.feed)):
+            m.d.sync += elsewhere.eq(1)
+        m.d.comb += [
+            self.feed_en.eq(ours & ours_feed & ~self.feed_busy),
+            self.feed_index.eq(low),
+            self.feed_data.eq(bus.w_data),
+        ]
+        with m.If(ours_feed & self.feed_busy):
+            m.d.comb += bus.w_ack.eq(0)

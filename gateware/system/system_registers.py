@@ -8,20 +8,23 @@ bus of `gateware.system.system_bus`, for JSON, SVD, C header, page (`gateware.re
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from boresight.gateware.core import Core
 from boresight.gateware.register_map import register_map
 from boresight.gateware.registers.model import Access, BitField, Register, RegisterMap
-from boresight.gateware.system.attitude_frame import OUTPUTS, STAMP
-from boresight.gateware.system.plan import RECORD
-from boresight.gateware.system.system_bus import COUNTERS, CSR, RESULTS
-from boresight.model.errors import InputError
+from boresight.gateware.system.attitude_frame import STAMP
+from boresight.gateware.system.feed import first_word
+from boresight.gateware.system.plan import FRONT_NAMES
+from boresight.gateware.system.system_bus import COUNTERS, CSR, FEED, RESULTS
+from boresight.model.words.fixed import Format
+from boresight.model.words.program import Program, Value
 
 __all__ = [
     "IDENTIFICATION",
     "VERSION",
     "counter_registers",
+    "feed_registers",
     "result_registers",
     "system_map",
     "system_registers",
@@ -29,6 +32,8 @@ __all__ = [
 
 #: "BORE", and the version of this map: it changes when an address or a meaning does.
 IDENTIFICATION, VERSION = 0x424F_5245, 1
+
+_TAKE_FEED = "the feed registers' words, all together, from the next update on"
 
 _READ, _WRITE, _BOTH = Access.READ_ONLY, Access.WRITE_ONLY, Access.READ_WRITE
 
@@ -51,6 +56,8 @@ def system_registers(
     compass_mode: int = 1,
     output_mode: int = 1,
     output_divider: int = 8,
+    text: bool = True,
+    feed: bool = False,
 ) -> tuple[Register, ...]:
     """Identification, state and settings of a system.
 
@@ -66,6 +73,8 @@ def system_registers(
         Name and meaning of the readers' level flags, bit 0 first.
     msc_ctrl, smpl_prd, sens_avg, magnetic_source, compass_mode, output_mode, output_divider : int
         Settings after power-up.
+    text, feed : bool
+        The output can be text; there are input registers.
     """
     if not 1 <= len(filters) <= 8:
         raise ValueError(f"filters must be 1 to 8, not {len(filters)}")
@@ -181,7 +190,7 @@ def system_registers(
             "what is sent unasked",
             width=2,
             reset=output_mode,
-            names=("off", "binary", "text"),
+            names=("off", "binary", *(("text",) if text else ())),
         ),
         Register(
             "output_divider",
@@ -232,11 +241,12 @@ def system_registers(
             26,
             _WRITE,
             "a 1 does it once",
-            width=3,
+            width=3 + feed,
             fields=(
                 BitField("restart_filter", 0, "the next update restarts the filter"),
                 BitField("restart_inertial", 1, "reset the inertial sensor and set it up again"),
                 BitField("clear_counters", 2, "all counters to 0"),
+                *((BitField("take_feed", 3, _TAKE_FEED),) if feed else ()),
             ),
         ),
         Register(
@@ -251,51 +261,14 @@ def system_registers(
 
 
 def result_registers(core: Core) -> tuple[Register, ...]:
-    """The results of an update: header, time stamp, outputs, the filter's input record.
+    """The results of an update: header, time stamp, outputs, the estimator's input record.
 
-    The names of the outputs and inputs are the filters' with ``result_`` and ``input_`` before
-    them. A word whose fraction bits are not the same in all filters has no ``frac`` here: the
-    output records of the programs tell.
-
-    Raises
-    ------
-    InputError
-        The first program is no filter.
+    A word has the estimators' name for it with ``result_`` or ``input_`` before it, or where they
+    have several its number. One whose fraction bits are not the same in all of them has no ``frac``
+    here: the records of the programs tell.
     """
-    program = core.parts[0].program
-    filters = [p.program for p in core.parts if p.program.output_names == OUTPUTS]
-    names = tuple(program.values[n].name for n in program.inputs)
-    for what, found, wanted in (
-        ("outputs", program.output_names, OUTPUTS),
-        ("inputs", names, RECORD),
-    ):
-        if found != wanted:
-            raise InputError.at(
-                f"{what} of {program.name}",
-                wanted=", ".join(wanted),
-                found=", ".join(found),
-                fix="choose a filter that has them",
-            )
     word = core.machine.arithmetic.word
-
-    def of(prefix: str, name: str, place: int, numbers: Sequence[int], meaning: str) -> Register:
-        values = [p.values[n] for p, n in zip(filters, numbers, strict=True)]
-        fracs = {v.frac for v in values}
-        if len(fracs) > 1:
-            meaning += "; fraction bits " + ", ".join(
-                f"{v.frac} ({p.name})" for v, p in zip(values, filters, strict=True)
-            )
-        return Register(
-            f"{prefix}_{name}",
-            RESULTS + place,
-            _READ,
-            meaning,
-            unit=values[0].unit,
-            frac=fracs.pop() if len(fracs) == 1 else None,
-            width=word,
-            signed=True,
-        )
-
+    programs = [p.program for p in core.parts[: -len(FRONT_NAMES)]]
     header = Register(
         "result_header",
         RESULTS,
@@ -319,23 +292,65 @@ def result_registers(core: Core) -> tuple[Register, ...]:
         unit="cycles",
         width=word,
     )
+    outputs = [list(zip(p.output_names, p.outputs, strict=True)) for p in programs]
+    inputs = [[(p.values[n].name, n) for n in p.streamed] for p in programs]
     return (
         header,
         stamp,
-        *(
-            of("result", name, 0x10 + k, [p.outputs[k] for p in filters], f"output {name}")
-            for k, name in enumerate(OUTPUTS)
-        ),
-        *(
-            of(
-                "input",
-                name,
-                0x20 + k,
-                [p.inputs[k] for p in filters],
-                f"input {name} of that update",
+        *_record("result", RESULTS + 0x10, "output {}", programs, outputs),
+        *_record("input", RESULTS + 0x20, "input {} of that update", programs, inputs),
+    )
+
+
+def _record(
+    prefix: str,
+    first: int,
+    meaning: str,
+    programs: Sequence[Program],
+    records: Sequence[Sequence[tuple[str, int]]],
+) -> Iterator[Register]:
+    """Registers for the words of all programs' records: names and values of each."""
+    for k in range(max(map(len, records))):
+        words = [(p, *r[k]) for p, r in zip(programs, records, strict=True) if k < len(r)]
+        names = list(dict.fromkeys(name for _, name, _ in words))
+        values = [p.values[n] for p, _, n in words]
+        said, fracs = meaning.format(names[0]), {v.frac for v in values}
+        if len(names) > 1:
+            said = "; ".join(f"{meaning.format(name)} ({p.name})" for p, name, _ in words)
+        if len(fracs) > 1:
+            said += "; fraction bits " + ", ".join(
+                f"{v.frac} ({p.name})" for v, (p, _, _) in zip(values, words, strict=True)
             )
-            for k, name in enumerate(RECORD)
-        ),
+        units = {v.unit for v in values}
+        yield Register(
+            f"{prefix}_{names[0] if len(names) == 1 else k}",
+            first + k,
+            _READ,
+            said,
+            unit=units.pop() if len(units) == 1 else "",
+            frac=fracs.pop() if len(fracs) == 1 else None,
+            width=programs[0].arithmetic.word,
+            signed=True,
+        )
+
+
+def feed_registers(values: Mapping[str, Value], *, word: int) -> tuple[Register, ...]:
+    """The input registers: what estimators read that no sensor gives."""
+    return tuple(
+        Register(
+            f"feed_{name}",
+            FEED + k,
+            Access.WRITE_ONLY,
+            f"input {name}, from the update on that follows order take_feed",
+            unit=value.unit,
+            frac=value.frac,
+            low=value.low,
+            high=value.high,
+            minimum=int(Format(word, value.frac).quantise(value.low)),
+            maximum=int(Format(word, value.frac).quantise(value.high)),
+            reset=first_word(value),
+        )
+        for k, (name, value) in enumerate(values.items())
     )
 
 
@@ -354,7 +369,12 @@ def counter_registers(events: Sequence[str], *, bits: int = 32) -> tuple[Registe
 
 
 def system_map(
-    core: Core, *, registers: Sequence[Register], events: Sequence[str], counter_bits: int = 32
+    core: Core,
+    *,
+    registers: Sequence[Register],
+    events: Sequence[str],
+    feed: Mapping[str, Value] | None = None,
+    counter_bits: int = 32,
 ) -> RegisterMap:
     """All registers of a system.
 
@@ -366,6 +386,8 @@ def system_map(
         From `system_registers`.
     events : sequence of str
         Names of the counted events, bit 0 first; ``bad_address`` comes behind them.
+    feed : mapping, optional
+        Inputs that registers give (`gateware.system.feed.Feed`).
     counter_bits : int
         Bits of a counter.
     """
@@ -384,5 +406,6 @@ def system_map(
             *registers,
             *result_registers(core),
             *counter_registers((*events, "bad_address"), bits=counter_bits),
+            *feed_registers(feed or {}, word=core.machine.arithmetic.word),
         ),
     )

@@ -1,41 +1,40 @@
-"""The traced graph: what an estimator's ``step`` becomes when it runs on tracing scalars.
+"""From the record of a ``step`` to nodes that lowering knows, each with the interval of its values.
 
-Nodes are created once per distinct expression (common sub-expressions merge), constants fold,
-zeros and ones disappear. Every node carries an interval; a node whose interval cannot be known must
-be bounded by its author (`model.ops.bounded`).
+`expand` takes a record expression by expression. Functions become sums, products, selections and
+what the tables hold (sine, arc sine, inverse root, reciprocal); what intervals or constants decide
+disappears. A node whose interval cannot be known must be bounded by its author
+(`model.ops.bounded`).
 """
 
 from __future__ import annotations
 
 import math
-import sys
-from collections.abc import Callable
-from dataclasses import dataclass
-from pathlib import Path
-from types import FrameType
+from dataclasses import dataclass, field
 from typing import Any
 
 from boresight.model.errors import InputError
+from boresight.model.lowering.trace import Tracer, finite
 from boresight.model.words import rounded
 
-__all__ = ["LEAVES", "Condition", "Graph", "Node"]
+__all__ = ["ASIN_LIMIT", "LEAVES", "Flag", "Graph", "Node", "expand"]
 
 #: Kinds of nodes that have no arguments.
 LEAVES = ("input", "param", "state", "const")
+#: Largest sine that the table of the arc sine holds, a little above sqrt(1/2).
+ASIN_LIMIT = 0.7188
 
 
 @dataclass(eq=False)
 class Node:
-    """One expression.
+    """One value.
 
-    ``signs`` belongs to kind "sum"; ``value`` to "const"; ``quarter`` to "sin" (cosine). ``line``
-    is where its author wrote it: "file.py, line 41".
+    ``signs`` belongs to kind "sum"; ``value`` to "const" and "saturated"; ``quarter`` to "sin"
+    (cosine). ``line`` is where its author wrote it: "file.py, line 41".
     """
 
-    graph: Graph
     number: int
     kind: str
-    args: tuple[Node, ...] = ()
+    args: tuple[Node, ...] = field(default=(), repr=False)
     signs: tuple[int, ...] = ()
     value: float = 0.0
     quarter: bool = False
@@ -47,63 +46,6 @@ class Node:
     uses: int = 0
     line: str = ""
 
-    #: numpy's scalars and arrays leave the operators to this class.
-    __array_ufunc__ = None
-
-    # The numbers' protocol: everything goes through the graph.
-    def __add__(self, other: Any) -> Node:
-        return self.graph.add(self, 1, self.graph.lift(other), 1)
-
-    def __sub__(self, other: Any) -> Node:
-        return self.graph.add(self, 1, self.graph.lift(other), -1)
-
-    def __mul__(self, other: Any) -> Node:
-        return self.graph.mul(self, self.graph.lift(other))
-
-    def __radd__(self, other: Any) -> Node:
-        return self.graph.add(self.graph.lift(other), 1, self, 1)
-
-    def __rsub__(self, other: Any) -> Node:
-        return self.graph.add(self.graph.lift(other), 1, self, -1)
-
-    __rmul__ = __mul__
-
-    def __neg__(self) -> Node:
-        return self.graph.neg(self)
-
-    def __truediv__(self, other: Any) -> Node:
-        if isinstance(other, (int, float)):
-            return self * (1.0 / other)
-        return self * self.graph.function("reciprocal", self.graph.lift(other))
-
-    def __rtruediv__(self, other: Any) -> Node:
-        return self.graph.lift(other) / self
-
-    def __lt__(self, other: Any) -> Condition:
-        return Condition(self.graph.add(self, 1, self.graph.lift(other), -1))
-
-    def __gt__(self, other: Any) -> Condition:
-        return Condition(self.graph.add(self.graph.lift(other), 1, self, -1))
-
-    def __ge__(self, other: Any) -> Condition:
-        return ~self.__lt__(other)
-
-    def __le__(self, other: Any) -> Condition:
-        return ~self.__gt__(other)
-
-    def __eq__(self, other: object) -> bool:
-        if self is other:
-            return True
-        raise TypeError("traced values compare with < > <= >= only, not with == or !=")
-
-    __hash__ = object.__hash__
-
-    def __bool__(self) -> bool:
-        raise TypeError("a traced value has no truth value: use model.ops.where instead of if")
-
-    def __repr__(self) -> str:
-        return f"<{self.label} {self.kind} [{self.low:.6g}, {self.high:.6g}]>"
-
     @property
     def label(self) -> str:
         """The name, or the kind with the number."""
@@ -111,102 +53,75 @@ class Node:
 
 
 @dataclass(frozen=True, eq=False)
-class Condition:
+class Flag:
     """True where ``node`` is negative (or, inverted, where it is not)."""
 
     node: Node
     inverted: bool = False
 
-    def __invert__(self) -> Condition:
-        return Condition(self.node, not self.inverted)
 
-    def __and__(self, other: Condition) -> Condition:
-        # One selection: where self holds, other's node decides; elsewhere a constant that fails.
-        g = self.node.graph
-        # The failing constant must survive the binary point of other's node: take its magnitude.
-        bound = max(-other.node.low, other.node.high) or 1.0
-        fails = g.const(-bound if other.inverted else 0.0)
-        return Condition(g.select(self, other.node, fails), other.inverted)
+def expand(tracer: Tracer) -> tuple[Graph, list[Any]]:
+    """The graph of a record, and the node (or flag) of each of its expressions.
 
-    def __or__(self, other: Condition) -> Condition:
-        return ~(~self & ~other)
-
-    def __bool__(self) -> bool:
-        raise TypeError("a traced condition has no truth value: use model.ops.where")
-
-
-#: Value of a function of a constant.
-_FUNCTIONS: dict[str, Callable[[float], float]] = {
-    "sin": rounded.sin_ht,
-    "asin": rounded.asin_ht,
-    "rsqrt": rounded.rsqrt,
-    "reciprocal": lambda x: 1.0 / x,
-}
-
-
-_MODEL = Path(__file__).parent.parent
-#: Files whose lines nobody wrote an estimator in.
-_OWN = frozenset(
-    str(_MODEL / name) for name in ("lowering/graph.py", "ops.py", "lowering/lower.py")
-)
-#: The file that makes the leaves, which have no line: their declarations say what they are.
-_CALLER = str(_MODEL / "estimator.py")
-
-
-def _author_line() -> str:
-    """The line that asks for a node: the innermost one outside the tracer."""
-    frame: FrameType | None = sys._getframe(2)
-    while frame is not None and (
-        frame.f_code.co_filename in _OWN or frame.f_code.co_filename.startswith("<")
-    ):
-        frame = frame.f_back
-    if frame is None or frame.f_code.co_filename == _CALLER:
-        return ""
-    return f"{frame.f_code.co_filename.rpartition('/')[2]}, line {frame.f_lineno}"
+    Raises
+    ------
+    InputError
+        A divisor may be zero. The message gives its author's line.
+    """
+    graph, made = Graph(tracer.name), list[Any]()
+    for e in tracer.expressions:
+        graph.line = e.line
+        made.append(getattr(graph, e.kind)(*(made[a.number] for a in e.args), *e.data))
+    return graph, made
 
 
 class Graph:
-    """Builds nodes; one graph per trace."""
+    """Builds nodes, one per distinct expression. ``line`` is the author's, for new ones."""
 
     def __init__(self, name: str) -> None:
         self.name = name
+        self.line = ""
         self.nodes: list[Node] = []
         self._unique: dict[Any, Node] = {}
 
-    def _new(
-        self, kind: str, args: tuple[Node, ...] = (), *, key: Any = None, **attributes: Any
-    ) -> Node:
-        key = (kind, tuple(a.number for a in args), key)
-        if key in self._unique:
-            return self._unique[key]
-        node = Node(self, len(self.nodes), kind, args, line=_author_line(), **attributes)
-        self.nodes.append(node)
-        self._unique[key] = node
-        return node
+    def _new(self, kind: str, *args: Node, key: Any = None, **attributes: Any) -> Node:
+        key = (kind, *(a.number for a in args), key)
+        if key not in self._unique:
+            self._unique[key] = Node(len(self.nodes), kind, args, line=self.line, **attributes)
+            self.nodes.append(self._unique[key])
+        return self._unique[key]
 
-    def leaf(self, kind: str, name: str, low: float, high: float, unit: str = "") -> Node:
+    def leaf(self, kind: str, name: str, low: float, high: float, unit: str) -> Node:
         """An input, parameter or state with its declared range."""
-        return self._new(
-            kind, key=name, name=name, low=low, high=high, source="declared", unit=unit
-        )
+        declared = {"name": name, "low": low, "high": high, "unit": unit}
+        return self._new(kind, key=name, source="declared", **declared)
 
     def const(self, value: float) -> Node:
         """A constant."""
-        value = float(value) + 0.0
-        if not math.isfinite(value):
-            raise InputError(f"{self.name}: constants must be finite, not {value!r}")
+        value = finite(self.name, value)
         return self._new("const", key=value, value=value, low=value, high=value, source="constant")
 
-    def lift(self, x: Any) -> Node:
-        """A node as it is, a number as a constant."""
-        return x if isinstance(x, Node) else self.const(x)
+    def named(self, a: Node, name: str) -> Node:
+        """``a``; the first name that it gets stays."""
+        if a.kind not in LEAVES and a.name is None:
+            a.name = name
+        return a
+
+    # -- arithmetic -----------------------------------------------------------------------------
+
+    def add(self, a: Node, b: Node) -> Node:
+        """a + b."""
+        return self._sum(a, 1, b, 1)
+
+    def sub(self, a: Node, b: Node) -> Node:
+        """a - b."""
+        return self._sum(a, 1, b, -1)
 
     def neg(self, a: Node) -> Node:
         """-a."""
-        return self.add(self.const(0.0), 1, a, -1)
+        return self._sum(self.const(0.0), 1, a, -1)
 
-    def add(self, a: Node, sign_a: int, b: Node, sign_b: int) -> Node:
-        """sign_a * a + sign_b * b."""
+    def _sum(self, a: Node, sign_a: int, b: Node, sign_b: int) -> Node:
         if a.kind == b.kind == "const":
             return self.const(sign_a * a.value + sign_b * b.value)
         if a is b:
@@ -222,11 +137,10 @@ class Graph:
                 return node
             if node.kind == "sum" and node.signs == (-1,) and node.name is None:
                 return node.args[0]
-        nodes = tuple(n for n, _ in terms)
-        signs = tuple(s for _, s in terms)
+        nodes, signs = zip(*terms, strict=True)
         low = sum(n.low if s > 0 else -n.high for n, s in terms)
         high = sum(n.high if s > 0 else -n.low for n, s in terms)
-        return self._new("sum", nodes, key=signs, signs=signs, low=low, high=high)
+        return self._new("sum", *nodes, key=signs, signs=signs, low=low, high=high)
 
     def mul(self, a: Node, b: Node) -> Node:
         """a * b; constants come second."""
@@ -248,12 +162,50 @@ class Graph:
         if a is b:
             edges = sorted((a.low * a.low, a.high * a.high))
             low = 0.0 if a.low <= 0.0 <= a.high else edges[0]
-            return self._new("mul", (a, b), low=low, high=edges[1])
+            return self._new("mul", a, b, low=low, high=edges[1])
+        if b.kind == "rsqrt" and b.args[0] is a:  # the root
+            low, high = (math.sqrt(max(edge, 0.0)) for edge in (a.low, a.high))
+            return self._new("mul", a, b, low=low, high=high)
         corners = [x * y if x and y else 0.0 for x in (a.low, a.high) for y in (b.low, b.high)]
-        return self._new("mul", (a, b), low=min(corners), high=max(corners))
+        return self._new("mul", a, b, low=min(corners), high=max(corners))
 
-    def select(self, condition: Condition, yes: Node, no: Node) -> Node:
-        """``yes`` where the condition holds, else ``no``."""
+    def div(self, a: Node, b: Node) -> Node:
+        """a / b."""
+        if b.low <= 0.0 <= b.high:
+            line = f"{self.line}: " if self.line else ""
+            raise InputError(
+                f"{line}{self.name}: reciprocal of {b.label}: its range [{b.low:g}, {b.high:g}] "
+                "must exclude 0; clip it first"
+            )
+        if b.kind == "const":
+            return self.mul(a, self.const(1.0 / b.value))
+        return self.mul(a, self._new("reciprocal", b, low=1.0 / b.high, high=1.0 / b.low))
+
+    # -- conditions -----------------------------------------------------------------------------
+
+    def less(self, a: Node, b: Node) -> Flag:
+        """a < b."""
+        return Flag(self.sub(a, b))
+
+    def invert(self, flag: Flag) -> Flag:
+        """Not."""
+        return Flag(flag.node, not flag.inverted)
+
+    def both(self, a: Flag, b: Flag) -> Flag:
+        """One selection: where a holds, b's node decides; elsewhere a constant that fails."""
+        # The constant must survive the binary point of b's node: take its magnitude.
+        bound = max(-b.node.low, b.node.high) or 1.0
+        fails = self.const(-bound if b.inverted else 0.0)
+        return Flag(self.select(a, b.node, fails), b.inverted)
+
+    def either(self, a: Flag, b: Flag) -> Flag:
+        """As the opposite of both opposites."""
+        return self.invert(self.both(self.invert(a), self.invert(b)))
+
+    def select(
+        self, condition: Flag, yes: Node, no: Node, low: float = -math.inf, high: float = math.inf
+    ) -> Node:
+        """``yes`` where the condition holds, else ``no``; both together in [low, high]."""
         if condition.inverted:
             yes, no = no, yes
         c = condition.node
@@ -261,20 +213,21 @@ class Graph:
             return yes
         if c.low >= 0.0:
             return no
-        return self._new(
-            "select", (c, yes, no), low=min(yes.low, no.low), high=max(yes.high, no.high)
-        )
+        low, high = max(low, min(yes.low, no.low)), min(high, max(yes.high, no.high))
+        return self._new("select", c, yes, no, low=low, high=high)
 
-    def flip(self, condition: Condition, a: Node) -> Node:
+    def flip(self, condition: Flag, a: Node) -> Node:
         """-a where the condition holds, else a."""
         c = condition.node
         certain = True if c.high < 0.0 else False if c.low >= 0.0 else None
         if certain is not None:
             return self.neg(a) if certain != condition.inverted else a
         if condition.inverted:
-            return self.neg(self.flip(~condition, a))
+            return self.neg(self.flip(self.invert(condition), a))
         bound = max(abs(a.low), abs(a.high))
-        return self._new("flip", (c, a), low=-bound, high=bound)
+        return self._new("flip", c, a, low=-bound, high=bound)
+
+    # -- limits ---------------------------------------------------------------------------------
 
     def absolute(self, a: Node) -> Node:
         """|a|."""
@@ -282,76 +235,110 @@ class Graph:
             return a
         if a.high <= 0.0:
             return self.neg(a)
-        return self._new("abs", (a,), low=0.0, high=max(-a.low, a.high))
+        return self._new("abs", a, low=0.0, high=max(-a.low, a.high))
+
+    def larger(self, a: Node, b: Node) -> Node:
+        """max(a, b)."""
+        return self.select(self.less(a, b), b, a, low=max(a.low, b.low))
+
+    def smaller(self, a: Node, b: Node) -> Node:
+        """min(a, b)."""
+        return self.select(self.less(a, b), a, b, high=min(a.high, b.high))
 
     def wrap(self, a: Node) -> Node:
         """``a`` half turns wrapped to [-1, 1): the word's own overflow."""
         if a.kind == "const":
             return self.const((a.value + 1.0) % 2.0 - 1.0)
-        return self._new("wrap", (a,), low=-1.0, high=1.0, unit="ht")
+        return self._new("wrap", a, low=-1.0, high=1.0, unit="ht")
 
     def bounded(self, a: Node, low: float, high: float, reason: str) -> Node:
         """``a``, known (or made, by saturation) to lie in [low, high]."""
-        if not (math.isfinite(low) and math.isfinite(high) and low <= high):
-            raise InputError(
-                f"{self.name}: the range of {a.label} must be finite and ordered, "
-                f"not [{low:g}, {high:g}]"
-            )
         if a.kind == "const" and low <= a.value <= high:
             return a
-        return self._new(
-            "bounded",
-            (a,),
-            key=(low, high),
-            low=low,
-            high=high,
-            source=f"declared: {reason}",
-            unit=a.unit,
-        )
+        limits = {"low": low, "high": high, "source": f"declared: {reason}"}
+        return self._new("bounded", a, key=(low, high), unit=a.unit, **limits)
 
     def saturated(self, a: Node, limit: float) -> Node:
         """``a`` clamped to [-limit, limit), a power of two, by the word's own overflow."""
-        if math.frexp(limit)[0] != 0.5:
-            raise ValueError(f"limit must be a power of two, not {limit!r}")
         if -limit <= a.low and a.high < limit:
             return a
         low, high = (min(max(edge, -limit), limit) for edge in (a.low, a.high))
         if low == high:
             return self.const(low)
-        return self._new(
-            "saturated",
-            (a,),
-            key=limit,
-            value=limit,
-            low=low,
-            high=high,
-            source="saturated on purpose",
-            unit=a.unit,
-        )
+        limits = {"low": low, "high": high, "source": "saturated on purpose"}
+        return self._new("saturated", a, key=limit, value=limit, unit=a.unit, **limits)
 
-    def function(self, kind: str, a: Node, *, quarter: bool = False) -> Node:
-        """sin (cosine with ``quarter``), asin, rsqrt, reciprocal of one argument.
+    def clip(self, a: Node, low: float, high: float) -> Node:
+        """``a`` limited to [low, high] by comparison.
 
-        The sine's argument is in half turns, any number of them; that of asin lies in [0, 0.72).
+        What has no finite range yet, as a product with an inverse root, gets one on the way.
         """
-        if kind == "reciprocal" and a.low <= 0.0 <= a.high:
-            line = _author_line()
-            raise InputError(
-                f"{line + ': ' if line else ''}{self.name}: reciprocal of {a.label}: its range "
-                f"[{a.low:g}, {a.high:g}] must exclude 0; clip it first"
-            )
-        if a.kind == "const" and not (kind == "rsqrt" and a.value <= 0.0):
-            return self.const(_FUNCTIONS[kind](a.value + 0.5 * quarter))
-        if kind == "sin":
-            if a.low < -1.0 or (a.high >= 1.0 and a.unit != "ht"):
-                a = self.wrap(a)
-            return self._new("sin", (a,), key=quarter, quarter=quarter, low=-1.0, high=1.0)
-        if kind == "asin":
-            return self._new("asin", (a,), low=0.0, high=0.26, unit="ht")
-        if kind == "rsqrt":
-            low = 0.0 if a.high <= 0 else 1.0 / math.sqrt(a.high)
-            high = math.inf if a.low <= 0 else 1.0 / math.sqrt(a.low)
-            return self._new("rsqrt", (a,), low=low, high=high)
-        if kind == "reciprocal":
-            return self._new("reciprocal", (a,), low=1.0 / a.high, high=1.0 / a.low)
-        raise ValueError(f"unknown function {kind!r}")
+        if not math.isfinite(a.low + a.high):
+            largest = max(abs(low), abs(high)) or 1.0
+            a = self.saturated(a, math.ldexp(2.0, rounded.binary_exponent(largest)))
+        if a.low < low:
+            limit = self.const(low)
+            a = self.select(self.less(a, limit), limit, a)
+            a = self.bounded(a, low, max(a.high, low), "clip")
+        if a.high > high:
+            limit = self.const(high)
+            a = self.select(self.less(limit, a), limit, a)
+            a = self.bounded(a, min(a.low, high), high, "clip")
+        return a
+
+    # -- functions ------------------------------------------------------------------------------
+
+    def sin(self, a: Node, quarter: bool = False) -> Node:
+        """sin(pi a), or with ``quarter`` the cosine, of any number of half turns."""
+        if a.kind == "const":
+            return self.const(rounded.sin_ht(a.value + 0.5 * quarter))
+        if a.low < -1.0 or (a.high >= 1.0 and a.unit != "ht"):
+            a = self.wrap(a)
+        return self._new("sin", a, key=quarter, quarter=quarter, low=-1.0, high=1.0)
+
+    def cos(self, a: Node) -> Node:
+        """cos(pi a)."""
+        return self.sin(a, quarter=True)
+
+    def asin(self, a: Node) -> Node:
+        """Half turns whose sine is ``a`` in [0, `ASIN_LIMIT`]."""
+        if a.kind == "const":
+            return self.const(rounded.asin_ht(min(max(a.value, 0.0), 1.0)))
+        return self._new("asin", a, low=0.0, high=0.26, unit="ht")
+
+    def rsqrt(self, a: Node) -> Node:
+        """1 / sqrt(a)."""
+        if a.kind == "const" and a.value > 0.0:
+            return self.const(rounded.rsqrt(a.value))
+        low = 0.0 if a.high <= 0 else 1.0 / math.sqrt(a.high)
+        high = math.inf if a.low <= 0 else 1.0 / math.sqrt(a.low)
+        return self._new("rsqrt", a, low=low, high=high)
+
+    def sqrt(self, a: Node) -> Node:
+        """sqrt(a), as a / sqrt(a)."""
+        if a.kind == "const" and a.value >= 0.0:
+            return self.const(math.sqrt(a.value))
+        return self.mul(a, self.rsqrt(a))
+
+    def atan2(self, y: Node, x: Node) -> Node:
+        """Angle of the vector (x, y) in half turns, [-1, 1).
+
+        The smaller component becomes a sine, s = min(|x|, |y|) / sqrt(x^2 + y^2), whose arc sine
+        the table holds; then the octants are unfolded::
+
+            swap = x^2 < y^2                             the angle is measured from the y axis
+            angle = base +- asin(s),  minus if swap xor (x < 0) xor (y < 0)
+            base  = swap ? (y < 0 ? -1/2 : 1/2) : (x < 0 ? 1 : 0)
+        """
+        zero = self.const(0.0)
+        xx, yy = self.mul(x, x), self.mul(y, y)
+        swap = self.less(xx, yy)
+        smaller = self.absolute(self.select(swap, x, y))
+        sine = self.mul(smaller, self.rsqrt(self.add(xx, yy)))
+        sine = self.bounded(sine, 0.0, ASIN_LIMIT, "smaller component of a unit vector")
+        sign = self.flip(swap, self.flip(self.less(x, zero), y))
+        up = self.flip(self.less(y, zero), self.const(0.5))
+        base = self.select(swap, up, self.select(self.less(x, zero), self.const(-1.0), zero))
+        base = self.bounded(base, -1.0, 0.5, "quadrant")  # known early: a group of its own
+        turned = self.flip(self.less(sign, zero), self.asin(sine))
+        return self.wrap(self.add(base, turned))

@@ -8,14 +8,15 @@ is decided here; `model.lowering.groups` gives each group its shifts and its bin
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from boresight.model.errors import InputError
 from boresight.model.lowering.forms import CONDITIONAL, Form, Product
 from boresight.model.lowering.functions import Functions
-from boresight.model.lowering.graph import LEAVES, Node
+from boresight.model.lowering.graph import LEAVES, Graph, Node, expand
 from boresight.model.lowering.groups import Groups, Target
+from boresight.model.lowering.trace import Trace
 from boresight.model.words import tables
 from boresight.model.words.fixed import Arithmetic, Format
 from boresight.model.words.program import Kind, Negate, Op, Overflow, Program, Scale, Value, When
@@ -30,8 +31,9 @@ _WIDEST = Arithmetic(word=32).norm_max
 class _Lowering:
     """Turns nodes into words: each node at most once."""
 
-    def __init__(self, name: str, arith: Arithmetic) -> None:
-        self.groups = Groups(name, arith)
+    def __init__(self, graph: Graph, arith: Arithmetic) -> None:
+        self.graph = graph
+        self.groups = Groups(graph.name, arith)
         self._functions = Functions(self.groups)
         self._of_node: dict[int, int] = {}
         self._copies: dict[tuple[int, int], int] = {}
@@ -43,12 +45,7 @@ class _Lowering:
         return [] if number is None else [number, *copies]
 
     def leaf(
-        self,
-        node: Node,
-        kind: Kind,
-        default: float = 0.0,
-        meaning: str = "",
-        frac: int | None = None,
+        self, node: Node, default: float = 0.0, meaning: str = "", frac: int | None = None
     ) -> int:
         """The value of an input, parameter or state; ``frac`` is the binary point it comes with."""
         word = self.groups.arith.word
@@ -58,7 +55,7 @@ class _Lowering:
         number = self.groups.value(
             Value(
                 node.label,
-                kind,
+                Kind(node.kind),
                 fmt.frac,
                 node.low,
                 node.high,
@@ -312,13 +309,11 @@ class _Lowering:
                 f"[{arg.low:g}, {arg.high:g}] must not span more than 2^{_WIDEST}; "
                 "clip it first"
             )
-        g = arg.graph
+        g = self.graph
+        g.line = arg.line
         limit = g.const(floor)
-        return self.word(
-            g.bounded(
-                g.select(arg < limit, limit, arg), floor, arg.high, "what the word can normalise"
-            )
-        )
+        limited = g.select(g.less(arg, limit), limit, arg)
+        return self.word(g.bounded(limited, floor, arg.high, "what the word can normalise"))
 
     def _form_rsqrt(self, node: Node, wrapped: bool) -> Form:
         number, exponent, x = self._mantissa(node)
@@ -369,73 +364,58 @@ def _count_uses(roots: Sequence[Node]) -> None:
     """Set `Node.uses`: by how many live nodes and roots each node is used."""
     seen: set[int] = set()
     stack = list(roots)
-    for node in roots[0].graph.nodes if roots else ():
-        node.uses = 0
     for root in roots:
         root.uses += 1
     while stack:
         node = stack.pop()
-        if node.number in seen:
-            continue
-        seen.add(node.number)
-        for arg in node.args:
-            arg.uses += 1
-            stack.append(arg)
+        if node.number not in seen:
+            seen.add(node.number)
+            stack += node.args
+            for arg in node.args:
+                arg.uses += 1
 
 
-def lower(
-    name: str,
-    *,
-    arithmetic: Arithmetic,
-    inputs: Sequence[Node],
-    params: Sequence[tuple[Node, float, str]],
-    states: Sequence[tuple[Node, float, Node]],
-    outputs: Mapping[str, Node],
-    fracs: Mapping[str, int] | None = None,
-    nodes: dict[int, Node] | None = None,
-) -> Program:
-    """Compile a traced step.
+def lower(trace: Trace, arithmetic: Arithmetic) -> tuple[Program, dict[int, Node]]:
+    """Compile a recorded step.
 
-    Parameters
-    ----------
-    inputs, params, states, outputs
-        Leaves in stream order; each parameter with its default and meaning; each state with its
-        initial value and the node that replaces it; named results in stream order.
-    fracs : mapping, optional
-        Fraction bits of the inputs whose words are not of the finest format of their range.
-    nodes : dict, optional
-        Takes the node of each value of the program that holds one, by value number.
+    Returns
+    -------
+    program : Program
+        Without ports.
+    nodes : dict of int to Node
+        The node of each value of the program that holds one, by value number.
 
     Raises
     ------
     InputError
-        A range is not finite, or a value would pass 63 bits: the message names it.
+        A divisor may be zero, a range is not finite, or a value would pass 63 bits: the message
+        names it.
     """
-    low = _Lowering(name, arithmetic)
-    _count_uses([*outputs.values(), *(nxt for _, _, nxt in states)])
-    input_values = tuple(low.leaf(n, Kind.INPUT, frac=(fracs or {}).get(n.label)) for n in inputs)
-    for node, default, meaning in params:
-        low.leaf(node, Kind.PARAM, default, meaning)
-    state_values = [low.leaf(n, Kind.STATE, initial) for n, initial, _ in states]
-    output_values = tuple(low.word(n) for n in outputs.values())
-    next_values = tuple(
-        (s, low.word(nxt, frac=low.groups.frac(s)))
-        for s, (_, _, nxt) in zip(state_values, states, strict=True)
-    )
+    graph, made = expand(trace.tracer)
+    low = _Lowering(graph, arithmetic)
+    results = [made[e.number] for e in trace.outputs.values()]
+    after = [made[e.number] for _, _, e in trace.states]
+    _count_uses([*results, *after])
+    inputs = tuple(low.leaf(made[e.number], frac=trace.fracs.get(e.data[1])) for e in trace.inputs)
+    for e, default, meaning in trace.params:
+        low.leaf(made[e.number], default, meaning)
+    states = [low.leaf(made[e.number], initial) for e, initial, _ in trace.states]
+    outputs = tuple(low.word(node) for node in results)
     program, new = _pruned(
         Program(
-            name,
+            graph.name,
             arithmetic,
-            tuple(low.groups.values),
-            tuple(low.groups.ops),
-            input_values,
-            output_values,
-            tuple(outputs),
-            next_values,
-            tables.table_memory(arithmetic),
+            inputs=inputs,
+            outputs=outputs,
+            output_names=tuple(trace.outputs),
+            states=tuple(
+                (s, low.word(node, frac=low.groups.frac(s)))
+                for s, node in zip(states, after, strict=True)
+            ),
+            values=tuple(low.groups.values),
+            ops=tuple(low.groups.ops),
+            table_memory=tables.table_memory(arithmetic),
         )
     )
-    if nodes is not None and outputs:
-        graph = next(iter(outputs.values())).graph
-        nodes.update({new[n]: node for node in graph.nodes for n in low.holders(node) if n in new})
-    return program
+    nodes = {new[n]: node for node in graph.nodes for n in low.holders(node) if n in new}
+    return program, nodes

@@ -1,16 +1,17 @@
-"""Is a program that came from a file one that every level can run?"""
+"""Is a program complete, and if it came from a file, one that every level can run?"""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator
 from dataclasses import fields
+from itertools import chain
 from typing import Any, get_args, get_type_hints
 
 from boresight.model.words.fixed import Arithmetic
-from boresight.model.words.program import Kind, Op, Program, Scale, Term, Value
+from boresight.model.words.program import Kind, Negate, Op, Program, Scale, Term, Value, When
 
-__all__ = ["check_program"]
+__all__ = ["check_complete", "check_program"]
 
 #: Names end up in C and Verilog, made safe, and in their comments.
 _NAME = re.compile(r"[A-Za-z0-9_.+-]{1,100}")
@@ -20,67 +21,96 @@ _MOST = 100_000
 
 
 def check_program(program: Program) -> None:
-    """Check types, names, references, ranges and order of a program.
+    """Check all that a file can get wrong: types, names, sizes, references; `check_complete`.
 
     Raises
     ------
     ValueError
         The message says what is wrong, in some words.
     """
-    for fault in _faults(program):
+    for fault in chain(_of_types(program), _foreign(program)):
+        raise ValueError(fault)
+    check_complete(program)
+
+
+def check_complete(program: Program) -> None:
+    """Raise ValueError unless every operation is complete and reads only what is known."""
+    for fault in _incomplete(program):
         raise ValueError(fault)
 
 
-def _faults(p: Program) -> Iterator[str]:
-    yield from _of_types(p)
-    if p.arithmetic != Arithmetic(p.arithmetic.word):
-        yield "an arithmetic that no core has"
-    if max(len(p.values), len(p.ops), len(p.table_memory)) > _MOST:
-        yield "a program that no core holds"
-    for name in (p.name, *p.output_names, *(v.name for v in p.values)):
-        if not _NAME.fullmatch(name):
-            yield f"the name {name[:40]!r}"
-    if len(set(p.output_names)) != len(p.outputs) or len(p.output_names) != len(p.outputs):
-        yield "outputs without a name of their own"
-    words = range(p.arithmetic.min_int, p.arithmetic.max_int + 1)
-    if len(p.table_memory) % _TABLE_BLOCK or any(w not in words for w in p.table_memory):
-        yield "a table that is none"
-    for v in p.values:
-        if v.initial not in words or not -128 <= v.frac <= 128:
-            yield f"value {v.name} outside its word"
-    yield from _references(p)
+def _incomplete(p: Program) -> Iterator[str]:
+    known = [value.kind is not Kind.OP for value in p.values]
+    for number, op in enumerate(p.ops):
+        where = f"operation {number} ({p.values[op.dest].name})"
+        for operand in op.operands():
+            if not known[operand]:
+                yield f"{where} must read what is known before it, not value {operand}"
+        if known[op.dest]:
+            yield f"{where} must be the only writer of a value of kind op, not of value {op.dest}"
+        yield from _operation(p, where, op)
+        known[op.dest] = True
+    for value in (*p.outputs, *(source for _, source in p.states)):
+        if not known[value]:
+            yield f"value {value} ({p.values[value].name}) must be computed"
+    for kind, listed in ((Kind.INPUT, p.inputs), (Kind.STATE, [s for s, _ in p.states])):
+        if sorted(listed) != p.of_kind(kind):
+            yield f"{kind}s must list every value of kind {kind} once, not {sorted(listed)}"
+    if len(p.outputs) != len(p.output_names):
+        yield f"output_names must be {len(p.outputs)} names, not {len(p.output_names)}"
+    low, high = p.arithmetic.min_int, p.arithmetic.max_int
+    for word in (*(value.initial for value in p.values), *p.table_memory):
+        if not low <= word <= high:
+            yield f"words must be {low} to {high}, not {word!r}"
+
+
+def _operation(p: Program, where: str, op: Op) -> Iterator[str]:
+    blocks, largest = len(p.table_memory) // _TABLE_BLOCK, p.arithmetic.shift_max
+    if op.table is not None and not 0 <= op.table < blocks:
+        yield f"{where} must name a table below {blocks}, not {op.table!r}"
+    for term in op.terms:
+        if not 0 <= term.shift <= largest:
+            yield f"{where}: shift must be 0 to {largest}, not {term.shift!r}"
+        conditional = term.negate in (Negate.IF, Negate.UNLESS) or term.when is not When.ALWAYS
+        if conditional and op.flag is None:
+            yield f"{where} must name a flag, for a term asks for it"
+        if term.scale is not Scale.NONE and op.norm is None:
+            yield f"{where} must name a norm, for a term asks for it"
+        if (term.b is None) == (term.coefficient is None):
+            yield f"{where}: a term must have either b or a coefficient"
+        if term.coefficient is not None:
+            if op.index is None or op.table is None:
+                yield f"{where} must name index and table, for a term asks for them"
+            if not 0 <= term.coefficient <= 3:
+                yield f"{where}: coefficient must be 0 to 3, not {term.coefficient!r}"
+            if term.fraction_b:
+                yield f"{where}: fraction_b must be unset where b is a coefficient"
 
 
 def _of_types(p: Program) -> Iterator[str]:
     """Fields of another type than the classes say: JSON holds anything."""
-    for what, of in (("arithmetic", [p.arithmetic]), ("value", p.values), ("operation", p.ops)):
+    for what, of in (
+        ("arithmetic", [p.arithmetic]),
+        ("value", p.values),
+        ("operation", p.ops),
+        ("term", chain.from_iterable(op.terms for op in p.ops)),
+    ):
         for item in of:
-            yield from _fields(what, item)
-    for op in p.ops:
-        for term in op.terms:
-            yield from _fields("term", term)
-    numbers: tuple[Any, ...] = (*p.inputs, *p.outputs, *p.table_memory)
-    for number in (*numbers, *(n for pair in p.states for n in pair)):
-        if type(number) is not int:
-            yield "a reference that is no number"
-    for name in (p.name, *p.output_names):
-        if not isinstance(name, str):
-            yield "a name that is no text"
-
-
-def _fields(what: str, item: Arithmetic | Value | Op | Term) -> Iterator[str]:
-    kinds = _ALLOWED[type(item)]
-    for field in fields(item):
-        value = getattr(item, field.name)
-        allowed = kinds[field.name]
-        if type(value) not in allowed and not (type(value) is int and float in allowed):
-            yield f"{what} with {field.name} {str(value)[:40]!r}"
+            kinds = _ALLOWED[type(item)]
+            for field in fields(item):
+                value, allowed = getattr(item, field.name), kinds[field.name]
+                if type(value) not in allowed and not (type(value) is int and float in allowed):
+                    yield f"{what} with {field.name} {str(value)[:40]!r}"
+    numbers: tuple[Any, ...] = (*p.inputs, *p.outputs, *p.table_memory, *chain(*p.states))
+    if any(type(number) is not int for number in numbers):
+        yield "a reference that is no number"
+    if not all(isinstance(name, str) for name in (p.name, *p.output_names)):
+        yield "a name that is no text"
 
 
 def _kinds(of: type) -> dict[str, tuple[type, ...]]:
-    hints = get_type_hints(of)
     out = {}
-    for name, hint in hints.items():
+    for name, hint in get_type_hints(of).items():
         plain = getattr(hint, "__origin__", None)
         out[name] = (tuple,) if plain is tuple else get_args(hint) or (hint,)
     return out
@@ -91,45 +121,26 @@ _ALLOWED: dict[type, dict[str, tuple[type, ...]]] = {
 }
 
 
-def _references(p: Program) -> Iterator[str]:
-    count = len(p.values)
-    for number in (*p.inputs, *p.outputs, *(n for pair in p.states for n in pair)):
-        if not 0 <= number < count:
-            yield "a reference to no value"
-            return
-    for kind, listed in ((Kind.INPUT, p.inputs), (Kind.STATE, [s for s, _ in p.states])):
-        if sorted(listed) != p.of_kind(kind):
-            yield f"{kind.value}s that are not listed once each"
+def _foreign(p: Program) -> Iterator[str]:
+    if p.arithmetic != Arithmetic(p.arithmetic.word):
+        yield "an arithmetic that no core has"
+    if max(len(p.values), len(p.ops), len(p.table_memory)) > _MOST:
+        yield "a program that no core holds"
+    for name in (p.name, *p.output_names, *(v.name for v in p.values)):
+        if not _NAME.fullmatch(name):
+            yield f"the name {name[:40]!r}"
+    if len(set(p.output_names)) != len(p.outputs):
+        yield "outputs without a name of their own"
+    if len(p.table_memory) % _TABLE_BLOCK:
+        yield "a table that is none"
+    if any(not -128 <= v.frac <= 128 for v in p.values):
+        yield "a value without a binary point near its word"
     if not p.inputs or not p.outputs:
         yield "no inputs or no outputs"
-    known = {n for n, v in enumerate(p.values) if v.kind is not Kind.OP}
-    for op in p.ops:
-        if not set(op.operands()) <= known:
-            yield "an operation that reads what is not there yet"
-        if not 0 <= op.dest < count or op.dest in known:
-            yield "an operation whose result has another place"
-        yield from _operation(p, op)
-        known.add(op.dest)
-    if len(known) != count:
+    read = chain.from_iterable((op.dest, *op.operands()) for op in p.ops)
+    if any(not 0 <= n < len(p.values) for n in (*p.inputs, *p.outputs, *chain(*p.states), *read)):
+        yield "a reference to no value"
+    if len(p.ops) != len(p.of_kind(Kind.OP)):
         yield "a value that no operation gives"
-
-
-def _operation(p: Program, op: Op) -> Iterator[str]:
-    if not op.terms:
+    if not all(op.terms for op in p.ops):
         yield "an operation without terms"
-    blocks = len(p.table_memory) // _TABLE_BLOCK
-    if op.table is not None and op.index is None:
-        yield "a table without index"
-    if op.table is not None and not 0 <= op.table < blocks:
-        yield "a table that is not there"
-    for term in op.terms:
-        if not 0 <= term.shift <= p.arithmetic.shift_max:
-            yield f"a shift of {term.shift}"
-        if (term.b is None) == (term.coefficient is None):
-            yield "a term of one factor, or of three"
-        if term.coefficient is not None and (op.table is None or not 0 <= term.coefficient <= 3):
-            yield "a coefficient without table"
-        if term.scale is not Scale.NONE and op.norm is None:
-            yield "a scale without a value to take it from"
-        if op.flag is None and (term.negate.value in ("if", "unless") or term.when != "always"):
-            yield "a condition without a flag"

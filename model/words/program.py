@@ -19,6 +19,7 @@ from typing import Any
 from boresight.model.words.fixed import Arithmetic, Format
 
 __all__ = [
+    "InPort",
     "Kind",
     "Link",
     "Negate",
@@ -164,6 +165,18 @@ class Port:
 
 
 @dataclass(frozen=True)
+class InPort:
+    """What is said of an input: it changes nothing that the hardware does.
+
+    ``missing`` is what it reads where its source has no new sample ("hold": the last one; None:
+    there always is one), ``flags`` the inputs whose validity it tells, if it is a flag.
+    """
+
+    missing: float | str | None = None
+    flags: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
 class Link:
     """An input that another program of the same core may give: its ``output``.
 
@@ -183,8 +196,9 @@ class Program:
 
     ``inputs`` and ``outputs`` list values in stream order; ``states`` maps each state value to the
     value that replaces it at the end of an update (possibly itself). ``table_memory`` is the flat
-    function table (W-bit words, a multiple of 512). ``ports`` say more of the outputs, ``urgent``
-    of how many leading ones the latency counts first (None: all); neither is part of the `digest`.
+    function table (W-bit words, a multiple of 512). ``in_ports`` and ``ports`` say
+    more of inputs and outputs, ``urgent`` of how many leading outputs the latency counts first
+    (None: all); none of them is part of the `digest`.
     ``links`` are inputs that another program may give; those that one does are not `streamed`.
     """
 
@@ -200,6 +214,7 @@ class Program:
     ports: tuple[Port, ...] = ()
     urgent: int | None = None
     links: tuple[Link, ...] = ()
+    in_ports: tuple[InPort, ...] = ()
 
     @property
     def linked(self) -> dict[int, Link]:
@@ -264,6 +279,9 @@ class Program:
             ports=tuple(Port(**port) for port in d.get("ports", ())),
             urgent=d.get("urgent"),
             links=tuple(Link(**link) for link in d.get("links", ())),
+            in_ports=tuple(
+                InPort(port["missing"], tuple(port["flags"])) for port in d.get("in_ports", ())
+            ),
         )
 
     @cached_property
@@ -275,7 +293,7 @@ class Program:
         about values in between: their names, and ranges that follow from those of the ports.
         """
         plain = {**_plain(self), "values": [_identity(v) for v in self.values]}
-        said = {"ports", "urgent"} if self.linked else {"ports", "urgent", "links"}
+        said = {"in_ports", "ports", "urgent", *(() if self.linked else ("links",))}
         text = json.dumps({key: plain[key] for key in plain if key not in said})
         return hashlib.sha256(text.encode()).hexdigest()
 

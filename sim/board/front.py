@@ -1,139 +1,22 @@
-"""The chain of a complete system in integers: raw counts in, attitude words out.
-
-What the conductor and the core do with samples (`gateware.system`), word for word, by the integer
-interpreter; and how a log becomes the raw counts that the sensors would have sent.
-"""
+"""How a log becomes the raw counts that the sensors of a board would have sent, and back."""
 
 from __future__ import annotations
-
-from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from boresight.gateware.system.plan import FRONT_NAMES, RECORD
 from boresight.model.errors import InputError
 from boresight.model.front.compass_field import TENTH_HT
 from boresight.model.front.field import FIELD_SCALE
 from boresight.model.front.inertial import ACC_SCALE, GYRO_SCALE, STAMP_BITS
-from boresight.model.words.fixed import IntArray, wrap
-from boresight.model.words.interpreter import Interpreter
+from boresight.model.front.sensed import ACC_COUNTS, GYRO_COUNTS
+from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
 from boresight.sim.attitude.log import Log
 from boresight.sim.attitude.rotation import quaternion_to_euler
-from boresight.sim.records.segments import interpret
+from boresight.sim.board.chain import COUNTS, HEADING, NO_LINE, Chain, Samples
 
-__all__ = [
-    "COUNTS",
-    "HEADING",
-    "NO_LINE",
-    "Chain",
-    "Samples",
-    "quantise",
-    "run_chain",
-    "words_as_log",
-]
-
-#: Kinds of lines of the compass.
-NO_LINE, COUNTS, HEADING = 0, 1, 2
-#: Full scale of the sensor in counts, at any range: 300 deg/s and 5 g (the maker's figures).
-GYRO_COUNTS, ACC_COUNTS = 24000, 20000
-
-Flags = npt.NDArray[np.bool_]
-
-
-@dataclass(frozen=True)
-class Samples:
-    """What the readers give for n updates.
-
-    Attributes
-    ----------
-    stamp : int (n,)
-        Clock cycle of each sample, modulo 2^32.
-    counts : int (n, 6)
-        Gyro x, y, z, accelerometer x, y, z.
-    line : int (n,)
-        `COUNTS` or `HEADING` where a line of the compass is fresh for the update, else `NO_LINE`.
-    values : int (n, 3)
-        The numbers of that line: counts, or tenths of a degree of heading, pitch, roll.
-    restart : bool (n,)
-        Updates that restart the filter besides those after a gap: at least the first.
-    filter : int (n,)
-        Number of the filter for each update.
-    """
-
-    stamp: IntArray
-    counts: IntArray
-    line: IntArray
-    values: IntArray
-    restart: Flags
-    filter: IntArray
-
-    def __len__(self) -> int:
-        """Count the updates."""
-        return len(self.stamp)
-
-
-@dataclass(frozen=True)
-class Chain:
-    """What comes of them.
-
-    Attributes
-    ----------
-    records : int (n, 10)
-        The filter's input words (`gateware.system.plan.RECORD`).
-    outputs : int (n, n_outputs)
-        The filter's output words.
-    saturated : bool (n,)
-        A value of the filter was clamped.
-    restart : bool (n,)
-        The time step was negative.
-    """
-
-    records: IntArray
-    outputs: IntArray
-    saturated: Flags
-    restart: Flags
-
-
-def run_chain(programs: Sequence[Program], samples: Samples) -> Chain:
-    """Run samples through calibration and filters.
-
-    Parameters
-    ----------
-    programs : sequence of Program
-        Those of the system's core, by number, with the parameters' values in them.
-    samples : Samples
-        What comes in.
-    """
-    filters = len(programs) - len(FRONT_NAMES)
-    inertial, field, compass = programs[filters:]
-    word, n = inertial.arithmetic.word, len(samples)
-    stamps = wrap(samples.stamp, STAMP_BITS) >> (STAMP_BITS - word)
-    changed = np.diff(samples.filter, prepend=samples.filter[:1]) != 0
-    restart = np.where(samples.restart | changed, -(1 << (word - 1)), 0)
-    frac = inertial.format(inertial.inputs[0]).frac
-    raw = np.column_stack([samples.counts << frac, stamps, restart])
-    calibrated = interpret(inertial, raw).outputs
-    records = np.zeros((n, len(RECORD)), dtype=np.int64)
-    for k, name in enumerate(inertial.output_names):
-        records[:, RECORD.index(name)] = calibrated[:, k]
-    place = [RECORD.index(name) for name in field.output_names]
-    for kind, program in ((COUNTS, field), (HEADING, compass)):
-        rows = np.flatnonzero(samples.line == kind)
-        if len(rows):
-            lines = samples.values[rows] << program.format(program.inputs[0]).frac
-            machine = Interpreter(program, len(rows))
-            records[rows[:, None], place] = machine.update(lines.T)[0].T
-    outputs = np.zeros((n, len(programs[0].outputs)), dtype=np.int64)
-    saturated = np.zeros(n, dtype=np.bool_)
-    for number in range(filters):
-        rows = np.flatnonzero(samples.filter == number)
-        if len(rows):
-            run = interpret(programs[number], records[rows])
-            outputs[rows], saturated[rows] = run.outputs, run.saturated
-    return Chain(records, outputs, saturated, records[:, RECORD.index("dt")] < 0)
+__all__ = ["quantise", "words_as_log"]
 
 
 def quantise(
@@ -216,8 +99,8 @@ def words_as_log(program: Program, chain: Chain, name: str = "words") -> Log:
         A filter, for the formats of its inputs.
     """
     real = {
-        name: program.format(n).real(chain.records[:, k])
-        for k, (name, n) in enumerate(zip(RECORD, program.inputs, strict=True))
+        program.values[n].name: program.format(n).real(chain.records[:, k])
+        for k, n in enumerate(program.streamed)
     }
     steps = np.where(chain.restart, 2.0**-10, real["dt"])
 

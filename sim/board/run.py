@@ -11,12 +11,13 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.gateware.boards.frames import Decoder, Kind, encode
-from boresight.gateware.system.attitude_frame import OUTPUTS, WORDS
+from boresight.gateware.system.attitude_frame import WORDS
 from boresight.model.errors import InputError
 from boresight.model.words.fixed import IntArray
 from boresight.sim.attitude.log import Log
 from boresight.sim.board.build import Board, board_parameters, board_sources
-from boresight.sim.board.front import COUNTS, HEADING, NO_LINE, Chain, Samples, quantise, run_chain
+from boresight.sim.board.chain import COUNTS, HEADING, NO_LINE, Chain, Samples, run_chain
+from boresight.sim.board.front import quantise
 from boresight.sim.board.trace import Trace, read_trace
 from boresight.sim.rtl.compiled import build
 
@@ -34,6 +35,8 @@ __all__ = [
     "writes",
 ]
 
+#: Bit of register ``order``: the input registers are taken.
+TAKE_FEED = 8
 #: Word of TEMP_OUT, 27.5 degC; it follows nothing.
 _TEMPERATURE_CODE = 37
 
@@ -122,11 +125,20 @@ def _rows_of(log: Log, rows: npt.NDArray[np.int64]) -> Log:
 
 
 def writes(board: Board, values: Mapping[str, int], *, start: int = 2_000) -> str:
-    """Host file of the bench: writes of registers by name, in their order, from a cycle on."""
+    """Host file of the bench: writes of registers by name, in their order, from a cycle on.
+
+    Words of input registers (``feed_NAME``) come last, then the order to take them.
+    """
     registers = board.system.map()
     divisor = board_parameters(board.setup)["HOST_DIVISOR"]
     out, cycle = [], start
-    for name, value in values.items():
+    orders = {name: value for name, value in values.items() if not name.startswith("feed_")}
+    pairs = [*orders.items()]
+    if len(orders) < len(values):
+        # No sample is used before the set of input registers is whole.
+        feed = [(name, value) for name, value in values.items() if name not in orders]
+        pairs = [("run", 0), *pairs, *feed, ("order", TAKE_FEED), ("run", 1)]
+    for name, value in pairs:
         frame = encode(Kind.WRITE, [registers.find(name).address, value], word=32)
         for byte in frame:
             out.append(f"{cycle} {byte:02x}\n")
@@ -143,8 +155,8 @@ class BoardRun:
     ----------
     trace : Trace
         Events and bytes.
-    frames : int (n, 10)
-        Words of the attitude frames (`gateware.system.attitude_frame.WORDS`), signed.
+    frames : int (n, 2 + outputs)
+        Words of the frames (`gateware.system.attitude_frame`), signed.
     dropped : int
         Damaged frames.
     cycles : int
@@ -161,10 +173,13 @@ class BoardRun:
 
 
 def frames_of(data: bytes) -> tuple[IntArray, int]:
-    """Attitude frames (n, 10) in a stream of bytes, and how many frames were damaged."""
+    """Frames (n, words) of one estimator in a stream of bytes, and how many were damaged."""
     decoder = Decoder(word=32)
     words = [w for kind, w in decoder.feed(data) if kind is Kind.ATTITUDE]
-    return np.array(words, dtype=np.int64).reshape(-1, len(WORDS)), decoder.dropped
+    most = len(words[0]) if words else len(WORDS)
+    whole = [w for w in words if len(w) == most]
+    frames = np.array(whole, dtype=np.int64).reshape(-1, most)
+    return frames, decoder.dropped + len(words) - len(whole)
 
 
 def run_board(
@@ -267,8 +282,18 @@ def _source_kinds(source: int) -> Sequence[int]:
     return {0: (), 1: (COUNTS,), 2: (HEADING,), 3: (COUNTS, HEADING)}[source]
 
 
-def judge(board: Board, what: Stimulus, run: BoardRun, *, filter: int, source: int) -> Judgement:
+def judge(
+    board: Board,
+    what: Stimulus,
+    run: BoardRun,
+    *,
+    filter: int,
+    source: int,
+    feed: Mapping[str, int] | None = None,
+) -> Judgement:
     """Compare every frame of a run without faults, word by word.
+
+    ``feed`` has the words of the input registers, by input.
 
     The models get the rows of the devices' logs: by the number of the data-ready edge, and by the
     slot of the compass's line. When a line counts is told from its cycle: it makes the field of the
@@ -304,10 +329,12 @@ def judge(board: Board, what: Stimulus, run: BoardRun, *, filter: int, source: i
         values,
         restart,
         np.full(n, filter),
+        feed or {},
     )
     chain = run_chain([part.program for part in board.core.parts], samples)
     lost = int(edge[-1] - edge[0]) + 1 - n
-    return _compare(run, chain, samples, transfer, core, good, lost)
+    names = board.core.parts[filter].program.output_names
+    return _compare(run, names, chain, samples, transfer, core, good, lost)
 
 
 def _wrong(text: str) -> Judgement:
@@ -318,6 +345,7 @@ def _wrong(text: str) -> Judgement:
 
 def _compare(
     run: BoardRun,
+    names: Sequence[str],
     chain: Chain,
     samples: Samples,
     transfer: IntArray,
@@ -334,7 +362,7 @@ def _compare(
         header = int(frame[0]) & 0xFFFF_FFFF
         expected = {
             "stamp": (int(samples.stamp[k]) + offset) % (1 << 32),
-            **{name: int(v) for name, v in zip(OUTPUTS, chain.outputs[k], strict=True)},
+            **{name: int(v) for name, v in zip(names, chain.outputs[k], strict=False)},
             "filter": int(samples.filter[k]),
             "field_used": int(samples.line[k] != NO_LINE),
             "field_counts": int(samples.line[k] == COUNTS),
@@ -343,7 +371,7 @@ def _compare(
         }
         found = {
             "stamp": int(frame[1]) % (1 << 32),
-            **{name: int(v) for name, v in zip(OUTPUTS, frame[2:], strict=True)},
+            **{name: int(v) for name, v in zip(names, frame[2:], strict=True)},
             "filter": header >> 16 & 7,
             "field_used": header >> 19 & 1,
             "field_counts": header >> 20 & 1,

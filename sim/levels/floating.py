@@ -8,8 +8,8 @@ from types import SimpleNamespace
 import numpy as np
 import numpy.typing as npt
 
-from boresight.firmware.float_build import FloatCModel
-from boresight.firmware.precision import DOUBLE
+from boresight.firmware.floating.build import FloatCModel
+from boresight.firmware.floating.precision import DOUBLE
 from boresight.model.estimator import Estimator
 from boresight.sim.levels.level import Run
 

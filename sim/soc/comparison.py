@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.firmware.build import CModel
-from boresight.firmware.float_program import trace_float
+from boresight.firmware.floating.text import operation_counts
 from boresight.gateware.core import build_core
 from boresight.model.estimator import Estimator, input_words
 from boresight.model.estimators import estimator
@@ -29,7 +29,7 @@ ESTIMATORS = ("complementary", "ekf_quaternion", "ekf_bias", "mekf")
 #: Cycles of the paper's C: 316 us and 1.14 ms at 100 MHz.
 PAPER_CYCLES = {"complementary": 31_600, "ekf_quaternion": 114_000}
 #: Largest difference between float C and the float reference, deg: what single precision gives
-#: over a few thousand updates (see tests/firmware/test_float_build.py).
+#: over a few thousand updates (see tests/firmware/floating/test_build.py).
 FLOAT_BOUND_DEG = 0.02
 
 
@@ -114,7 +114,7 @@ def compare_one(
         "float": single,
         "integer": integer,
         "hardware": hardware,
-        "operations": trace_float(e).counts(),
+        "operations": operation_counts(e.trace()),
         "paper_cycles": paper,
         "ratios": {
             "float_to_paper": None if paper is None else single["cycles"]["median"] / paper,

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.firmware.emit import emit_c
-from boresight.firmware.float_emit import emit_float_c, float_prefix
+from boresight.firmware.floating.emit import emit_float_c, float_prefix
 from boresight.firmware.soc.filter import filter_header
 from boresight.firmware.soc.image import Image, build_image, source
 from boresight.gateware.soc.layout import soc_header

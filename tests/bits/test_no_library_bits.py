@@ -16,13 +16,7 @@ import pytest
 ROOT = Path(__file__).parent.parent.parent
 #: Float forms of estimators, and conversions of attitudes for people and for references: nothing of
 #: a program comes from them.
-FLOAT = (
-    "sim/attitude/rotation.py",
-    "firmware/float_build.py",
-    "firmware/float_text.py",
-    "firmware/float_trace.py",
-    "firmware/precision.py",
-)
+FLOAT = ("sim/attitude/rotation.py", "firmware/floating/build.py", "firmware/floating/precision.py")
 #: What `compile` uses besides the rooms of the compiler.
 MORE = (
     "boresight/soc_project.py",

@@ -157,7 +157,7 @@ def test_a_reproducer_is_checked_as_a_whole(tmp_path: Path, refused) -> None:
         (("outputs", 0, 0, True), "no record of 8 words in outputs"),
         (("config", ["small"]), "the config a list"),
         (("program", None), "a program that lacks something"),
-        (("program", "values", 0, "initial", 2**30), "outside its word"),
+        (("program", "values", 0, "initial", 2**30), "words must be -131072 to 131071"),
     ):
         file.write_text(json.dumps(changed(good, *path)))
         assert message in refused("check replay other.json")

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from boresight.firmware.build import CModel, build_library, find_compiler
+from boresight.firmware.build import CModel, compiled_library, find_compiler
+from boresight.firmware.emit import emit_c
 from boresight.model.errors import ToolMissing
 from boresight.model.tools.failure import ToolFailed
 from boresight.model.words.fixed import Arithmetic
@@ -168,6 +169,11 @@ def test_refusals(cache: Path, corner: Callable[[int], Program]) -> None:
         model.set_param("gain", -(1 << 23) - 1)
     with pytest.raises(ValueError, match=r"^name must be a parameter \(gain, bias\), not 'x'$"):
         model.set_param("x", 0)
+
+
+def build_library(program: Program, **options: Any) -> Path:
+    with compiled_library(emit_c(program), **options) as library:
+        return library
 
 
 def test_cache_is_used_and_keyed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,8 +10,8 @@ import pytest
 
 from boresight.firmware.build import CModel
 from boresight.firmware.emit import emit_c
-from boresight.firmware.float_build import FloatCModel
-from boresight.firmware.float_emit import emit_float_c, float_prefix
+from boresight.firmware.floating.build import FloatCModel
+from boresight.firmware.floating.emit import emit_float_c, float_prefix
 from boresight.firmware.soc.filter import filter_header
 from boresight.model.estimator import input_words
 from boresight.model.estimators import estimator

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from boresight.model.lowering.graph import Graph
 from boresight.model.lowering.lower import lower
+from boresight.model.lowering.trace import Trace, Tracer
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Kind, Program
@@ -29,20 +29,16 @@ class Traced:
         unit: str = "",
     ) -> None:
         self.function = function
-        self.graph = Graph("test")
+        self.graph = Tracer("test")
         leaves = [
             self.graph.leaf("input", f"x{k}", low, high, unit)
             for k, (low, high) in enumerate(ranges)
         ]
         self.nodes = [self.graph.lift(n) for n in _tuple(function(*leaves))]
         self.program: Program = lower(
-            "test",
-            arithmetic=Arithmetic(word=word),
-            inputs=leaves,
-            params=[],
-            states=[],
-            outputs={f"y{k}": n for k, n in enumerate(self.nodes)},
-        )
+            Trace(self.graph, leaves, {f"y{k}": n for k, n in enumerate(self.nodes)}),
+            Arithmetic(word=word),
+        )[0]
 
     def formats(self) -> list[Any]:
         """Formats of the outputs."""

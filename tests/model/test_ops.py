@@ -4,15 +4,17 @@ Bounds are in units of the result's last bit; where the argument's own rounding 
 carry its term.
 """
 
+import math
 from typing import Any
 
 import numpy as np
 import pytest
 
 from boresight.model import ops
-from boresight.model.lowering.graph import Graph
+from boresight.model.lowering.trace import Tracer
 from boresight.model.words import rounded
 from boresight.model.words.fixed import Arithmetic
+from tests.support.nodes import node_of
 
 WIDTHS = (18, 20, 23, 24, 27, 28, 31, 32)
 
@@ -293,9 +295,9 @@ def test_plain_numbers_are_correctly_rounded() -> None:
     assert ops.asin_ht(0.3) == rounded.asin_ht(0.3) and ops.asin_ht(7.0) == 0.5
     assert ops.rsqrt(0.3) == rounded.rsqrt(0.3) and ops.rsqrt(0.0) == ops.rsqrt(1e-300)
     assert ops.atan2_ht(1, 1) == 0.25 and ops.atan2_ht(-0.0, -1.0) == -1.0
-    g = Graph("test")
+    g = Tracer("test")
     folded = [ops.sincos_ht(g.const(0.1))[0], ops.asin_ht(g.const(0.3)), ops.rsqrt(g.const(0.3))]
-    assert [n.value for n in folded] == [sine, ops.asin_ht(0.3), ops.rsqrt(0.3)]
+    assert [node_of(n).value for n in folded] == [sine, ops.asin_ht(0.3), ops.rsqrt(0.3)]
 
 
 def test_plain_numbers_and_arrays_agree() -> None:
@@ -313,7 +315,29 @@ def test_plain_numbers_and_arrays_agree() -> None:
 )
 def test_range_of_a_root(low: float, high: float, root_low: float, root_high: float) -> None:
     """Below zero there is none: such arguments count as zero."""
-    root = ops.sqrt(Graph("root").leaf("input", "x", low, high))
-    assert (root.low, root.high) == (root_low, root_high)
-    const = ops.sqrt(Graph("root").const(2.25))
-    assert (const.kind, const.value) == ("const", 1.5)
+    x = Tracer("root").leaf("input", "x", low, high)
+    for root in (ops.sqrt(x), x * ops.rsqrt(x)):
+        node = node_of(root)
+        assert (node.low, node.high) == (root_low, root_high)
+
+
+@pytest.mark.parametrize(("low", "high"), [(1.0, -1.0), (0.0, math.inf), (math.nan, 1.0)])
+def test_bounds_are_finite_and_ordered(low: float, high: float) -> None:
+    for x in (0.5, Tracer("unit").leaf("input", "x", 0.0, 1.0)):
+        with pytest.raises(ValueError, match=r"^a range must be finite and ordered, not \["):
+            ops.bounded(x, low, high, "because")
+
+
+@pytest.mark.parametrize("limit", [3.0, 0.0, 0.75])
+def test_saturation_limits_are_powers_of_two(limit: float) -> None:
+    for x in (0.5, Tracer("unit").leaf("input", "x", 0.0, 1.0)):
+        with pytest.raises(ValueError, match=rf"^limit must be a power of two, not {limit!r}$"):
+            ops.saturated(x, limit)
+
+
+def test_limits_on_arrays() -> None:
+    x = np.array([-2.0, 0.25, 3.0])
+    assert ops.maximum(x, 0.5).tolist() == [0.5, 0.5, 3.0]
+    assert ops.minimum(0.5, x).tolist() == [-2.0, 0.25, 0.5]
+    assert ops.clip(x, -1.0, 1.0).tolist() == ops.saturated(x, 1.0).tolist() == [-1.0, 0.25, 1.0]
+    assert ops.bounded(x, -1.0, 1.0, "not on floats") is x and ops.named("x", x) is x

@@ -26,7 +26,7 @@ from boresight.gateware.system.attitude_core import AttitudeCore
 from boresight.gateware.system.conductor import Conductor
 from boresight.gateware.verilog import to_verilog
 from boresight.model.words.fixed import IntArray, wrap
-from boresight.sim.board.front import COUNTS, NO_LINE, Samples
+from boresight.sim.board.chain import COUNTS, NO_LINE, Samples
 from boresight.sim.rtl.compiled import build
 from boresight.sim.rtl.memories import split_memories
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth.hdl import Assert, Assume, Cat, Elaboratable, Module, Mux, Signal
+from amaranth.hdl import Assert, Assume, Cat, Elaboratable, Module, Mux, Signal, Value
 
 from boresight.gateware.bus.arbiter import BusArbiter
 from boresight.gateware.bus.wishbone import WishboneSlave
@@ -41,33 +41,7 @@ class Shared(Elaboratable):
             bus.r_data.eq(r_data),
             Assume(~w_ack | bus.w_stb),
         ]
-        ends = []
-        for k, initiator in enumerate(dut.initiators):
-            drives = Cat(
-                unknown(m, 1, f"w_stb{k}"),
-                unknown(m, len(initiator.addr), f"addr{k}"),
-                unknown(m, len(initiator.w_data), f"w_data{k}"),
-            )
-            m.d.comb += Cat(initiator.w_stb, initiator.addr, initiator.w_data).eq(drives)
-            end = request[k] & Mux(initiator.w_stb, initiator.w_ack, dut.grant[k])
-            waited = before(m, request[k] & ~end, f"waited{k}")
-            ends.append(end)
-            m.d.comb += [
-                Assume(~waited | (request[k] & (drives == before(m, drives, f"drives{k}")))),
-                # Whoever is granted is seen on the bus as it is, and only its word is taken.
-                Assert(
-                    ~dut.grant[k]
-                    | (
-                        request[k]
-                        & (bus.addr == initiator.addr)
-                        & (bus.w_data == initiator.w_data)
-                        & (bus.w_stb == initiator.w_stb)
-                        & (dut.read == ~initiator.w_stb)
-                    )
-                ),
-                Assert(initiator.w_ack == (dut.grant[k] & w_ack)),
-                Assert(initiator.r_data == r_data),
-            ]
+        ends = [self._initiator(m, k, request=request[k]) for k in range(count)]
         writing = before(m, bus.w_stb & ~w_ack, "writing")
         m.d.comb += [
             # One at a time.
@@ -91,6 +65,33 @@ class Shared(Elaboratable):
         ]
         self._fair(m, owner, request, ends)
         return m
+
+    def _initiator(self, m: Module, k: int, *, request: Value) -> Value:
+        """Initiator k, which keeps what it asks for; the end of its transfer."""
+        dut, bus, initiator = self.dut, self.dut.bus, self.dut.initiators[k]
+        drives = Cat(
+            unknown(m, 1, f"w_stb{k}"),
+            unknown(m, len(initiator.addr), f"addr{k}"),
+            unknown(m, len(initiator.w_data), f"w_data{k}"),
+        )
+        m.d.comb += Cat(initiator.w_stb, initiator.addr, initiator.w_data).eq(drives)
+        end = request & Mux(initiator.w_stb, initiator.w_ack, dut.grant[k])
+        waited = before(m, request & ~end, f"waited{k}")
+        seen = (
+            request
+            & (bus.addr == initiator.addr)
+            & (bus.w_data == initiator.w_data)
+            & (bus.w_stb == initiator.w_stb)
+            & (dut.read == ~initiator.w_stb)
+        )
+        m.d.comb += [
+            Assume(~waited | (request & (drives == before(m, drives, f"drives{k}")))),
+            # Whoever is granted is seen on the bus as it is, and only its word is taken.
+            Assert(~dut.grant[k] | seen),
+            Assert(initiator.w_ack == (dut.grant[k] & bus.w_ack)),
+            Assert(initiator.r_data == bus.r_data),
+        ]
+        return end
 
     def _fair(self, m: Module, owner: Any, request: Any, ends: list[Any]) -> None:
         """How often the others went first: at most as often as there are others."""
@@ -142,19 +143,11 @@ class Slave(Elaboratable):
         going = before(m, selected & ~wb.ack, "going")
         m.d.comb += Assume(~(going & selected) | (drives == before(m, drives, "drives")))
 
-        # The transfer that the bus is asked for: what the master drove when it began.
         ends = dut.request & Mux(bus.w_stb, w_ack, grant)
         fetched = before(m, ends & ~bus.w_stb, "fetched")
         free = ~dut.request & ~fetched & ~wb.ack
-        kept = Signal(len(drives), name="kept")
-        begun, held_on = Signal(name="begun"), Signal(name="held_on")
         began = before(m, free & selected, "began")
-        with m.If(free):
-            m.d.sync += [kept.eq(drives), begun.eq(selected), held_on.eq(selected)]
-        with m.Else():
-            m.d.sync += held_on.eq(held_on & selected)
-        with m.If(ends):
-            m.d.sync += begun.eq(0)
+        kept, begun, held_on = self._transfer(m, drives, selected, free=free, ends=ends)
         is_write, adr, dat_w = kept[0], kept[1 : 1 + len(wb.adr)], kept[1 + len(wb.adr) :]
         word = before(m, r_data, "word")
         complete = before(m, Mux(is_write, ends, fetched) & held_on & selected, "complete")
@@ -180,6 +173,23 @@ class Slave(Elaboratable):
             reached(m, ends & ~held_on, "given_up"),
         ]
         return m
+
+    def _transfer(
+        self, m: Module, drives: Value, selected: Value, *, free: Value, ends: Value
+    ) -> tuple[Signal, Signal, Signal]:
+        """What the bus is asked for: what the master drove when it began.
+
+        Whether it has begun and not ended, and whether the master has waited for it so far.
+        """
+        kept = Signal(len(drives), name="kept")
+        begun, held_on = Signal(name="begun"), Signal(name="held_on")
+        with m.If(free):
+            m.d.sync += [kept.eq(drives), begun.eq(selected), held_on.eq(selected)]
+        with m.Else():
+            m.d.sync += held_on.eq(held_on & selected)
+        with m.If(ends):
+            m.d.sync += begun.eq(0)
+        return kept, begun, held_on
 
 
 def _arbiter(count: int) -> Proof:

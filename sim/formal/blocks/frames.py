@@ -88,13 +88,12 @@ class Delivered(Elaboratable):
         finished = out & begin
         with m.If(finished):
             m.d.sync += number.eq(0)
-        self._buffers(m, taking, out=out & self.of_body, finished=finished, done=done, size=size)
+        self._buffers(m, out=out & self.of_body, finished=finished, done=done, size=size)
+        self._stored(m, taking, size=size)
         self._insides(m, sending, taking, size=size)
         return m
 
-    def _buffers(
-        self, m: Module, taking: Inside, *, out: Any, finished: Any, done: Any, size: int
-    ) -> None:
+    def _buffers(self, m: Module, *, out: Any, finished: Any, done: Any, size: int) -> None:
         """The frame that is sent and the frame that waits."""
         unpacker, count = self.unpacker, max(LENGTHS.values())
         words = [Signal(WORD, name=f"word{k}") for k in range(count)]
@@ -102,6 +101,8 @@ class Delivered(Elaboratable):
         gathered = Signal(8 * size, name="bytes_sent")
         pending, held_kind = Signal(name="frame_waits"), Signal(2, name="held_kind")
         dropped = Signal(name="frame_dropped")
+        self.gathered, self.words, self.held = gathered, words, held
+        self.pending, self.held_kind = pending, held_kind
         self.seen = seen = Signal(range(2 + 2 * size), name="seen")  # bytes of the body
         kind, byte = self.kind, self.taken_byte
         m.d.sync += dropped.eq(0)
@@ -125,8 +126,6 @@ class Delivered(Elaboratable):
                 ]
             with m.Else():
                 m.d.sync += dropped.eq(1)
-        place = taking["place"]
-        half = taking["half"]
         m.d.comb += [
             Assert(unpacker.pending == pending),
             Assert(~pending | (unpacker.kind == held_kind)),
@@ -141,8 +140,14 @@ class Delivered(Elaboratable):
             ),
             reached(m, dropped, "one_too_many"),
         ]
-        depth = unpacker.depth
-        for k in range(count):
+
+    def _stored(self, m: Module, taking: Inside, *, size: int) -> None:
+        """Both frames stand in the unpacker's buffer, and are read from it."""
+        unpacker, depth = self.unpacker, self.unpacker.depth
+        half, place = taking["half"], taking["place"]
+        seen, pending, held_kind = self.seen, self.pending, self.held_kind
+        gathered, words, held = self.gathered, self.words, self.held
+        for k in range(len(words)):
             for name, where, frame in (("sent", half, words), ("held", ~half, held)):
                 stored = taking.word("buffer", k + Mux(where, depth, 0))
                 there = (
@@ -151,7 +156,6 @@ class Delivered(Elaboratable):
                     else (pending & ((held_kind == Kind.WRITE) | (k == 0)))
                 )
                 m.d.comb += Assert(~there | (stored == frame[k]))
-        # Words are read as they stand in the buffer.
         looked, wanted = Signal(name="looked"), Signal(WORD, name="wanted")
         m.d.sync += [
             looked.eq(

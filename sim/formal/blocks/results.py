@@ -69,30 +69,37 @@ class Whole(Elaboratable):
             Assert(~writing | (write != bank_newest)),
             reached(m, complete & after[-1], "completed"),
         ]
-        for k, port in enumerate(dut.ports):
-            held = Signal(1 + word, name=f"word_held{k}")
-            take, r_index = unknown(m, 1, f"take{k}"), unknown(m, INDEX_BITS, f"index{k}")
-            m.d.comb += [port.take.eq(take), port.index.eq(r_index)]
-            with m.If(take):
-                m.d.sync += held.eq(newest)
-            looked = before(m, r_index == index, f"looked{k}")
-            wanted = before(m, held, f"wanted{k}")
-            bank = inside[f"held{k}"]
-            m.d.comb += [
-                Assert(~(looked & wanted[-1]) | (port.value == wanted[:-1])),
-                reached(m, looked & wanted[-1] & writing, f"read{k}"),
-                Assert(~writing | (write != bank)),
-            ]
-            for name, which, content in (
-                ("write", write, now),
-                ("newest", bank_newest, newest),
-                ("held", bank, held),
-            ):
-                there = inside.word(f"copy{k}", Cat(index, which))
-                m.d.comb += Assert(
-                    ~content[-1] | (there == content[:-1]) | (~writing if name == "write" else 0)
-                )
+        self.writing, self.index, self.now, self.newest = writing, index, now, newest
+        for k in range(len(dut.ports)):
+            self._reader(m, inside, k)
         return m
+
+    def _reader(self, m: Module, inside: Inside, k: int) -> None:
+        """A reader, the word that it holds, and its memory."""
+        port, word, write = self.dut.ports[k], self.dut.word, inside["write"]
+        writing, index, now, newest = self.writing, self.index, self.now, self.newest
+        held = Signal(1 + word, name=f"word_held{k}")
+        take, r_index = unknown(m, 1, f"take{k}"), unknown(m, INDEX_BITS, f"index{k}")
+        m.d.comb += [port.take.eq(take), port.index.eq(r_index)]
+        with m.If(take):
+            m.d.sync += held.eq(newest)
+        looked = before(m, r_index == index, f"looked{k}")
+        wanted = before(m, held, f"wanted{k}")
+        bank = inside[f"held{k}"]
+        m.d.comb += [
+            Assert(~(looked & wanted[-1]) | (port.value == wanted[:-1])),
+            reached(m, looked & wanted[-1] & writing, f"read{k}"),
+            Assert(~writing | (write != bank)),
+        ]
+        for name, which, content in (
+            ("write", write, now),
+            ("newest", inside["newest"], newest),
+            ("held", bank, held),
+        ):
+            there = inside.word(f"copy{k}", Cat(index, which))
+            m.d.comb += Assert(
+                ~content[-1] | (there == content[:-1]) | (~writing if name == "write" else 0)
+            )
 
 
 def _proof(readers: int, *, short: bool = True) -> Proof:

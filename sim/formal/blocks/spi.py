@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth.hdl import Assert, Cover, Elaboratable, Module, Mux, Signal
+from amaranth.hdl import Assert, Cover, Elaboratable, Module, Mux, Signal, Value
 
 from boresight.gateware.serial.spi import BITS, SpiController
 from boresight.sim.formal.harness import reached, unknown
@@ -41,7 +41,7 @@ class Framed(Elaboratable):
     def elaborate(self, platform: Any) -> Module:
         """Rules at the pins; where a frame stands; the words."""
         m = Module()
-        dut, period = self.dut, self.dut.half_cycles
+        dut = self.dut
         m.submodules.dut = (inside := Inside(dut, platform)).module
         valid, payload = unknown(m, 1, "valid"), unknown(m, BITS, "payload")
         m.d.comb += [
@@ -49,9 +49,19 @@ class Framed(Elaboratable):
             dut.i.payload.eq(payload),
             dut.miso.eq(unknown(m, 1, "miso_pin")),
         ]
-        take = valid & dut.i.ready
+        falls = self._watch(m)
+        self._frame(m, take=valid & dut.i.ready, payload=payload, miso=inside["miso"])
+        self._registers(m, inside)
+        second = Signal()
+        with m.If(dut.o_valid):
+            m.d.sync += second.eq(1)
+        m.d.comb += reached(m, second & falls, "again") if self.whole else Cover(~dut.sclk)
+        return m
 
-        # Watchers. After a reset a frame may have been cut short, so the stall begins anew.
+    def _watch(self, m: Module) -> Value:
+        """The rules at the pins; a frame begins."""
+        dut, period = self.dut, self.dut.half_cycles
+        # After a reset a frame may have been cut short, so the stall begins anew.
         cs_before, sclk_before = Signal(init=1), Signal(init=1)
         high_for = Signal(range(self.stall + 1))
         since = Signal(range(max(self.setup, period) + 1))
@@ -74,7 +84,13 @@ class Framed(Elaboratable):
             Assert(~rises | ((edges == 2 * BITS) & (since >= period) & dut.sclk)),
             Assert(~dut.cs_n | dut.sclk),
         ]
+        self.cs_before, self.sclk_before = cs_before, sclk_before
+        self.high_for, self.since, self.edges, self.limit = high_for, since, edges, limit
+        return falls
 
+    def _frame(self, m: Module, *, take: Value, payload: Signal, miso: Signal) -> None:
+        """The frame, its pins and its words."""
+        dut, period = self.dut, self.dut.half_cycles
         # Where the frame stands; after a reset at the beginning of the stall.
         before, frame = dut.setup_halves, dut.setup_halves + 2 * BITS
         total = frame + dut.stall_halves
@@ -91,7 +107,7 @@ class Framed(Elaboratable):
                 with m.If(half == total - 1):
                     m.d.sync += [busy.eq(0), half.eq(0)]
         with m.If(shifts):
-            m.d.sync += heard.eq(heard << 1 | inside["miso"])
+            m.d.sync += heard.eq(heard << 1 | miso)
         with m.If(take):
             m.d.sync += [busy.eq(1), half.eq(0), sent.eq(payload), heard.eq(0), framed.eq(1)]
         shifted = Signal(range(BITS + 1))
@@ -109,8 +125,18 @@ class Framed(Elaboratable):
             Assert(dut.o_data == ((sent << shifted) | heard)[:BITS]),
             Assert(dut.o_valid == (busy & framed & (half == frame) & (cycle == 0))),
         ]
+        self.busy, self.framed, self.half, self.cycle = busy, framed, half, cycle
+        self.clocked, self.heard, self.shifted = clocked, heard, shifted
 
-        # For induction: the registers inside, and what the watchers have seen by now.
+    def _registers(self, m: Module, inside: Inside) -> None:
+        """For induction: the registers inside, and what the watchers have seen by now."""
+        dut, period = self.dut, self.dut.half_cycles
+        before, frame = dut.setup_halves, dut.setup_halves + 2 * BITS
+        total = frame + dut.stall_halves
+        busy, framed, half, cycle = self.busy, self.framed, self.half, self.cycle
+        clocked, heard, shifted = self.clocked, self.heard, self.shifted
+        cs_before, sclk_before, edges = self.cs_before, self.sclk_before, self.edges
+        high_for, since, limit = self.high_for, self.since, self.limit
         left, timer = inside["left"], inside["timer"]
         base = 1 << len(left) - 1
         elapsed = (half - frame) * period + cycle  # of the stall
@@ -150,11 +176,6 @@ class Framed(Elaboratable):
             ),
             Assert(~(framed & ended) | ((edges == 2 * BITS) & (since >= period))),
         ]
-        second = Signal()
-        with m.If(dut.o_valid):
-            m.d.sync += second.eq(1)
-        m.d.comb += reached(m, second & falls, "again") if self.whole else Cover(~dut.sclk)
-        return m
 
 
 def proof(half: int, stall: int, setup: int, *, whole: bool = True) -> Proof:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
-from amaranth.hdl import Array, Assert, Assume, Const, Elaboratable, Module, Mux, Signal
+from amaranth.hdl import Array, Assert, Assume, Const, Elaboratable, Module, Mux, Signal, Value
 
 from boresight.gateware.registers.core import PROGRAM
 from boresight.gateware.registers.model import Access, Register
@@ -32,6 +33,14 @@ def registers() -> tuple[Register, ...]:
         inertial_flags=flags,
         compass_flags=flags,
     )
+
+
+def _to_core(addr: Value) -> Value:
+    return addr <= PROGRAM
+
+
+def _to_results(addr: Value) -> Value:
+    return (addr >= RESULTS) & (addr < RESULTS + 64)
 
 
 class Mapped(Elaboratable):
@@ -79,29 +88,10 @@ class Mapped(Elaboratable):
             )
         )
 
-        # What the word of each address is in this cycle.
-        to_core = addr <= PROGRAM
-        to_results = (addr >= RESULTS) & (addr < RESULTS + 64)
-        to_counters = (addr >= COUNTERS) & (addr <= COUNTERS + EVENTS)
         words, kept = self._words(m, addr=addr, w_data=w_data, w_done=bus.w_ack)
-        own, known = Signal(32, name="own_word"), Signal(name="known")
-        with m.Switch(addr):
-            for address, word in words.items():
-                with m.Case(address):
-                    m.d.comb += [own.eq(word), known.eq(1)]
-        expected = Mux(
-            before(m, to_core & (addr >= 512), "of_core"),
-            core_word,
-            Mux(
-                before(m, to_results, "of_results"),
-                results_word,
-                Mux(
-                    before(m, to_counters, "of_counters"),
-                    dut.counters.value,
-                    before(m, own, "own_before"),
-                ),
-            ),
-        )
+        expected, known = self._expected(m, words, addr)
+        bad = before(m, (read | (w_stb & ~waited)) & ~known, "bad_before")
+        to_core, to_results = _to_core(addr), _to_results(addr)
         # One word of each memory is followed, any one.
         offset = fixed(m, len(dut.csr.offset), "offset")
         number = fixed(m, dut.counters.index_bits, "number")
@@ -114,23 +104,29 @@ class Mapped(Elaboratable):
             Assert(~core.w_stb | ((core.addr == addr) & (core.w_data == w_data))),
             Assert(bus.w_ack == (w_stb & Mux(to_core, core_ack, waited))),
             Assert(dut.results.index == Mux(to_results, addr[:6], NO_RESULT)),
-            Assert(
-                ~followed
-                | (
-                    inside["bad"]
-                    == before(
-                        m,
-                        (read | (w_stb & ~waited)) & ~(to_core | known | to_results | to_counters),
-                        "bad_before",
-                    )
-                )
-            ),
+            Assert(~followed | (inside["bad"] == bad)),
             reached(m, dut.filter == 2, "third_filter"),
             reached(m, followed & (bus.r_data == 0x424F5245), "identified"),
             reached(m, core.w_stb & core_ack & waited, "core_waited"),
         ]
         self._memories(m, inside, kept, offset=offset, number=number)
         return m
+
+    def _expected(self, m: Module, words: Mapping[int, Any], addr: Signal) -> tuple[Value, Value]:
+        """The word of the address of the cycle before; whether that of this cycle has one."""
+        dut = self.dut
+        to_core, to_results = _to_core(addr), _to_results(addr)
+        to_counters = (addr >= COUNTERS) & (addr <= COUNTERS + EVENTS)
+        own, known = Signal(32, name="own_word"), Signal(name="known")
+        with m.Switch(addr):
+            for address, word in words.items():
+                with m.Case(address):
+                    m.d.comb += [own.eq(word), known.eq(1)]
+        word = before(m, own, "own_before")
+        word = Mux(before(m, to_counters, "of_counters"), dut.counters.value, word)
+        word = Mux(before(m, to_results, "of_results"), dut.results.value, word)
+        word = Mux(before(m, to_core & (addr >= 512), "of_core"), dut.core.r_data, word)
+        return word, to_core | known | to_results | to_counters
 
     def _words(
         self, m: Module, *, addr: Any, w_data: Any, w_done: Any

@@ -55,6 +55,7 @@ class Loop(Elaboratable):
         m.d.comb += self.frame.invariant(sender, sending)
         self._queue(m)
         self._reception(m, receiving)
+        self._together(m)
         return m
 
     def _queue(self, m: Module) -> None:
@@ -91,10 +92,8 @@ class Loop(Elaboratable):
 
     def _reception(self, m: Module, inside: Inside) -> None:
         """Where the receiver is, from the start bit it saw on."""
-        receiver, frame = self.receiver, self.frame
-        divisor, spacing, middle = receiver.divisor, receiver.spacing, receiver.to_middle
+        frame, divisor, middle = self.frame, self.receiver.divisor, self.receiver.to_middle
         length = 10 * self.sender.divisor
-        earliest, latest = 2 + spacing, 1 + 2 * spacing
         busy, got = Signal(name="r_busy"), Signal(name="got")
         starting = Signal(name="r_starting")  # until the middle of the start bit
         number, phase = Signal(range(9), name="r_number"), Signal(range(divisor), name="r_phase")
@@ -128,26 +127,35 @@ class Loop(Elaboratable):
                 byte.eq(frame.byte),
             ]
 
-        timer, bits, unseen = inside["timer"], inside["bits"], Signal(name="unseen")
-        same = busy & (since < length)
-        size = len(timer)
+        timer, bits = inside["timer"], inside["bits"]
         m.d.comb += [
-            unseen.eq(frame.busy & ~got & ~same),
-            # Receiver and reception.
             Assert(inside.state("IDLE") == ~busy),
             Assert(inside.state("START") == (busy & starting)),
             Assert(inside.state("DATA") == (busy & ~starting)),
-            Assert(busy | (timer == 0) | (timer > (1 << size) - spacing)),
-            Assert(~(busy & starting) | (timer == (phase - (middle - 1))[:size])),
-            Assert(~(busy & ~starting) | (timer == (phase - (divisor - 1))[:size])),
+            Assert(busy | (timer == 0) | (timer > (1 << len(timer)) - self.receiver.spacing)),
+            Assert(~(busy & starting) | (timer == (phase - (middle - 1))[: len(timer)])),
+            Assert(~(busy & ~starting) | (timer == (phase - (divisor - 1))[: len(timer)])),
             Assert(
                 ~(busy & ~starting) | (bits == (Cat(Const(1, 1), byte) << (8 - number)[:4])[:9])
             ),
             Assert(~busy | (phase < divisor) & (number < 9)),
             Assert(~(busy & starting) | ((phase < middle) & (number == 0))),
             Assert(~busy | (ran == 1 + phase + Mux(starting, 0, middle) + number * divisor)),
+        ]
+        self.begins, self.busy, self.got = begins, busy, got
+        self.since, self.ran, self.byte = since, ran, byte
+
+    def _together(self, m: Module) -> None:
+        """Where the reception is beside the frame and the queue: for induction."""
+        receiver, frame = self.receiver, self.frame
+        busy, got, since, ran, byte = self.busy, self.got, self.since, self.ran, self.byte
+        length = 10 * self.sender.divisor
+        earliest, latest = 2 + receiver.spacing, 1 + 2 * receiver.spacing
+        same, unseen = busy & (since < length), Signal(name="unseen")
+        m.d.comb += [
+            unseen.eq(frame.busy & ~got & ~same),
             # Reception and frame.
-            Assert(~begins | (unseen & (frame.time >= earliest) & (frame.time <= latest))),
+            Assert(~self.begins | (unseen & (frame.time >= earliest) & (frame.time <= latest))),
             Assert(~busy | ((since >= ran + earliest) & (since <= ran + latest))),
             Assert(~same | (frame.busy & (since == frame.time) & (byte == frame.byte) & ~got)),
             Assert(~busy | same | ~frame.busy | (frame.time <= since - length)),

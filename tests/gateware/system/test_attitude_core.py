@@ -11,7 +11,8 @@ from boresight.gateware.system.conductor import HEADER, OUTPUTS, RAWS, RECORDS, 
 from boresight.gateware.system.programs import core_plan, system_core
 from boresight.model.words.fixed import IntArray
 from boresight.sim.attitude.log import read_log
-from boresight.sim.board.front import COUNTS, HEADING, NO_LINE, Samples, quantise, run_chain
+from boresight.sim.board.chain import COUNTS, HEADING, NO_LINE, Samples, run_chain
+from boresight.sim.board.front import quantise
 from boresight.sim.records.bundled import bundled
 from tests.support.conductor_bench import Played, play, sample_command, script_of
 

@@ -15,14 +15,22 @@ from boresight.gateware.system.conductor import (
     Conductor,
     header_layout,
 )
-from boresight.gateware.system.plan import FRONT_NAMES, RAW, RECORD, Plan
+from boresight.gateware.system.feed import PLACES, ZERO, Fed, Feed
+from boresight.gateware.system.plan import FRONT_NAMES, RAW, Plan
+from boresight.model.estimators.nine_axis import INPUTS
 
+RECORD = tuple(i.name for i in INPUTS)
+NINE_AXIS = tuple(
+    Fed(PLACES[n], ZERO, field=True) if n[0] == "m" else Fed(PLACES[n]) for n in RECORD
+)
 PLAN = Plan(
     word=32,
     names=("one", "two", "three", *FRONT_NAMES),
     filters=3,
     lengths=(60, 80, 70, 20, 15, 18),
-    outputs=8,
+    outputs=(8, 8, 8),
+    chains=((0,), (1,), (2,)),
+    feed=Feed((NINE_AXIS,) * 3),
     count_bits=16,
 )
 #: Words of the input and output records of each program.
@@ -480,8 +488,17 @@ def test_latency_and_patience_are_of_the_plan() -> None:
 
 
 @pytest.mark.parametrize(
-    "change", [{"filters": 0}, {"filters": 9}, {"word": 25}, {"word": 33}, {"outputs": 17}]
+    ("change", "message"),
+    [
+        ({"filters": 0}, "plan must have 1 to 8 estimators"),
+        ({"filters": 9}, "plan must have 1 to 8 estimators"),
+        ({"word": 25}, "plan must have 1 to 8 estimators and words of 26 to 32 bits"),
+        ({"word": 33}, "plan must have 1 to 8 estimators and words of 26 to 32 bits"),
+        ({"outputs": (8, 17, 8)}, "records must have 1 to 16 words"),
+        ({"feed": Feed((NINE_AXIS, ()))}, "records must have 1 to 16 words"),
+        ({"feed": Feed((NINE_AXIS * 2,))}, "records must have 1 to 16 words"),
+    ],
 )
-def test_plan_is_checked(change) -> None:
-    with pytest.raises(ValueError, match=r"^plan must have 1 to 8 filters"):
-        Conductor(plan=replace(PLAN, **change))
+def test_plan_is_checked(change, message: str) -> None:
+    with pytest.raises(ValueError, match=f"^{message}"):
+        replace(PLAN, **change)

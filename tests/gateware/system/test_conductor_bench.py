@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from boresight.sim.board.front import COUNTS, NO_LINE, Samples
+from boresight.sim.board.chain import COUNTS, NO_LINE, Samples
 from tests.support.conductor_bench import _parse, sample_command, script_of
 
 

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from boresight.gateware.system.plan import FRONT_NAMES, RECORD, plan_of
+from boresight.gateware.system.feed import REGISTERS, Fed
+from boresight.gateware.system.plan import FRONT_NAMES, plan_of
 from boresight.gateware.system.programs import FILTERS, core_plan, system_core, system_estimators
 from boresight.model.errors import InputError
 
@@ -24,7 +25,8 @@ def test_plan(core) -> None:
     assert plan.names == ("complementary", *FRONT_NAMES)
     assert (plan.filters, plan.inertial, plan.field, plan.compass) == (1, 1, 2, 3)
     assert plan.lengths == tuple(p.schedule.length for p in core.parts)
-    assert (plan.word, plan.outputs, plan.count_bits) == (32, 8, 16)
+    assert (plan.word, plan.outputs, plan.count_bits) == (32, (8,), 16)
+    assert plan.chains == ((0,),) and not plan.feed.wide and not plan.early
 
 
 def test_all_programs_stand_in_their_order() -> None:
@@ -34,7 +36,9 @@ def test_all_programs_stand_in_their_order() -> None:
 def test_front_programs_must_be_the_last(made) -> None:
     programs, schedules = made
     for wrong in (programs[1:], programs[::-1], programs[:-1]):
-        with pytest.raises(ValueError, match=r"^programs must be filters, then calibrate_inertial"):
+        with pytest.raises(
+            ValueError, match=r"^programs must be estimators, then calibrate_inertial"
+        ):
             plan_of(wrong, schedules)
 
 
@@ -55,18 +59,20 @@ def test_binary_points_must_be_the_filters(made, front: int, output: int, name: 
         plan_of(programs, schedules)
 
 
-def test_records_must_be_the_usual_ones(made) -> None:
+def test_an_unknown_name_is_a_register(made) -> None:
     programs, schedules = list(made[0]), made[1]
     programs[0] = change(programs[0], programs[0].inputs[0], name="time")
-    with pytest.raises(ValueError, match=r"^complementary must have the inputs \('dt', 'gx'"):
-        plan_of(programs, schedules)
+    plan = plan_of(programs, schedules)
+    assert list(plan.feed.registers) == ["time"]
+    assert plan.feed.records[0][0] == Fed(REGISTERS)
 
 
-def test_record_comes_before_the_first_output(made) -> None:
+def test_an_output_may_come_before_the_record_ends(made) -> None:
     programs, schedules = made
     late = replace(schedules[0], gets=(*schedules[0].gets[:-1], min(schedules[0].latencies)))
-    with pytest.raises(ValueError, match=r"^complementary must take its record before"):
-        plan_of(programs, [late, *schedules[1:]])
+    assert plan_of(programs, [late, *schedules[1:]]).early
+    with pytest.raises(ValueError, match=r"^programs before the estimators must take all before"):
+        plan_of(programs, [schedules[0], late, *schedules[2:]])
 
 
 def test_word_below_26_bits_is_refused() -> None:
@@ -85,4 +91,3 @@ def test_parameters_go_to_their_program() -> None:
     )
     program = core.parts[2].program
     assert program.values[program.find("field_xx")].initial == 1 << 30
-    assert RECORD[0] == "dt"

@@ -1,6 +1,5 @@
 """The declaration of the system: one map, the places of the hardware, and every written form."""
 
-import dataclasses
 import json
 import re
 import subprocess
@@ -19,13 +18,7 @@ from boresight.gateware.system.conductor import OUTPUTS as OUTPUTS_PLACE
 from boresight.gateware.system.conductor import STAMP as STAMP_PLACE
 from boresight.gateware.system.programs import system_core
 from boresight.gateware.system.system_bus import COUNTERS, RESULTS
-from boresight.gateware.system.system_registers import (
-    IDENTIFICATION,
-    result_registers,
-    system_map,
-    system_registers,
-)
-from boresight.model.errors import InputError
+from boresight.gateware.system.system_registers import IDENTIFICATION, system_map, system_registers
 
 FILTERS = ("complementary", "ekf_quaternion")
 EVENTS = ("sample", "restart")
@@ -232,5 +225,3 @@ def test_header(whole: RegisterMap, tmp_path) -> None:
 def test_filters_are_checked(core: Core) -> None:
     with pytest.raises(ValueError, match=r"^filters must be 1 to 8, not 0$"):
         system_registers(filters=(), clock_hz=1, build=0, inertial_flags={}, compass_flags={})
-    with pytest.raises(InputError, match=r"^outputs of calibrate_inertial: wanted pitch, roll"):
-        result_registers(dataclasses.replace(core, parts=core.parts[2:]))

@@ -16,7 +16,7 @@ from boresight.model.algebra.covariance import (
     symmetric,
     updated_column,
 )
-from boresight.model.lowering.graph import Graph, Node
+from boresight.model.lowering.trace import Scalar, Trace, Tracer
 
 RNG = np.random.default_rng(4)
 
@@ -86,18 +86,14 @@ def test_a_skipped_downdate_costs_nothing_more() -> None:
 
     slots = []
     for skip in (False, True):
-        g = Graph("test")
-        leaves: list[Node] = [g.leaf("input", f"x{k}", -0.5, 0.5) for k in range(10)]
+        g = Tracer("test")
+        leaves: list[Scalar] = [g.leaf("input", f"x{k}", -0.5, 0.5) for k in range(10)]
         p = symmetric(2, lambda i, j, v=leaves: v[i + j])
         gains = [leaves[4:6], leaves[6:8]]
         done = downdated(p, gains, leaves[9] < 0.0 if skip else leaves[9] < -1.0)
         program = lower(
-            "test",
-            arithmetic=Arithmetic(word=32),
-            inputs=leaves,
-            params=[],
-            states=[],
-            outputs={f"p{i}{j}": done[i][j] for _, i, j in element_names(2)},
-        )
+            Trace(g, leaves, {f"p{i}{j}": done[i][j] for _, i, j in element_names(2)}),
+            Arithmetic(word=32),
+        )[0]
         slots.append(sum(len(op.terms) for op in program.ops))
     assert slots[0] == slots[1]

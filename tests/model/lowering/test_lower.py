@@ -10,11 +10,12 @@ import pytest
 from boresight.model import ops
 from boresight.model.errors import InputError
 from boresight.model.estimators.complementary import Complementary, ComplementaryAsPrinted
-from boresight.model.lowering.graph import Graph
 from boresight.model.lowering.lower import lower
+from boresight.model.lowering.trace import Trace, Tracer
 from boresight.model.words.fixed import Arithmetic, Format, leading_sign_count
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Kind, Negate, Overflow, Scale, When
+from tests.support.nodes import node_of
 
 RANGES = (
     (-1.0, 1.0),
@@ -36,6 +37,7 @@ class Bounded:
         self.error = error + 2.0 * fmt.lsb
 
     def _new(self, value: Any, error: Any, node: Any) -> Any:
+        node = node_of(node)
         return Bounded(value, error, node.low, node.high, self.word)
 
 
@@ -95,7 +97,7 @@ def random_expressions(
 ) -> Any:
     """A program of random expressions, its input words, and the float results with bounds."""
     rng = random.Random(seed)
-    g = Graph("random")
+    g = Tracer("random")
     leaves = [g.leaf("input", f"x{k}", *r) for k, r in enumerate(RANGES)]
     draw = np.random.default_rng(seed)
     formats = [Format.for_range(word, *r) for r in RANGES]
@@ -115,13 +117,8 @@ def random_expressions(
         b.error = 0.0
     results = [expression(rng, pairs, depth) for _ in range(count)]
     program = lower(
-        "random",
-        arithmetic=Arithmetic(word=word),
-        inputs=leaves,
-        params=[],
-        states=[],
-        outputs={f"y{k}": n for k, (n, _) in enumerate(results)},
-    )
+        Trace(g, leaves, {f"y{k}": n for k, (n, _) in enumerate(results)}), Arithmetic(word=word)
+    )[0]
     return program, words, [b for _, b in results]
 
 
@@ -179,20 +176,20 @@ def programs() -> Any:
         for seed in range(4):
             yield random_expressions(seed, word)[0]
         for turns in range(12, 26):  # prescribed formats, up to and beyond what one group can do
-            g = Graph("close")
+            g = Tracer("close")
             x = g.leaf("input", "x", -(2.0**turns), 2.0**turns * 0.999)
             yield lower(
-                "close",
-                arithmetic=Arithmetic(word=word),
-                inputs=[x],
-                params=[],
-                states=[],
-                outputs={
-                    "wrap": ops.wrap_ht(x),
-                    "clamp": ops.saturated(x + 0.5, 1.0),
-                    "both": ops.wrap_ht(x + 0.5 * x),
-                },
-            )
+                Trace(
+                    g,
+                    [x],
+                    {
+                        "wrap": ops.wrap_ht(x),
+                        "clamp": ops.saturated(x + 0.5, 1.0),
+                        "both": ops.wrap_ht(x + 0.5 * x),
+                    },
+                ),
+                Arithmetic(word=word),
+            )[0]
 
 
 def test_no_accumulator_can_overflow() -> None:
@@ -426,31 +423,20 @@ def test_terms_below_the_last_bit_still_add_up(trace: Any, word: int) -> None:
 
 
 def test_unit_ht_is_the_words_own_format_only_within_one_turn() -> None:
-    g = Graph("angles")
+    g = Tracer("angles")
     angle, turns = g.leaf("input", "angle", -1.0, 1.0, "ht"), g.leaf("input", "turns", -8, 8, "ht")
-    program = lower(
-        "angles",
-        arithmetic=Arithmetic(),
-        inputs=[angle, turns],
-        params=[],
-        states=[],
-        outputs={"y": angle + turns},
-    )
+    program = lower(Trace(g, [angle, turns], {"y": angle + turns}), Arithmetic())[0]
     assert [program.values[n].frac for n in program.inputs] == [31, 27]
 
 
 def test_states_exchange_their_values() -> None:
     """A state may be replaced by another state as it was before the update."""
-    g = Graph("swap")
+    g = Tracer("swap")
     a, b = g.leaf("state", "a", -1.0, 1.0), g.leaf("state", "b", -4.0, 4.0)
     program = lower(
-        "swap",
-        arithmetic=Arithmetic(),
-        inputs=[],
-        params=[],
-        states=[(a, 0.5, 0.25 * b), (b, -2.0, 4.0 * a)],
-        outputs={"a": a, "b": b},
-    )
+        Trace(g, [], {"a": a, "b": b}, states=[(a, 0.5, 0.25 * b), (b, -2.0, 4.0 * a)]),
+        Arithmetic(),
+    )[0]
     machine = Interpreter(program)
     seen = [
         [
@@ -477,7 +463,7 @@ def test_unbounded_ranges_are_refused_by_name(trace: Any) -> None:
 
 
 def test_an_unbounded_next_state_is_refused_by_name() -> None:
-    g = Graph("grow")
+    g = Tracer("grow")
     a = g.leaf("state", "a", 0.0, 1.0)
     with pytest.raises(
         InputError,
@@ -485,13 +471,8 @@ def test_an_unbounded_next_state_is_refused_by_name() -> None:
         r"declare it with ops\.bounded, or use ops\.clip$",
     ):
         lower(
-            "grow",
-            arithmetic=Arithmetic(),
-            inputs=[],
-            params=[],
-            states=[(a, 0.5, ops.named("root", ops.rsqrt(a)))],
-            outputs={"a": a},
-        )
+            Trace(g, [], {"a": a}, states=[(a, 0.5, ops.named("root", ops.rsqrt(a)))]), Arithmetic()
+        )[0]
 
 
 def test_more_than_63_bits_is_refused_by_name(trace: Any) -> None:

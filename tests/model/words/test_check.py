@@ -1,13 +1,105 @@
-"""Programs that came from a file: a good one passes, and every fault has its words."""
+"""Incomplete programs, and what a file may hold, are refused with a reason."""
 
 import json
+from dataclasses import replace
+from typing import Any
 
 import pytest
 
 from boresight.model.estimators import ESTIMATORS
-from boresight.model.words.check import check_program
-from boresight.model.words.program import Program
+from boresight.model.words.check import check_complete, check_program
+from boresight.model.words.fixed import Arithmetic
+from boresight.model.words.program import Kind, Negate, Op, Program, Scale, Term, Value, When
 from tests.support.bad_files import changed
+
+VALUES = (
+    Value("x", Kind.INPUT, 31, -1, 1, "test"),
+    Value("s", Kind.STATE, 31, -1, 1, "test"),
+    Value("y", Kind.OP, 31, -1, 1, "test"),
+    Value("z", Kind.OP, 31, -1, 1, "test"),
+)
+GOOD = Program(
+    "good",
+    Arithmetic(),
+    VALUES,
+    (Op(2, (Term(0, 1, 22),)), Op(3, (Term(2, 2, 22),))),
+    (0,),
+    (3,),
+    ("z",),
+    ((1, 2),),
+    (0,) * 512,
+)
+
+
+def op(*, term: dict[str, Any] | None = None, **options: Any) -> Program:
+    first = Op(2, (Term(**{"a": 0, "b": 1, "shift": 22, **(term or {})}),), **options)
+    return replace(GOOD, ops=(first, GOOD.ops[1]))
+
+
+def test_complete_program_passes() -> None:
+    check_complete(GOOD)
+    check_program(GOOD)
+
+
+def test_a_file_may_not_hold_what_no_author_writes() -> None:
+    check_complete(replace(GOOD, name="*/"))
+    with pytest.raises(ValueError, match=r"^the name '\*/'$"):
+        check_program(replace(GOOD, name="*/"))
+
+
+@pytest.mark.parametrize(
+    ("program", "message"),
+    [
+        (op(term={"b": 3}), r"^operation 0 \(y\) must read what is known before it, not value 3$"),
+        (
+            replace(GOOD, ops=(*GOOD.ops, GOOD.ops[0])),
+            r"^operation 2 \(y\) must be the only writer of a value of kind op, not of value 2$",
+        ),
+        (op(term={"shift": 32}), r"^operation 0 \(y\): shift must be 0 to 31, not 32$"),
+        (op(term={"shift": -1}), r"^operation 0 \(y\): shift must be 0 to 31, not -1$"),
+        (
+            op(term={"negate": Negate.IF}),
+            r"^operation 0 \(y\) must name a flag, for a term asks for it$",
+        ),
+        (
+            op(term={"when": When.UNLESS}),
+            r"^operation 0 \(y\) must name a flag, for a term asks for it$",
+        ),
+        (
+            op(term={"scale": Scale.HALF}),
+            r"^operation 0 \(y\) must name a norm, for a term asks for it$",
+        ),
+        (op(term={"b": None}), r"^operation 0 \(y\): a term must have either b or a coefficient$"),
+        (
+            op(term={"coefficient": 0}),
+            r"^operation 0 \(y\): a term must have either b or a coefficient$",
+        ),
+        (
+            op(term={"b": None, "coefficient": 0}, table=0),
+            r"^operation 0 \(y\) must name index and table, for a term asks for them$",
+        ),
+        (
+            op(term={"b": None, "coefficient": 4}, table=0, index=0),
+            r"^operation 0 \(y\): coefficient must be 0 to 3, not 4$",
+        ),
+        (
+            op(term={"b": None, "coefficient": 0, "fraction_b": True}, table=0, index=0),
+            r"^operation 0 \(y\): fraction_b must be unset where b is a coefficient$",
+        ),
+        (op(table=1, index=0), r"^operation 0 \(y\) must name a table below 1, not 1$"),
+        (replace(GOOD, ops=GOOD.ops[:1]), r"^value 3 \(z\) must be computed$"),
+        (replace(GOOD, inputs=()), r"^inputs must list every value of kind input once, not \[\]$"),
+        (replace(GOOD, states=()), r"^states must list every value of kind state once, not \[\]$"),
+        (replace(GOOD, output_names=()), r"^output_names must be 1 names, not 0$"),
+        (
+            replace(GOOD, arithmetic=Arithmetic(18), table_memory=(2**17,)),
+            r"^words must be -131072 to 131071, not 131072$",
+        ),
+    ],
+)
+def test_incomplete_program(program: Program, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        check_complete(program)
 
 
 @pytest.mark.parametrize(
@@ -19,21 +111,21 @@ from tests.support.bad_files import changed
         (("arithmetic", "word", 40), "word must be 18 to 32"),
         (("values", 0, "frac", "1"), "value with frac '1'"),
         (("values", 0, "frac", True), "value with frac 'True'"),
-        (("values", 0, "initial", 2**40), "outside its word"),
-        (("values", 0, "kind", "const"), "inputs that are not listed once each"),
+        (("values", 0, "initial", 2**40), "words must be -131072 to 131071"),
+        (("values", 0, "kind", "const"), "inputs must list every value of kind input once"),
         (("values", 0, "kind", "none"), "not a valid Kind"),
         (("inputs", 0, 10**6), "a reference to no value"),
         (("outputs", 0, 1.5), "a reference that is no number"),
         (("outputs", []), "outputs without a name"),
         (("ops", 0, "terms", []), "an operation without terms"),
-        (("ops", 0, "terms", 0, "shift", 32), "a shift of 32"),
-        (("ops", 0, "terms", 0, "a", -1), "reads what is not there yet"),
-        (("ops", 0, "terms", 0, "b", None), "a term of one factor"),
-        (("ops", 0, "dest", 0), "whose result has another place"),
-        (("ops", 0, "table", 99), "a table"),
+        (("ops", 0, "terms", 0, "shift", 32), "shift must be 0 to 31, not 32"),
+        (("ops", 0, "terms", 0, "a", -1), "a reference to no value"),
+        (("ops", 0, "terms", 0, "b", None), "a term must have either b or a coefficient"),
+        (("ops", 0, "dest", 0), "must be the only writer of a value of kind op, not of value 0"),
+        (("ops", 0, "table", 99), "must name a table below 3, not 99"),
         (("ops", []), "a value that no operation gives"),
         (("table_memory", [0] * 511), "a table that is none"),
-        (("states", 0, [0, 0]), "states that are not listed once each"),
+        (("states", 0, [0, 0]), "states must list every value of kind state once"),
     ],
 )
 def test_programs_that_no_level_can_run(path, message: str) -> None:

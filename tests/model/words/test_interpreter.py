@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from boresight.model.estimators.complementary import Complementary
-from boresight.model.lowering.graph import Graph
 from boresight.model.lowering.lower import lower
+from boresight.model.lowering.trace import Trace, Tracer
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Kind, Op, Overflow, Program, Term, Value
@@ -122,17 +122,10 @@ def test_small_integer_types_do_not_overflow() -> None:
 
 
 def test_the_last_output_of_a_state_is_the_old_word() -> None:
-    g = Graph("old")
+    g = Tracer("old")
     s = g.leaf("state", "s", -1.0, 1.0)
     u = g.leaf("input", "u", -1.0, 1.0)
-    program = lower(
-        "old",
-        arithmetic=Arithmetic(),
-        inputs=[u],
-        params=[],
-        states=[(s, 0.0, u)],
-        outputs={"s": s},
-    )
+    program = lower(Trace(g, [u], {"s": s}, states=[(s, 0.0, u)]), Arithmetic())[0]
     out, _ = Interpreter(program).run([[[5]], [[6]], [[7]]])
     assert out.ravel().tolist() == [0, 5, 6]
 

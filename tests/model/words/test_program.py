@@ -11,6 +11,7 @@ import pytest
 from boresight.model.estimators.complementary import Complementary
 from boresight.model.words.fixed import Arithmetic, Format
 from boresight.model.words.program import (
+    InPort,
     Kind,
     Link,
     Negate,
@@ -144,11 +145,13 @@ def said(p: Any) -> Any:
         if v.kind in (Kind.INPUT, Kind.PARAM, Kind.STATE)
         else (v.name, v.low, v.high, v.range_source, v.unit, v.meaning)
         for v in p.values
-    ] + [p.ports, p.urgent]
+    ] + [p.ports, p.in_ports, p.urgent]
 
 
 def test_the_digest_sees_what_the_hardware_does_and_nothing_else() -> None:
-    p = dataclasses.replace(small(), links=(Link(0, "other", "out", 3),))
+    p = dataclasses.replace(
+        small(), links=(Link(0, "other", "out", 3),), in_ports=(InPort(0.5, ("b",)),)
+    )
     seen = {p.digest}
     same = 0
     for changed in variants(p):
@@ -159,7 +162,7 @@ def test_the_digest_sees_what_the_hardware_does_and_nothing_else() -> None:
         else:
             assert changed.digest not in seen
             seen.add(changed.digest)
-    assert len(seen) > 140 and same == 3 * 2 + 3 * 6 + 6 + 1
+    assert len(seen) > 140 and same == 3 * 2 + 3 * 6 + 6 + 4 + 1
 
 
 def test_ranges_in_between_do_not_change_the_digest() -> None:

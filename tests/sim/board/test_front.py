@@ -5,24 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from boresight.gateware.system.plan import RECORD
 from boresight.gateware.system.programs import FILTERS, system_estimators
 from boresight.model.errors import InputError
+from boresight.model.estimators.nine_axis import INPUTS
 from boresight.sim.attitude.feed import named_outputs
 from boresight.sim.attitude.log import Log, read_log, write_log
-from boresight.sim.board.front import (
-    COUNTS,
-    HEADING,
-    NO_LINE,
-    Samples,
-    quantise,
-    run_chain,
-    words_as_log,
-)
+from boresight.sim.board.chain import COUNTS, HEADING, NO_LINE, Samples, run_chain
+from boresight.sim.board.front import quantise, words_as_log
 from boresight.sim.records.bundled import bundled
 from boresight.verbs.run import run
 
 STEPS = 600
+RECORD = tuple(i.name for i in INPUTS)
 
 
 @pytest.fixture(scope="module")

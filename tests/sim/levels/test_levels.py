@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from boresight.firmware.float_build import FloatCModel
-from boresight.firmware.precision import DOUBLE
+from boresight.firmware.floating.build import FloatCModel
+from boresight.firmware.floating.precision import DOUBLE
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output, Param, State, with_params
 from boresight.model.estimators import ESTIMATORS, estimator

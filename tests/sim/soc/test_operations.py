@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from boresight.firmware.float_program import trace_float
+from boresight.firmware.floating.text import operation_counts
 from boresight.model.estimators import estimator
 from boresight.sim.attitude.feed import inputs_of
 from boresight.sim.attitude.log import read_log
@@ -19,7 +19,7 @@ def test_costs_explain_an_update() -> None:
     assert costs["add"] == pytest.approx(costs["sub"], rel=0.5)
     e = estimator("ekf_quaternion")
     run = measure_float(e, inputs_of(e, read_log(bundled("ximu_walk")))[:6])
-    counted = counted_cycles(trace_float(e).counts(), costs)
+    counted = counted_cycles(operation_counts(e.trace()), costs)
     assert 0.4 < counted / run.cycles.max() < 1.0
 
 
@@ -31,14 +31,14 @@ def test_counting() -> None:
                 "add": 2,
                 "sin": 1,
                 "clip": 1,
-                "wrap_ht": 1,
-                "max": 1,
+                "wrap": 1,
+                "larger": 1,
                 "less": 1,
                 "select": 9,
                 "neg": 4,
-                "and": 2,
+                "both": 2,
             },
-            costs,
+            {**costs, "mul": 5.0},
         )
-        == 20 + 100 + 6 + 6 + 3 + 3
+        == 20 + (100 + 5) + 6 + 6 + 3 + 3
     )

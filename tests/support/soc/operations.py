@@ -40,14 +40,29 @@ def operation_cycles(*, optimise: str = "-Os") -> dict[str, float]:
     return costs
 
 
-def counted_cycles(operations: Mapping[str, int], costs: Mapping[str, float]) -> float:
-    """Cycles of so many operations (`firmware.float_program.FloatProgram.counts`).
+#: What an operation consists of that is not itself measured, or of more than itself. A limit is two
+#: comparisons, as is a wrap (its common case).
+_PARTS = {
+    "sin": ("sin", "mul"),
+    "cos": ("cos", "mul"),
+    "asin": ("asin", "mul", "less", "less"),
+    "atan2": ("atan2", "add", "mul", "less", "less"),
+    "rsqrt": ("sqrt", "div", "less"),
+    "clip": ("less", "less"),
+    "saturated": ("less", "less"),
+    "wrap": ("less", "less"),
+    "larger": ("less",),
+    "smaller": ("less",),
+}
 
-    A limit is two comparisons, as is a wrap (its common case); the larger of two is one. Changes
-    of sign, selections and logic are a few instructions each and count as nothing.
+
+def counted_cycles(operations: Mapping[str, int], costs: Mapping[str, float]) -> float:
+    """Cycles of so many operations (`firmware.floating.text.operation_counts`).
+
+    Changes of sign, selections and logic are a few instructions each and count as nothing.
     """
-    comparisons = {"clip": 2, "wrap_ht": 2, "max": 1}
     return sum(
-        n * (costs[kind] if kind in costs else costs["less"] * comparisons.get(kind, 0))
+        n * costs[part]
         for kind, n in operations.items()
+        for part in _PARTS.get(kind, (kind,) if kind in costs else ())
     )

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from boresight.firmware.precision import DOUBLE, SINGLE, Precision
+from boresight.firmware.floating.precision import DOUBLE, SINGLE, Precision
 
 
 @pytest.mark.parametrize(

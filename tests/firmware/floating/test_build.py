@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from boresight.firmware.float_build import FloatCModel
+from boresight.firmware.floating.build import FloatCModel
 from boresight.model.estimator import Estimator
 from boresight.model.estimators import estimator
 from boresight.sim.attitude.feed import attitude_of, inputs_of

@@ -10,18 +10,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from boresight.firmware.build import CFLAGS, compiled_library
-from boresight.firmware.float_emit import emit_float_c, float_prefix
+from boresight.firmware.build import CFLAGS, array_of, compiled_library, instance
+from boresight.firmware.floating.emit import emit_float_c, float_prefix
+from boresight.firmware.floating.precision import SINGLE, Precision
 from boresight.firmware.names import identifier
-from boresight.firmware.precision import SINGLE, Precision
 from boresight.model.estimator import Estimator
 
 __all__ = ["FloatCModel"]
 
-_POINTERS: dict[str, Any] = {
-    "float": ctypes.POINTER(ctypes.c_float),
-    "double": ctypes.POINTER(ctypes.c_double),
-}
 #: No fused multiply-add, which some processors' compilers use unasked: the same bits everywhere.
 _PLAIN = ("-ffp-contract=off",)
 
@@ -62,7 +58,7 @@ class FloatCModel:
     params : mapping, optional
         Parameter values other than the defaults.
     cflags, cache
-        See `firmware.build.build_library`.
+        See `firmware.build.compiled_library`.
     """
 
     def __init__(
@@ -75,38 +71,23 @@ class FloatCModel:
         cache: Path | None = None,
     ) -> None:
         self.estimator, self.precision = estimator, precision
-        name, pointer = float_prefix(estimator, precision), _POINTERS[precision.type]
+        name, numbers = float_prefix(estimator, precision), array_of(precision.numpy)
         files = {
             **emit_float_c(estimator, precision),
             f"{name}_host.c": _host_source(estimator, precision),
         }
         with compiled_library(
-            files,
-            name=name,
-            source=f"{name}_host.c",
-            cflags=(*cflags, *_PLAIN),
-            libraries=("-lm",),
-            cache=cache,
+            files, cflags=(*cflags, *_PLAIN), libraries=("-lm",), cache=cache
         ) as self.library:
-            library = ctypes.CDLL(str(self.library))
-        self._run = getattr(library, f"{name}_run")
-        self._run.argtypes = [ctypes.c_void_p, ctypes.c_size_t, pointer, pointer]
-        self._run.restype = None
-        for function in ("init", "reset"):
-            getattr(library, f"{name}_{function}").argtypes = [ctypes.c_void_p]
-        self._reset = getattr(library, f"{name}_reset")
-        size = getattr(library, f"{name}_size")
-        size.restype = ctypes.c_size_t
-        self._self = ctypes.create_string_buffer(size())
-        getattr(library, f"{name}_init")(self._self)
-        values = np.array(list(estimator.param_values(params).values()), dtype=precision.numpy)
-        set_params = getattr(library, f"{name}_set_params")
-        set_params.argtypes = [ctypes.c_void_p, pointer]
-        set_params(self._self, values.ctypes.data_as(pointer))
+            self._call = instance(
+                self.library, set_params=(numbers,), run=(ctypes.c_size_t, numbers, numbers)
+            )
+        values = list(estimator.param_values(params).values())
+        self._call["set_params"](np.array(values, dtype=precision.numpy))
 
     def reset(self) -> None:
         """Set the states to their start values; parameters stay as they are."""
-        self._reset(self._self)
+        self._call["reset"]()
 
     def update(self, inputs: npt.ArrayLike) -> npt.NDArray[np.floating[Any]]:
         """Run n updates: inputs (n, n_inputs) in their units -> outputs (n, n_outputs).
@@ -121,11 +102,5 @@ class FloatCModel:
         if records.ndim != 2 or records.shape[1] != wanted:
             raise ValueError(f"inputs must have shape (n, {wanted}), not {records.shape}")
         outputs = np.empty((len(records), len(self.estimator.outputs)), dtype=self.precision.numpy)
-        pointer = _POINTERS[self.precision.type]
-        self._run(
-            self._self,
-            len(records),
-            records.ctypes.data_as(pointer),
-            outputs.ctypes.data_as(pointer),
-        )
+        self._call["run"](len(records), records, outputs)
         return outputs

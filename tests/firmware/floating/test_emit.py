@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from boresight.firmware.float_emit import emit_float_c
+from boresight.firmware.floating.emit import emit_float_c
 from boresight.model.estimators import ESTIMATORS, estimator
 
 STRICT = (

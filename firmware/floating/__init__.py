@@ -1,0 +1,1 @@
+"""Estimators as C in single or double precision, from the same record as the fixed program."""

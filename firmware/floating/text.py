@@ -1,0 +1,187 @@
+"""Recorded expressions as C text."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import Counter
+from collections.abc import Mapping
+
+from boresight.firmware.floating.precision import SINGLE, Precision
+from boresight.firmware.names import identifier
+from boresight.model.lowering.trace import Condition, Expression, Trace
+
+__all__ = ["Expressions", "float_helpers", "operation_counts"]
+
+#: Longest expression that is written into the one that uses it.
+_INLINE = 60
+
+# Precedences of C.
+_PRIMARY, _UNARY, _TIMES, _PLUS, _LESS, _AND, _OR, _CHOICE = range(16, 0, -2)
+
+#: Text of each kind of expression, how strongly it binds, and how strongly its arguments must.
+#: Arguments come first, then numbers that belong to it.
+_FORMS: Mapping[str, tuple[str, int, tuple[int, ...]]] = {
+    "add": ("{} + {}", _PLUS, (_PLUS, _PLUS + 1)),
+    "sub": ("{} - {}", _PLUS, (_PLUS, _PLUS + 1)),
+    "mul": ("{} * {}", _TIMES, (_TIMES, _TIMES + 1)),
+    "div": ("{} / {}", _TIMES, (_TIMES, _TIMES + 1)),
+    "neg": ("-{}", _UNARY, (_PRIMARY,)),
+    "less": ("{} < {}", _LESS, (_LESS, _LESS + 1)),
+    "invert": ("!{}", _UNARY, (_UNARY,)),
+    "both": ("{} && {}", _AND, (_AND, _AND + 1)),
+    "either": ("{} || {}", _OR, (_LESS, _LESS)),  # && inside || is clear to C, not to the reader
+    "select": ("{} ? {} : {}", _CHOICE, 3 * (_CHOICE + 1,)),
+    "flip": ("{0} ? -{1} : {1}", _CHOICE, (_CHOICE + 1, _PRIMARY)),
+    "absolute": ("fabsf({})", _PRIMARY, (0,)),
+    "larger": ("larger({}, {})", _PRIMARY, (0, 0)),
+    "smaller": ("smaller({}, {})", _PRIMARY, (0, 0)),
+    "clip": ("clamp({}, {}, {})", _PRIMARY, (0,)),
+    "saturated": ("clamp({0}, -{1}, {1})", _PRIMARY, (0,)),
+    "wrap": ("wrap_half_turns({})", _PRIMARY, (0,)),
+    "sin": ("sinf({pi} * {})", _PRIMARY, (_TIMES + 1,)),
+    "cos": ("cosf({pi} * {})", _PRIMARY, (_TIMES + 1,)),
+    "asin": ("{turns} * asinf(clamp({}, 0.0f, 1.0f))", _TIMES, (0,)),
+    "sqrt": ("sqrtf({})", _PRIMARY, (0,)),
+    "rsqrt": ("1.0f / sqrtf(larger({}, {least}))", _TIMES, (0,)),
+    "atan2": ("wrap_half_turns({turns} * arc_tangent({}, {}))", _PRIMARY, (0, 0)),
+}
+
+#: What no variable may be called: parameters, and functions in single and double precision.
+_FUNCTIONS = ("fabs", "sqrt", "sin", "cos", "asin", "atan2", "floor")
+_RESERVED = ("self", "in", "out", *_FUNCTIONS, *(f"{name}f" for name in _FUNCTIONS))
+
+_HELPERS = {
+    "clamp": """\
+// x limited to [low, high]
+static inline float clamp(const float x, const float low, const float high) {
+    if (x < low) {
+        return low;
+    }
+    return x > high ? high : x;
+}""",
+    "larger": """\
+// The larger of two
+static inline float larger(const float a, const float b) {
+    return a < b ? b : a;
+}""",
+    "smaller": """\
+// The smaller of two
+static inline float smaller(const float a, const float b) {
+    return a < b ? a : b;
+}""",
+    "wrap_half_turns": """\
+// x half turns wrapped to [-1, 1)
+static inline float wrap_half_turns(const float x) {
+    return x >= -1.0f && x < 1.0f ? x : x - 2.0f * floorf(0.5f * (x + 1.0f));
+}""",
+    "arc_tangent": """\
+// Angle of the vector (x, y) in rad; a negative zero x counts as zero
+static inline float arc_tangent(const float y, const float x) {
+    return atan2f(y, x + 0.0f);
+}""",
+}
+
+
+def float_helpers(text: str) -> str:
+    """Definitions of the helpers that ``text`` calls."""
+    return "\n\n".join(body for name, body in _HELPERS.items() if re.search(rf"\b{name}\(", text))
+
+
+def operation_counts(trace: Trace) -> dict[str, int]:
+    """How many operations of each kind one update has, leaves not counted."""
+    return dict(sorted(Counter(e.kind for e in trace.needed if e.kind in _FORMS).items()))
+
+
+class Expressions:
+    """Which expressions get a variable, and the text of each.
+
+    What is used once is written where it is used, as long as the line stays readable; so is what
+    only one side of a selection needs, and then only that side computes it.
+
+    Parameters
+    ----------
+    trace : Trace
+        What to write. Ranges that its author knows do nothing here.
+    precision : Precision
+        Of the constants; functions are named as for single precision (`Precision.of_single`).
+    """
+
+    def __init__(self, trace: Trace, precision: Precision = SINGLE) -> None:
+        self.trace, self.precision = trace, precision
+        self._results = [(_plain(e).number, name) for name, e in trace.outputs.items()]
+        self._results += [(_plain(e).number, f"{s.data[1]}_next") for s, _, e in trace.states]
+        used = [arg for e in trace.needed if e.kind in _FORMS for arg in e.args]
+        # A flip writes its number twice.
+        used += [e.args[1] for e in trace.needed if e.kind == "flip"]
+        self._uses = Counter([*(_plain(e).number for e in used), *(n for n, _ in self._results)])
+        self._text: dict[int, tuple[str, int]] = {}
+        self._taken = {*_RESERVED, *_HELPERS}
+
+    def _name(self, e: Expression) -> str:
+        """Of a result that it is, else by its number."""
+        names = [identifier(name) for number, name in self._results if number == e.number]
+        return next(
+            (name for name in names if name not in self._taken),
+            f"{'c' if isinstance(e, Condition) else 't'}{e.number}",
+        )
+
+    def statements(self) -> list[str]:
+        """A declaration for every expression that has a variable."""
+        lines: list[str] = []
+        for e in self.trace.needed:
+            uses, number = self._uses[e.number], e.number
+            if e.kind == "const":
+                text = self.precision.literal(e.data[0])
+                self._text[number] = (text, _UNARY if text.startswith("-") else _PRIMARY)
+            elif e.kind == "leaf":
+                kind, name = e.data[0], identifier(e.data[1])
+                group = {"input": "in->", "param": "self->params.", "state": "self->state."}[kind]
+                self._text[number] = (f"{group}{name}", _PRIMARY)
+                if uses > 1:
+                    self._store(e, f"{name}_{kind[0]}", lines)
+            elif e.kind in _FORMS:
+                self._text[number] = self._expression(e)
+                if uses > 1 or len(self._text[number][0]) > _INLINE:
+                    self._store(e, self._name(e), lines)
+        return lines
+
+    def results(self) -> list[str]:
+        """Stores of outputs and next states."""
+        trace = self.trace
+        stores = [(f"out->{identifier(o)}", self.text(e)) for o, e in trace.outputs.items()]
+        stores += [
+            (f"self->state.{identifier(s.data[1])}", self.text(e)) for s, _, e in trace.states
+        ]
+        return [f"{place} = {text};" for place, text in stores if place != text]
+
+    def _store(self, e: Expression, name: str, lines: list[str]) -> None:
+        while name in self._taken:
+            name += "_"
+        self._taken.add(name)
+        kind = "bool" if isinstance(e, Condition) else "float"
+        lines.append(f"const {kind} {name} = {self._text[e.number][0]};")
+        self._text[e.number] = (name, _PRIMARY)
+
+    def text(self, e: Expression, least: int = 0) -> str:
+        """An expression, in brackets where it binds less than ``least``."""
+        text, binds = self._text[_plain(e).number]
+        return text if binds >= least else f"({text})"
+
+    def _expression(self, e: Expression) -> tuple[str, int]:
+        form, binds, least = _FORMS[e.kind]
+        args = [self.text(arg, bound) for arg, bound in zip(e.args, least, strict=True)]
+        if binds == _PLUS and args[1].startswith("-"):  # plus minus: minus
+            form = _FORMS["sub" if e.kind == "add" else "add"][0]
+            args[1] = args[1][1:]
+        literal = self.precision.literal
+        numbers = {"pi": math.pi, "turns": 1.0 / math.pi, "least": 1e-300}
+        named = {name: literal(number) for name, number in numbers.items()}
+        return form.format(*args, *map(literal, e.data), **named), binds
+
+
+def _plain(e: Expression) -> Expression:
+    """An expression without its name and range."""
+    while e.kind in ("named", "bounded"):
+        e = e.args[0]
+    return e

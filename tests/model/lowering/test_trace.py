@@ -1,0 +1,137 @@
+"""Recording: each expression once, as it was written; what disappears and what must not."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from boresight.model import ops
+from boresight.model.errors import InputError
+from boresight.model.lowering.trace import Scalar, Trace, Tracer
+
+
+@pytest.fixture
+def tracer() -> Tracer:
+    return Tracer("unit")
+
+
+@pytest.fixture
+def x(tracer: Tracer) -> Any:
+    return tracer.leaf("input", "x", -2.0, 3.0)
+
+
+@pytest.fixture
+def y(tracer: Tracer) -> Any:
+    return tracer.leaf("input", "y", -2.0, 3.0)
+
+
+def test_each_expression_once(tracer: Tracer, x: Any, y: Any) -> None:
+    assert x * y is x * y is not y * x and x + y is x + y
+    assert x + y is not y + x and x - y is not y - x
+    assert ops.sincos_ht(x) == ops.sincos_ht(x) and ops.sincos_ht(x)[0] is not ops.sincos_ht(x)[1]
+    assert ops.clip(x, 0.0, 1.0) is ops.clip(x, 0.0, 1.0) is not ops.clip(x, 0.0, 2.0)
+    assert tracer.leaf("input", "x", -2.0, 3.0) is x
+    assert [e.number for e in tracer.expressions] == list(range(len(tracer.expressions)))
+
+
+def test_what_disappears(tracer: Tracer, x: Any, y: Any) -> None:
+    assert x + 0.0 is x and 0.0 + x is x and x - 0.0 is x
+    assert 1.0 * x is x and (-1.0 * x) is -x and -1.0 * (-x) is x
+    assert 0.0 - x is -x and (0.0 - x).args == (x,)
+    assert ~~(x < y) is (x < y)
+    assert (x / 4.0).args[1].data == (0.25,)
+    assert x * 0.5 * 4.0 is 2.0 * x
+    two = tracer.const(2.0)
+    constants = (two + 3.0, two - 3.0, two * 3.0, -two, two / 4.0, 4.0 / two)
+    assert [(c.kind, *c.data) for c in constants] == [
+        ("const", v) for v in (5.0, -1.0, 6.0, -2.0, 0.5, 2.0)
+    ]
+    assert math.copysign(1.0, tracer.const(-0.0).data[0]) == 1.0
+
+
+def test_nothing_more_disappears(x: Any, y: Any) -> None:
+    """The record is the reference: it does not believe in ranges, nor in finite numbers."""
+    assert (x * 0.0).kind == "mul"
+    assert (x - x).kind == "sub" and (x + x).kind == "add"
+    assert ops.clip(x, -9.0, 9.0).kind == "clip"
+    assert ops.where(x < 9.0, x, y).kind == "select"
+    assert ops.absolute(x * x).kind == "absolute"
+    assert (x / y).kind == "div"
+
+
+def test_functions_are_recorded(x: Any, y: Any) -> None:
+    found = {
+        "wrap": ops.wrap_ht(x),
+        "sin": ops.sincos_ht(x)[0],
+        "cos": ops.sincos_ht(x)[1],
+        "asin": ops.asin_ht(x),
+        "rsqrt": ops.rsqrt(x),
+        "sqrt": ops.sqrt(x),
+        "absolute": ops.absolute(x),
+    }
+    for kind, value in found.items():
+        assert (value.kind, value.args, value.data) == (kind, (x,), ())
+    assert (ops.atan2_ht(y, x).kind, ops.atan2_ht(y, x).args) == ("atan2", (y, x))
+    one = x.tracer.const(1.0)
+    assert (ops.atan2_ht(1.0, x).args, ops.atan2_ht(x, 1).args) == ((one, x), (x, one))
+    assert (ops.maximum(x, 1.0).kind, ops.maximum(1, x).args) == ("larger", (one, x))
+    assert (ops.minimum(x, y).kind, ops.minimum(x, y).args) == ("smaller", (x, y))
+    assert ops.named("n", x).data == ("n",) and ops.saturated(x, 2.0).data == (2.0,)
+    assert ops.bounded(x, 0.0, 1.0, "so").data == (0.0, 1.0, "so")
+
+
+def test_comparisons(x: Any, y: Any) -> None:
+    assert (x > y) is (y < x)
+    assert (x >= y) is ~(x < y)
+    assert (x <= y) is ~(y < x)
+    assert ((x < y) | (y < x)).kind == "either"
+    assert (x > 1.0).args[1] is x
+    chosen = ops.where((x < y) & ~(y < 1.0), x, 2.0)
+    assert [a.kind for a in chosen.args] == ["both", "leaf", "const"]
+    assert ops.flip(x < y, 1.0).args[0] is (x < y)
+
+
+def test_misuse_is_refused(x: Any) -> None:
+    with pytest.raises(TypeError, match=r"^a traced value has no truth value: use ops\.where in"):
+        bool(x)
+    with pytest.raises(TypeError, match=r"^a traced condition has no truth value: use ops\.wh"):
+        bool(x < 1.0)
+    with pytest.raises(TypeError, match=r"^traced values compare with < > <= >= only, not with =="):
+        bool(x == 1.0)
+    same = x
+    assert x == same and len({x, same}) == 1
+    with pytest.raises(TypeError, match="^conditions combine with conditions, not with 1$"):
+        (x < 1.0) & 1
+    for odd in (lambda: (x < 1.0) + 1.0, lambda: ops.where(x < 1.0, x < 2.0, 0.0)):
+        with pytest.raises(TypeError):
+            odd()
+    with pytest.raises(TypeError):
+        np.tanh(x)
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_constants_are_finite(x: Any, value: float) -> None:
+    with pytest.raises(InputError, match=rf"^unit: constants must be finite, not {value!r}$"):
+        x + value
+
+
+def test_numpy_scalars_leave_the_operators_to_the_scalar(x: Any) -> None:
+    assert isinstance(np.float64(2.0) * x, Scalar) and np.float64(2.0) * x is x * 2.0
+    assert np.float64(1.0) - x is 1.0 - x
+    assert (np.float64(9.0) < x) is (x > 9.0)
+
+
+def test_lines(x: Any, y: Any) -> None:
+    assert x.line == "" and (x * y).line.startswith("test_trace.py, line ")
+    turned = [ops.atan2_ht(x, y), ops.clip(x, 0.0, 1.0)]
+    assert len({e.line for e in turned}) == 1
+
+
+def test_what_is_needed(tracer: Tracer, x: Any, y: Any) -> None:
+    state = tracer.leaf("state", "s", 0.0, 1.0)
+    _, after, out = x * y, x - state, ops.absolute(y)
+    trace = Trace(tracer, [x, y], {"out": out}, states=[(state, 0.0, after)])
+    assert [e.number for e in trace.needed] == [0, 1, 2, 4, 5] and trace.needed[3] is after
