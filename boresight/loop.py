@@ -11,7 +11,7 @@ from boresight.disk.output import OutputFile
 from boresight.model.resolve import Named, estimator_of, load
 from boresight.sim.compare.difference import differences
 from boresight.sim.levels.registry import LEVELS, make_level
-from boresight.sim.records.text import format_csv
+from boresight.sim.records.files import content_of
 from boresight.sim.worlds.loop import Loop, close_loop, parting
 from boresight.sim.worlds.world import World
 
@@ -96,7 +96,7 @@ def simulate_world(
     reference = make_level("float", filter, params=params).run(loop.inputs).outputs
     near = differences(filter.outputs, loop.outputs, reference)
     if target is not None:
-        target.write(format_csv(loop.record(filter, plant.name)))
+        target.write(content_of(str(output), loop.record(filter, plant.name)))
     floats = {"numpy", "float"} & {on, against}
     return {
         "world": plant.name,

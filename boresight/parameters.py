@@ -18,7 +18,7 @@ from boresight.sim.records.reading import kind_of, read_json
 __all__ = ["parse_settings", "read_params", "values_for"]
 
 
-def parse_settings(items: Sequence[str]) -> dict[str, float]:
+def parse_settings(items: Sequence[str], option: str = "--param") -> dict[str, float]:
     """Values of ``NAME=NUMBER`` texts, the last one of a name counting.
 
     Raises
@@ -33,10 +33,10 @@ def parse_settings(items: Sequence[str]) -> dict[str, float]:
             out[name] = float(text)
         except ValueError:
             raise InputError.at(
-                "--param",
+                option,
                 wanted="NAME=NUMBER",
                 found=repr(item),
-                fix="write for example --param kp_pitch_per_s=0.5",
+                fix=f"write for example {option} kp_pitch_per_s=0.5",
             ) from None
     return out
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 import hashlib
 import importlib.util
+import inspect
 import sys
 import traceback
 from collections.abc import Iterable, Mapping
@@ -250,14 +251,23 @@ def _listed(names: Iterable[str]) -> str:
 
 def _made(cls: type[T], what: str, args: tuple[Any, ...], options: dict[str, Any]) -> T:
     try:
-        made = cls(*args, **options)
-    except InputError:
-        raise
-    except Exception as error:
+        inspect.signature(cls).bind(*args, **options)
+    except TypeError as error:
         raise InputError.at(
             what,
             wanted=f"arguments that {cls.__name__} takes",
-            found=f"{type(error).__name__}: {error}".splitlines()[0][:200],
+            found=f"TypeError: {error}",
             fix=f"write {cls.__name__}(NAME=VALUE, ...)",
         ) from error
-    return made
+    try:
+        return cls(*args, **options)
+    except InputError:
+        raise
+    except Exception as error:
+        last = traceback.extract_tb(error.__traceback__)[-1]
+        raise InputError.at(
+            f"{what}, {Path(last.filename).name}, line {last.lineno}",
+            wanted="a constructor that returns",
+            found=f"{type(error).__name__}: {error}".splitlines()[0][:200],
+            fix="correct it, or the arguments",
+        ) from error

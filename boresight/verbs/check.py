@@ -19,7 +19,6 @@ from boresight.sim.compare.check import check as check_log
 from boresight.sim.compare.check_shared import check_shared, shared_core
 from boresight.sim.compare.divergence import load_reproducer, replay_reproducer
 from boresight.sim.records.files import read_record
-from boresight.sim.records.nine_axis import record_of
 from boresight.sim.records.reading import reason
 from boresight.sim.records.record import Record
 from boresight.sim.rtl.simulators import SIMULATORS
@@ -72,7 +71,7 @@ def _records(log: Any) -> list[Record]:
     """Those of a path, of which a folder holds several, or the one in memory."""
     if isinstance(log, str | Path):
         return [read_record(path) for path in log_files([log])]
-    return [record_of(log)]
+    return [Record.of(log)]
 
 
 def check_options(

@@ -17,11 +17,12 @@ from boresight.gateware.system.programs import system_core
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import Outcome, progress_of
-from boresight.sim.attitude.log import Log, read_log
 from boresight.sim.board.setup import REAL
 from boresight.sim.compare.check import check as check_log
 from boresight.sim.compare.check_shared import shared_core
 from boresight.sim.records.bundled import bundled
+from boresight.sim.records.files import read_record
+from boresight.sim.records.record import Record
 from boresight.sim.report.data import report_data
 from boresight.sim.report.html import render_html
 from boresight.verbs.compile import estimate_core, together, write_core, write_system
@@ -55,7 +56,7 @@ def demo(
     say = progress or (lambda text: None)
     estimators = [find_estimator(name) for name in names]
     check_number("steps", steps, 1)
-    log = read_log(Path(bundled(RECORDING)))
+    log = read_record(bundled(RECORDING))
     cores, rows, systems = [], [], []
     with output_folder(output, "demo", of=",".join(names), files=_files(names)) as folder:
         for config in CONFIGS:
@@ -104,7 +105,7 @@ def _prove(
     shown: Path,
     core: Core,
     estimators: Sequence[Estimator],
-    log: Log,
+    log: Record,
     area: Estimate,
     *,
     steps: int,

@@ -13,19 +13,20 @@ import numpy.typing as npt
 from boresight.arguments import check_choice, check_machine, check_number
 from boresight.disk.output import OutputFile
 from boresight.model.declarations import QUATERNION
+from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, with_params
 from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import Outcome, model_options, params_of
 from boresight.sim.attitude.accuracy import attitude_rmse
-from boresight.sim.attitude.feed import attitude_of, euler_deg_of, named_outputs, status_of
+from boresight.sim.attitude.outputs import attitude_of, euler_deg_of, status_of
 from boresight.sim.compare.difference import differences
+from boresight.sim.levels.level import outputs_of
 from boresight.sim.levels.registry import LEVELS, make_level
 from boresight.sim.records.feed import Feed, feed
-from boresight.sim.records.nine_axis import record_of
+from boresight.sim.records.files import content_of
 from boresight.sim.records.record import Column, Record
 from boresight.sim.records.segments import interpret
-from boresight.sim.records.text import format_csv
 from boresight.terminal import tell
 
 __all__ = ["LEVELS", "add_arguments", "call", "run"]
@@ -56,8 +57,8 @@ def run(
         One of `LEVELS`: "float" (compiled float64), "numpy" (the same, as written), "fixed" (the
         integer interpreter), "c" or "rtl" (Verilator).
     output : path, optional
-        CSV with one row per input row: ``t``, then every output with its unit in the header; half
-        turns in degrees. It is a log itself.
+        Log (CSV, or ``.npz`` by its name) with one row per input row: ``t``, then every output with
+        its unit in the header; half turns in degrees.
 
     Returns
     -------
@@ -80,12 +81,19 @@ def run(
     estimator.param_values(params)
     inputs = [log] if isinstance(log, str | Path) else []
     of = estimator.name
+    if output is not None and any(o.name == "t" for o in estimator.outputs):
+        raise InputError.at(
+            f"{of}, output t",
+            wanted="another name for what is written",
+            found="t, the column of the times",
+            fix="rename the output, or leave -o out",
+        )
     target = None if output is None else OutputFile(output, "run", of=of, inputs=inputs)
-    record = record_of(log).head(steps)
+    record = Record.of(log).head(steps)
     given = feed(estimator, record)
     outputs = _outputs(estimator, given, on, config=config, word=word, params=params)
     if target is not None:
-        target.write(_csv(estimator, given.t, outputs))
+        target.write(content_of(str(output), _log_of(estimator, given.t, outputs)))
     return {
         "estimator": estimator.name,
         "on": on,
@@ -98,7 +106,7 @@ def run(
         ],
         "warnings": list(given.warnings),
         "clamped": given.clamped,
-        **_attitude(record, given, outputs),
+        **_attitude(given, outputs),
     }
 
 
@@ -114,7 +122,7 @@ def _outputs(
     """Outputs by name, in their units."""
     if on == "fixed":  # many segments side by side instead of one update after the other
         program = with_params(estimator.compile(word=word), estimator, params)
-        return named_outputs(program, interpret(program, given.words(program)).outputs)
+        return outputs_of(program, interpret(program, given.words(program)).outputs)
     level = make_level(on, estimator, config=config, word=word, params=params)
     try:
         return level.run(given.inputs).outputs
@@ -122,14 +130,13 @@ def _outputs(
         level.close()
 
 
-def _attitude(record: Record, given: Feed, outputs: Mapping[str, FloatArray]) -> dict[str, Any]:
+def _attitude(given: Feed, outputs: Mapping[str, FloatArray]) -> dict[str, Any]:
     """What is said of an attitude besides."""
     if not {*QUATERNION, "heading", "pitch", "roll", "status"} <= set(outputs):
         return {}
     q, rmse = attitude_of(outputs), None
     if all(name in given.truth for name in QUATERNION):
-        mov = record.columns["mov"].values != 0.0 if "mov" in record.columns else None
-        rmse = attitude_rmse(q, attitude_of(given.truth), mov)._asdict()
+        rmse = attitude_rmse(q, attitude_of(given.truth), given.counts)._asdict()
     return {
         "q": q,
         "euler_deg": euler_deg_of(outputs),
@@ -138,14 +145,16 @@ def _attitude(record: Record, given: Feed, outputs: Mapping[str, FloatArray]) ->
     }
 
 
-def _csv(estimator: Estimator, t: FloatArray | None, outputs: Mapping[str, FloatArray]) -> str:
-    """A log of the outputs."""
+def _log_of(
+    estimator: Estimator, t: FloatArray | None, outputs: Mapping[str, FloatArray]
+) -> Record:
+    """The outputs as a log."""
     columns = {} if t is None else {"t": Column(t, "s")}
     for o in estimator.outputs:
         half_turns = o.unit == "ht"
         values = outputs[o.name] * (180.0 if half_turns else 1.0)
         columns[o.name] = Column(values, "deg" if half_turns else o.unit or None)
-    return format_csv(Record(estimator.name, columns))
+    return Record(estimator.name, columns)
 
 
 def add_arguments(parser: ArgumentParser) -> None:

@@ -14,10 +14,10 @@ from boresight.disk.output import output_folder
 from boresight.gateware.core import Core
 from boresight.gateware.machine import CONFIGS
 from boresight.gateware.system.programs import FILTERS, system_core
-from boresight.loop import loop_text, simulate_world
+from boresight.loop import WORLD_GROUP, loop_text, simulate_world
 from boresight.model.errors import InputError
-from boresight.options import Outcome, progress_of
-from boresight.sim.attitude.log import Log, read_log
+from boresight.model.resolve import names_of_entry_points
+from boresight.options import Outcome, model_options, params_of, progress_of
 from boresight.sim.board.build import Board, make_board
 from boresight.sim.board.faults import (
     COMPASS_FAULTS,
@@ -30,6 +30,8 @@ from boresight.sim.board.page import render_page
 from boresight.sim.board.run import BoardRun, Judgement, judge, run_board, stimulus
 from boresight.sim.board.setup import REAL
 from boresight.sim.board.spans import timeline_of
+from boresight.sim.records.files import read_record
+from boresight.sim.records.record import Record
 from boresight.sim.worlds.synthetic import synthetic_log
 
 __all__ = [
@@ -97,7 +99,7 @@ def simulate(
     name = _filter(name)
     check_options(config=config, seconds=seconds, source=source)
     updates = round(seconds * REAL.rate_hz)
-    given = default_log(updates) if log is None else read_log(Path(log))
+    given = default_log(updates) if log is None else read_record(log)
     if len(given) < max(updates, _SHORT):
         raise InputError.at(
             f"log {given.name!r}",
@@ -117,7 +119,7 @@ def write_board(
     folder: Path,
     name: str,
     core: Core,
-    log: Log,
+    log: Record,
     *,
     updates: int,
     source: str = "heading",
@@ -184,7 +186,7 @@ def _filter(name: str | None) -> str:
     return name
 
 
-def default_log(updates: int) -> Log:
+def default_log(updates: int) -> Record:
     """A synthetic motion of so many samples."""
     return synthetic_log(
         seconds=max(updates + 64, 128) / REAL.rate_hz,
@@ -308,7 +310,9 @@ def faults_text(data: dict[str, Any]) -> str:
 def add_arguments(parser: ArgumentParser) -> None:
     """What the command line takes."""
     parser.add_argument(
-        "filter", nargs="?", help="of the long run, default mekf; or a world: FILE.py:Class"
+        "filter",
+        nargs="?",
+        help="of the long run, default mekf; or a world: FILE.py:Class, or that of a package",
     )
     parser.add_argument(
         "log",
@@ -318,7 +322,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--on", help="of a world: the level in its loop, default c")
     parser.add_argument("--against", help="of a world: a second level, compared, default c")
     parser.add_argument("--steps", type=int, help="of a world: most records")
-    parser.add_argument("--config", default="small", help="small (one lane) or fast (two lanes)")
+    model_options(parser)
     parser.add_argument("--seconds", type=float, default=1.0, help="of the long run")
     parser.add_argument("--source", default="heading", help="the compass sends heading or counts")
     parser.add_argument(
@@ -334,8 +338,9 @@ def add_arguments(parser: ArgumentParser) -> None:
 def call(args: Namespace) -> Outcome:
     """Do it; see `Outcome`."""
     check_options(config=args.config, seconds=args.seconds, source=args.source)
-    if args.filter is not None and ".py" in args.filter:
+    if args.filter is not None and _is_world(args.filter):
         return _call_world(args)
+    _refuse_options_of_worlds(args)
     if args.faults:
         if args.log is not None:
             raise InputError.at(
@@ -359,6 +364,33 @@ def call(args: Namespace) -> Outcome:
     return 0 if data["good"] else 1, data, f"{simulate_text(data)}\n{output}/board.html"
 
 
+def _is_world(text: str) -> bool:
+    """Whether a text names a world: a file, or an entry point of an installed package."""
+    if text in FILTERS:
+        return False
+    return ".py" in text or text in names_of_entry_points(WORLD_GROUP)
+
+
+def _refuse_options_of_worlds(args: Namespace) -> None:
+    """The board has its own words and parameters, and no levels."""
+    given = {
+        "--on": args.on,
+        "--against": args.against,
+        "--steps": args.steps,
+        "--word": args.word != 32 or None,
+        "--param": args.param or None,
+        "--params": args.params or None,
+    }
+    for option, value in given.items():
+        if value is not None:
+            raise InputError.at(
+                option,
+                wanted="a world before it",
+                found="the simulation of the board",
+                fix=f"name a world, FILE.py:Class, or leave {option} out",
+            )
+
+
 def _call_world(args: Namespace) -> Outcome:
     """A closed loop."""
     if args.log is None:
@@ -374,6 +406,8 @@ def _call_world(args: Namespace) -> Outcome:
         on=args.on or "c",
         against=args.against or "c",
         config=args.config,
+        word=args.word,
+        params=params_of(args, [args.log]),
         steps=args.steps,
         output=args.output,
         progress=progress_of(args),

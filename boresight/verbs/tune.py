@@ -1,11 +1,11 @@
-"""`boresight tune`: fit an estimator's parameters to a folder of logs with truth, in the open."""
+"""`boresight tune`: fit an estimator's parameters to logs with truth, in the open."""
 
 from __future__ import annotations
 
 import json
-import time
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -14,60 +14,36 @@ import numpy as np
 from boresight.arguments import JOBS_MOST, check_number, check_word
 from boresight.disk.output import OutputFile
 from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator
 from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import Outcome, number_options, params_of, progress_of
-from boresight.sim.accuracy.scoring import Scorer, has_truth
-from boresight.sim.accuracy.tuning import (
-    Fold,
-    Tuned,
-    deal_folds,
-    pattern_search,
-    sensitivities,
-    tunable,
-)
-from boresight.sim.attitude.accuracy import AttitudeRmse
-from boresight.sim.attitude.log import read_log
+from boresight.parameters import parse_settings
+from boresight.sim.accuracy.figures import units_of
+from boresight.sim.accuracy.scoring import Scorer
+from boresight.sim.accuracy.search import deal_folds, tunable
+from boresight.sim.accuracy.tuning import Fold, Objective, Tuning, detuned, means, weights_of
 from boresight.sim.records.bundled import is_comparison
+from boresight.sim.records.feed import Feed, feed
+from boresight.sim.records.files import read_record
 from boresight.verbs.check import log_files
 
 __all__ = ["add_arguments", "call", "tune", "tuning_text"]
 
 #: What the figures are, for people.
 SOURCE = (
-    "mean over trials of the orientation RMSE [deg], C model (same words as the core), "
-    "BROAD's method"
+    "root mean square error against truth of the emitted C (the core's words), mean over the "
+    "trials; of an attitude the angles, by BROAD's method, in deg"
 )
-
-
-def _figures(scores: Sequence[AttitudeRmse]) -> dict[str, float | None]:
-    mean = np.mean(np.array(scores), axis=0)
-    return {
-        k: float(v) if np.isfinite(v) else None
-        for k, v in zip(AttitudeRmse._fields, mean, strict=True)
-    }
-
-
-def _detuned(
-    start: Mapping[str, float],
-    names: Sequence[str],
-    factor: float,
-    legal: Mapping[str, tuple[float, float]],
-) -> dict[str, float]:
-    """The start with its parameters times and over a factor in turn, in their legal range."""
-    out = dict(start)
-    for k, name in enumerate(names):
-        low, high = legal[name]
-        out[name] = min(max(out[name] * (factor if k % 2 else 1.0 / factor), low), high)
-    return out
 
 
 def tune(
     name: Named,
     *logs: str | Path,
-    folds: int = 3,
+    folds: int | None = None,
     seed: int | None = None,
     names: Sequence[str] | None = None,
+    weights: Mapping[str, float] | None = None,
     rounds: int = 12,
     detune: float = 1.0,
     params: Mapping[str, float] | None = None,
@@ -76,20 +52,21 @@ def tune(
     output: str | Path | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> dict[str, Any]:
-    """Tune parameters by a pattern search on the C model; see `sim.accuracy.tuning`.
+    """Tune parameters by a pattern search on the emitted C; see `sim.accuracy.tuning`.
 
     Parameters
     ----------
-    name : str
-        Estimator.
+    name : str, class or Estimator
     logs : paths
         Logs, or folders of logs. Those without truth are named and left out.
-    folds : int
-        Of the cross-validation; 1: none.
+    folds : int, optional
+        Of the cross-validation; 1: none. By default 3, or as many as there are trials.
     seed : int, optional
         Shuffle the trials before they are dealt to the folds; by default in order of their names.
     names : sequence of str, optional
         Parameters to tune; all that can be moved by factors by default.
+    weights : mapping, optional
+        Of figures (an output, or an angle of an attitude), on top of the defaults.
     rounds : int
         Most rounds of each search.
     detune : float
@@ -107,7 +84,7 @@ def tune(
     Returns
     -------
     dict
-        ``parameters``, ``rmse_deg`` before and after, ``trials``, ``sensitivity``,
+        ``parameters``, ``error`` before and after, ``trials``, ``sensitivity``,
         ``cross_validation`` and how it was done.
 
     Raises
@@ -118,7 +95,78 @@ def tune(
     say = progress or (lambda text: None)
     estimator = find_estimator(name)
     given = estimator.param_values(params)
-    tuned_params = tunable(estimator, given, names)
+    moving = tunable(estimator, given, names)
+    _check_numbers(
+        word=word,
+        folds=1 if folds is None else folds,
+        rounds=rounds,
+        jobs=jobs,
+        seed=seed,
+        detune=detune,
+    )
+    files = log_files(logs)
+    target = None if output is None else OutputFile(output, "tune", of=estimator.name, inputs=files)
+    trials, left_out = _trials(estimator, files)
+    units = {n: u for t in trials for n, u in units_of(estimator, t).items()}
+    chosen = weights_of(units, weights)
+    count = min(3, len(trials)) if folds is None else folds
+    tests = deal_folds(len(trials), count, seed) if count != 1 else []
+    say(f"{estimator.name}: {len(trials)} trials, {sum(map(len, trials)):,} samples; C")
+    scorer = Scorer(estimator, trials, word=word, jobs=jobs)
+    before = scorer.scores(given)
+    objective = Objective.of(chosen, means(before))
+    tuning = Tuning(scorer, moving, detuned(given, moving, detune), objective, rounds, say)
+    every = range(len(trials))
+    tuned = tuning.search(every, "all trials")
+    held = tuning.folds(tests)
+    say("sensitivities")
+    after = tuning.scores(tuned.values, every)
+    labels = [t.record.name for t in trials]
+    data: dict[str, Any] = {
+        "estimator": estimator.name,
+        "parameters": {**tuning.start, **tuned.values},
+        "word": word,
+        "source": SOURCE,
+        "units": units,
+        "weights": chosen,
+        "error": {"given": _figures(means(before)), "tuned": _figures(means(after))},
+        "tuned_parameters": [
+            {
+                **{key: getattr(p, key) for key in ("name", "unit", "low", "high")},
+                "given": given[p.name],
+                "start": tuning.start[p.name],
+                "tuned": tuned.values[p.name],
+            }
+            for p in moving
+        ],
+        "search": {
+            "method": "pattern search (Hooke and Jeeves) in the logarithm",
+            "rounds": len(tuned.history) - 1,
+            "rounds_most": rounds,
+            "detune": detune,
+            "evaluations": tuned.evaluations,
+            "start": _or_none(tuned.start),
+            "history": [_or_none(h) for h in tuned.history],
+        },
+        "trials": [
+            {"trial": label, "given": _figures(a), "tuned": _figures(b)}
+            for label, a, b in zip(labels, before, after, strict=True)
+        ],
+        "without_truth": left_out,
+        "sensitivity": [
+            {k: _or_none(v) if k.startswith("at_") else v for k, v in asdict(s).items()}
+            for s in tuning.around(tuned.values)
+        ],
+        "cross_validation": _cross(held, labels, objective, seed) if held else None,
+    }
+    if target is not None:
+        target.write(json.dumps(data, indent=1) + "\n")
+    return data
+
+
+def _check_numbers(
+    *, word: int, folds: int, rounds: int, jobs: int | None, seed: int | None, detune: float
+) -> None:
     check_word(word)
     check_number("folds", folds, 1)
     check_number("rounds", rounds, 1)
@@ -131,156 +179,94 @@ def tune(
             found=f"{detune:g}",
             fix="choose a factor inside the range",
         )
-    files = log_files(logs)
-    target = None if output is None else OutputFile(output, "tune", of=estimator.name, inputs=files)
-    read = sorted(((read_log(p), is_comparison(p)) for p in files), key=lambda pair: pair[0].name)
-    trials = [log for log, other in read if has_truth(log) and not other]
+
+
+def _trials(estimator: Estimator, files: Sequence[Path]) -> tuple[list[Feed], list[str]]:
+    """Logs with truth in the order of their names, and the names of the others."""
+    trials: list[Feed] = []
+    left_out: list[str] = []
+    for path in files:
+        given = feed(estimator, read_record(path))
+        if units_of(estimator, given) and not is_comparison(path):
+            trials.append(given)
+        else:
+            left_out.append(given.record.name)
     if not trials:
         raise InputError.at(
             "logs",
-            wanted="at least one log with a reference attitude",
+            wanted=f"at least one log with a truth of {estimator.name}'s outputs, as "
+            f"{estimator.outputs[0].name}_true",
             found="none",
             fix="name logs with truth",
         )
-    tests = deal_folds(len(trials), folds, seed) if folds != 1 else []
-    say(f"{name}: {len(trials)} trials, {sum(map(len, trials)):,} samples; C model")
-    scorer = Scorer(estimator, trials, word=word, jobs=jobs)
-    moving = [p.name for p in tuned_params]
-    start = _detuned(given, moving, detune, {p.name: (p.low, p.high) for p in tuned_params})
-    memory: dict[tuple[tuple[str, float], ...], dict[int, AttitudeRmse]] = {}
+    return sorted(trials, key=lambda t: t.record.name), sorted(left_out)
 
-    def scores(values: Mapping[str, float], which: Sequence[int]) -> list[AttitudeRmse]:
-        """Scores of trials; none is run twice with the same values."""
-        known = memory.setdefault(tuple(sorted(values.items())), {})
-        missing = [k for k in which if k not in known]
-        known.update(zip(missing, scorer.scores(values, missing), strict=True))
-        return [known[k] for k in which]
 
-    def search(which: Sequence[int], what: str) -> Tuned:
-        begun = time.perf_counter()
-        found = pattern_search(
-            lambda values: float(np.mean([s.total for s in scores({**start, **values}, which)])),
-            tuned_params,
-            start,
-            rounds=rounds,
-            progress=lambda text: say(f"{what}, {text}"),
-        )
-        say(
-            f"{what}: {found.start_deg:.4f} to {found.best_deg:.4f} deg, "
-            f"{time.perf_counter() - begun:.1f} s"
-        )
-        return found
-
-    every = range(len(trials))
-    tuned = search(every, "all trials")
-    held = []
-    for k, test in enumerate(tests):
-        train = tuple(i for i in every if i not in test)
-        fold = search(train, f"fold {k + 1} of {folds}")
-        outside = tuple(s.total for s in scores({**start, **fold.values}, test))
-        held.append(Fold(test, train, fold, outside))
-        say(
-            f"fold {k + 1} of {folds}: {held[-1].mean_test_deg:.4f} deg on its "
-            f"{len(test)} test trials"
-        )
-    values = {**start, **tuned.values}
-    say("sensitivities")
-    around = sensitivities(
-        lambda v: float(np.mean([s.total for s in scores({**values, **v}, every)])),
-        tuned_params,
-        tuned.values,
-    )
-    before, after = scores(given, every), scores(values, every)
-    labels = [log.name for log in trials]
-    data: dict[str, Any] = {
-        "estimator": estimator.name,
-        "parameters": values,
-        "word": word,
-        "source": SOURCE,
-        "rmse_deg": {"given": _figures(before), "tuned": _figures(after)},
-        "tuned_parameters": [
+def _cross(
+    held: Sequence[Fold], labels: Sequence[str], objective: Objective, seed: int | None
+) -> dict[str, Any]:
+    """What the folds say."""
+    return {
+        "folds": [
             {
-                "name": p.name,
-                "unit": p.unit,
-                "low": p.low,
-                "high": p.high,
-                "given": given[p.name],
-                "start": start[p.name],
-                "tuned": tuned.values[p.name],
+                "test": [labels[i] for i in f.test],
+                "train": [labels[i] for i in f.train],
+                "train_figure": _or_none(f.tuned.best),
+                "test_figure": _or_none(objective.value(f.scores)),
+                "test_error": _figures(means(f.scores)),
+                "parameters": f.tuned.values,
             }
-            for p in tuned_params
+            for f in held
         ],
-        "search": {
-            "method": "pattern search (Hooke and Jeeves) in the logarithm",
-            "rounds": len(tuned.history) - 1,
-            "rounds_most": rounds,
-            "detune": detune,
-            "evaluations": tuned.evaluations,
-            "start_deg": _or_none(tuned.start_deg),
-            "history_deg": [_or_none(h) for h in tuned.history],
-        },
-        "trials": [
-            {"trial": label, "given": a._asdict(), "tuned": b._asdict()}
-            for label, a, b in zip(labels, before, after, strict=True)
-        ],
-        "without_truth": [log.name for log, other in read if other or not has_truth(log)],
-        "sensitivity": [s.to_json() for s in around],
-        "cross_validation": None
-        if not held
-        else {
-            "folds": [
-                {
-                    "test": [labels[i] for i in f.test],
-                    "train": [labels[i] for i in f.train],
-                    "train_deg": _or_none(f.tuned.best_deg),
-                    "test_deg": _or_none(f.mean_test_deg),
-                    "parameters": f.tuned.values,
-                }
-                for f in held
-            ],
-            "seed": seed,
-            "mean_test_deg": _or_none(float(np.mean([d for f in held for d in f.test_deg]))),
-            "source": "mean over all trials, each with parameters tuned on the other folds",
-        },
+        "seed": seed,
+        "mean_test_figure": _or_none(objective.value([s for f in held for s in f.scores])),
+        "mean_test_error": _figures(means([s for f in held for s in f.scores])),
+        "source": "mean over all trials, each with parameters tuned on the other folds",
     }
-    if target is not None:
-        target.write(json.dumps(data, indent=1) + "\n")
-    return data
+
+
+def _figures(score: Mapping[str, float]) -> dict[str, float | None]:
+    return {n: _or_none(v) for n, v in score.items()}
 
 
 def _or_none(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
 
 
-def _deg(value: float | None) -> str:
-    return "     -" if value is None else f"{value:6.3f}"
+def _number(value: float | None, width: int = 8) -> str:
+    return f"{'-' if value is None else f'{value:.4g}':>{width}s}"
 
 
 def tuning_text(data: Mapping[str, Any]) -> str:
     """The result as text for people."""
-    given, tuned = data["rmse_deg"]["given"], data["rmse_deg"]["tuned"]
-    width = max(len(p["name"]) for p in data["tuned_parameters"])
-    lines = [
-        f"{data['estimator']}, W = {data['word']}, {len(data['trials'])} trials: mean RMSE "
-        "in degrees, total / heading / inclination",
-        "  as given  " + " / ".join(_deg(given[k]) for k in AttitudeRmse._fields),
-        "  tuned     "
-        + " / ".join(_deg(tuned[k]) for k in AttitudeRmse._fields)
-        + f"   ({data['search']['evaluations']} evaluations)",
-    ]
+    units, weights = data["units"], {n: w for n, w in data["weights"].items() if w}
+    alone = next(iter(weights)) if len(weights) == 1 else None
+    what = (
+        f"{alone} {units[alone]}".strip()
+        if alone is not None
+        else "share of the given, weights " + ", ".join(f"{n} {w:g}" for n, w in weights.items())
+    )
     cross = data["cross_validation"]
-    if cross is not None:
-        lines += [
-            f"  fold {k + 1}: trained on {len(f['train'])} {_deg(f['train_deg'])}, "
-            f"tested on {len(f['test'])} {_deg(f['test_deg'])}"
-            for k, f in enumerate(cross["folds"])
-        ]
-        lines.append(f"  cross-validated, mean over all trials {_deg(cross['mean_test_deg'])}")
-    lines.append(f"  {'parameter':{width}s}  {'given':>10s} {'tuned':>10s}  total with x 0.5, x 2")
+    lines = [
+        f"{data['estimator']}, W = {data['word']}, {len(data['trials'])} trials, "
+        f"{data['search']['evaluations']} evaluations: root mean square error",
+        f"  {'':16s}{'given':>10s}{'tuned':>10s}" + ("" if cross is None else "  cross-validated"),
+    ]
+    for n, unit in units.items():
+        pair = "".join(_number(data["error"][key].get(n), 10) for key in ("given", "tuned"))
+        more = "" if cross is None else _number(cross["mean_test_error"].get(n), 17)
+        lines.append(f"  {f'{n} {unit}':16s}{pair}{more}".rstrip())
+    for k, f in enumerate(cross["folds"] if cross is not None else ()):
+        lines.append(
+            f"  fold {k + 1}: trained on {len(f['train'])} {_number(f['train_figure'])}, "
+            f"tested on {len(f['test'])} {_number(f['test_figure'])}   ({what})"
+        )
+    width = max(len(p["name"]) for p in data["tuned_parameters"])
+    lines.append(f"  {'parameter':{width}s}  {'given':>10s} {'tuned':>10s}  {what} with x 0.5, x 2")
     for p, s in zip(data["tuned_parameters"], data["sensitivity"], strict=True):
         lines.append(
             f"  {p['name']:{width}s}  {p['given']:10.4g} {p['tuned']:10.4g}  "
-            f"{_deg(s['half_deg'])} {_deg(s['double_deg'])}  {p['unit']}".rstrip()
+            f"{_number(s['at_half'])} {_number(s['at_double'])}  {p['unit']}".rstrip()
         )
     if data["without_truth"]:
         lines.append("  left out, no truth: " + ", ".join(data["without_truth"]))
@@ -291,11 +277,18 @@ def add_arguments(parser: ArgumentParser) -> None:
     """What the command line takes."""
     parser.add_argument("estimator")
     parser.add_argument("logs", nargs="+", metavar="LOG", help="logs, or folders of logs")
-    parser.add_argument("--folds", type=int, default=3, help="of the cross-validation; 1: none")
+    parser.add_argument("--folds", type=int, help="of the cross-validation, default 3; 1: none")
     parser.add_argument(
         "--seed", type=int, help="shuffle the trials before they are dealt to folds"
     )
     parser.add_argument("--only", metavar="A,B,...", help="parameters to tune; default: all")
+    parser.add_argument(
+        "--weight",
+        action="append",
+        default=[],
+        metavar="OUTPUT=NUMBER",
+        help="how much an output's error counts, repeatable; default 1, of an attitude its angle",
+    )
     parser.add_argument("--rounds", type=int, default=12, help="most rounds of a search")
     parser.add_argument(
         "--detune",
@@ -317,6 +310,7 @@ def call(args: Namespace) -> Outcome:
         folds=args.folds,
         seed=args.seed,
         names=None if args.only is None else args.only.split(","),
+        weights=parse_settings(args.weight, "--weight"),
         rounds=args.rounds,
         detune=args.detune,
         params=params_of(args, [args.estimator]),

@@ -1,1 +1,12 @@
-"""Figures of estimators over many logs: scores, peers, benchmark, tuning, covariance."""
+"""How good an estimator is against truth, and which parameters make it better.
+
+========== =====================================================================================
+module     what it holds
+========== =====================================================================================
+figures    the error of a run: one figure for each output in its unit; of an attitude, angles
+scoring    the emitted C over fixed records, again and again with other parameters
+search     a pattern search over parameters
+tuning     search, cross-validation and sensitivities over records
+covariance a filter's covariance under hostile input
+========== =====================================================================================
+"""

@@ -6,7 +6,15 @@ from collections.abc import Mapping
 from importlib.resources import files
 from typing import Any
 
-from boresight.sim.accuracy.benchmark_plots import difference_plot, mean_plot, style_of, trial_plot
+from boresight.sim.accuracy.benchmark_plots import (
+    difference_plot,
+    mean_plot,
+    style_of,
+    total_of,
+    trial_plot,
+)
+from boresight.sim.accuracy.figures import ANGLES
+from boresight.sim.compare.difference import ATTITUDE
 from boresight.sim.report.html import UNKNOWN, number
 
 __all__ = ["render_page"]
@@ -20,12 +28,12 @@ def _deg(x: float | None) -> str:
 def _best(rows: list[Mapping[str, Any]], trial: str, reference: str) -> float | None:
     """Least total RMSE of a trial among the rows, but for the reference itself."""
     values = [
-        t["total"]
+        total_of(t)
         for r in rows
         for t in r["trials"]
-        if t["trial"] == trial and t["total"] is not None and r["estimator"] != reference
+        if t["trial"] == trial and r["estimator"] != reference
     ]
-    return min(values, default=None)
+    return min((x for x in values if x is not None), default=None)
 
 
 def render_page(data: Mapping[str, Any]) -> str:
@@ -43,35 +51,35 @@ def render_page(data: Mapping[str, Any]) -> str:
     template = environment.from_string(
         files("boresight.sim.accuracy").joinpath("benchmark.html").read_text(encoding="utf-8")
     )
-    rows = [r for r in data["estimators"] if r["level"] != "float"]
+    every = [r for r in data["estimators"] if r["level"] != "float"]
+    rows = [r for r in every if r["attitude"]]
     floating = {r["estimator"]: r for r in data["estimators"] if r["level"] == "float"}
     groups: dict[str, list[str]] = {}
     for log in data["logs"]:
         groups.setdefault(log["reference"], []).append(log["trial"])
     truth = groups.get("truth", [])
     ranked = sorted(
-        rows,
-        key=lambda r: (
-            r["mean_deg"]["total"]
-            if r["mean_deg"] and r["mean_deg"]["total"] is not None
-            else float("inf")
-        ),
+        rows, key=lambda r: float("inf") if (x := (r["mean"] or {}).get("total")) is None else x
     )
-    compared = [r for r in rows if r["vs_float_max_deg"] is not None]
+    compared = [r for r in rows if r["vs_float"]]
     names = [log["trial"] for log in data["logs"]]
     return template.render(
         d=data,
         rows=ranked,
+        attitude=ATTITUDE,
+        no_angles=dict.fromkeys(ANGLES),
         floating=floating,
         groups=groups,
         truth=truth,
         compared=compared,
-        folders=list(rows[0]["mean_by_folder_deg"]),
+        folders=list(every[0]["mean_by_folder"]),
         style=style_of(rows),
         unknown=UNKNOWN,
         cell=lambda row, trial: next(t for t in row["trials"] if t["trial"] == trial),
         best={log["trial"]: _best(rows, log["trial"], log["reference"]) for log in data["logs"]},
-        mean=mean_plot(rows, salt="mean") if truth else None,
+        others=[r for r in every if not r["attitude"]],
+        near={r["estimator"]: {d["output"]: d for d in r["vs_float"]} for r in every},
+        mean=mean_plot(rows, salt="mean") if truth and rows else None,
         dots={
             kind: trial_plot(
                 [r for r in rows if r["estimator"] != kind],
@@ -82,6 +90,7 @@ def render_page(data: Mapping[str, Any]) -> str:
                 else "total RMS difference, deg (logarithmic)",
             )
             for kind, trials in groups.items()
+            if rows
         },
         difference=difference_plot(rows, names, salt="difference") if compared else None,
     )

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from boresight.sim.compare.difference import ATTITUDE
 from boresight.sim.plotting import INK, figure_and_axes, legend, settings, svg
 
-__all__ = ["difference_plot", "mean_plot", "style_of", "trial_plot"]
+__all__ = ["difference_plot", "mean_plot", "style_of", "total_of", "trial_plot"]
 
 #: Okabe and Ito's colours for ours; the published filters are grey and hollow.
 _OURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#8C564B")
@@ -41,6 +42,12 @@ def style_of(rows: Sequence[Row]) -> dict[str, dict[str, Any]]:
     return out
 
 
+def total_of(trial: Mapping[str, Any]) -> float | None:
+    """Total RMSE [deg] of one trial of a row."""
+    found: float | None = trial["error"].get("total")
+    return found
+
+
 def _figure(height: float) -> tuple[Any, Any]:
     """Axes whose rows are named and whose grid runs up and down."""
     figure, axes = figure_and_axes(height)
@@ -64,14 +71,14 @@ def _plain_log_axis(axes: Any) -> None:
 def mean_plot(rows: Sequence[Row], *, salt: str) -> str:
     """Mean RMSE of every estimator, best on top: bar for the total, marks for its parts."""
     shown = sorted(
-        (r for r in rows if r["mean_deg"] and r["mean_deg"]["total"] is not None),
-        key=lambda r: r["mean_deg"]["total"],
+        (r for r in rows if (r["mean"] or {}).get("total") is not None),
+        key=lambda r: r["mean"]["total"],
     )
     style = style_of(rows)
     with settings():
         figure, axes = _figure(0.9 + 0.29 * len(shown))
         places = range(len(shown))
-        totals = [r["mean_deg"]["total"] for r in shown]
+        totals = [r["mean"]["total"] for r in shown]
         axes.barh(
             places,
             totals,
@@ -82,7 +89,7 @@ def mean_plot(rows: Sequence[Row], *, salt: str) -> str:
         )
         for key, marker, face in (("heading", "o", "white"), ("inclination", "D", INK)):
             axes.plot(
-                [r["mean_deg"][key] for r in shown],
+                [r["mean"][key] for r in shown],
                 places,
                 linestyle="none",
                 marker=marker,
@@ -112,7 +119,7 @@ def mean_plot(rows: Sequence[Row], *, salt: str) -> str:
 def _dots(
     rows: Sequence[Row],
     trials: Sequence[str],
-    key: str,
+    of: Callable[[Mapping[str, Any]], float | None],
     label: str,
     *,
     salt: str,
@@ -126,11 +133,11 @@ def _dots(
     last = [r for r in rows if r["kind"] != "ours"] + [r for r in rows if r["kind"] == "ours"]
     handles = {}
     for row in last:
-        value = {t["trial"]: t[key] for t in row["trials"]}
+        value = {t["trial"]: of(t) for t in row["trials"]}
         points = [
-            (max(value[name], floor), k)
+            (max(x, floor), k)
             for k, name in enumerate(trials)
-            if value.get(name) is not None and max(value[name], floor) > 0
+            if (x := value.get(name)) is not None and max(x, floor) > 0
         ]
         look = style[row["estimator"]]
         (handles[row["estimator"]],) = axes.plot(
@@ -172,7 +179,7 @@ def trial_plot(
 ) -> str:
     """Total RMSE of every estimator on every trial."""
     with settings():
-        figure, axes = _dots(rows, trials, "total", label, salt=salt, style=style_of(rows))
+        figure, axes = _dots(rows, trials, total_of, label, salt=salt, style=style_of(rows))
         _plain_log_axis(axes)
         return svg(figure, salt)
 
@@ -180,12 +187,12 @@ def trial_plot(
 def difference_plot(rows: Sequence[Row], trials: Sequence[str], *, salt: str) -> str:
     """Largest angle between fixed point and float64 on every trial; below 1e-7 deg at 1e-7."""
     style = style_of(rows)
-    ours = [r for r in rows if r["vs_float_max_deg"] is not None]
+    ours = [r for r in rows if r["vs_float"]]
     with settings():
         figure, axes = _dots(
             ours,
             trials,
-            "vs_float_max_deg",
+            lambda trial: trial["vs_float"].get(ATTITUDE),
             "largest angle between fixed point and float64, deg",
             salt=salt,
             floor=1e-7,

@@ -30,13 +30,14 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model.errors import InputError, ToolMissing
-from boresight.sim.attitude.log import Log
 from boresight.sim.attitude.rotation import (
     matrix_to_quaternion,
     quaternion_conjugate,
     quaternion_multiply,
     rotate,
 )
+from boresight.sim.records.nine_axis import NineAxis
+from boresight.sim.records.record import Record
 
 __all__ = ["PEERS", "Peer", "dip_rad", "first_attitude", "peer", "require_peers", "run_peer"]
 
@@ -50,19 +51,26 @@ _QUARTER = np.array([np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)])
 class Peer:
     """One filter with one set of numbers.
 
-    ``run(log, dip)`` gives attitudes (n, 4); the dip [rad] of the place's field is for those that
-    need one, by default that of the log. ``slow``: runs sample by sample in Python, some seconds
-    for ten thousand samples.
+    ``kernel(log, dip, *settings)`` gives attitudes (n, 4).
     """
 
     name: str
     summary: str
     package: str
-    slow: bool
-    run: Callable[..., FloatArray]
+    kernel: Callable[..., FloatArray]
+    settings: tuple[object, ...]
+
+    @property
+    def slow(self) -> bool:
+        """It runs sample by sample in Python, some seconds for ten thousand samples."""
+        return self.package == "ahrs"
+
+    def run(self, log: NineAxis, dip: float | None = None) -> FloatArray:
+        """Attitudes (n, 4); the dip [rad] of the place's field, by default that of the log."""
+        return self.kernel(log, dip, *self.settings)
 
 
-def run_peer(which: Peer, log: Log, dip: float | None = None) -> FloatArray:
+def run_peer(which: Peer, record: Record, dip: float | None = None) -> FloatArray:
     """Attitudes (n, 4) of a published filter.
 
     Raises
@@ -75,15 +83,15 @@ def run_peer(which: Peer, log: Log, dip: float | None = None) -> FloatArray:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            return which.run(log, dip)
+            return which.run(NineAxis.of(record), dip)
     except InputError:
         raise
     except (ArithmeticError, IndexError, ValueError) as error:
         raise InputError.at(
-            f"log {log.name!r}",
+            record.where,
             wanted=f"samples that the published filter {which.name} takes",
             found=str(error),
-            fix="leave the log or that filter out (--estimators, --no-peers)",
+            fix="leave the log or that filter out",
         ) from error
 
 
@@ -93,11 +101,11 @@ def _package(name: str) -> Any:
     except ImportError:
         raise ToolMissing(
             f"the Python package {name} was not found: install it (pip install "
-            f"{name}), or leave the other filters out with --no-peers."
+            f"{name}), or leave the published filters out."
         ) from None
 
 
-def _field(log: Log) -> FloatArray:
+def _field(log: NineAxis) -> FloatArray:
     """Magnetometer samples (n, 3), zero where there is nothing new."""
     if not log.mag_new.any():
         raise InputError.at(
@@ -109,7 +117,7 @@ def _field(log: Log) -> FloatArray:
     return np.where(log.mag_new[:, None], log.mag, 0.0)
 
 
-def first_attitude(log: Log) -> FloatArray:
+def first_attitude(log: NineAxis) -> FloatArray:
     """Attitude (4,) b to n of the first specific force and the first field."""
     field = _field(log)[int(np.argmax(log.mag_new))]
     up = log.acc[0] / np.linalg.norm(log.acc[0])
@@ -118,7 +126,7 @@ def first_attitude(log: Log) -> FloatArray:
     return matrix_to_quaternion(np.stack([east, np.cross(up, east), up]))
 
 
-def dip_rad(log: Log) -> float:
+def dip_rad(log: NineAxis) -> float:
     """Dip of the field [rad].
 
     From the field in the reference's axes, component by component the median; without reference,
@@ -141,7 +149,7 @@ def _contiguous(*arrays: FloatArray) -> list[FloatArray]:
     return [np.ascontiguousarray(a, dtype=np.float64) for a in arrays]
 
 
-def _online(log: Log, kind: str) -> FloatArray:
+def _online(log: NineAxis, dip: float | None, kind: str) -> FloatArray:
     step = float(np.median(log.dt))
     samples = _contiguous(log.gyr, log.acc, _field(log))
     every = len(log) / int(np.count_nonzero(log.mag_new))
@@ -149,15 +157,7 @@ def _online(log: Log, kind: str) -> FloatArray:
     return np.asarray(filter_.updateBatch(*samples)["quat9D"], dtype=np.float64)
 
 
-def _vqf(log: Log, dip: float | None = None) -> FloatArray:
-    return _online(log, "VQF")
-
-
-def _vqf_basic(log: Log, dip: float | None = None) -> FloatArray:
-    return _online(log, "BasicVQF")
-
-
-def _vqf_offline(log: Log, dip: float | None = None) -> FloatArray:
+def _vqf_offline(log: NineAxis, dip: float | None) -> FloatArray:
     _field(log)
     last = np.maximum.accumulate(np.where(log.mag_new, np.arange(len(log)), -1))
     held = log.mag[np.where(last < 0, int(np.argmax(log.mag_new)), last)]
@@ -170,7 +170,7 @@ def _vqf_offline(log: Log, dip: float | None = None) -> FloatArray:
 
 
 def _stepped(
-    log: Log,
+    log: NineAxis,
     start: FloatArray,
     filter_: Any,
     with_field: Callable[..., Any],
@@ -191,19 +191,19 @@ def _stepped(
     return q
 
 
-def _madgwick(log: Log, gain: float) -> FloatArray:
+def _madgwick(log: NineAxis, dip: float | None, gain: float) -> FloatArray:
     filter_ = _package("ahrs").filters.Madgwick(gain=gain)
     start = quaternion_multiply(quaternion_conjugate(_QUARTER), first_attitude(log))
     q = _stepped(log, start, filter_, filter_.updateMARG, filter_.updateIMU)
     return quaternion_multiply(_QUARTER, q)
 
 
-def _mahony(log: Log, k_p: float, k_i: float) -> FloatArray:
+def _mahony(log: NineAxis, dip: float | None, k_p: float, k_i: float) -> FloatArray:
     filter_ = _package("ahrs").filters.Mahony(k_P=k_p, k_I=k_i)
     return _stepped(log, first_attitude(log), filter_, filter_.updateMARG, filter_.updateIMU)
 
 
-def _ekf(log: Log, dip: float | None, noises: tuple[float, float, float]) -> FloatArray:
+def _ekf(log: NineAxis, dip: float | None, *noises: float) -> FloatArray:
     start = first_attitude(log)
     dip = dip_rad(log) if dip is None else dip
     filter_ = _package("ahrs").filters.EKF(
@@ -212,57 +212,22 @@ def _ekf(log: Log, dip: float | None, noises: tuple[float, float, float]) -> Flo
     return _stepped(log, start, filter_, filter_.update, filter_.update)
 
 
+_TUNED, _BROAD = "(tuned on 15 BROAD trials)", "(published with BROAD)"
+_BASIC, _GAINS, _NOISES = ("BasicVQF",), (0.74, 0.0012), (0.1, 1.0, 0.5)
+
 #: Every peer by name. Gains in 1/s, noises of the EKF as variances of gyro, force and field.
 PEERS: dict[str, Peer] = {
-    p.name: p
-    for p in (
-        Peer("vqf_offline", "VQF, offline (not causal)", "vqf", False, _vqf_offline),
-        Peer("vqf", "VQF", "vqf", False, _vqf),
-        Peer(
-            "vqf_basic", "VQF without rest, bias and disturbance handling", "vqf", False, _vqf_basic
-        ),
-        Peer(
-            "madgwick",
-            "Madgwick, ahrs, its gain 0.041",
-            "ahrs",
-            True,
-            lambda log, dip=None: _madgwick(log, 0.041),
-        ),
-        Peer(
-            "madgwick_tuned",
-            "Madgwick, ahrs, gain 0.08 (tuned on 15 BROAD trials)",
-            "ahrs",
-            True,
-            lambda log, dip=None: _madgwick(log, 0.08),
-        ),
-        Peer(
-            "mahony",
-            "Mahony, ahrs, its gains 1 and 0.3",
-            "ahrs",
-            True,
-            lambda log, dip=None: _mahony(log, 1.0, 0.3),
-        ),
-        Peer(
-            "mahony_tuned",
-            "Mahony, ahrs, gains 0.74 and 0.0012 (published with BROAD)",
-            "ahrs",
-            True,
-            lambda log, dip=None: _mahony(log, 0.74, 0.0012),
-        ),
-        Peer(
-            "ahrs_ekf",
-            "EKF, ahrs, its noises 0.09, 0.25, 0.64",
-            "ahrs",
-            True,
-            lambda log, dip=None: _ekf(log, dip, (0.09, 0.25, 0.64)),
-        ),
-        Peer(
-            "ahrs_ekf_tuned",
-            "EKF, ahrs, noises 0.1, 1, 0.5 (tuned on 15 BROAD trials)",
-            "ahrs",
-            True,
-            lambda log, dip=None: _ekf(log, dip, (0.1, 1.0, 0.5)),
-        ),
+    name: Peer(name, summary, package, kernel, settings)
+    for name, summary, package, kernel, settings in (
+        ("vqf_offline", "VQF, offline (not causal)", "vqf", _vqf_offline, ()),
+        ("vqf", "VQF", "vqf", _online, ("VQF",)),
+        ("vqf_basic", "VQF without rest, bias and disturbance handling", "vqf", _online, _BASIC),
+        ("madgwick", "Madgwick, ahrs, its gain 0.041", "ahrs", _madgwick, (0.041,)),
+        ("madgwick_tuned", f"Madgwick, ahrs, gain 0.08 {_TUNED}", "ahrs", _madgwick, (0.08,)),
+        ("mahony", "Mahony, ahrs, its gains 1 and 0.3", "ahrs", _mahony, (1.0, 0.3)),
+        ("mahony_tuned", f"Mahony, ahrs, gains 0.74 and 0.0012 {_BROAD}", "ahrs", _mahony, _GAINS),
+        ("ahrs_ekf", "EKF, ahrs, its noises 0.09, 0.25, 0.64", "ahrs", _ekf, (0.09, 0.25, 0.64)),
+        ("ahrs_ekf_tuned", f"EKF, ahrs, noises 0.1, 1, 0.5 {_TUNED}", "ahrs", _ekf, _NOISES),
     )
 }
 

@@ -1,282 +1,178 @@
-"""Tuning in the open: a deterministic pattern search on the C model, and what it is worth.
+"""Tuning in the open: a pattern search on the emitted C, and what it is worth elsewhere.
 
-Parameters are moved one after the other, by a factor, within their legal range (Hooke and Jeeves
-1961, in the logarithm). The figure that falls is the mean orientation RMSE over the trials. No
-derivative, no chance: the same start gives the same end. `cross_validate` tells how much of the
-gain carries over to trials that were not tuned on, `sensitivities` what each parameter matters.
-
-R. Hooke, T. A. Jeeves, "Direct Search Solution of Numerical and Statistical Problems",
-J. ACM 8(2):212, 1961, doi 10.1145/321062.321069.
+The figure that falls is a weighted mean of the errors against truth (`sim.accuracy.figures`), each
+the mean over the trials. One figure alone counts in its unit; of several each counts as a share of
+what it was with the given parameters, so that metres and radians weigh the same. By default every
+output with a truth has weight 1, but of an attitude the total angle alone.
 """
 
 from __future__ import annotations
 
-import math
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
+from boresight.model.declarations import Param
 from boresight.model.errors import InputError, closest
-from boresight.model.estimator import Estimator, Param
+from boresight.sim.accuracy.figures import ANGLES
+from boresight.sim.accuracy.scoring import Scorer
+from boresight.sim.accuracy.search import Sensitivity, Tuned, pattern_search, sensitivities
 
-__all__ = [
-    "Fold",
-    "Search",
-    "Sensitivity",
-    "Tuned",
-    "deal_folds",
-    "pattern_search",
-    "sensitivities",
-    "tunable",
-]
+__all__ = ["Fold", "Objective", "Tuning", "detuned", "means", "weights_of"]
 
-#: Values are tried with so many significant digits, so that what is printed is what was measured.
-DIGITS = 4
-#: First factor of a step, its largest, and the one below which a parameter rests.
-FIRST_FACTOR, LARGEST_FACTOR, LAST_FACTOR = 2.0, 8.0, 1.04
-
-#: Mean RMSE [deg] of parameter values by name; inf or NaN if they are of no use.
-Objective = Callable[[Mapping[str, float]], float]
-Progress = Callable[[str], None]
+#: Figures of one trial, by name.
+Score = Mapping[str, float]
 
 
-def rounded(value: float) -> float:
-    """The value with `DIGITS` significant digits."""
-    return float(f"{value:.{DIGITS}g}")
+def means(scores: Sequence[Score]) -> dict[str, float]:
+    """Mean of each figure over the trials that have it."""
+    names = dict.fromkeys(n for s in scores for n in s)
+    return {n: float(np.mean([s[n] for s in scores if n in s])) for n in names}
 
 
-def tunable(
-    estimator: Estimator, start: Mapping[str, float], names: Sequence[str] | None = None
-) -> list[Param]:
-    """Parameters to tune: those named, or all that are above zero and may be moved by a factor.
+def weights_of(
+    figures: Mapping[str, str], chosen: Mapping[str, float] | None = None
+) -> dict[str, float]:
+    """Weights of figures (units by name): ``chosen`` on top of what the module says.
 
     Raises
     ------
     InputError
-        Unknown or repeated name, a parameter whose start is not above zero, or nothing to tune.
+        No such figure, a weight below zero or not finite, or none above zero.
     """
-    legal = {p.name: p for p in estimator.params}
-    if names is None:
-        out = [p for p in estimator.params if p.low >= 0.0 and start[p.name] > 0.0]
-        if not out:
+    angle = ANGLES[0] in figures
+    weights = {n: float(not angle or n == ANGLES[0]) for n in figures}
+    for name, weight in (chosen or {}).items():
+        if name not in figures:
             raise InputError.at(
-                estimator.name,
-                wanted="a parameter with a start above zero",
-                found="none",
-                fix="there is nothing to tune",
-            )
-        return out
-    for k, name in enumerate(names):
-        if name not in legal:
-            raise InputError.at(
-                f"parameter {name}",
-                wanted=f"one of {', '.join(closest(name, legal))}",
+                f"weight {name}",
+                wanted=f"one of {', '.join(closest(name, figures))}",
                 found=repr(name),
-                fix=f"boresight list shows all of {estimator.name}",
+                fix="weigh an output that the logs have a truth of",
             )
-        if name in names[:k]:
+        if not 0.0 <= weight < np.inf:
             raise InputError.at(
-                f"parameter {name}",
-                wanted="each parameter once",
-                found="it twice",
-                fix="name it once",
+                f"weight {name}", wanted="0 or more", found=f"{weight:g}", fix="choose another"
             )
-        if not start[name] > 0.0:
-            raise InputError.at(
-                f"parameter {name}",
-                wanted="a start value above zero",
-                found=f"{start[name]:g}",
-                fix=f"it is moved by factors: start it with --param {name}=NUMBER",
-            )
-    return [legal[name] for name in names]
+        weights[name] = weight
+    if not any(weights.values()):
+        raise InputError.at(
+            "weights", wanted="one above 0", found="zeros", fix="give a figure a weight"
+        )
+    return weights
 
 
 @dataclass(frozen=True)
-class Tuned:
-    """Where a search ended.
+class Objective:
+    """What is to fall.
 
-    ``history``: best figure [deg] after each round, the first entry being the start.
-    """
-
-    values: dict[str, float]
-    start_deg: float
-    best_deg: float
-    evaluations: int
-    history: tuple[float, ...] = field(repr=False, default=())
-
-
-class Search:
-    """One search: remembers every figure, so that no point is measured twice."""
-
-    def __init__(self, objective: Objective, params: Sequence[Param]) -> None:
-        self.objective = objective
-        self.params = tuple(params)
-        self.seen: dict[tuple[float, ...], float] = {}
-
-    def figure(self, point: tuple[float, ...]) -> float:
-        """Objective at a point; infinite where it is not a number."""
-        if point not in self.seen:
-            value = self.objective({p.name: v for p, v in zip(self.params, point, strict=True)})
-            self.seen[point] = value if math.isfinite(value) else math.inf
-        return self.seen[point]
-
-    def moved(self, point: tuple[float, ...], k: int, factor: float) -> tuple[float, ...]:
-        """The point with coordinate k times a factor, rounded and kept in its legal range."""
-        p = self.params[k]
-        value = min(max(rounded(point[k] * factor), p.low), p.high)
-        return (*point[:k], value, *point[k + 1 :])
-
-
-def pattern_search(
-    objective: Objective,
-    params: Sequence[Param],
-    start: Mapping[str, float],
-    *,
-    rounds: int = 12,
-    progress: Progress | None = None,
-) -> Tuned:
-    """Least figure that coordinate moves and pattern moves find.
-
-    A round tries every parameter up and down by its own factor (first the way that helped last);
-    a move that helps doubles the step in the logarithm, two that do not halve it, and two that
-    change nothing at all quarter it. After a round
-    that helped, the whole step of the round is made again, doubled each time, as long as that
-    helps (pattern moves, which run along valleys that lie across the axes). The search ends
-    when every factor is below `LAST_FACTOR`, or after ``rounds`` rounds.
-
-    Parameters
+    Attributes
     ----------
-    objective : callable
-        Figure [deg] of values by name.
-    start : mapping
-        Start of every parameter, above zero.
+    weights : mapping of str to float
+        By figure.
+    scales : mapping of str to float
+        What a figure counts in shares of.
     """
-    search = Search(objective, params)
-    at = tuple(float(start[p.name]) for p in params)
-    best = first = search.figure(at)
-    step = [math.log(FIRST_FACTOR)] * len(params)
-    sign = [1.0] * len(params)
-    history = [best]
-    for number in range(rounds):
-        base, base_best = at, best
-        for k in range(len(params)):
-            if step[k] < math.log(LAST_FACTOR):
-                continue
-            moved = False
-            for way in (sign[k], -sign[k]):
-                to = search.moved(at, k, math.exp(way * step[k]))
-                figure = search.figure(to)
-                moved |= figure != best
-                if figure < best:
-                    at, best, sign[k] = to, figure, way
-                    step[k] = min(2.0 * step[k], math.log(LARGEST_FACTOR))
-                    break
-            else:
-                step[k] *= 0.5 if moved else 0.25
-        if best < base_best:
-            ratios = [a / b for a, b in zip(at, base, strict=True)]
-            while True:
-                to = at
-                for k, ratio in enumerate(ratios):
-                    to = search.moved(to, k, ratio)
-                figure = search.figure(to)
-                if not figure < best:
-                    break
-                at, best = to, figure
-                ratios = [r * r for r in ratios]
-        history.append(best)
-        if progress is not None:
-            progress(
-                f"round {number + 1} of {rounds}: {best:.4f} deg, {len(search.seen)} evaluations"
-            )
-        if all(s < math.log(LAST_FACTOR) for s in step):
-            break
-    return Tuned(
-        {p.name: v for p, v in zip(params, at, strict=True)},
-        first,
-        best,
-        len(search.seen),
-        tuple(history),
-    )
 
+    weights: Mapping[str, float]
+    scales: Mapping[str, float]
 
-def deal_folds(count: int, folds: int, seed: int | None = None) -> list[tuple[int, ...]]:
-    """Test sets of a K-fold cross-validation: every index in exactly one of them.
+    @classmethod
+    def of(cls, weights: Mapping[str, float], given: Score) -> Objective:
+        """Shares of the figures ``given``, where several count and those are above zero."""
+        used = {n: w for n, w in weights.items() if w}
+        several = len(used) > 1
+        fit = {n: several and np.isfinite(given[n]) and given[n] > 0.0 for n in used}
+        return cls(used, {n: given[n] if fit[n] else 1.0 for n in used})
 
-    Trials are dealt round-robin in their order, or after a shuffle with a seed.
-
-    Raises
-    ------
-    InputError
-        Fewer than two folds, or more folds than trials.
-    """
-    if not 2 <= folds <= count:
-        raise InputError.at(
-            "folds",
-            wanted=f"2 to {count}, the number of trials, or 1 for none"
-            if count > 1
-            else "1, for none, as there is one trial",
-            found=str(folds),
-            fix="choose another number or name more trials",
-        )
-    order = list(range(count))
-    if seed is not None:
-        order = [int(k) for k in np.random.default_rng(seed).permutation(count)]
-    return [tuple(sorted(order[k::folds])) for k in range(folds)]
+    def value(self, scores: Sequence[Score]) -> float:
+        """Weighted mean over figures of their means over the trials; NaN if none has any."""
+        found = {n: x for n, x in means(scores).items() if n in self.weights}
+        weight = sum(self.weights[n] for n in found)
+        total = sum(self.weights[n] * x / self.scales[n] for n, x in found.items())
+        return total / weight if weight else float("nan")
 
 
 @dataclass(frozen=True)
 class Fold:
-    """One fold: indices of its trials, the values tuned on the others, figures of both [deg]."""
+    """One fold: indices of its trials, what was tuned on the others, scores of the tests."""
 
     test: tuple[int, ...]
     train: tuple[int, ...]
     tuned: Tuned
-    test_deg: tuple[float, ...]
-
-    @property
-    def mean_test_deg(self) -> float:
-        """Mean figure over the trials that were not tuned on."""
-        return float(np.mean(self.test_deg))
+    scores: tuple[Score, ...]
 
 
 @dataclass(frozen=True)
-class Sensitivity:
-    """Figures [deg] with one parameter halved and doubled (within its legal range)."""
+class Tuning:
+    """Searches over the same trials, of which none is run twice with the same values.
 
-    name: str
-    value: float
-    half: float
-    double: float
-    half_deg: float
-    double_deg: float
+    Attributes
+    ----------
+    scorer : Scorer
+    params : sequence of Param
+        Those that move.
+    start : mapping of str to float
+        Every parameter at the start.
+    objective : Objective
+    rounds : int
+        Most rounds of a search.
+    say : callable
+        Told what happens.
+    """
 
-    def to_json(self) -> dict[str, Any]:
-        """Plain data; a figure that is no number is None."""
-        return {
-            "parameter": self.name,
-            "value": self.value,
-            "half": self.half,
-            "double": self.double,
-            "half_deg": self.half_deg if math.isfinite(self.half_deg) else None,
-            "double_deg": self.double_deg if math.isfinite(self.double_deg) else None,
-        }
+    scorer: Scorer
+    params: Sequence[Param]
+    start: Mapping[str, float]
+    objective: Objective
+    rounds: int
+    say: Callable[[str], None]
+    _memory: dict[tuple[tuple[str, float], ...], dict[int, Score]] = field(default_factory=dict)
 
+    def scores(self, values: Mapping[str, float], which: Sequence[int]) -> list[Score]:
+        """Scores of some trials with ``values`` on top of the start."""
+        whole = {**self.start, **values}
+        known = self._memory.setdefault(tuple(sorted(whole.items())), {})
+        missing = [k for k in which if k not in known]
+        known.update(zip(missing, self.scorer.scores(whole, missing), strict=True))
+        return [known[k] for k in which]
 
-def sensitivities(
-    objective: Objective, params: Sequence[Param], values: Mapping[str, float]
-) -> list[Sensitivity]:
-    """The objective with each parameter times 0.5 and times 2, the others as they are."""
-    search = Search(objective, params)
-    at = tuple(values[p.name] for p in params)
-    out = []
-    for k, p in enumerate(params):
-        half, double = search.moved(at, k, 0.5), search.moved(at, k, 2.0)
-        out.append(
-            Sensitivity(
-                p.name, at[k], half[k], double[k], search.figure(half), search.figure(double)
-            )
+    def search(self, which: Sequence[int], what: str) -> Tuned:
+        """The best values on some trials."""
+        begun = time.perf_counter()
+        found = pattern_search(
+            lambda values: self.objective.value(self.scores(values, which)),
+            self.params,
+            self.start,
+            rounds=self.rounds,
+            progress=lambda text: self.say(f"{what}, {text}"),
         )
+        seconds = time.perf_counter() - begun
+        self.say(f"{what}: {found.start:.4g} to {found.best:.4g}, {seconds:.1f} s")
+        return found
+
+    def folds(self, tests: Sequence[tuple[int, ...]]) -> list[Fold]:
+        """Cross-validation: each fold is tuned on the other folds' trials."""
+        held = []
+        for k, test in enumerate(tests):
+            train = tuple(i for i in range(len(self.scorer.feeds)) if i not in test)
+            tuned = self.search(train, f"fold {k + 1} of {len(tests)}")
+            held.append(Fold(test, train, tuned, tuple(self.scores(tuned.values, test))))
+        return held
+
+    def around(self, values: Mapping[str, float]) -> list[Sensitivity]:
+        """What halving and doubling each parameter does, over all trials."""
+        every = range(len(self.scorer.feeds))
+        return sensitivities(
+            lambda v: self.objective.value(self.scores({**values, **v}, every)), self.params, values
+        )
+
+
+def detuned(start: Mapping[str, float], params: Sequence[Param], factor: float) -> dict[str, float]:
+    """The start with its parameters over and times a factor in turn, in their legal range."""
+    out = dict(start)
+    for k, p in enumerate(params):
+        out[p.name] = min(max(out[p.name] * (factor if k % 2 else 1.0 / factor), p.low), p.high)
     return out

@@ -48,21 +48,7 @@ def attitude_error(q_est: npt.ArrayLike, q_ref: npt.ArrayLike) -> AttitudeError:
 
     With ``e = (w, x, y, z)`` the angles are ``2 acos|w|``, ``2 atan|z/w|`` and
     ``2 acos sqrt(w^2 + z^2)``; they are computed as arc tangents, which keep their digits near
-    zero.
-
-    Parameters
-    ----------
-    q_est, q_ref : array_like, (..., 4)
-        Attitudes b to n (ENU), of any norm above zero and either sign.
-
-    Returns
-    -------
-    AttitudeError
-
-    Raises
-    ------
-    InputError
-        If a quaternion has norm zero.
+    zero. Attitudes (..., 4) are b to n (ENU), of either sign; `InputError` if one has norm zero.
     """
     error = quaternion_multiply(
         quaternion_normalise(q_est), quaternion_conjugate(quaternion_normalise(q_ref))
@@ -88,10 +74,6 @@ def attitude_rmse(
         Attitudes b to n (ENU). A row of q_ref with a NaN is a gap.
     mov : array_like of bool, (n,), optional
         Samples that count; all of them by default.
-
-    Returns
-    -------
-    AttitudeRmse
 
     Raises
     ------

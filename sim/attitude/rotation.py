@@ -34,6 +34,7 @@ __all__ = [
     "quaternion_to_rotation_vector",
     "rotate",
     "rotation_vector_to_quaternion",
+    "turns_between",
     "wrap_rad",
 ]
 
@@ -57,16 +58,7 @@ def _stack(*parts: npt.NDArray[Any]) -> FloatArray:
 
 
 def quaternion_multiply(p: npt.ArrayLike, q: npt.ArrayLike) -> FloatArray:
-    """Hamilton product ``p q``: the attitude that turns by q first, then by p.
-
-    Parameters
-    ----------
-    p, q : array_like, (..., 4)
-
-    Returns
-    -------
-    (..., 4) array
-    """
+    """Hamilton product ``p q`` (..., 4): the attitude that turns by q first, then by p."""
     pw, px, py, pz = np.moveaxis(_components(p, (4,), "p"), -1, 0)
     qw, qx, qy, qz = np.moveaxis(_components(q, (4,), "q"), -1, 0)
     return _stack(
@@ -78,36 +70,13 @@ def quaternion_multiply(p: npt.ArrayLike, q: npt.ArrayLike) -> FloatArray:
 
 
 def quaternion_conjugate(q: npt.ArrayLike) -> FloatArray:
-    """Conjugate ``q*``; the inverse attitude if q has norm one.
-
-    Parameters
-    ----------
-    q : array_like, (..., 4)
-
-    Returns
-    -------
-    (..., 4) array
-    """
+    """Conjugate ``q*`` (..., 4); the inverse attitude if q has norm one."""
     w, x, y, z = np.moveaxis(_components(q, (4,), "q"), -1, 0)
     return _stack(w, -x, -y, -z)
 
 
 def quaternion_normalise(q: npt.ArrayLike) -> FloatArray:
-    """Scale to norm one; the sign stays.
-
-    Parameters
-    ----------
-    q : array_like, (..., 4)
-
-    Returns
-    -------
-    (..., 4) array
-
-    Raises
-    ------
-    InputError
-        If a quaternion has norm zero.
-    """
+    """Scale quaternions (..., 4) to norm one; the sign stays."""
     q = _components(q, (4,), "q")
     norm = np.linalg.norm(q, axis=-1, keepdims=True)
     if np.any(norm == 0.0):
@@ -116,21 +85,7 @@ def quaternion_normalise(q: npt.ArrayLike) -> FloatArray:
 
 
 def quaternion_to_matrix(q: npt.ArrayLike) -> FloatArray:
-    """Rotation matrix ``c_nb`` of a quaternion of any norm above zero.
-
-    Parameters
-    ----------
-    q : array_like, (..., 4)
-
-    Returns
-    -------
-    (..., 3, 3) array
-
-    Raises
-    ------
-    InputError
-        If a quaternion has norm zero.
-    """
+    """Rotation matrix ``c_nb`` (..., 3, 3) of a quaternion of any norm above zero."""
     w, x, y, z = np.moveaxis(quaternion_normalise(q), -1, 0)
     return np.stack(
         [
@@ -143,21 +98,11 @@ def quaternion_to_matrix(q: npt.ArrayLike) -> FloatArray:
 
 
 def matrix_to_quaternion(c_nb: npt.ArrayLike) -> FloatArray:
-    """Quaternion of a rotation matrix, with ``w >= 0``.
+    """Quaternion (..., 4) of norm one of a rotation matrix, which is not checked; ``w >= 0``.
 
     Four times the product of each component with every other one is a sum of matrix elements.
     Of the four rows of products the one with the largest diagonal is taken, so that no
     digits are lost at any attitude (Shepperd 1978).
-
-    Parameters
-    ----------
-    c_nb : array_like, (..., 3, 3)
-        Orthonormal with determinant +1; this is not checked.
-
-    Returns
-    -------
-    (..., 4) array
-        Norm one.
     """
     c = _components(c_nb, (3, 3), "c_nb")
     xx, yy, zz = c[..., 0, 0], c[..., 1, 1], c[..., 2, 2]
@@ -187,23 +132,7 @@ def matrix_to_quaternion(c_nb: npt.ArrayLike) -> FloatArray:
 
 
 def rotate(q: npt.ArrayLike, v_b: npt.ArrayLike) -> FloatArray:
-    """Turn a vector: ``v_n = q v_b q*``. With the conjugate of q it goes from n to b.
-
-    Parameters
-    ----------
-    q : array_like, (..., 4)
-        Of any norm above zero.
-    v_b : array_like, (..., 3)
-
-    Returns
-    -------
-    (..., 3) array
-
-    Raises
-    ------
-    InputError
-        If a quaternion has norm zero.
-    """
+    """Turn vectors (..., 3): ``v_n = q v_b q*``. With the conjugate of q it goes from n to b."""
     q = quaternion_normalise(q)
     v_b = _components(v_b, (3,), "v_b")
     # t = 2 r x v,  v' = v + w t + r x t   with q = (w, r) of norm one
@@ -212,17 +141,7 @@ def rotate(q: npt.ArrayLike, v_b: npt.ArrayLike) -> FloatArray:
 
 
 def euler_to_matrix(euler: npt.ArrayLike) -> FloatArray:
-    """Rotation matrix ``c_nb = Rz(psi) Rx(theta) Ry(gamma)``.
-
-    Parameters
-    ----------
-    euler : array_like, (..., 3)
-        theta, gamma, psi [rad], any values.
-
-    Returns
-    -------
-    (..., 3, 3) array
-    """
+    """Rotation matrix ``c_nb = Rz(psi) Rx(theta) Ry(gamma)`` (..., 3, 3) of any angles."""
     angles = np.moveaxis(_components(euler, (3,), "euler"), -1, 0)
     st, sg, sp = np.sin(angles)
     ct, cg, cp = np.cos(angles)
@@ -237,21 +156,11 @@ def euler_to_matrix(euler: npt.ArrayLike) -> FloatArray:
 
 
 def matrix_to_euler(c_nb: npt.ArrayLike) -> FloatArray:
-    """Euler angles of a rotation matrix.
+    """Euler angles (..., 3) of a rotation matrix: theta in [-pi/2, pi/2], others in [-pi, pi].
 
     The roll is read off the bottom row; the heading is then what is left after that roll is
     undone. So the three angles together always give the matrix back to rounding, even where pitch
     is +-90 degrees and only ``psi +- gamma`` has a meaning.
-
-    Parameters
-    ----------
-    c_nb : array_like, (..., 3, 3)
-        Orthonormal with determinant +1; this is not checked.
-
-    Returns
-    -------
-    (..., 3) array
-        theta in [-pi/2, pi/2], gamma and psi in [-pi, pi].
     """
     c = _components(c_nb, (3, 3), "c_nb")
     # bottom row: (-cos(theta) sin(gamma), sin(theta), cos(theta) cos(gamma))
@@ -264,20 +173,10 @@ def matrix_to_euler(c_nb: npt.ArrayLike) -> FloatArray:
 
 
 def euler_to_quaternion(euler: npt.ArrayLike) -> FloatArray:
-    """Quaternion of Euler angles: ``qz(psi) qx(theta) qy(gamma)``.
+    """Quaternion (..., 4) of any Euler angles: ``qz(psi) qx(theta) qy(gamma)``.
 
     It is a smooth function of the angles: the sign is not forced, and a heading that grows by a
     full turn ends at ``-q``.
-
-    Parameters
-    ----------
-    euler : array_like, (..., 3)
-        theta, gamma, psi [rad], any values.
-
-    Returns
-    -------
-    (..., 4) array
-        Norm one.
     """
     half = 0.5 * np.moveaxis(_components(euler, (3,), "euler"), -1, 0)
     st, sg, sp = np.sin(half)
@@ -291,39 +190,14 @@ def euler_to_quaternion(euler: npt.ArrayLike) -> FloatArray:
 
 
 def quaternion_to_euler(q: npt.ArrayLike) -> FloatArray:
-    """Euler angles of a quaternion of any norm above zero; see `matrix_to_euler`.
-
-    Parameters
-    ----------
-    q : array_like, (..., 4)
-
-    Returns
-    -------
-    (..., 3) array
-        theta in [-pi/2, pi/2], gamma and psi in [-pi, pi], [rad].
-
-    Raises
-    ------
-    InputError
-        If a quaternion has norm zero.
-    """
+    """Euler angles (..., 3) of a quaternion of any norm above zero; see `matrix_to_euler`."""
     return matrix_to_euler(quaternion_to_matrix(q))
 
 
 def rotation_vector_to_quaternion(phi: npt.ArrayLike) -> FloatArray:
-    """Quaternion of the turn by ``|phi|`` about ``phi``.
+    """Quaternion (..., 4) of norm one of the turn by ``|phi|`` about ``phi`` [rad].
 
     A constant body rate w over a time dt takes q to ``q rotation_vector_to_quaternion(w dt)``.
-
-    Parameters
-    ----------
-    phi : array_like, (..., 3)
-        [rad]
-
-    Returns
-    -------
-    (..., 4) array
-        Norm one.
     """
     phi = _components(phi, (3,), "phi")
     half = 0.5 * np.linalg.norm(phi, axis=-1, keepdims=True)
@@ -335,23 +209,7 @@ def rotation_vector_to_quaternion(phi: npt.ArrayLike) -> FloatArray:
 
 
 def quaternion_to_rotation_vector(q: npt.ArrayLike) -> FloatArray:
-    """Rotation vector of the shortest turn that q stands for: q and -q give the same.
-
-    Parameters
-    ----------
-    q : array_like, (..., 4)
-        Of any norm above zero.
-
-    Returns
-    -------
-    (..., 3) array
-        [rad], length at most pi.
-
-    Raises
-    ------
-    InputError
-        If a quaternion has norm zero.
-    """
+    """Rotation vector (..., 3) [rad] of the shortest turn that q, or -q, stands for."""
     q = quaternion_normalise(q)
     q = np.where(q[..., :1] < 0.0, -q, q)
     sine = np.linalg.norm(q[..., 1:], axis=-1, keepdims=True)
@@ -363,18 +221,13 @@ def quaternion_to_rotation_vector(q: npt.ArrayLike) -> FloatArray:
     return np.asarray(2.0 * factor * q[..., 1:], dtype=np.float64)
 
 
+def turns_between(p: npt.ArrayLike, q: npt.ArrayLike) -> FloatArray:
+    """Rotation vectors (..., 3) [rad], in body axes, that take attitudes p to attitudes q."""
+    return quaternion_to_rotation_vector(quaternion_multiply(quaternion_conjugate(p), q))
+
+
 def wrap_rad(angle: npt.ArrayLike) -> FloatArray:
-    """Wrap an angle into (-pi, pi]; what is inside already comes back bit for bit.
-
-    Parameters
-    ----------
-    angle : array_like
-        [rad], any shape.
-
-    Returns
-    -------
-    array of the same shape
-    """
+    """Wrap angles [rad] into (-pi, pi]; what is inside already comes back bit for bit."""
     angle = np.asarray(angle, dtype=np.float64)
     turns = np.round(angle / (2.0 * np.pi))
     wrapped = angle - turns * (2.0 * np.pi)

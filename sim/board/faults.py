@@ -13,13 +13,14 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.gateware.system.attitude_frame import WORDS
-from boresight.sim.attitude.log import Log
 from boresight.sim.attitude.rotation import quaternion_conjugate, quaternion_multiply
 from boresight.sim.board.build import Board, make_board
 from boresight.sim.board.run import BoardRun, run_board, stimulus
 from boresight.sim.board.setup import FASTER, FAULTY
 from boresight.sim.devices.adis16385 import FAULTS as INERTIAL_FAULTS
 from boresight.sim.devices.hmr3300 import FAULTS as COMPASS_FAULTS
+from boresight.sim.records.nine_axis import NineAxis
+from boresight.sim.records.record import Record
 from boresight.sim.rtl.cosim import SimulationFailed
 from boresight.sim.worlds.synthetic import SensorError, synthetic_log
 
@@ -102,19 +103,22 @@ class FaultTrial:
         )
 
 
-def trial_log() -> Log:
+def trial_log() -> Record:
     """The motion of the trials, slow turns, with ordinary sensor errors and exact truth."""
     # Made at a higher rate than it is played at, so that all of it is slower.
-    log = synthetic_log(
-        seconds=(_UPDATES + 600) / 1024 / _SLOWER,
-        rate_hz=1024.0 * _SLOWER,
-        seed=5,
-        acceleration=0.1,
-        gyr_error=SensorError(noise=0.003 * _SLOWER),
-        acc_error=SensorError(noise=0.05),
-        name="fault trials",
+    log = NineAxis.of(
+        synthetic_log(
+            seconds=(_UPDATES + 600) / 1024 / _SLOWER,
+            rate_hz=1024.0 * _SLOWER,
+            seed=5,
+            acceleration=0.1,
+            gyr_error=SensorError(noise=0.003 * _SLOWER),
+            acc_error=SensorError(noise=0.05),
+            name="fault trials",
+        )
     )
-    return replace(log, t=log.t * _SLOWER, gyr=log.gyr / _SLOWER)
+    slow = replace(log, t=log.t * _SLOWER, gyr=log.gyr / _SLOWER, steps=None)
+    return slow.record()
 
 
 def fault_board(filters: Sequence[str] = ("mekf",), *, restarts: int | None = None) -> Board:
@@ -132,7 +136,7 @@ def fault_trial(
     device: str,
     fault: str,
     *,
-    log: Log | None = None,
+    log: Record | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> FaultTrial:
     """Run one fault.
@@ -179,23 +183,23 @@ def _span_cycles(run: BoardRun, device: str) -> tuple[float, float]:
     return float(begin), float(end)
 
 
-def _errors(run: BoardRun, log: Log) -> tuple[npt.NDArray[np.int64], FloatArray]:
+def _errors(run: BoardRun, log: Record) -> tuple[npt.NDArray[np.int64], FloatArray]:
     """Cycle of each update with a frame, and the angle between its attitude and the truth, deg."""
     trace = run.trace
-    assert log.q is not None
+    q_true = NineAxis.of(log).attitude
     number = np.unwrap(run.frames[:, 0] & 0xFFFF, period=1 << 16).astype(np.int64)
     keep = (number >= 1) & (number <= len(trace.updates))
     number, frames = number[keep], run.frames[keep]
     updated = trace.updates[number - 1]
     line = trace.ready[np.searchsorted(trace.ready[:, 0], updated) - 1, 1]
-    truth = log.q[np.minimum(line - 1, len(log) - 1)]
+    truth = q_true[np.minimum(line - 1, len(log) - 1)]
     q = frames[:, WORDS.index("qw") : WORDS.index("qz") + 1].astype(np.float64)
     q /= np.linalg.norm(q, axis=1, keepdims=True)
     error = quaternion_multiply(q, quaternion_conjugate(truth))
     return updated, np.degrees(2.0 * np.arccos(np.clip(np.abs(error[:, 0]), 0.0, 1.0)))
 
 
-def _judge(board: Board, run: BoardRun, log: Log, device: str, fault: str) -> FaultTrial:
+def _judge(board: Board, run: BoardRun, log: Record, device: str, fault: str) -> FaultTrial:
     trace, names = run.trace, board.system.events
     second = board.setup.clock_hz / FASTER  # of the real board, in cycles
     begin, end = _span_cycles(run, device)

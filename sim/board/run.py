@@ -8,17 +8,17 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from boresight.gateware.boards.frames import Decoder, Kind, encode
 from boresight.gateware.system.attitude_frame import WORDS
 from boresight.model.errors import InputError
 from boresight.model.words.fixed import IntArray
-from boresight.sim.attitude.log import Log
 from boresight.sim.board.build import Board, board_parameters, board_sources
 from boresight.sim.board.chain import COUNTS, HEADING, NO_LINE, Chain, Samples, run_chain
-from boresight.sim.board.front import quantise
+from boresight.sim.board.front import field_words, heading_words, inertial_words
 from boresight.sim.board.trace import Trace, read_trace
+from boresight.sim.records.nine_axis import NineAxis
+from boresight.sim.records.record import Record
 from boresight.sim.rtl.compiled import build
 
 __all__ = [
@@ -69,25 +69,18 @@ def _lines(rows: IntArray) -> str:
     return "".join(" ".join(str(v) for v in row) + "\n" for row in rows.tolist())
 
 
-def stimulus(log: Log, board: Board) -> Stimulus:
-    """A log as what both devices send: row k is sample k, whatever its time.
+def stimulus(record: Record, board: Board) -> Stimulus:
+    """A nine-axis record as what both devices send: row k is sample k, whatever its time.
 
-    The compass knows the log's attitude: without one it has no heading to send.
+    The compass knows the record's attitude: without one it has no heading to send.
 
     Raises
     ------
     InputError
-        The log has no attitude for the headings.
+        The record has no attitude for the headings.
     """
-    if log.q is None:
-        raise InputError.at(
-            f"log {log.name!r}",
-            wanted="a reference attitude, for the compass",
-            found="none",
-            fix="use a log with qw,qx,qy,qz",
-        )
-    setup = board.setup
-    counts = quantise(log, kind=NO_LINE).counts
+    log = NineAxis.of(record)
+    q, setup = log.attitude, board.setup
     # Line k goes out this long after the first sample.
     every = setup.rate_hz / setup.lines_hz
     first = setup.compass_start_cycles / setup.period_cycles
@@ -95,7 +88,7 @@ def stimulus(log: Log, board: Board) -> Stimulus:
         np.round(first + every * np.arange(1 + len(log) / every)).astype(np.int64), len(log) - 1
     )
     # Each line takes the field, and the attitude, that is there by then.
-    usable = np.flatnonzero(np.isfinite(log.q).all(axis=1) & log.mag_new)
+    usable = np.flatnonzero(np.isfinite(q).all(axis=1) & log.mag_new)
     if not len(usable):
         raise InputError.at(
             f"log {log.name!r}",
@@ -104,24 +97,8 @@ def stimulus(log: Log, board: Board) -> Stimulus:
             fix="use another log",
         )
     rows = usable[np.clip(np.searchsorted(usable, rows, side="right") - 1, 0, None)]
-    part = _rows_of(log, rows)
-    heading = quantise(part, kind=HEADING, line_hz=1e9).values
-    field = quantise(part, kind=COUNTS, line_hz=1e9).values
-    return Stimulus(counts, np.hstack([heading, field]))
-
-
-def _rows_of(log: Log, rows: npt.NDArray[np.int64]) -> Log:
-    """Some rows of a log, with times of their own."""
-    assert log.q is not None
-    return Log(
-        name=log.name,
-        t=np.arange(len(rows), dtype=np.float64),
-        gyr=log.gyr[rows],
-        acc=log.acc[rows],
-        mag=log.mag[rows],
-        mag_new=np.ones(len(rows), dtype=np.bool_),
-        q=log.q[rows],
-    )
+    compass = np.hstack([heading_words(q[rows]), field_words(log.mag[rows])])
+    return Stimulus(inertial_words(log), compass)
 
 
 def writes(board: Board, values: Mapping[str, int], *, start: int = 2_000) -> str:

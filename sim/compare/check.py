@@ -19,13 +19,11 @@ from boresight.model.estimator import Estimator, with_params
 from boresight.model.tools.failure import ToolFailed
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
-from boresight.sim.attitude.feed import named_outputs
-from boresight.sim.attitude.log import Log
 from boresight.sim.compare.divergence import Divergence, first_divergence_rtl, write_reproducer
 from boresight.sim.compare.verdict import Accuracy, beyond_declared, judge_accuracy
 from boresight.sim.levels.floating import CompiledFloat
+from boresight.sim.levels.level import outputs_of
 from boresight.sim.records.feed import feed
-from boresight.sim.records.nine_axis import record_of
 from boresight.sim.records.record import Record
 from boresight.sim.records.segments import SegmentedRun, interpret
 from boresight.sim.rtl.cosim import RtlRun, RtlSimulation, SimulationFailed
@@ -155,7 +153,7 @@ class CheckResult:
 
 def check(
     estimator: Estimator,
-    record: Record | Log,
+    record: Record,
     *,
     config: str = "small",
     word: int = 32,
@@ -193,7 +191,7 @@ def check(
     """
     _refuse_options(levels, simulator, steps)
     say = progress or (lambda text: None)
-    given = feed(estimator, record_of(record).head(steps))
+    given = feed(estimator, record.head(steps))
     for text in given.warnings:
         say(f"warning: {text}")
     program, nodes = estimator.compile_traced(word=word)
@@ -221,7 +219,7 @@ def check(
         )
     accuracy = judge_accuracy(
         estimator.outputs,
-        named_outputs(program, run.outputs),
+        outputs_of(program, run.outputs),
         reference,
         program=program,
         nodes=nodes,

@@ -10,7 +10,6 @@ from boresight.gateware.core import Core, build_shared_core
 from boresight.model.errors import ToolMissing
 from boresight.model.estimator import Estimator
 from boresight.model.words.fixed import IntArray
-from boresight.sim.attitude.log import Log
 from boresight.sim.compare.check import (
     ICARUS_CYCLES,
     CheckResult,
@@ -24,7 +23,6 @@ from boresight.sim.compare.check import (
     with_params,
 )
 from boresight.sim.records.feed import feed
-from boresight.sim.records.nine_axis import record_of
 from boresight.sim.records.record import Record
 from boresight.sim.rtl.cosim import SimulationFailed
 from boresight.sim.rtl.sharing import run_in_turns
@@ -60,7 +58,7 @@ def shared_core(
 
 def check_shared(
     estimators: Sequence[Estimator],
-    record: Record | Log,
+    record: Record,
     *,
     config: str = "small",
     word: int = 32,
@@ -116,9 +114,7 @@ def check_shared(
         say("compiling the core")
         core = shared_core(estimators, config=config, word=word, params=chosen)
     streams = [
-        feed(e, (record_of(record) if isinstance(record, Log) else record).head(steps)).words(
-            part.program
-        )
+        feed(e, record.head(steps)).words(part.program)
         for e, part in zip(estimators, core.parts, strict=True)
     ]
     for name in (simulator,) if simulator else default_simulators():

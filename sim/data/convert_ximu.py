@@ -16,12 +16,14 @@ import numpy.typing as npt
 
 from boresight.disk.output import OutputFile
 from boresight.model.errors import InputError
-from boresight.sim.attitude.log import Log, log_content
 from boresight.sim.attitude.rotation import (
     quaternion_conjugate,
     quaternion_multiply,
     quaternion_normalise,
 )
+from boresight.sim.records.files import content_of
+from boresight.sim.records.nine_axis import NineAxis
+from boresight.sim.records.record import Record
 from boresight.sim.worlds.synthetic import GRAVITY
 
 __all__ = ["convert", "main"]
@@ -43,7 +45,7 @@ _NOTE = """\
 """
 
 
-def convert(folder: Path) -> Log:
+def convert(folder: Path) -> Record:
     """Read an x-IMU folder.
 
     Parameters
@@ -53,9 +55,9 @@ def convert(folder: Path) -> Log:
 
     Returns
     -------
-    Log
-        256 Hz. `mag` is new where the reading changed; `q` is the device's estimate, in ENU and
-        free of its tare, in the rows after which the device sent one.
+    Record
+        Nine axes, 256 Hz. The field is new where the reading changed; the attitude is the device's
+        estimate, in ENU and free of its tare, in the rows after which the device sent one.
 
     Raises
     ------
@@ -89,7 +91,8 @@ def convert(folder: Path) -> Log:
             strict=True,
         )
     )
-    return Log("ximu_walk", np.arange(len(inertial)) / _RATE_HZ, gyr, acc, mag, mag_new, q)
+    mag[~mag_new] = np.nan
+    return NineAxis("ximu_walk", np.arange(len(inertial)) / _RATE_HZ, gyr, acc, mag, q).record()
 
 
 def _only(folder: Path, kind: str) -> Path:
@@ -138,7 +141,7 @@ def main(arguments: list[str]) -> int:
     try:
         given = folder.glob("*.csv") if folder.is_dir() else ()
         file = OutputFile(out, "convert_ximu", inputs=given, option="OUT.csv")
-        file.write(_NOTE.encode() + log_content(out, convert(folder)))
+        file.write(_NOTE.encode() + content_of(out, convert(folder)))
     except InputError as error:
         print(f"error: {error}", file=sys.stderr)
         return 2

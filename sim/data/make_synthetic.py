@@ -6,13 +6,14 @@ import sys
 
 from boresight.disk.output import OutputFile
 from boresight.model.errors import InputError
-from boresight.sim.attitude.log import Log, log_content
+from boresight.sim.records.files import content_of
+from boresight.sim.records.record import Record
 from boresight.sim.worlds.synthetic import SensorError, synthetic_log
 
 __all__ = ["synthetic_60s"]
 
 
-def synthetic_60s() -> Log:
+def synthetic_60s() -> Record:
     """Make the bundled log: 100 Hz, modest sensor errors, a magnetometer at 10 Hz, exact truth."""
     return synthetic_log(
         seconds=60.0,
@@ -34,7 +35,7 @@ def main(arguments: list[str]) -> int:
         return 2
     try:
         file = OutputFile(arguments[0], "make_synthetic", option="OUT.csv")
-        file.write(log_content(arguments[0], synthetic_60s()))
+        file.write(content_of(arguments[0], synthetic_60s()))
     except InputError as error:
         print(f"error: {error}", file=sys.stderr)
         return 2

@@ -24,17 +24,9 @@ FloatArray = npt.NDArray[np.float64]
 def triad_matrix(s: npt.ArrayLike, b: npt.ArrayLike) -> FloatArray:
     """Mean of ``S B^-1``, from platform to sensor axes: (3, 3).
 
-    Parameters
-    ----------
-    s : array_like, (repetitions, 3, 3)
-        Axes as the sensor saw them, one column each.
-    b : array_like, (3, 3)
-        The same axes in platform coordinates, one column each.
-
-    Raises
-    ------
-    InputError
-        If a shape is wrong, a value is not finite, or the axes b lie in a plane.
+    ``s`` (repetitions, 3, 3) are axes as the sensor saw them, ``b`` (3, 3) the same in platform
+    coordinates, one column each. `InputError` if a shape is wrong, a value is not finite, or the
+    axes b lie in a plane.
     """
     s, b = np.asarray(s, dtype=np.float64), np.asarray(b, dtype=np.float64)
     if s.ndim != 3 or s.shape[1:] != (3, 3) or not len(s) or b.shape != (3, 3):
@@ -51,10 +43,7 @@ def triad_matrix(s: npt.ArrayLike, b: npt.ArrayLike) -> FloatArray:
 def nearest_rotation(t: npt.ArrayLike) -> FloatArray:
     """The rotation nearest to a matrix: ``T (T^T T)^(-1/2)`` (3, 3).
 
-    Raises
-    ------
-    InputError
-        If T is singular or a reflection: then there is none.
+    `InputError` if T is singular or a reflection: then there is none.
     """
     t = np.asarray(t, dtype=np.float64)
     if t.shape != (3, 3) or not np.isfinite(t).all():

@@ -12,12 +12,7 @@ import numpy.typing as npt
 from boresight.gateware.core import build_core
 from boresight.model.errors import InputError
 from boresight.model.estimators import ESTIMATORS
-from boresight.sim.attitude.log import Log
-from boresight.sim.attitude.rotation import (
-    matrix_to_quaternion,
-    quaternion_to_euler,
-    quaternion_to_rotation_vector,
-)
+from boresight.sim.attitude.rotation import matrix_to_quaternion, quaternion_to_rotation_vector
 from boresight.sim.experiments import ma2014_paper as paper
 from boresight.sim.experiments.calibration import (
     nearest_rotation,
@@ -33,6 +28,7 @@ from boresight.sim.experiments.ma2014_methods import (
     run_fixed,
     run_float,
     score,
+    truth_deg,
 )
 from boresight.sim.experiments.ma2014_targets import entries_in_band, targets
 from boresight.sim.experiments.ma2014_world import (
@@ -47,6 +43,7 @@ from boresight.sim.experiments.ma2014_world import (
     noise_free_log,
 )
 from boresight.sim.experiments.spectrum import line_amplitude, share, spectrum
+from boresight.sim.records.record import Record
 from boresight.sim.worlds.devices import TABLE_2, facts_json
 from boresight.sim.worlds.triad import misalignment
 
@@ -96,7 +93,7 @@ def _row(error: FloatArray) -> dict[str, Any]:
 
 def _stacked(seeds: Sequence[int], say: Say) -> tuple[dict[str, Any], dict[str, FloatArray]]:
     """Section 3.2 in every case: rows of Table 3, and the errors of case C (steps, runs, 3)."""
-    logs: list[Log] = []
+    logs: list[Record] = []
     parts: dict[str, slice] = {}
     for name, case in CASES.items():
         used = seeds if name in JUDGED else seeds[:SIDE_RUNS]
@@ -270,7 +267,7 @@ def _calibration(seed: int, repetitions: int = 10, sight_deg: float = 0.5) -> di
     return {"sight_deg": sight_deg, "rows": rows}
 
 
-def _claims(methods: Sequence[Method], log: Log, say: Say) -> list[dict[str, Any]]:
+def _claims(methods: Sequence[Method], log: Record, say: Say) -> list[dict[str, Any]]:
     """What must hold whatever the numbers are: C equals the integer interpreter."""
     out, done = [], set()
     for method in methods:
@@ -290,14 +287,9 @@ def _claims(methods: Sequence[Method], log: Log, say: Say) -> list[dict[str, Any
     return out
 
 
-def _truth_deg(log: Log) -> FloatArray:
-    assert log.q is not None
-    return np.degrees(quaternion_to_euler(log.q))
-
-
-def _table_1(log: Log) -> list[dict[str, Any]]:
+def _table_1(log: Record) -> list[dict[str, Any]]:
     """Table 1 and what the simulated stages do; Euler angles differ from stage angles."""
-    euler = _truth_deg(log)
+    euler = truth_deg(log)
     rows, end = [], 0.0
     for row, swing, stage in zip(paper.TABLE_1, E2.swings, np.degrees(E2.ends), strict=True):
         end += swing.seconds
@@ -351,7 +343,7 @@ def run(*, seed: int = 1, runs: int = RUNS, progress: Say | None = None) -> dict
     kinematics = _kinematics(say)
     claims = _claims(available(), first, say)
     timing = _timing(say)
-    t, truth = first.t[LEAD:], _truth_deg(first)
+    t, truth = first.values("t", "s")[LEAD:], truth_deg(first)
     difference = {}
     for key in KALMAN:
         for case in ("C", "noise"):

@@ -15,13 +15,14 @@ from boresight.model.estimator import Estimator, input_words
 from boresight.model.estimators import ESTIMATORS
 from boresight.model.estimators.complementary import per_sample_gains
 from boresight.model.words.program import Program
-from boresight.sim.attitude.feed import inputs_of
-from boresight.sim.attitude.log import Log
 from boresight.sim.attitude.rotation import quaternion_to_euler, wrap_rad
 from boresight.sim.compare.check import with_params
 from boresight.sim.experiments.ma2014_letter import filter_to_the_letter, mag_acc_angles
 from boresight.sim.experiments.ma2014_paper import KI, KP
 from boresight.sim.experiments.ma2014_world import AVERAGED, FIELD_UT, LEAD, LOOP_HZ
+from boresight.sim.records.feed import feed
+from boresight.sim.records.nine_axis import NineAxis
+from boresight.sim.records.record import Record
 from boresight.sim.records.segments import interpret
 from boresight.sim.worlds.devices import GRAVITY, TABLE_2
 
@@ -35,6 +36,7 @@ __all__ = [
     "run_fixed",
     "run_float",
     "score",
+    "truth_deg",
 ]
 
 FloatArray = npt.NDArray[np.float64]
@@ -129,9 +131,9 @@ def kalman_parameters(name: str) -> dict[str, float]:
     return {p.name: max(known[p.name], p.low) for p in ESTIMATORS[name].params if p.name in known}
 
 
-def _records(estimator: Estimator, logs: Sequence[Log]) -> FloatArray:
+def _records(estimator: Estimator, logs: Sequence[Record]) -> FloatArray:
     """(steps, n_inputs, runs)."""
-    return np.stack([inputs_of(estimator, log) for log in logs], axis=-1)
+    return np.stack([feed(estimator, log).inputs for log in logs], axis=-1)
 
 
 def _angles(outputs: dict[str, Any]) -> FloatArray:
@@ -139,18 +141,19 @@ def _angles(outputs: dict[str, Any]) -> FloatArray:
     return 180.0 * np.stack([outputs[k] for k in ("pitch", "roll", "heading")], axis=-1)
 
 
-def run_float(method: Method, logs: Sequence[Log]) -> FloatArray:
+def run_float(method: Method, logs: Sequence[Record]) -> FloatArray:
     """Angles [deg] of every log, float64: (steps, runs, 3)."""
     if method.estimator is not None:
         estimator = ESTIMATORS[method.estimator]()
         run = estimator.run_float(_records(estimator, logs), params=_params(method))
         return _angles(run.outputs)
+    views = [NineAxis.of(log) for log in logs]
     acc, mag, gyr = (
-        np.stack([getattr(log, k) for log in logs], axis=1) for k in ("acc", "mag", "gyr")
+        np.stack([getattr(v, k) for v in views], axis=1) for k in ("acc", "mag", "gyr")
     )
     measured = mag_acc_angles(acc, mag, FIELD_UT)
     if method.key == "letter":
-        measured = filter_to_the_letter(measured, gyr, float(logs[0].dt[0]), KP, KI)
+        measured = filter_to_the_letter(measured, gyr, float(views[0].dt[0]), KP, KI)
     return np.degrees(measured)
 
 
@@ -164,7 +167,7 @@ def program_of(method: Method, params: dict[str, float] | None = None) -> Progra
 
 
 def run_fixed(
-    method: Method, logs: Sequence[Log], *, params: dict[str, float] | None = None
+    method: Method, logs: Sequence[Record], *, params: dict[str, float] | None = None
 ) -> tuple[FloatArray, int]:
     """Angles [deg] of every log in fixed point (C model), and the number of saturated updates."""
     program = program_of(method, params)
@@ -184,7 +187,7 @@ def run_fixed(
     return out, saturated
 
 
-def count_mismatches(method: Method, log: Log) -> tuple[int, int]:
+def count_mismatches(method: Method, log: Record) -> tuple[int, int]:
     """Updates in which C and the integer interpreter differ, and updates compared."""
     program = program_of(method)
     estimator = ESTIMATORS[method.estimator or ""]()
@@ -195,13 +198,12 @@ def count_mismatches(method: Method, log: Log) -> tuple[int, int]:
     return int(wrong.sum()) + int(run.broken_at is not None), len(words)
 
 
-def truth_deg(log: Log) -> FloatArray:
+def truth_deg(log: Record) -> FloatArray:
     """Pitch, roll, heading [deg] of the truth (steps, 3)."""
-    assert log.q is not None
-    return np.degrees(quaternion_to_euler(log.q))
+    return np.degrees(quaternion_to_euler(NineAxis.of(log).attitude))
 
 
-def score(angles: FloatArray, logs: Sequence[Log]) -> FloatArray:
+def score(angles: FloatArray, logs: Sequence[Record]) -> FloatArray:
     """Error [deg] of the samples from t = 0 on: (steps - LEAD, runs, 3)."""
     truth = np.stack([truth_deg(log) for log in logs], axis=1)
     return np.degrees(wrap_rad(np.radians(angles - truth)))[LEAD:]

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from boresight.sim.attitude.log import Log
 from boresight.sim.experiments.ma2014_paper import TABLE_1
+from boresight.sim.records.record import Record
 from boresight.sim.worlds.devices import TABLE_2, accelerometer, gyro, magnetometer
 from boresight.sim.worlds.motion import StackedMotion, Swing
 from boresight.sim.worlds.recording import Sensors, record
-from boresight.sim.worlds.triad import misalignment, soft_iron
+from boresight.sim.worlds.triad import Triad, misalignment, soft_iron
 
 __all__ = [
     "AVERAGED",
@@ -116,7 +116,7 @@ CASES = {
 }
 
 
-def make_log(motion: StackedMotion, case: Case, seed: int) -> Log:
+def make_log(motion: StackedMotion, case: Case, seed: int) -> Record:
     """The log of a motion at the loop's rate, `LEAD` samples at rest first."""
     rng = np.random.default_rng(np.random.SeedSequence([seed, 2014]))
     turn = misalignment(rng, math.radians(case.misalignment_deg))
@@ -133,10 +133,8 @@ def make_log(motion: StackedMotion, case: Case, seed: int) -> Log:
     )
 
 
-def noise_free_log(motion: StackedMotion, rate_hz: float) -> Log:
+def noise_free_log(motion: StackedMotion, rate_hz: float) -> Record:
     """The same with ideal sensors at another rate."""
-    from boresight.sim.worlds.triad import Triad
-
     ideal = Triad(rate_hz, 0.0, 1e9)
     return record(
         motion,

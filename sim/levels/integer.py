@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 import numpy.typing as npt
 
 from boresight.firmware.build import CModel
-from boresight.model.estimator import input_words
+from boresight.model.estimator import input_words, param_words
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Program
@@ -57,6 +59,11 @@ class Emitted:
     def __init__(self, program: Program) -> None:
         self.program = program
         self._model = CModel(program)
+
+    def set_params(self, values: Mapping[str, float]) -> None:
+        """Write every parameter register; it stays so over a reset."""
+        for number, word in param_words(self.program, values).items():
+            self._model.set_param(self.program.values[number].name, word)
 
     def reset(self) -> None:
         """Set the states to their start words."""

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
 
-__all__ = ["Level", "Run", "run_of_words"]
+__all__ = ["Level", "Run", "outputs_of", "run_of_words"]
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -83,8 +83,13 @@ def run_of_words(
     interval_cycles: IntArray | None = None,
 ) -> Run:
     """A run of a level that computes words."""
-    outputs = {
+    outputs = outputs_of(program, words)
+    return Run(outputs, words, saturated, states, latency_cycles, interval_cycles)
+
+
+def outputs_of(program: Program, words: IntArray) -> dict[str, FloatArray]:
+    """Output words (n, n_outputs) as real values (n,) by name."""
+    return {
         name: program.format(value).real(words[:, k])
         for k, (name, value) in enumerate(zip(program.output_names, program.outputs, strict=True))
     }
-    return Run(outputs, words, saturated, states, latency_cycles, interval_cycles)

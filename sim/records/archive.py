@@ -10,26 +10,22 @@ from __future__ import annotations
 import io
 import zipfile
 import zlib
-from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from boresight.model.declarations import QUATERNION
 from boresight.model.errors import InputError
+from boresight.sim.records.nine_axis import TRIADS
 from boresight.sim.records.record import Record, columns_of, index_place, name_of
 from boresight.sim.records.steps import RESTART_S, steps_of
 
-__all__ = ["arrays_of", "format_npz", "parse_npz"]
+__all__ = ["format_npz", "parse_npz"]
 
 #: Arrays of the nine-axis form, and their columns.
-_TRIPLES = {
-    "gyr": ("gx", "gy", "gz"),
-    "acc": ("ax", "ay", "az"),
-    "mag": ("mx", "my", "mz"),
-    "q": ("qw", "qx", "qy", "qz"),
-}
+_TRIPLES = {**{key: names for key, (names, _) in TRIADS.items()}, "q": QUATERNION}
 #: What numpy, zipfile and zlib raise on bytes that are no archive, or a damaged one.
 _UNREADABLE = (
     AttributeError,
@@ -55,19 +51,11 @@ def format_npz(record: Record) -> bytes:
     return buffer.getvalue()
 
 
-def arrays_of(
-    path: Path, content: bytes, names: Collection[str] | None = None
-) -> dict[str, npt.NDArray[Any]]:
-    """Arrays of an archive, those of ``names`` or all; other ones are not looked at.
-
-    Raises
-    ------
-    InputError
-        It is no archive of plain arrays.
-    """
+def _arrays_of(path: Path, content: bytes) -> dict[str, npt.NDArray[Any]]:
+    """Arrays of an archive; InputError if it is none of plain arrays."""
     try:
         archive = np.load(io.BytesIO(content), allow_pickle=False)
-        return {key: archive[key] for key in archive.files if names is None or key in names}
+        return {key: archive[key] for key in archive.files}
     except _UNREADABLE:
         raise InputError.at(
             str(path),
@@ -92,7 +80,7 @@ def parse_npz(path: Path, content: bytes) -> Record:
     InputError
         It is no such archive; the message names the array and the index, from 0.
     """
-    held = arrays_of(path, content)
+    held = _arrays_of(path, content)
     if not held:
         raise InputError.at(
             str(path), wanted="arrays", found="an empty archive", fix="store one array per column"
@@ -108,9 +96,9 @@ def _flattened(where: str, held: dict[str, npt.NDArray[Any]]) -> dict[str, npt.N
     for key, array in held.items():
         names = _TRIPLES.get(key)
         if names is None or array.ndim == 1:
-            flat[key] = array
+            parts = {key: array}
         elif array.ndim == 2 and array.shape[1] == len(names):
-            flat.update({name: array[:, k] for k, name in enumerate(names)})
+            parts = {name: array[:, k] for k, name in enumerate(names)}
         else:
             raise InputError.at(
                 f"{where}, array {key}",
@@ -118,6 +106,15 @@ def _flattened(where: str, held: dict[str, npt.NDArray[Any]]) -> dict[str, npt.N
                 found=repr(array.shape),
                 fix="store one row per sample",
             )
+        twice = [name for name in parts if name in flat]
+        if twice:
+            raise InputError.at(
+                where,
+                wanted="every column once",
+                found=f"{twice[0]} alone and in an array of several columns",
+                fix="keep one of them",
+            )
+        flat |= parts
     if rate is None and restart is None:
         return flat
     if "t" not in flat or "dt" in flat:

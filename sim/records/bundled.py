@@ -22,23 +22,7 @@ def bundled_names() -> tuple[str, ...]:
 
 
 def bundled(name: str) -> Path:
-    """Path of a bundled log.
-
-    Parameters
-    ----------
-    name : str
-        One of `bundled_names`.
-
-    Returns
-    -------
-    Path
-        Of a CSV log that `sim.attitude.log.read_log` reads.
-
-    Raises
-    ------
-    InputError
-        If there is no such log.
-    """
+    """Path of one of `bundled_names`, a CSV log; `InputError` if there is none of that name."""
     if name not in bundled_names():
         known = ", ".join(bundled_names())
         raise InputError(f"name must be one of the bundled logs ({known}), not {name!r}")

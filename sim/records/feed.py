@@ -7,21 +7,17 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from boresight.model.declarations import EXACT_UNITS, QUATERNION, Input
+from boresight.model.declarations import QUATERNION, Input
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, input_words
 from boresight.model.words.program import Program
+from boresight.sim.records.nine_axis import check_norm, truth_names
 from boresight.sim.records.plausible import warnings_of
-from boresight.sim.records.record import TRUTH, Column, Record
-from boresight.sim.records.steps import steps_of
-from boresight.sim.records.units import UnitError, linear
+from boresight.sim.records.record import Record
 
 __all__ = ["Feed", "feed"]
 
 FloatArray = npt.NDArray[np.float64]
-
-#: A reference quaternion may be off norm one by this much: it was rounded to be written down.
-_NORM_TOLERANCE = 0.01
 BoolArray = npt.NDArray[np.bool_]
 
 
@@ -43,6 +39,8 @@ class Feed:
         Samples beyond the range of inputs that are declared to be clamped.
     truth : dict of str to float64 (n,)
         By output name, in its unit; NaN where the record has none.
+    counts : bool (n,)
+        Samples that count in an error against truth: where a column ``mov`` is not 0, or all.
     warnings : tuple of str
         What cannot be what its unit says, in words.
     """
@@ -53,6 +51,7 @@ class Feed:
     new: BoolArray
     clamped: dict[str, int]
     truth: dict[str, FloatArray]
+    counts: BoolArray
     warnings: tuple[str, ...]
 
     def __len__(self) -> int:
@@ -95,7 +94,7 @@ def feed(estimator: Estimator, record: Record) -> Feed:
         if declared.flags:
             new[:, k] = new[:, [place[name] for name in declared.flags]].all(axis=1)
             inputs[:, k] = np.clip(new[:, k].astype(np.float64), declared.low, declared.high)
-    t = _converted(record, "t", record.columns["t"], "s") if "t" in record.columns else None
+    t = record.values("t", "s") if "t" in record.columns else None
     return Feed(
         record,
         t,
@@ -103,6 +102,7 @@ def feed(estimator: Estimator, record: Record) -> Feed:
         new,
         clamped,
         _truth(estimator, record),
+        record.columns["mov"].values != 0.0 if "mov" in record.columns else np.ones(n, dtype=bool),
         warnings_of(estimator, inputs, new),
     )
 
@@ -111,8 +111,7 @@ def _values(estimator: Estimator, record: Record, declared: Input) -> FloatArray
     """Values of an input's column in its unit, NaN where there is no new sample."""
     if declared.name not in record.columns:
         if declared.name == "dt" and "t" in record.columns:
-            t = _converted(record, "t", record.columns["t"], "s")
-            return steps_of(record.where, t)
+            return record.steps()
         raise InputError.at(
             record.where,
             wanted=f"a column {declared.name} [{declared.unit}], an input of {estimator.name}",
@@ -120,22 +119,7 @@ def _values(estimator: Estimator, record: Record, declared: Input) -> FloatArray
             + (", ..." if len(record.columns) > 12 else ""),
             fix="add it, or rename the one that holds it",
         )
-    return _converted(record, declared.name, record.columns[declared.name], declared.unit)
-
-
-def _converted(record: Record, name: str, column: Column, unit: str) -> FloatArray:
-    if column.unit is None or column.unit == unit or unit in EXACT_UNITS:
-        return column.values
-    try:
-        factor, offset = linear(column.unit, unit)
-    except UnitError as error:
-        raise InputError.at(
-            f"{record.where}, column {name}",
-            wanted=f"a unit that converts to {unit or 'a plain number'}",
-            found=f"{column.unit} ({error})",
-            fix="correct the unit in the header",
-        ) from None
-    return column.values * factor + offset
+    return record.values(declared.name, declared.unit)
 
 
 def _filled(record: Record, declared: Input, values: FloatArray) -> FloatArray:
@@ -173,28 +157,12 @@ def _refuse_range(record: Record, declared: Input, values: FloatArray, count: in
 def _truth(estimator: Estimator, record: Record) -> dict[str, FloatArray]:
     """Truth of the outputs: columns ``NAME_true``, or NAME itself where it is no input."""
     inputs = {i.name for i in estimator.inputs}
-    found = {}
-    for output in estimator.outputs:
-        for name in (f"{output.name}{TRUTH}", output.name):
-            if name in record.columns and name not in inputs:
-                column = record.columns[name]
-                found[output.name] = _converted(record, name, column, output.unit)
-                break
+    names = truth_names(record)
+    found = {
+        o.name: record.values(names[o.name], o.unit)
+        for o in estimator.outputs
+        if names.get(o.name, o.name) not in inputs and o.name in names
+    }
     if all(name in found for name in QUATERNION):
-        _refuse_norm(record, np.stack([found[name] for name in QUATERNION], axis=1))
+        check_norm(record, np.stack([found[name] for name in QUATERNION], axis=1))
     return found
-
-
-def _refuse_norm(record: Record, q: FloatArray) -> None:
-    """Refuse a reference that is no attitude."""
-    with np.errstate(over="ignore"):
-        norm = np.sqrt((q * q).sum(axis=1))
-    off = np.abs(norm - 1.0) > _NORM_TOLERANCE
-    if off.any():
-        row = int(np.argmax(off))
-        raise InputError.at(
-            record.place(row, QUATERNION[0]),
-            wanted="a quaternion of norm 1",
-            found=f"norm {norm[row]:.6g}",
-            fix="correct it, or leave the whole quaternion out",
-        )

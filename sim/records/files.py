@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from boresight.sim.records.archive import parse_npz
+from boresight.sim.records.archive import format_npz, parse_npz
 from boresight.sim.records.reading import read_bytes
 from boresight.sim.records.record import Record
-from boresight.sim.records.text import parse_csv
+from boresight.sim.records.text import format_csv, parse_csv
 
-__all__ = ["read_record"]
+__all__ = ["content_of", "read_record"]
 
 
 def read_record(path: str | os.PathLike[str]) -> Record:
@@ -24,4 +24,13 @@ def read_record(path: str | os.PathLike[str]) -> Record:
     """
     path = Path(path)
     content = read_bytes(path, "a log file that can be read")
-    return (parse_npz if path.suffix.lower() == ".npz" else parse_csv)(path, content)
+    return (parse_npz if _is_npz(path) else parse_csv)(path, content)
+
+
+def content_of(path: str | os.PathLike[str], record: Record) -> bytes:
+    """A record as the bytes of a log file of that name, which `read_record` reads back exactly."""
+    return format_npz(record) if _is_npz(Path(path)) else format_csv(record).encode()
+
+
+def _is_npz(path: Path) -> bool:
+    return path.suffix.lower() == ".npz"

@@ -1,32 +1,180 @@
-"""Between a nine-axis log with attitude and a record."""
+"""The nine-axis log: the record of a gyro, an accelerometer and a magnetometer on one body.
+
+Columns ``t`` [s]; ``gx gy gz`` [rad/s], the mean body rate of the step that ends at ``t``; ``ax ay
+az`` [m/s^2], the specific force, +g on the axis that points up at rest; ``mx my mz`` [uT], no
+value in rows where the magnetometer had nothing new; perhaps ``qw qx qy qz``, the attitude b to n
+(Hamilton, scalar first, ENU), ``dt`` [s] and ``mov``.
+"""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
-from boresight.sim.attitude.log import Log
-from boresight.sim.records.record import Column, Record, index_place
+from boresight.model.declarations import QUATERNION
+from boresight.model.errors import InputError
+from boresight.sim.records.record import TRUTH, Column, Record, index_place
+from boresight.sim.records.steps import steps_of
 
-__all__ = ["record_of"]
+__all__ = ["NineAxis", "check_norm", "truth_names"]
+
+FloatArray = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
+
+#: Columns of each sensor, and their unit.
+TRIADS = {
+    "gyr": (("gx", "gy", "gz"), "rad/s"),
+    "acc": (("ax", "ay", "az"), "m/s^2"),
+    "mag": (("mx", "my", "mz"), "uT"),
+}
+#: A reference quaternion may be off norm one by this much: it was rounded to be written down.
+_NORM_TOLERANCE = 0.01
 
 
-def record_of(log: Any) -> Record:
-    """The record of a log, or of what `Record.of` takes.
+@dataclass(frozen=True, eq=False)
+class NineAxis:
+    """A nine-axis record, sensor by sensor.
 
-    A nine-axis log gives the columns ``t dt gx .. az mx .. mz``, and ``qw .. qz`` and ``mov`` if it
-    has them: a field that is not new is NaN, a restart is a time step of `RESTART_S`.
+    Attributes
+    ----------
+    t : float64 (n,)
+        Times [s].
+    gyr, acc, mag : float64 (n, 3)
+        In rad/s, m/s^2 and uT; rows of ``mag`` without a new sample are NaN.
+    q : float64 (n, 4) or None
+        Reference attitude; NaN rows have none.
+    steps : float64 (n,) or None
+        Time steps [s], where they are not the differences of ``t``; `RESTART_S` begins anew.
+    mov : bool (n,) or None
+        Samples that count when errors are averaged.
     """
-    if not isinstance(log, Log):
-        return Record.of(log)
-    columns = {"t": log.t, "dt": log.dt}
-    for letter, triple in (("g", log.gyr), ("a", log.acc), ("m", log.mag)):
-        columns |= {f"{letter}{axis}": triple[:, k] for k, axis in enumerate("xyz")}
-    if log.q is not None:
-        columns |= {f"q{axis}": log.q[:, k] for k, axis in enumerate("wxyz")}
-    if log.mov is not None:
-        columns["mov"] = log.mov.astype(np.float64)
-    return Record(
-        log.name, {n: Column(v) for n, v in columns.items()}, index_place(f"log {log.name!r}")
-    )
+
+    name: str
+    t: FloatArray
+    gyr: FloatArray
+    acc: FloatArray
+    mag: FloatArray
+    q: FloatArray | None = None
+    steps: FloatArray | None = None
+    mov: BoolArray | None = None
+
+    @classmethod
+    def of(cls, record: Record) -> NineAxis:
+        """The sensors of a record, whatever its units are.
+
+        Raises
+        ------
+        InputError
+            A column is missing, a gyro or accelerometer sample too, a field or an attitude is
+            there in part, or an attitude has not the norm one.
+        """
+        triads = {key: _stack(record, names, unit) for key, (names, unit) in TRIADS.items()}
+        for key in ("gyr", "acc"):
+            _refuse(record, TRIADS[key][0], np.isnan(triads[key]))
+        names = truth_names(record)
+        q = None
+        if all(n in names for n in QUATERNION):
+            q = _stack(record, [names[n] for n in QUATERNION], "")
+            check_norm(record, q)
+            _refuse_parts(record, [names[n] for n in QUATERNION], q)
+        _refuse_parts(record, TRIADS["mag"][0], triads["mag"])
+        mov = record.columns["mov"].values != 0.0 if "mov" in record.columns else None
+        t = _stack(record, ["t"], "s")[:, 0]
+        return cls(record.name, t, **triads, q=q, steps=record.steps(), mov=mov)
+
+    def record(self) -> Record:
+        """The record."""
+        columns = {"t": self.t} | ({} if self.steps is None else {"dt": self.steps})
+        for key, (names, _) in TRIADS.items():
+            columns |= dict(zip(names, getattr(self, key).T, strict=True))
+        if self.q is not None:
+            columns |= dict(zip(QUATERNION, self.q.T, strict=True))
+        if self.mov is not None:
+            columns["mov"] = self.mov.astype(np.float64)
+        place = index_place(f"log {self.name!r}")
+        return Record(self.name, {n: Column(v.copy()) for n, v in columns.items()}, place)
+
+    def __len__(self) -> int:
+        """Count the samples."""
+        return len(self.t)
+
+    @property
+    def attitude(self) -> FloatArray:
+        """Reference attitude (n, 4); `InputError` if there is none."""
+        if self.q is None:
+            raise InputError.at(
+                f"log {self.name!r}",
+                wanted="a reference attitude",
+                found="none",
+                fix="use a log with qw,qx,qy,qz",
+            )
+        return self.q
+
+    @property
+    def counts(self) -> BoolArray:
+        """Samples (n,) that count when errors are averaged."""
+        return np.ones(len(self), dtype=np.bool_) if self.mov is None else self.mov
+
+    @property
+    def mag_new(self) -> BoolArray:
+        """Whether the magnetometer had a new sample, (n,)."""
+        return np.asarray(~np.isnan(self.mag[:, 0]))
+
+    @property
+    def dt(self) -> FloatArray:
+        """Time step that ends at each sample [s], (n,)."""
+        return steps_of(f"log {self.name!r}", self.t) if self.steps is None else self.steps
+
+
+def truth_names(record: Record) -> Mapping[str, str]:
+    """Columns that may hold a truth, by output name: ``NAME_true``, else ``NAME`` itself."""
+    told = {n.removesuffix(TRUTH): n for n in record.columns if n.endswith(TRUTH)}
+    return {n: n for n in record.columns} | told
+
+
+def check_norm(record: Record, q: FloatArray) -> None:
+    """Refuse a reference (n, 4) that is no attitude: `InputError` names the row."""
+    with np.errstate(over="ignore"):
+        norm = np.sqrt((q * q).sum(axis=1))
+    off = np.abs(norm - 1.0) > _NORM_TOLERANCE
+    if off.any():
+        row = int(np.argmax(off))
+        raise InputError.at(
+            record.place(row, QUATERNION[0]),
+            wanted="a quaternion of norm 1",
+            found=f"norm {norm[row]:.6g}",
+            fix="correct it, or leave the whole quaternion out",
+        )
+
+
+def _stack(record: Record, names: Sequence[str], unit: str) -> FloatArray:
+    """Columns side by side, (n, k)."""
+    for name in names:
+        if name not in record.columns:
+            raise InputError.at(
+                record.where,
+                wanted="the columns t,gx,gy,gz,ax,ay,az,mx,my,mz",
+                found=f"none named {name}",
+                fix="add what is missing",
+            )
+    return np.stack([record.values(name, unit) for name in names], axis=1)
+
+
+def _refuse_parts(record: Record, names: Sequence[str], values: FloatArray) -> None:
+    """Refuse rows of which some values are there and some are not."""
+    gap = np.isnan(values)
+    _refuse(record, names, gap & ~gap.all(axis=1, keepdims=True), ", or none in all of the row")
+
+
+def _refuse(record: Record, names: Sequence[str], bad: BoolArray, more: str = "") -> None:
+    if bad.any():
+        row, k = divmod(int(np.argmax(bad)), bad.shape[1])
+        raise InputError.at(
+            record.place(row, names[k]),
+            wanted=f"a number{more}",
+            found="no value",
+            fix="complete or remove the row",
+        )

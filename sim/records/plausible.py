@@ -47,7 +47,7 @@ _RULES = (
 def warnings_of(
     estimator: Estimator, inputs: FloatArray, new: npt.NDArray[np.bool_]
 ) -> tuple[str, ...]:
-    """One line for each sensor whose typical value is odd.
+    """One line for each sensor whose typical value is odd, or that has values in part.
 
     Parameters
     ----------
@@ -59,6 +59,9 @@ def warnings_of(
     found = []
     for names, columns in _sensors(estimator):
         rows = new[:, columns].all(axis=1)
+        partly = int((new[:, columns].any(axis=1) & ~rows).sum())
+        if partly and len(columns) == 3:
+            found.append(f"{' '.join(names)}: {partly} rows have some of them, not all")
         if not rows.any():
             continue
         unit = estimator.inputs[columns[0]].unit

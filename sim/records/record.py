@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from boresight.model.declarations import EXACT_UNITS
 from boresight.model.errors import InputError
+from boresight.sim.records.steps import steps_of
+from boresight.sim.records.units import UnitError, linear
 
 __all__ = ["TRUTH", "Column", "Record", "index_place"]
 
@@ -38,7 +42,11 @@ def name_of(path: Path) -> str:
 
 def index_place(where: str) -> Place:
     """Names values by array and index from 0: ``<where>, gx[12]``."""
-    return lambda row, column: f"{where}, {column}[{row}]"
+    return partial(_by_index, where)
+
+
+def _by_index(where: str, row: int, column: str) -> str:
+    return f"{where}, {column}[{row}]"
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,11 +121,43 @@ class Record:
         """Count the samples."""
         return len(next(iter(self.columns.values())).values)
 
+    def values(self, name: str, unit: str) -> FloatArray:
+        """A column in a unit; as it stands where it says none.
+
+        Raises
+        ------
+        InputError
+            The column's unit is not known, or of another dimension.
+        """
+        column = self.columns[name]
+        if column.unit in (None, unit) or unit in EXACT_UNITS:
+            return column.values
+        assert column.unit is not None
+        try:
+            factor, offset = linear(column.unit, unit)
+        except UnitError as error:
+            raise InputError.at(
+                f"{self.where}, column {name}",
+                wanted=f"a unit that converts to {unit or 'a plain number'}",
+                found=f"{column.unit} ({error})",
+                fix="correct the unit in the header",
+            ) from None
+        return column.values * factor + offset
+
+    def steps(self) -> FloatArray:
+        """Time steps (n,) in seconds: the column ``dt``, or the differences of ``t``."""
+        if "dt" in self.columns:
+            return self.values("dt", "s")
+        return steps_of(self.where, self.values("t", "s"))
+
     def head(self, steps: int | None) -> Record:
-        """The leading samples; all of them for None."""
+        """The leading samples, with the time steps that they have in the whole; all for None."""
         if steps is None or steps >= len(self):
             return self
-        cut = {n: Column(c.values[:steps], c.unit) for n, c in self.columns.items()}
+        columns = dict(self.columns)
+        if "t" in columns and "dt" not in columns:
+            columns["dt"] = Column(self.steps())
+        cut = {n: Column(c.values[:steps], c.unit) for n, c in columns.items()}
         return Record(self.name, cut, self.place, self.source)
 
     @classmethod

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from boresight.model.errors import InputError
 from boresight.sim.records.record import Column, Record, name_of, split_header
 
-__all__ = ["fields_of", "format_csv", "lines_of", "parse_csv"]
+__all__ = ["format_csv", "parse_csv"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -46,7 +46,7 @@ def parse_csv(path: Path, content: bytes) -> Record:
     InputError
         It is no such table; the message names the line and the column.
     """
-    lines = lines_of(path, content)
+    lines = _lines_of(path, content)
     top = next((k for k, s in enumerate(lines) if s.strip() and not s.startswith("#")), None)
     if top is None:
         raise InputError.at(
@@ -78,7 +78,7 @@ def _place(path: Path, first_line: int, row: int, column: str) -> str:
     return f"{path}, line {row + first_line}, column {column}"
 
 
-def lines_of(path: Path, content: bytes) -> list[str]:
+def _lines_of(path: Path, content: bytes) -> list[str]:
     """Lines of a text file, however they end; InputError if it is binary."""
     try:
         text = content.decode("utf-8-sig")
@@ -115,18 +115,9 @@ def _header(where: str, line: str) -> list[tuple[str, str | None]]:
     return heads
 
 
-def fields_of(
-    path: Path, first_line: int, width: int, rows: list[str]
-) -> tuple[list[str], FloatArray]:
-    """Fields of all rows, one after another, and their values (rows, width).
-
-    NaN stands for an empty field, infinity for what is no finite number.
-
-    Raises
-    ------
-    InputError
-        A row has another number of fields.
-    """
+def _table(path: Path, first_line: int, names: list[str], rows: list[str]) -> FloatArray:
+    """Values (rows, columns), NaN for an empty field; InputError names what is no number."""
+    width = len(names)
     counts = np.array([row.count(",") for row in rows]) + 1
     if (counts != width).any():
         row = int(np.argmax(counts != width))
@@ -138,15 +129,11 @@ def fields_of(
         )
     body = ",".join(rows)
     fields = body.split(",")
-    return fields, _numbers(body, fields).reshape(-1, width)
-
-
-def _table(path: Path, first_line: int, names: list[str], rows: list[str]) -> FloatArray:
-    fields, table = fields_of(path, first_line, len(names), rows)
+    table = _numbers(body, fields).reshape(-1, width)
     bad = np.isinf(table)
     if bad.any():
-        row, column = divmod(int(np.argmax(bad)), len(names))
-        field = fields[row * len(names) + column].strip()
+        row, column = divmod(int(np.argmax(bad)), width)
+        field = fields[row * width + column].strip()
         raise InputError.at(
             _place(path, first_line, row, names[column]),
             wanted="a finite number, or nothing",

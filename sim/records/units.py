@@ -11,7 +11,7 @@ import re
 from functools import cache
 from typing import Any
 
-__all__ = ["UnitError", "known", "linear"]
+__all__ = ["UnitError", "linear"]
 
 #: ``gauss`` or ``G``, perhaps with a prefix.
 _GAUSS = re.compile(r"(?<!\w)(milli|micro|kilo|[muk])?(?:gauss|G)(?!\w)")
@@ -46,6 +46,8 @@ def linear(given: str, wanted: str) -> tuple[float, float]:
     registry = _registry()
     quantity, target = registry.Quantity, _parsed(wanted)
     source = _parsed(given)
+    if _frequency(source) and _frequency(target) and _turns(source) != _turns(target):
+        raise UnitError(f"{given} is no {wanted}: one counts cycles or events, one an angle")
     try:
         zero = float(quantity(0.0, source).to(target).magnitude)
         one = float(quantity(1.0, source).to(target).magnitude)
@@ -54,13 +56,14 @@ def linear(given: str, wanted: str) -> tuple[float, float]:
     return one - zero, zero
 
 
-def known(unit: str) -> bool:
-    """Whether a unit can be read."""
-    try:
-        _parsed(unit)
-    except UnitError:
-        return False
-    return True
+def _frequency(unit: Any) -> bool:
+    return set(_registry().get_dimensionality(unit)) == {"[time]"}
+
+
+def _turns(unit: Any) -> float:
+    """Power of the angle, which pint takes for a plain number: 1 Hz would be 1 rad/s."""
+    _, root = _registry().get_root_units(unit)
+    return float(root._units.get("radian", 0))
 
 
 def _parsed(unit: str) -> Any:

@@ -15,17 +15,15 @@ from boresight.model.errors import InputError
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
 from boresight.sim.attitude.accuracy import attitude_error, attitude_rmse
-from boresight.sim.attitude.feed import attitude_of, euler_deg_of
-from boresight.sim.attitude.log import Log
+from boresight.sim.attitude.outputs import attitude_of, euler_deg_of
 from boresight.sim.attitude.rotation import quaternion_to_euler
-from boresight.sim.records.nine_axis import record_of
 from boresight.sim.records.record import Record
 
 __all__ = ["ANGLES", "BINS", "Replay", "accuracy_section"]
 
 FloatArray = npt.NDArray[np.float64]
 
-#: Angles in the order of `sim.attitude.feed.euler_deg_of`.
+#: Angles in the order of `sim.attitude.outputs.euler_deg_of`.
 ANGLES = ("heading", "pitch", "roll")
 #: Points of a curve, at most.
 BINS = 1000
@@ -37,7 +35,7 @@ class Replay:
 
     Parameters
     ----------
-    log : Log or Record
+    log : Record
         The log; the outputs may belong to its leading samples only.
     fixed : mapping of output name to (n,)
         Outputs of the fixed-point program in their units.
@@ -47,7 +45,7 @@ class Replay:
         Whether the log's attitude is exact; otherwise it is called a comparison.
     """
 
-    log: Log | Record
+    log: Record
     fixed: Mapping[str, FloatArray]
     reference: Mapping[str, FloatArray] | None = None
     truth: bool = False
@@ -65,7 +63,7 @@ class Replay:
     def of_words(
         cls,
         program: Program,
-        log: Log | Record,
+        log: Record,
         words: IntArray,
         *,
         reference: Mapping[str, FloatArray] | None = None,
@@ -79,20 +77,15 @@ class Replay:
         return cls(log, fixed, reference, truth)
 
     @property
-    def record(self) -> Record:
-        """The log as a record."""
-        return record_of(self.log)
-
-    @property
     def t(self) -> FloatArray:
         """Times [s] (n,) of all samples; their numbers where the log has none."""
-        columns = self.record.columns
+        columns = self.log.columns
         return columns["t"].values if "t" in columns else np.arange(float(len(self.log)))
 
     @property
     def q(self) -> FloatArray | None:
         """Reference attitude (n, 4) of the samples that ran, if the log has one."""
-        columns = self.record.columns
+        columns = self.log.columns
         if not all(name in columns for name in QUATERNION):
             return None
         return np.stack([columns[name].values[: len(self)] for name in QUATERNION], axis=1)
@@ -100,7 +93,7 @@ class Replay:
     @property
     def mov(self) -> npt.NDArray[np.bool_] | None:
         """Which of the samples that ran count, if the log says so."""
-        columns = self.record.columns
+        columns = self.log.columns
         return columns["mov"].values[: len(self)] != 0.0 if "mov" in columns else None
 
     def __len__(self) -> int:

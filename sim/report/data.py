@@ -23,9 +23,7 @@ from boresight.gateware.synthesis.timing import NOTE
 from boresight.model.estimator import Estimator
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Kind, Program
-from boresight.sim.attitude.log import Log
 from boresight.sim.records.feed import feed
-from boresight.sim.records.nine_axis import record_of
 from boresight.sim.records.record import Record
 from boresight.sim.report.accuracy import Replay, accuracy_section
 from boresight.sim.report.extremes import Extremes, observe
@@ -416,7 +414,7 @@ def report_data(
     *,
     area: Estimate | None = None,
     check: CheckResult | None = None,
-    log: Log | Record | None = None,
+    log: Record | None = None,
     comparison: bool = False,
     clock_mhz: float = 100.0,
     grade: int = 2,
@@ -428,7 +426,7 @@ def report_data(
     ----------
     area : Estimate, optional
         Area and clock.
-    check, log : CheckResult, and Log or Record, optional
+    check, log : CheckResult, and Record, optional
         The check of this core and the log it ran on. Ranges are observed and the rate of the C is
         measured on the same samples.
     comparison : bool
@@ -446,7 +444,7 @@ def report_data(
     parts: dict[str, Any] = {}
     if check is not None and log is not None:
         program = core.program
-        words = feed(estimator, record_of(log).head(len(check.outputs))).words(program)
+        words = feed(estimator, log.head(len(check.outputs))).words(program)
         parts = {
             "verification": [dataclasses.asdict(level) for level in check.levels],
             "replays": [

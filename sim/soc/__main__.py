@@ -11,8 +11,9 @@ from typing import Any
 from boresight.disk.output import output_folder
 from boresight.firmware.soc.image import ImageError
 from boresight.model.errors import InputError, ToolMissing
-from boresight.sim.attitude.log import Log, read_log
 from boresight.sim.records.bundled import bundled
+from boresight.sim.records.files import read_record
+from boresight.sim.records.record import Record
 from boresight.sim.rtl.cosim import SimulationFailed
 from boresight.sim.soc.board import soc_board
 from boresight.sim.soc.comparison import ESTIMATORS, compare
@@ -46,7 +47,7 @@ def table(rows: Sequence[dict[str, Any]]) -> str:
     return "\n".join(lines)
 
 
-def _measure(args: argparse.Namespace, log: Log, updates: int) -> dict[str, Any]:
+def _measure(args: argparse.Namespace, log: Record, updates: int) -> dict[str, Any]:
     """The report, printed as far as it is there."""
     rows = compare(
         log,
@@ -90,7 +91,7 @@ def main(argv: Sequence[str] | None = None) -> int:
                 "--updates", wanted="2 or more", found=str(args.updates), fix="ask for more"
             )
         path = bundled("ximu_walk") if args.log is None else args.log
-        log = read_log(path)
+        log = read_record(path)
         updates = min(args.updates, len(log))
         if args.output is None:
             report = _measure(args, log, updates)

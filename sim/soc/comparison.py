@@ -18,8 +18,9 @@ from boresight.gateware.core import build_core
 from boresight.model.estimator import Estimator, input_words
 from boresight.model.estimators import estimator
 from boresight.sim.attitude.accuracy import largest_turn_deg
-from boresight.sim.attitude.feed import attitude_of, inputs_of
-from boresight.sim.attitude.log import Log
+from boresight.sim.attitude.outputs import attitude_of
+from boresight.sim.records.feed import feed
+from boresight.sim.records.record import Record
 from boresight.sim.soc.measure import Measured, measure_float, measure_integer
 
 __all__ = ["ESTIMATORS", "FLOAT_BOUND_DEG", "PAPER_CYCLES", "compare", "compare_one"]
@@ -80,7 +81,12 @@ def _single(e: Estimator, inputs: npt.NDArray[np.float64], optimise: str) -> dic
 
 
 def compare_one(
-    name: str, log: Log, *, updates: int = 1000, optimise: str = "-Os", restarts: int | None = None
+    name: str,
+    log: Record,
+    *,
+    updates: int = 1000,
+    optimise: str = "-Os",
+    restarts: int | None = None,
 ) -> dict[str, Any]:
     """One estimator: float C, integer C on the simulated soft core, and the core's schedule.
 
@@ -88,7 +94,7 @@ def compare_one(
     ----------
     name : str
         Estimator.
-    log : Log
+    log : Record
         Recorded data; its first ``updates`` samples are used.
     updates : int
         How many.
@@ -103,7 +109,7 @@ def compare_one(
         The cross compiler, or Verilator, is not installed.
     """
     e = estimator(name)
-    inputs = inputs_of(e, log)[:updates]
+    inputs = feed(e, log.head(updates)).inputs
     single, integer = _single(e, inputs, optimise), _integer(e, inputs, optimise)
     core = build_core(e.compile(), "small", urgent=e.urgent, restarts=restarts)
     hardware = {"cycles": core.schedule.latency, "interval_cycles": core.schedule.interval}
@@ -126,7 +132,7 @@ def compare_one(
 
 
 def compare(
-    log: Log,
+    log: Record,
     *,
     names: Sequence[str] = ESTIMATORS,
     updates: int = 1000,

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from boresight.firmware.build import CModel
-from boresight.sim.attitude.log import Log
 from boresight.sim.board.run import stimulus
+from boresight.sim.records.record import Record
 from boresight.sim.soc.board import BoardBench, attitude_image
 
 __all__ = ["offload"]
@@ -18,7 +18,7 @@ __all__ = ["offload"]
 _FIRST = 2
 
 
-def offload(bench: BoardBench, log: Log, *, updates: int = 1000) -> dict[str, Any]:
+def offload(bench: BoardBench, log: Record, *, updates: int = 1000) -> dict[str, Any]:
     """Run the complete board: sensors at the pins, interrupt, attitude in memory.
 
     Every update's outputs in memory are compared with the integer model on the inputs that stand
@@ -28,7 +28,7 @@ def offload(bench: BoardBench, log: Log, *, updates: int = 1000) -> dict[str, An
     ----------
     bench : BoardBench
         From `sim.soc.board.soc_board`.
-    log : Log
+    log : Record
         What the sensors send; with a reference attitude, for the compass.
     updates : int
         How many.

@@ -30,23 +30,9 @@ FloatArray = npt.NDArray[np.float64]
 class Swing:
     """One stage swings: ``amplitude sin(phase + 2 pi t / period)`` for so many periods.
 
-    Parameters
-    ----------
-    axis : int
-        Stage: 0 for x, 1 for y, 2 for z.
-    amplitude : float
-        [rad], of either sign.
-    period : float, > 0
-        [s]
-    periods : float, > 0
-        How many; need not be whole.
-    phase : float
-        [rad] at the start: 0 starts in the middle, pi/2 at the end of the swing.
-
-    Raises
-    ------
-    InputError
-        If a value is out of its range.
+    ``axis`` is the stage, 0 to 2; ``amplitude`` [rad] has either sign; ``period`` [s] and
+    ``periods``, which need not be whole, are above 0; ``phase`` [rad] 0 starts in the middle, pi/2
+    at the end of the swing. `InputError` if a value is out of its range.
     """
 
     axis: int
@@ -82,10 +68,6 @@ class StackedMotion:
 
     Before the first swing and after the last the stages stand still. Where one swing follows
     another, the rate may jump; the instant itself belongs to the later one.
-
-    Parameters
-    ----------
-    swings : sequence of Swing
 
     Raises
     ------

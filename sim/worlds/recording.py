@@ -13,12 +13,9 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model.errors import InputError
-from boresight.sim.attitude.log import Log
-from boresight.sim.attitude.rotation import (
-    quaternion_conjugate,
-    quaternion_multiply,
-    quaternion_to_rotation_vector,
-)
+from boresight.sim.attitude.rotation import turns_between
+from boresight.sim.records.nine_axis import NineAxis
+from boresight.sim.records.record import Record
 from boresight.sim.worlds.devices import GRAVITY
 from boresight.sim.worlds.motion import StackedMotion
 from boresight.sim.worlds.triad import Triad
@@ -52,27 +49,14 @@ def record(
     gravity: float = GRAVITY,
     lever: Sequence[float] = (0.0, 0.0, 0.0),
     name: str = "world",
-) -> Log:
+) -> Record:
     """Record a motion; the same arguments give the same log.
 
     Each sensor has a random stream of its own.
 
-    Parameters
-    ----------
-    rate_hz : float, > 0
-        Rate of the loop.
-    seed : int, 0 or more
-    field_ut : three floats
-        Magnetic field [uT], navigation axes.
-    lead : int
-        Samples before t = 0, in which the stages stand at their start.
-    lever : three floats
-        Place of the accelerometer [m], body axes.
-
-    Returns
-    -------
-    Log
-        With the true attitude; samples at ``k / rate_hz``, k = -lead to the end of the motion.
+    Nine axes with the true attitude, at ``k / rate_hz``, k = -lead to the end of the motion;
+    before t = 0 the stages stand at their start. ``field_ut`` is the magnetic field [uT] in
+    navigation axes, ``lever`` the place of the accelerometer [m] in body axes.
     """
     if not (np.isfinite(rate_hz) and rate_hz > 0.0):
         raise InputError(f"rate_hz must be a number above 0, not {rate_hz!r}")
@@ -82,10 +66,7 @@ def record(
     t = np.arange(-lead, int(np.floor(motion.seconds * rate_hz)) + 1) / rate_hz
 
     def mean_rate(at: FloatArray) -> FloatArray:
-        turn = quaternion_multiply(
-            quaternion_conjugate(motion.attitude(at - step)), motion.attitude(at)
-        )
-        return quaternion_to_rotation_vector(turn) / step
+        return turns_between(motion.attitude(at - step), motion.attitude(at)) / step
 
     def field(at: FloatArray) -> FloatArray:
         return np.asarray(np.asarray(field_ut, dtype=np.float64) @ motion.matrix(at))  # C^T m
@@ -96,13 +77,12 @@ def record(
     gyro_rng, acc_rng, mag_rng = (
         np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(3)
     )
-    return Log(
+    return NineAxis(
         name,
         t,
         sensors.gyro.read(mean_rate, t, gyro_rng) - np.asarray(sensors.gyro_bias),
         sensors.acc.read(force, t, acc_rng),
         sensors.mag.read(field, t, mag_rng),
-        np.ones(len(t), dtype=bool),
         motion.attitude(t),
-        fs=rate_hz,
-    )
+        steps=np.full(len(t), step),
+    ).record()

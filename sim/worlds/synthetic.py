@@ -15,21 +15,20 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model.errors import InputError
-from boresight.sim.attitude.log import Log
 from boresight.sim.attitude.rotation import (
     euler_to_quaternion,
     quaternion_conjugate,
-    quaternion_multiply,
-    quaternion_to_rotation_vector,
     rotate,
+    turns_between,
 )
+from boresight.sim.records.nine_axis import NineAxis
+from boresight.sim.records.record import Record
+from boresight.sim.records.steps import steps_of
+from boresight.sim.worlds.devices import GRAVITY
 
 __all__ = ["GRAVITY", "SensorError", "synthetic_log"]
 
 FloatArray = npt.NDArray[np.float64]
-
-#: Standard gravity [m/s^2].
-GRAVITY = 9.80665
 
 #: Sines per Euler angle, and the band [Hz] their frequencies are drawn from.
 _SINES = 3
@@ -44,19 +43,10 @@ _LARGEST_LOG = 10_000_000
 
 @dataclass(frozen=True)
 class SensorError:
-    """What one triad adds to the true value.
+    """What one triad adds to the true value, in its unit.
 
-    Parameters
-    ----------
-    noise : float, 0 or more
-        Standard deviation of white noise, per sample and axis, in the unit of the sensor.
-    bias : three floats
-        Constant offset of each axis, in the unit of the sensor.
-
-    Raises
-    ------
-    InputError
-        If a value is not finite, the noise is negative, or the bias has not three components.
+    White noise, whose standard deviation of each sample and axis is 0 or more, and an offset.
+    `InputError` if a value is not finite, the noise negative or the bias not three numbers.
     """
 
     noise: float = 0.0
@@ -89,7 +79,7 @@ def synthetic_log(
     acc_error: SensorError | None = None,
     mag_error: SensorError | None = None,
     name: str = "synthetic",
-) -> Log:
+) -> Record:
     """Make a log with exact truth; the same arguments give the same log.
 
     Motion, acceleration and the noise of each sensor have random streams of their own: switching
@@ -97,11 +87,9 @@ def synthetic_log(
 
     Parameters
     ----------
-    seconds : float, > 0
-        Length; the log has ``round(seconds * rate_hz)`` samples, at times k / rate_hz.
-    rate_hz : float, 10 or more
-        Sampling rate. No body rate reaches half a turn per sample.
-    seed : int, 0 or more
+    seconds, rate_hz : float
+        There are ``round(seconds * rate_hz)`` samples, at times k / rate_hz. From 10 Hz on no body
+        rate reaches half a turn per sample.
     max_pitch_deg : float, in (0, 89]
         Bound of the pitch angle.
     through_vertical : bool
@@ -109,21 +97,12 @@ def synthetic_log(
         used. It needs 10 seconds or more.
     acceleration : float, 0 or more
         Bound of the linear acceleration along each axis of n [m/s^2]; sums of sines too.
-    gravity : float, > 0
-        [m/s^2]
     field_ut : three floats
         Magnetic field in n (ENU) [uT]; the default dips 58.9 degrees to magnetic north.
     mag_every : int, 1 or more
         The magnetometer delivers in every such row, beginning with the first.
     gyr_error, acc_error, mag_error : SensorError, optional
         Errors in rad/s, m/s^2 and uT; none by default.
-    name : str
-        Name of the log.
-
-    Returns
-    -------
-    Log
-        With `q`; without `mov` and `fs`, so that CSV holds it.
 
     Raises
     ------
@@ -158,24 +137,24 @@ def synthetic_log(
     if through_vertical:
         theta = _LOOP_LIMIT * np.sin(2 * np.pi * 0.1 * t + motion.uniform(0, 2 * np.pi))
     q = euler_to_quaternion(np.stack([theta, gamma, psi], axis=-1))
-    turn = quaternion_to_rotation_vector(quaternion_multiply(quaternion_conjugate(q[:-1]), q[1:]))
+    turn = turns_between(q[:-1], q[1:])
     q, t = q[1:], t[1:]
 
     to_body = quaternion_conjugate(q)
     force = np.stack([_sum_of_sines(t, acceleration, pull) for _ in range(3)], axis=-1)
     force[:, 2] += gravity
-    log = Log(
+    mag = (mag_error or SensorError()).apply(rotate(to_body, field_ut), mag_rng)
+    mag[np.arange(count) % mag_every != 0] = np.nan
+    # the steps as a user of the log sees them: differences of rounded times
+    dt = steps_of(name, t)[:, None]
+    return NineAxis(
         name,
         t,
-        turn,
+        (gyr_error or SensorError()).apply(turn / dt, gyr_rng),
         (acc_error or SensorError()).apply(rotate(to_body, force), acc_rng),
-        (mag_error or SensorError()).apply(rotate(to_body, field_ut), mag_rng),
-        np.arange(count) % mag_every == 0,
+        mag,
         q,
-    )
-    # the steps as a user of the log sees them: differences of rounded times
-    rate = (gyr_error or SensorError()).apply(turn / log.dt[:, None], gyr_rng)
-    return Log(name, log.t, rate, log.acc, log.mag, log.mag_new, log.q)
+    ).record()
 
 
 def _require(name: str, value: float, wanted: str, legal: bool) -> None:

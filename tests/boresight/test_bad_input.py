@@ -84,12 +84,15 @@ def refused(tmp_path, capsys, monkeypatch):
         ("tune mekf truth.csv --folds 5", "folds: wanted 1, for none, as there is one trial"),
         ("tune mekf truth.csv --jobs 0", "jobs: wanted 1 to 1,024, found 0"),
         ("tune mekf truth.csv --word 17", "word: wanted 18 to 32 bits, found 17"),
-        ("accuracy truth.csv -o x --word 17", "word: wanted 18 to 32 bits, found 17"),
-        ("accuracy " + "n" * 300, "wanted a log, or a folder of logs, found file name too long"),
+        ("accuracy mekf truth.csv -o x --word 17", "word: wanted 18 to 32 bits, found 17"),
+        (
+            "accuracy mekf " + "n" * 300,
+            "wanted a log, or a folder of logs, found file name too long",
+        ),
         ("experiment ma2014 --seed -1 -o x", "seed: wanted 0 to 2,147,483,648, found -1"),
         ("demo --steps 0 -o x", "steps: wanted 1 or more, found 0"),
         ("bench --updates 99999999999", "updates: wanted 1 to 100,000,000"),
-        ("covariance mekf complementary", "complementary: wanted a Kalman filter"),
+        ("covariance mekf complementary", "complementary: wanted states that are a covariance"),
         ("monitor noise.bin", "noise.bin: wanted attitudes, in frames or lines of text, found "),
         ("monitor zeros.bin", "wanted attitudes, in frames or lines of text, found none, and 14"),
         ("monitor text.txt --json", "wanted attitudes, in frames or lines of text, found none"),
@@ -97,6 +100,9 @@ def refused(tmp_path, capsys, monkeypatch):
         ("monitor text.txt --map other.json", "other.json, registers: wanted a registers.json of"),
         ("monitor /dev/null", "/dev/null: wanted a serial port, or a file of captured bytes, "),
         ("simulate --config nosuch -o x", "config: wanted one of small, fast, found 'nosuch'"),
+        ("simulate mekf --word 30 -o x", "--word: wanted a world before it, found the simula"),
+        ("simulate mekf --param a=1 -o x", "--param: wanted a world before it, found the simulat"),
+        ("simulate --steps 5 -o x", "--steps: wanted a world before it, found the simulation"),
         ("simulate --faults --config nosuch", "config: wanted one of small, fast, found 'nosuch'"),
         ("simulate --faults --seconds nan", "seconds: wanted 0.05 to 20, found nan"),
     ],
@@ -130,8 +136,8 @@ def test_a_name_in_other_bytes_is_no_obstacle(tmp_path, capsys) -> None:
 def test_what_published_filters_cannot_take_is_no_bug(refused, tmp_path) -> None:
     still = TRUTH.replace("0.1,0.2,9.8", "0,0,0")
     (tmp_path / "log.csv").write_text(still)
-    line = refused("accuracy log.csv --estimators ahrs_ekf --jobs 1 -q")
-    assert "log 'log': wanted samples that the published filter ahrs_ekf takes, found " in line
+    line = refused("accuracy ahrs_ekf log.csv --jobs 1 -q")
+    assert "log.csv: wanted samples that the published filter ahrs_ekf takes, found " in line
 
 
 def test_a_reference_beyond_all_bounds(refused, tmp_path) -> None:

@@ -53,8 +53,8 @@ SEAMS = (
     "boresight.sim.compare.divergence.build_core",
     "boresight.verbs.accuracy.benchmark",
     "boresight.verbs.covariance.covariance_trial",
-    "boresight.verbs.covariance.manoeuvre",
-    "boresight.verbs.demo.read_log",
+    "boresight.verbs.covariance.hostile",
+    "boresight.verbs.demo.read_record",
     "boresight.verbs.doctor.doctor",
 )
 

@@ -66,9 +66,9 @@ def alive(session: int) -> list[str]:
 @pytest.mark.parametrize(
     ("argv", "after"),
     [
-        (["accuracy", LOG, "--jobs", "2"], "the float reference makes"),
+        (["accuracy", "published", LOG, "--jobs", "2"], "[1/"),
         (["check", "complementary", LOG, "--levels", "rtl"], "RTL in verilator"),
-        (["tune", "mekf", LOG, LOG, "--folds", "1", "--jobs", "2"], "C model"),
+        (["tune", "mekf", LOG, LOG, "--folds", "1", "--jobs", "2"], "; C"),
     ],
 )
 def test_ctrl_c(argv: list[str], after: str, everybody: bool, tmp_path) -> None:

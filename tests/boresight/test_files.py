@@ -91,7 +91,7 @@ FOLDERS: dict[str, Verb] = {
     ),
     "accuracy": (
         main,
-        ["accuracy", "log.csv", "--no-peers", "-q", "-o"],
+        ["accuracy", "complementary", "log.csv", "-q", "-o"],
         "accuracy.json",
         "boresight.verbs.accuracy.benchmark",
     ),

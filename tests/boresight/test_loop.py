@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -191,6 +192,70 @@ def test_command_line(capsys: pytest.CaptureFixture[str]) -> None:
     captured = capsys.readouterr()
     assert captured.out.startswith("plant and filter on c: 9 records, ")
     assert captured.out.endswith("\ngood\n") and captured.err == ""
+
+
+GAIN = """
+from boresight import Estimator, Input, Output, Param
+
+
+class Gain(Estimator):
+    inputs = (Input("z", -4.0, 4.0, "m"),)
+    params = (Param("k", -0.7, -1.0, 1.0),)
+    outputs = (Output("u", "m", tolerance=1e-3),)
+
+    def step(self, x, u, p):
+        return {}, {"u": p.k * u.z}
+"""
+
+
+def test_words_and_parameters(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """``--word``, ``--param`` and ``--params`` reach the filter in the loop."""
+    (here / "g.py").write_text(GAIN)
+    (here / "k.json").write_text('{"k": -0.25}')
+    line = ["simulate", "f.py:Plant", "g.py", "--on", "fixed", "--json"]
+    found = []
+    for more in ([], ["--word", "18"], ["--param", "k=-0.25"], ["--params", "k.json"]):
+        assert main([*line, *more]) == 0
+        found.append(json.loads(capsys.readouterr().out))
+    wide, narrow, one, other = (d["accuracy"][0]["max"] for d in found)
+    assert narrow > 100 * wide > 0.0
+    truths = [d["truth"][0]["max"] for d in found]
+    assert truths[2] == truths[3] > 10 * truths[0] and one == other
+    assert main([*line, "--param", "q=1"]) == 2
+    assert main([*line, "--word", "40"]) == 2
+
+
+def test_worlds_of_installed_packages(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    made = type(world_of("f.py:Plant"))
+
+    def points(*, group: str) -> list[Any]:
+        point = metadata.EntryPoint("moon", "package:moon", group)
+        return [point] if group == "boresight.worlds" else []
+
+    monkeypatch.setattr(metadata, "entry_points", points)
+    monkeypatch.setattr(metadata.EntryPoint, "load", lambda self: made)
+    assert main(["simulate", "moon", "f.py:Filter", "--on", "c", "-q"]) == 0
+    assert capsys.readouterr().out.startswith("plant and filter on c: 50 records")
+    assert main(["simulate", "sun", "f.py:Filter", "--on", "c", "-q"]) == 2
+    assert capsys.readouterr().err.startswith("error: --on: wanted a world before it, found the ")
+
+
+def test_a_constructor_that_raises_is_not_wrong_arguments(here: Path) -> None:
+    (here / "w.py").write_text(
+        "from boresight import World\n\n\nclass Odd(World):\n"
+        "    def __init__(self, n=0):\n        self.share = 1.0 / n\n"
+    )
+    with pytest.raises(boresight.InputError) as raised:
+        world_of("w.py:Odd")
+    assert str(raised.value) == (
+        "w.py:Odd, w.py, line 6: wanted a constructor that returns, found "
+        "ZeroDivisionError: float division by zero; correct it, or the arguments"
+    )
+    with pytest.raises(boresight.InputError, match="^w.py:Odd.m=1.: wanted arguments that Odd tak"):
+        world_of("w.py:Odd(m=1)")
+    assert world_of("w.py:Odd(4)").share == 0.25
 
 
 @pytest.mark.parametrize(

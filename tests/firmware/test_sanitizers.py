@@ -15,9 +15,9 @@ from boresight.firmware.floating.emit import emit_float_c, float_prefix
 from boresight.firmware.soc.filter import filter_header
 from boresight.model.estimator import input_words
 from boresight.model.estimators import estimator
-from boresight.sim.attitude.feed import inputs_of
-from boresight.sim.attitude.log import read_log
 from boresight.sim.records.bundled import bundled
+from boresight.sim.records.feed import feed
+from boresight.sim.records.files import read_record
 
 FLAGS = (
     "-std=c99",
@@ -64,7 +64,7 @@ def run(files: dict[str, str], name: str, words: bytes, folder: Path) -> bytes:
 @pytest.mark.parametrize("name", ["complementary", "ekf_quaternion", "ekf_bias", "mekf"])
 def test_recorded_data(name: str, tmp_path: Path) -> None:
     e = estimator(name)
-    records = inputs_of(e, read_log(bundled("ximu_walk")))[:600]
+    records = feed(e, read_record(bundled("ximu_walk"))).inputs[:600]
     records[200, 3:] *= 1e6  # and what no sensor says
     records[400] = 0.0
     program = e.compile()

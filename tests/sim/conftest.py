@@ -16,9 +16,9 @@ from boresight.gateware.synthesis.estimate import Estimate
 from boresight.gateware.synthesis.timing import PathPoint, Timing, TimingPath
 from boresight.model.estimator import input_words
 from boresight.model.estimators.complementary import Complementary
-from boresight.sim.attitude.feed import inputs_of
-from boresight.sim.attitude.log import read_log
 from boresight.sim.records.bundled import bundled
+from boresight.sim.records.feed import feed
+from boresight.sim.records.files import read_record
 from boresight.sim.report.accuracy import Replay
 from boresight.sim.report.data import assemble
 from boresight.sim.report.extremes import Extremes, observe
@@ -39,14 +39,14 @@ def small_core() -> Core:
 @pytest.fixture(scope="session")
 def words(core: Core) -> np.ndarray:
     estimator = Complementary()
-    real = inputs_of(estimator, read_log(bundled("synthetic_60s")))[:STEPS]
+    real = feed(estimator, read_record(bundled("synthetic_60s"))).inputs[:STEPS]
     return input_words(core.program, real[:, :, None])[:, :, 0]
 
 
 @pytest.fixture(scope="session")
 def replay(core: Core, words: np.ndarray) -> Replay:
-    log, estimator = read_log(bundled("synthetic_60s")), Complementary()
-    reference = estimator.run_float(inputs_of(estimator, log)[:STEPS, :, None]).outputs
+    log, estimator = read_record(bundled("synthetic_60s")), Complementary()
+    reference = estimator.run_float(feed(estimator, log).inputs[:STEPS, :, None]).outputs
     return Replay.of_words(
         core.program,
         log,

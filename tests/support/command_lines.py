@@ -127,6 +127,7 @@ VERBS: Mapping[str, tuple[list[Any], dict[str, Any]]] = {
             **_WORDS,
             "--folds": _number("1", "2"),
             "--seed": _number("1"),
+            "--weight": _mostly("total=1", "heading=0.5", "bias=1", "total"),
             "--only": _mostly("kp_roll_per_s", "p0_tilt", "kp_roll_per_s,kp_roll_per_s"),
             "--rounds": _number("1"),
             "--detune": _number("1", "3.5"),
@@ -135,11 +136,9 @@ VERBS: Mapping[str, tuple[list[Any], dict[str, Any]]] = {
         },
     ),
     "accuracy": (
-        [_LOGS, st.one_of(st.none(), _LOGS)],
+        [st.one_of(_SEVERAL, st.just("published")), _LOGS, st.one_of(st.none(), _LOGS)],
         {
             **_WORDS,
-            "--estimators": _SEVERAL,
-            "--no-peers": None,
             "--no-float": None,
             "--comparison": _mostly("log", "log,log"),
             "--jobs": _number("1"),
@@ -149,7 +148,10 @@ VERBS: Mapping[str, tuple[list[Any], dict[str, Any]]] = {
     "experiment": ([_mostly("ma2014")], {"--seed": _number("1"), "-o": _OUTPUTS}),
     "demo": ([], {**_STEPS, "-o": _OUTPUTS}),
     "bench": ([st.one_of(st.none(), _SEVERAL)], {"--updates": _number("1", "10")}),
-    "covariance": ([st.one_of(st.none(), _SEVERAL)], {"--updates": _number("1", "10")}),
+    "covariance": (
+        [st.one_of(st.none(), _SEVERAL)],
+        {"--updates": _number("1", "10"), "--log": _LOGS},
+    ),
     "monitor": (
         [st.one_of(st.just("capture.bin"), _PATHS, _TEXTS)],
         {
@@ -168,7 +170,7 @@ VERBS: Mapping[str, tuple[list[Any], dict[str, Any]]] = {
     "simulate": (
         [st.one_of(st.none(), _mostly("mekf", "ekf_bias")), st.one_of(st.none(), _LOGS)],
         {
-            "--config": _mostly("small", "fast"),
+            **_MODEL,
             "--seconds": _number("0.05", "1"),
             "--source": _mostly("heading", "counts"),
             "--faults": None,

@@ -29,13 +29,16 @@ def scaled(head: str, factor: float) -> tuple[str, Callable[[Array], Array]]:
     return head, lambda values: values * factor
 
 
-def kalman(n: int) -> Given:
+def kalman(n: int, seed: int = 1) -> Given:
     """A cart that swings over 60 m; noise of half a metre, steps of 8 to 12 ms."""
-    rng = np.random.default_rng(1)
+    rng = np.random.default_rng(seed)
     dt = rng.uniform(0.008, 0.012, n)
     t = np.cumsum(dt)
-    z = 60.0 * np.sin(0.2 * t) * np.cos(0.031 * t) + rng.normal(0.0, 0.5, n)
-    return {"dt": dt, "z": z}, {"dt": scaled("dt[ms]", 1e3), "z": scaled("z[cm]", 100.0)}
+    pos = 60.0 * np.sin(0.2 * t) * np.cos(0.031 * t)
+    vel = 12.0 * np.cos(0.2 * t) * np.cos(0.031 * t) - 1.86 * np.sin(0.2 * t) * np.sin(0.031 * t)
+    columns = {"dt": dt, "z": pos + rng.normal(0.0, 0.5, n), "pos_true": pos, "vel_true": vel}
+    heads = {"dt": scaled("dt[ms]", 1e3), "z": scaled("z[cm]", 100.0)}
+    return columns, heads | {"vel_true": scaled("vel_true[km/h]", 3.6)}
 
 
 def pi(n: int) -> Given:
@@ -53,9 +56,9 @@ def pi(n: int) -> Given:
     }
 
 
-def madgwick(n: int) -> Given:
+def madgwick(n: int, seed: int = 3) -> Given:
     """A hand that turns a sensor at 100 Hz."""
-    rng = np.random.default_rng(3)
+    rng = np.random.default_rng(seed)
     t = 0.01 * np.arange(n)
     rate = np.stack(
         [a * np.sin(f * t + f) for a, f in ((1.5, 0.7), (1.0, 1.1), (2.0, 0.23))], axis=1
@@ -79,6 +82,7 @@ def madgwick(n: int) -> Given:
     columns = {"dt": np.full(n, 0.01)}
     columns |= {f"g{a}": gyro[:, k] for k, a in enumerate("xyz")}
     columns |= {f"a{a}": up[:, k] for k, a in enumerate("xyz")}
+    columns |= {f"q{a}_true": np.array(attitude)[:, k] for k, a in enumerate("xyzw")}
     heads = {f"g{a}": scaled(f"g{a}[deg/s]", 180.0 / math.pi) for a in "xyz"}
     return columns, heads | {f"a{a}": scaled(f"a{a}[g0]", 1.0 / 9.80665) for a in "xyz"}
 
@@ -91,43 +95,48 @@ def biquad(n: int) -> Given:
     return {"x": x}, {"x": scaled("x[mV]", 1e3)}
 
 
-def pendulum(n: int) -> Given:
+def pendulum(n: int, seed: int = 5) -> Given:
     """A pendulum that is pushed now and then, seen with 2 cm of noise."""
-    rng = np.random.default_rng(5)
-    angle, rate, z = 0.6, 0.0, np.empty(n)
+    rng = np.random.default_rng(seed)
+    angle, rate, truth = 0.6, 0.0, np.empty((n, 2))
     for k in range(n):
         if k % 900 == 899:
             rate += float(rng.uniform(-0.8, 0.8))
         rate += 0.01 * (-9.81 * math.sin(angle) - 0.1 * rate)
         angle += 0.01 * rate
-        z[k] = math.sin(angle)
-    return {"z": z + rng.normal(0.0, 0.02, n)}, {"z": scaled("z[inch]", 1.0 / 0.0254)}
+        truth[k] = angle, rate
+    columns = {"z": np.sin(truth[:, 0]) + rng.normal(0.0, 0.02, n)}
+    columns |= {"angle_true": truth[:, 0], "rate_true": truth[:, 1]}
+    heads = {"z": scaled("z[inch]", 1.0 / 0.0254)}
+    return columns, heads | {"angle_true": scaled("angle_true[deg]", 180.0 / math.pi)}
 
 
-def alphabeta(n: int) -> Given:
+def alphabeta(n: int, seed: int = 6) -> Given:
     """A target that flies to and fro; a fifth of the looks sees nothing, some gaps are long."""
-    rng = np.random.default_rng(6)
+    rng = np.random.default_rng(seed)
     dt = rng.uniform(0.045, 0.055, n)
     t = np.cumsum(dt)
-    distance = 1000.0 + 700.0 * np.sin(0.05 * t) + rng.normal(0.0, 3.0, n)
+    track, speed = 1000.0 + 700.0 * np.sin(0.05 * t), 35.0 * np.cos(0.05 * t)
+    distance = track + rng.normal(0.0, 3.0, n)
     missed = rng.random(n) < 0.2
     for first in range(50, n, 400):
         missed[first : first + 20] = True
     missed[0] = False
     distance[missed] = np.nan
-    return {"dt": dt, "range": distance}, {"range": scaled("range[km]", 1e-3)}
+    columns = {"dt": dt, "range": distance, "track_true": track, "speed_true": speed}
+    return columns, {"range": scaled("range[km]", 1e-3)}
 
 
-def pll(n: int) -> Given:
+def pll(n: int, seed: int = 7) -> Given:
     """A carrier of 35 Hz that wanders by 10 Hz, at 1 kHz."""
-    rng = np.random.default_rng(7)
+    rng = np.random.default_rng(seed)
     frequency = 35.0 + 10.0 * np.sin(2e-3 * np.arange(n))
     phase = np.cumsum(2.0 * math.pi * 1e-3 * frequency)
     i, q = np.cos(phase), np.sin(phase)
-    return {"i": i + rng.normal(0.0, 0.05, n), "q": q + rng.normal(0.0, 0.05, n)}, {
-        "i": scaled("i[mV]", 1e3),
-        "q": scaled("q[mV]", 1e3),
-    }
+    columns = {"i": i + rng.normal(0.0, 0.05, n), "q": q + rng.normal(0.0, 0.05, n)}
+    columns |= {"phase_true": (phase / math.pi + 1.0) % 2.0 - 1.0, "frequency_true": frequency}
+    heads = {"i": scaled("i[mV]", 1e3), "q": scaled("q[mV]", 1e3)}
+    return columns, heads | {"phase_true": scaled("phase_true[deg]", 180.0)}
 
 
 def geometry(n: int) -> Given:

@@ -4,21 +4,24 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import re
 import sys
 
 import numpy as np
 import pytest
 
+import boresight
+from boresight.accuracy_text import accuracy_text
 from boresight.cli import main
 from boresight.model.errors import InputError, ToolMissing
-from boresight.model.estimators import ESTIMATORS
+from boresight.model.estimators import ESTIMATORS, estimator
 from boresight.sim.accuracy.peers import PEERS
-from boresight.sim.attitude.log import write_log
-from boresight.sim.records.bundled import bundled
+from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.worlds.synthetic import SensorError, synthetic_log
-from boresight.verbs.accuracy import accuracy, accuracy_text, params_by_estimator, read_trials
+from boresight.verbs.accuracy import accuracy, chosen, params_by_estimator, read_trials
+from tests.support.records import write_record
 
-CHOICE = ["complementary", "vqf", "madgwick"]
+CHOICE = "complementary,vqf,madgwick"
 
 
 @pytest.fixture(scope="module")
@@ -34,15 +37,15 @@ def folder(tmp_path_factory):
             name=name,
         )
         (path / name).mkdir()
-        held = dataclasses.replace(log, q=None) if name == "none" else log
-        write_log(path / name / f"{name}.csv", held)
+        held = dataclasses.replace(NineAxis.of(log), q=None).record() if name == "none" else log
+        write_record(path / name / f"{name}.csv", held)
     return path
 
 
 @pytest.fixture(scope="module")
 def data(folder, tmp_path_factory):
     out = tmp_path_factory.mktemp("out")
-    found = accuracy(folder, estimators=CHOICE, comparisons=["other"], jobs=1, output=out)
+    found = accuracy(CHOICE, folder, comparisons=["other"], jobs=1, output=out)
     assert json.loads((out / "accuracy.json").read_text()) == found
     assert sorted(p.name for p in out.iterdir()) == [
         ".boresight.json",
@@ -51,6 +54,10 @@ def data(folder, tmp_path_factory):
     ]
     found["page"] = (out / "accuracy.html").read_text()
     return found
+
+
+def near(row):
+    return {d["output"]: d for d in row["vs_float"]}
 
 
 def test_references(data):
@@ -74,15 +81,13 @@ def test_means_are_over_truth_alone(data):
         true = [t for t in row["trials"] if t["trial"] in "ab"]
         assert len(row["trials"]) == 4 and len(true) == 2
         for key in ("total", "heading", "inclination"):
-            assert row["mean_deg"][key] == pytest.approx(np.mean([t[key] for t in true]))
-        assert row["mean_by_folder_deg"] == {
-            t["trial"]: pytest.approx({k: t[k] for k in row["mean_deg"]}) for t in true
-        }
+            assert row["mean"][key] == pytest.approx(np.mean([t["error"][key] for t in true]))
+        assert row["mean_by_folder"] == {t["trial"]: pytest.approx(t["error"]) for t in true}
     fixed = data["estimators"][0]
-    worst = [t["vs_float_max_deg"] for t in fixed["trials"]]
-    assert fixed["vs_float_max_deg"] == max(worst) < 1e-3 and min(worst) > 0.0
-    assert fixed["status_changed"] == 0 == fixed["saturated_updates"]
-    assert data["estimators"][2]["vs_float_max_deg"] is None
+    worst = [t["vs_float"]["attitude"] for t in fixed["trials"]]
+    assert near(fixed)["attitude"]["apart"] == max(worst) < 1e-3 and min(worst) > 0.0
+    assert near(fixed)["status"]["apart"] == 0 == fixed["saturated_updates"]
+    assert data["good"] and data["estimators"][2]["vs_float"] == []
 
 
 def test_text(data):
@@ -90,7 +95,7 @@ def test_text(data):
     assert "mean over 2 trials with truth" in lines[0]
     fixed = data["estimators"][0]
     row = next(line for line in lines if "[1] complementary" in line)
-    assert f"{fixed['mean_deg']['total']:.2f}" in row and row.endswith("          0")
+    assert f"{fixed['mean']['total']:.2f}" in row and row.endswith("          0")
     assert any(line.startswith("Not truth, outside the means") for line in lines)
     assert any(line.endswith("difference to vqf_offline") for line in lines)
     assert any(line.startswith("Total RMSE, mean by folder") for line in lines)
@@ -102,20 +107,18 @@ def test_page(data):
     assert "http://" not in page and "<script" not in page
     for word in ("not truth", "difference to vqf_offline", "total RMSE, deg", "mean by folder"):
         assert word in page
-    assert f"{data['estimators'][3]['mean_deg']['total']:.2f}" in page
+    assert f"{data['estimators'][3]['mean']['total']:.2f}" in page
 
 
 def test_bundled_logs_by_default():
-    trials, left_out = read_trials([])
-    found = {t.log.name: t.reference for t in trials}
+    trials, left_out = read_trials([], [estimator("complementary")])
+    found = {t.name: t.reference for t in trials}
     assert found["synthetic_60s"] == "truth" and found["ximu_walk"] == "comparison"
     assert left_out == []
 
 
 def test_the_reference_is_not_measured_against_itself(folder, tmp_path):
-    data = accuracy(
-        folder / "none", folder / "a", estimators=["vqf", "vqf_offline"], jobs=1, output=tmp_path
-    )
+    data = accuracy(["vqf", "vqf_offline"], folder / "none", folder / "a", jobs=1, output=tmp_path)
     row = next(line for line in accuracy_text(data).splitlines() if line.startswith("  none"))
     assert row.split()[2] == "-" and float(row.split()[1]) > 0.0
     page = (tmp_path / "accuracy.html").read_text()
@@ -124,47 +127,112 @@ def test_the_reference_is_not_measured_against_itself(folder, tmp_path):
 
 
 def test_without_peers_and_float(folder, capsys):
-    assert (
-        main(
-            [
-                "accuracy",
-                str(folder),
-                "--estimators",
-                "complementary",
-                "--no-peers",
-                "--no-float",
-                "--jobs",
-                "1",
-                "--json",
-            ]
-        )
-        == 0
-    )
+    line = ["accuracy", "complementary", str(folder), "--no-float", "--jobs", "1"]
+    assert main([*line, "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
     assert [r["level"] for r in data["estimators"]] == ["fixed"]
     assert data["left_out"] == ["none"]
-    assert data["estimators"][0]["vs_float_max_deg"] is None
-    assert (
-        main(
-            [
-                "accuracy",
-                str(folder / "a"),
-                "--estimators",
-                "complementary",
-                "--no-peers",
-                "--no-float",
-                "--jobs",
-                "1",
-                "--param",
-                "kp_heading_per_s=5",
-            ]
-        )
-        == 0
-    )
+    assert data["estimators"][0]["vs_float"] == []
+    line[2] = str(folder / "a")
+    assert main([*line, "--param", "kp_heading_per_s=5"]) == 0
     shown = capsys.readouterr()
     assert "[1/1] complementary" in shown.err
     total = float(shown.out.splitlines()[4].split()[2])
-    assert total != pytest.approx(data["estimators"][0]["trials"][0]["total"], abs=0.02)
+    assert total != pytest.approx(data["estimators"][0]["trials"][0]["error"]["total"], abs=0.02)
+
+
+def test_names():
+    ours, peers = chosen("all")
+    assert {"mekf", "complementary"} <= set(ours) and peers == list(PEERS)
+    assert chosen("ours") == (ours, []) and chosen("published") == ([], list(PEERS))
+    assert chosen("mekf,vqf", "f.py:A(n=[1,2])") == (["mekf", "f.py:A(n=[1,2])"], ["vqf"])
+    with pytest.raises(InputError, match="^estimators: wanted each once, found mekf twice"):
+        chosen("ours", "mekf")
+
+
+FILES = """
+from boresight import Estimator, Input, Output, State
+
+
+class Lag(Estimator):
+    inputs = (Input("x", -10.0, 10.0, "m"),)
+    states = (State("y", -10.0, 10.0, "m"),)
+    outputs = (Output("y", "m", tolerance=1e-6), Output("twice", "m"), Output("word", "flags"))
+
+    def step(self, x, u, p):
+        y = x.y + 0.3 * (u.x - x.y)
+        return {"y": y}, {"y": y, "twice": 2.0 * y, "word": 3.0 + 0.0 * u.x}
+
+
+class Strict(Lag):
+    outputs = (Output("y", "m", tolerance=1e-15), *Lag.outputs[1:])
+"""
+
+
+@pytest.fixture
+def lag(tmp_path, monkeypatch):
+    """Estimators of somebody's, and two logs with truths, in centimetres and with gaps."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lag.py").write_text(FILES)
+    for name, seed in (("one", 1), ("two", 2)):
+        rng = np.random.default_rng(seed)
+        truth = np.cumsum(rng.normal(0.0, 0.05, 300))
+        rows = [f"{x},{'' if k % 3 else 100 * y}" for k, (x, y) in enumerate(
+            zip(truth + rng.normal(0.0, 0.5, 300), truth, strict=True))]  # fmt: skip
+        (tmp_path / f"{name}.csv").write_text("\n".join(["x,y_true[cm]", *rows, ""]))
+    return tmp_path
+
+
+def test_any_estimator_against_truth_in_its_unit(lag, capsys):
+    data = accuracy("lag.py:Lag", "one.csv", "two.csv", output="out")
+    fixed, floating = data["estimators"]
+    assert data["good"] and not fixed["attitude"] and fixed["units"] == {"y": "m"}
+    alone = {}
+    for on, row in (("c", fixed), ("float", floating)):
+        alone[on] = [
+            boresight.run("lag.py:Lag", f"{n}.csv", on=on)["truth"][0] for n in ("one", "two")
+        ]
+        assert [t["error"]["y"] for t in row["trials"]] == [d["rms"] for d in alone[on]]
+        assert row["mean"]["y"] == pytest.approx(np.mean([d["rms"] for d in alone[on]]))
+        assert alone[on][0]["samples"] == 100
+    y, twice, word = fixed["vs_float"]
+    assert (y["unit"], y["tolerance"], y["good"]) == ("m", 1e-6, True) and 0 < y["apart"] < 1e-7
+    assert twice["tolerance"] is None and (word["unit"], word["apart"]) == ("words", 0)
+    assert {log["rate_hz"] for log in data["logs"]} == {None}
+    page = (lag / "out" / "accuracy.html").read_text()
+    assert "<h2>lag</h2>" in page and f"{fixed['mean']['y']:.4g}" in page and "<svg" not in page
+    text = accuracy_text(data)
+    (line,) = [x for x in text.splitlines() if x.startswith("  y m")]
+    assert line.split()[2:4] == [f"{r['mean']['y']:.4g}" for r in (fixed, floating)]
+    assert "mean over 2 logs" in text and re.search(r"^  two: y 0\.\d+$", text, re.M)
+
+
+def test_beyond_its_tolerance_fails(lag, capsys):
+    assert main(["accuracy", "lag.py:Strict,complementary", "one.csv", "-q"]) == 2  # other columns
+    assert "wanted a column dt [s], an input of complementary" in capsys.readouterr().err
+    assert main(["accuracy", "lag.py:Strict", "one.csv", "-q"]) == 1
+    text = capsys.readouterr().out
+    assert re.search(r"^  y m .* 1e-15  BEYOND$", text, re.M)
+    assert main(["accuracy", "lag.py:Strict", "one.csv", "-q", "--no-float"]) == 0
+
+
+def test_an_attitude_beyond_its_tolerance_fails(folder, capsys):
+    line = ["accuracy", "complementary", str(folder / "a"), "--word", "18", "-q"]
+    assert main(line) == 1
+    assert re.search(r"complementary, attitude: \S+ deg from float64, BEYOND 0\.0115",
+                     capsys.readouterr().out)  # fmt: skip
+
+
+def test_classes_and_objects(lag):
+    class Gain(boresight.Estimator):
+        inputs = (boresight.Input("x", -10.0, 10.0, "m"),)
+        outputs = (boresight.Output("y", "m"),)
+
+        def step(self, x, u, p):
+            return {}, {"y": 0.5 * u.x}
+
+    for given in (Gain, Gain(), [Gain()]):
+        assert accuracy(given, "one.csv")["estimators"][0]["estimator"] == "gain"
 
 
 def test_parameters_find_their_estimator(tmp_path):
@@ -184,7 +252,7 @@ def test_parameters_find_their_estimator(tmp_path):
     for names, files, settings, message in (
         (both, [two], [], r"two.json: wanted parameters of .* found no estimator's name"),
         (both, [], ["mag_gate=1"], r"found no estimator's name"),
-        ([], [], ["mag_gate=1"], r"wanted estimators of ours, found none"),
+        ([], [], ["mag_gate=1"], r"wanted estimators of ours or yours, found published"),
         (["complementary_as_printed"], [one], [], r"found those of complementary;"),
         (["complementary"], [], ["mag_gate=9"], r"wanted 0 to 3.9"),
     ):
@@ -194,39 +262,37 @@ def test_parameters_find_their_estimator(tmp_path):
 
 def test_refused(folder, tmp_path):
     log = folder / "a" / "a.csv"
-    for options, message in (
-        ({"estimators": ["kalman"]}, r"--estimators: wanted some of complementary"),
-        ({"estimators": ["vqf"], "peers": False}, r"found vqf; leave one"),
-        ({"estimators": []}, r"wanted at least one"),
-        ({"comparisons": ["b"]}, r"--comparison: wanted names of logs"),
-        ({"jobs": 0}, r"^jobs: wanted 1 to 1,024"),
-        ({"params": {"complementary": {"kp": 1.0}}}, r"^parameter kp: wanted"),
-        ({"word": 12}, r"^word: wanted 18 to 32"),
+    for names, options, message in (
+        ("kalman", {}, r"^estimator: wanted one of complementary"),
+        ([], {}, r"^estimators: wanted at least one"),
+        ("complementary", {"comparisons": ["b"]}, r"--comparison: wanted names of logs"),
+        ("complementary", {"jobs": 0}, r"^jobs: wanted 1 to 1,024"),
+        ("complementary", {"params": {"complementary": {"kp": 1.0}}}, r"^parameter kp: wanted"),
+        ("complementary", {"word": 12}, r"^word: wanted 18 to 32"),
     ):
         with pytest.raises(InputError, match=message):
-            accuracy(log, **({"estimators": ["complementary"], "jobs": 1} | options))
+            accuracy(names, log, **({"jobs": 1} | options))
     with pytest.raises(InputError, match=r"wanted logs of different names, found a;"):
-        accuracy(log, log)
-    with pytest.raises(InputError, match=r"^logs: wanted at least one log with a reference"):
-        accuracy(folder / "none", peers=False)
+        accuracy("complementary", log, log)
+    with pytest.raises(InputError, match=r"^logs: wanted at least one log with a truth"):
+        accuracy("complementary", folder / "none")
     blocker = tmp_path / "file"
     blocker.write_text("")
     with pytest.raises(InputError, match=r"a place that can be written"):
-        accuracy(log, estimators=["complementary"], jobs=1, output=blocker)
+        accuracy("complementary", log, jobs=1, output=blocker)
 
 
 def test_missing_package_is_one_line(folder, monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "vqf", None)
     with pytest.raises(ToolMissing):
-        accuracy(folder, estimators=["complementary"], jobs=1)
-    assert main(["accuracy", str(folder), "--estimators", "complementary"]) == 1
+        accuracy("vqf,complementary", folder, jobs=1)
+    assert main(["accuracy", "vqf", str(folder)]) == 1
     err = capsys.readouterr().err
     assert err == (
         "error: the Python package vqf was not found: install it (pip install vqf), or "
-        "leave the other filters out with --no-peers.\n"
+        "leave the published filters out.\n"
     )
 
 
 def test_names_are_apart():
     assert not set(PEERS) & set(ESTIMATORS)
-    assert bundled("ximu_walk").exists()

@@ -2,19 +2,35 @@
 
 import json
 
+import numpy as np
 import pytest
 
 from boresight.cli import main
-from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator, Param
 from boresight.model.estimators import estimator
 from boresight.verbs.covariance import P0, initial_covariances
+from tests.support.strangers import PROGRAMS, csv, kalman
+
+
+class Own(Estimator):
+    params = (
+        Param("p0_pos", 4.0, 0.5, 64.0, "m^2"),
+        Param("p0_sd", 3.0, 0.25, 30.0, "m"),
+        Param("r", 1.0, 0.1, 2.0, "m^2"),
+    )
 
 
 def test_initial_variances_in_each_filters_own_unit() -> None:
     assert initial_covariances(estimator("ekf_bias")) == [{"p0_sd": p**0.5} for p in P0]
     assert initial_covariances(estimator("mekf")) == [{"p0_tilt": p, "p0_heading": p} for p in P0]
-    with pytest.raises(InputError, match="^complementary: wanted a Kalman filter"):
-        initial_covariances(estimator("complementary"))
+    assert initial_covariances(estimator("complementary")) == [{}]
+    assert initial_covariances(Own()) == [
+        {"p0_pos": 0.5, "p0_sd": 0.25},
+        {"p0_pos": 0.5, "p0_sd": pytest.approx(0.3)},
+        {"p0_pos": 4.0, "p0_sd": 3.0},
+        {"p0_pos": 64.0, "p0_sd": 30.0},
+        {"p0_pos": 64.0, "p0_sd": 30.0},
+    ]
 
 
 def test_command_line(capsys: pytest.CaptureFixture[str]) -> None:
@@ -23,4 +39,20 @@ def test_command_line(capsys: pytest.CaptureFixture[str]) -> None:
     assert found["updates"] == 2000 and found["good"] and found["negative_diagonals"] == 0
     assert main(["covariance", "complementary"]) == 2
     assert main(["covariance", "ekf_quaternion", "--updates", "0"]) == 2
-    assert capsys.readouterr().err.count("\n") == 2
+    first, second = capsys.readouterr().err.splitlines()
+    assert "wanted states that are a covariance, named p00, p01, p11" in first
+    assert second.startswith("error: updates: wanted 1 to ")
+
+
+def test_any_filter_that_names_its_covariance(tmp_path, capsys) -> None:
+    """A user's Kalman filter, on inputs within its ranges and on a log."""
+    log = csv(tmp_path / "log.csv", kalman(400))
+    line = ["covariance", f"{PROGRAMS}/kalman.py", "--log", str(log), "--updates", "7000"]
+    code = main([*line, "--json"])
+    (found,) = json.loads(capsys.readouterr().out)["results"]
+    assert code == 1 - found["good"]
+    assert found["updates"] == 7000 and found["eigenvalues_checked"] == 7 * 20
+    assert set(found["drift"]) == {"pos m", "vel m/s"} and all(
+        np.isfinite([*found["drift"].values()])
+    )
+    assert main([*line, "--log", str(tmp_path / "none.csv")]) == 2

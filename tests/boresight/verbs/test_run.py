@@ -16,10 +16,10 @@ import boresight
 from boresight.cli import main
 from boresight.model.estimators import estimator
 from boresight.sim.attitude.accuracy import attitude_rmse
-from boresight.sim.attitude.feed import inputs_of
-from boresight.sim.attitude.log import read_log
 from boresight.sim.records.bundled import bundled
+from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
+from boresight.sim.records.nine_axis import NineAxis
 
 #: The function has the module's name.
 module = importlib.import_module("boresight.verbs.run")
@@ -106,9 +106,9 @@ def test_a_record_without_times_or_units_is_written_without(here: Path) -> None:
 
 
 def test_attitudes() -> None:
-    log, filter = read_log(SYNTHETIC), estimator("complementary")
+    log, filter = read_record(SYNTHETIC), estimator("complementary")
     data = boresight.run("complementary", SYNTHETIC, on="float", steps=200)
-    inputs = inputs_of(filter, log)[:200]
+    inputs = feed(filter, log).inputs[:200]
     reference = filter.run_float(inputs[:, :, None]).outputs
     q = np.stack([reference[n][:, 0] for n in ("qw", "qx", "qy", "qz")], axis=1)
     assert np.abs(data["q"] - q).max() < 1e-9
@@ -116,16 +116,15 @@ def test_attitudes() -> None:
     assert np.abs((data["euler_deg"][:, 0] - heading + 180) % 360 - 180).max() < 1e-7
     assert data["status"].dtype == np.int64
     assert data["status"].tolist() == reference["status"][:, 0].tolist()
-    assert log.q is not None
-    rmse = attitude_rmse(data["q"], log.q[:200], None)._asdict()
+    rmse = attitude_rmse(data["q"], NineAxis.of(log).attitude[:200], None)._asdict()
     assert data["rmse_deg"] == pytest.approx(rmse)
     assert data["warnings"] == []
 
 
 def test_a_log_in_memory_is_the_file(tmp_path: Path) -> None:
-    """Through `Log`, which may say which samples count."""
-    log = read_log(SYNTHETIC)
-    assert log.q is not None
+    """A column ``mov`` says which samples count."""
+    log = read_record(SYNTHETIC)
+    view = NineAxis.of(log)
     mov = np.arange(len(log)) >= 40
     for given in (log, SYNTHETIC):
         assert boresight.run("complementary", given, on="c", steps=90)["rmse_deg"] is not None
@@ -134,13 +133,45 @@ def test_a_log_in_memory_is_the_file(tmp_path: Path) -> None:
         for given in (log, SYNTHETIC)
     )
     assert all(np.array_equal(one[n], other[n]) for n in one)
-    data = boresight.run("complementary", replace(log, mov=mov), on="c", steps=90)
+    data = boresight.run("complementary", replace(view, mov=mov).record(), on="c", steps=90)
     assert data["rmse_deg"] == pytest.approx(
-        attitude_rmse(data["q"], log.q[:90], mov[:90])._asdict()
+        attitude_rmse(data["q"], view.attitude[:90], mov[:90])._asdict()
     )
     assert data["rmse_deg"] != pytest.approx(
         boresight.run("complementary", log, on="c", steps=90)["rmse_deg"]
     )
+
+
+def test_leading_steps_are_those_of_the_whole_log(here: Path) -> None:
+    """The first time step is the median over the log, however few rows run."""
+    t = np.array([0.0, 0.5, 0.6, 0.7, 0.8])
+    whole = boresight.run("mine.py", {"t": t, "z": np.zeros(5)}, on="numpy")
+    for steps in (1, 2, 4):
+        part = boresight.run("mine.py", {"t": t, "z": np.zeros(5)}, on="numpy", steps=steps)
+        for name, values in part["outputs"].items():
+            assert values.tolist() == whole["outputs"][name][:steps].tolist()
+
+
+def test_an_output_named_as_the_time_is_refused_before_the_work(here: Path) -> None:
+    (here / "timer.py").write_text(
+        MINE.replace('Output("x"', 'Output("t"').replace('{"x": y, "h"', '{"t": y, "h"')
+    )
+    message = "mine, output t: wanted another name for what is written, found t, the column of the"
+    with pytest.raises(boresight.InputError, match=f"^{message}"):
+        boresight.run("timer.py", {"t": [0.0, 0.25], "z": [0.5, 0.5]}, output="out.csv")
+    assert not (here / "out.csv").exists()
+
+
+def test_an_archive_by_its_name(here: Path) -> None:
+    columns = {"t": [0.0, 0.25], "z": [0.5, 0.25]}
+    for name in ("out.csv", "out.npz"):
+        boresight.run("mine.py", columns, on="c", output=name)
+    one, other = (boresight.Record.of(name) for name in ("out.csv", "out.npz"))
+    assert (here / "out.npz").read_bytes().startswith(b"PK") and list(one.columns) == list(
+        other.columns
+    )
+    for name, column in one.columns.items():
+        assert column.values.tolist() == other.columns[name].values.tolist()
 
 
 def test_attitudes_without_truth() -> None:

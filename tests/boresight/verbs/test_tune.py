@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 
 import numpy as np
 import pytest
 
+import boresight
 from boresight.cli import main
 from boresight.model.errors import InputError
-from boresight.sim.attitude.log import write_log
 from boresight.sim.records.bundled import bundled
+from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.worlds.synthetic import SensorError, synthetic_log
 from boresight.verbs.tune import tune, tuning_text
+from tests.support.records import write_record
 
 NAMES = ["kp_pitch_per_s", "kp_roll_per_s", "kp_heading_per_s"]
 FAR = dict.fromkeys(NAMES, 20.0)
@@ -31,8 +34,8 @@ def folder(tmp_path_factory):
             mag_error=SensorError(3.0),
         )
         if seed == 4:
-            log = type(log)("log4", log.t, log.gyr, log.acc, log.mag, log.mag_new)
-        write_log(path / f"log{seed}.csv", log)
+            log = dataclasses.replace(NineAxis.of(log), name="log4", q=None).record()
+        write_record(path / f"log{seed}.csv", log)
     return path
 
 
@@ -42,15 +45,15 @@ def result(folder):
 
 
 def test_it_improves_and_says_what_it_did(result):
-    before, after = result["rmse_deg"]["given"], result["rmse_deg"]["tuned"]
+    before, after = result["error"]["given"], result["error"]["tuned"]
     assert after["total"] < 0.8 * before["total"]
     for key, figures in (("given", before), ("tuned", after)):
         for part in ("total", "heading", "inclination"):
             assert figures[part] == pytest.approx(np.mean([t[key][part] for t in result["trials"]]))
     assert [t["trial"] for t in result["trials"]] == ["log1", "log2", "log3"]
     assert result["without_truth"] == ["log4"]
-    assert result["search"]["history_deg"][0] == before["total"]
-    assert result["search"]["history_deg"][-1] == pytest.approx(after["total"])
+    assert result["search"]["history"][0] == before["total"]
+    assert result["search"]["history"][-1] == pytest.approx(after["total"])
     assert set(result["parameters"]) >= {*NAMES, "mag_gate"}
     assert [p["name"] for p in result["tuned_parameters"]] == NAMES
     assert result["parameters"]["kp_pitch_per_s"] == result["tuned_parameters"][0]["tuned"] != 20.0
@@ -64,8 +67,10 @@ def test_folds(result):
     for fold in cross["folds"]:
         assert not set(fold["test"]) & set(fold["train"])
         assert len(fold["train"]) == 2
-    assert cross["mean_test_deg"] == pytest.approx(np.mean([f["test_deg"] for f in cross["folds"]]))
-    assert cross["mean_test_deg"] >= 0.999 * result["rmse_deg"]["tuned"]["total"]
+    assert cross["mean_test_figure"] == pytest.approx(
+        np.mean([f["test_figure"] for f in cross["folds"]])
+    )
+    assert cross["mean_test_figure"] >= 0.999 * result["error"]["tuned"]["total"]
 
 
 def test_a_fold_is_a_tune_without_its_test_trials(folder, result):
@@ -80,7 +85,7 @@ def test_a_fold_is_a_tune_without_its_test_trials(folder, result):
         jobs=1,
     )
     assert alone["cross_validation"] is None
-    assert alone["rmse_deg"]["tuned"]["total"] == pytest.approx(fold["train_deg"])
+    assert alone["error"]["tuned"]["total"] == pytest.approx(fold["train_figure"])
     assert {n: alone["parameters"][n] for n in NAMES} == fold["parameters"]
     outside = tune(
         "complementary",
@@ -90,8 +95,8 @@ def test_a_fold_is_a_tune_without_its_test_trials(folder, result):
         params=fold["parameters"],
         rounds=1,
     )
-    assert outside["rmse_deg"]["given"]["total"] == pytest.approx(fold["test_deg"])
-    assert fold["test_deg"] != pytest.approx(fold["train_deg"])
+    assert outside["error"]["given"]["total"] == pytest.approx(fold["test_figure"])
+    assert fold["test_figure"] != pytest.approx(fold["train_figure"])
 
 
 def test_sensitivity(folder, result):
@@ -107,7 +112,7 @@ def test_sensitivity(folder, result):
         rounds=1,
         params=result["parameters"] | {s["parameter"]: s["double"]},
     )
-    assert other["rmse_deg"]["given"]["total"] == pytest.approx(s["double_deg"])
+    assert other["error"]["given"]["total"] == pytest.approx(s["at_double"])
 
 
 def test_repeats_itself(folder, result):
@@ -122,7 +127,7 @@ def test_detune(folder):
         (0.4, 32.0),
         (0.15, 0.0015),
     ]  # the second at its limit
-    assert data["rmse_deg"]["given"]["total"] < data["search"]["start_deg"]
+    assert data["error"]["given"]["total"] < data["search"]["start"]
 
 
 def test_command_and_its_file(folder, tmp_path, capsys):
@@ -142,7 +147,7 @@ def test_command_and_its_file(folder, tmp_path, capsys):
     ]
     assert main(arguments) == 0
     text = capsys.readouterr()
-    assert text.out.startswith("complementary, W = 32, 3 trials") and "kp_roll_per_s" in text.out
+    assert text.out.startswith("complementary, W = 32, 3 trials, ") and "kp_roll_per_s" in text.out
     assert "all trials, round 1 of 2" in text.err
     data = json.loads(out.read_text())
     assert main([*arguments, "--json"]) == 0
@@ -152,6 +157,64 @@ def test_command_and_its_file(folder, tmp_path, capsys):
     rmse = json.loads(capsys.readouterr().out)["rmse_deg"]
     assert rmse == pytest.approx(data["trials"][0]["tuned"])
     assert "left out, no truth: log4" in tuning_text(data)
+
+
+FILES = """
+from boresight import Estimator, Input, Output, Param, State
+
+
+class Lag(Estimator):
+    inputs = (Input("x", -10.0, 10.0, "m"),)
+    params = (Param("k", 0.9, 0.01, 1.0),)
+    states = (State("y", -10.0, 10.0, "m"),)
+    outputs = (Output("y", "m", tolerance=1e-6), Output("twice", "m", tolerance=1e-6))
+
+    def step(self, x, u, p):
+        y = x.y + p.k * (u.x - x.y)
+        return {"y": y}, {"y": y, "twice": 2.0 * y}
+"""
+
+
+@pytest.fixture
+def lag(tmp_path, monkeypatch):
+    """An estimator of somebody's, and logs with truth."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lag.py").write_text(FILES)
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        truth = np.cumsum(rng.normal(0.0, 0.05, 300))
+        rows = np.column_stack([truth + rng.normal(0.0, 0.5, 300), truth, 200.0 * truth])
+        head = "x,y_true,twice_true[cm]"
+        np.savetxt(tmp_path / f"log{seed}.csv", rows, delimiter=",", header=head, comments="")
+    return tmp_path
+
+
+def test_any_estimator(lag, capsys):
+    one = tune("lag.py", "log0.csv")  # a single trial cannot be held back
+    assert one["cross_validation"] is None and one["weights"] == {"y": 1.0, "twice": 1.0}
+    arguments = ["tune", "lag.py:Lag", "log0.csv", "log1.csv", "log2.csv", "--rounds", "6"]
+    assert main([*arguments, "--weight", "twice=0"]) == 0
+    text = capsys.readouterr().out
+    assert "  y m " in text and "y m with x 0.5, x 2" in text and "cross-validated" in text
+    assert main([*arguments, "-q"]) == 0
+    assert "share of the given, weights y 1, twice 1" in capsys.readouterr().out
+    data = tune("lag.py:Lag", "log0.csv", "log1.csv", "log2.csv", weights={"twice": 0.0}, rounds=6)
+    assert data["units"] == {"y": "m", "twice": "m"}
+    assert data["error"]["tuned"]["y"] < 0.6 * data["error"]["given"]["y"]
+    assert data["search"]["history"][-1] == pytest.approx(data["error"]["tuned"]["y"])
+    cross = data["cross_validation"]
+    assert len(cross["folds"]) == 3
+    assert cross["mean_test_error"]["y"] == pytest.approx(cross["mean_test_figure"])
+    # The folds' figure is that of a plain run of the held-back log.
+    fold = cross["folds"][1]
+    assert fold["test"] == ["log1"]
+    truth = boresight.run("lag.py", "log1.csv", on="c", params=fold["parameters"])["truth"]
+    assert truth[0]["rms"] == pytest.approx(fold["test_error"]["y"])
+    assert main([*arguments, "--weight", "z=1"]) == 2
+    assert main([*arguments, "--weight", "y=much"]) == 2
+    refused = capsys.readouterr().err.splitlines()
+    assert refused[-2].startswith("error: weight z: wanted one of y, twice, found 'z'; ")
+    assert refused[-1].startswith("error: --weight: wanted NAME=NUMBER, found 'y=much'; ")
 
 
 @pytest.mark.parametrize(
@@ -174,9 +237,9 @@ def test_bad_options(folder, options, message):
 
 
 def test_nothing_to_tune_on(folder, tmp_path):
-    with pytest.raises(InputError, match=r"^logs: wanted at least one log with a reference"):
+    with pytest.raises(InputError, match=r"^logs: wanted at least one log with a truth"):
         tune("complementary", bundled("ximu_walk"))  # its attitude is a comparison
-    with pytest.raises(InputError, match=r"^logs: wanted at least one log with a reference"):
+    with pytest.raises(InputError, match=r"^logs: wanted at least one log with a truth"):
         tune("complementary", folder / "log4.csv")
     with pytest.raises(InputError, match=r"without any"):
         tune("complementary", tmp_path)

@@ -8,9 +8,10 @@ import pytest
 from boresight.firmware.floating.build import FloatCModel
 from boresight.model.estimator import Estimator
 from boresight.model.estimators import estimator
-from boresight.sim.attitude.feed import attitude_of, inputs_of
-from boresight.sim.attitude.log import read_log
+from boresight.sim.attitude.outputs import attitude_of
 from boresight.sim.records.bundled import bundled
+from boresight.sim.records.feed import feed
+from boresight.sim.records.files import read_record
 
 #: Largest difference of the attitude on a bundled log, deg. A rounding of an angle near half a
 #: turn is 2^-25 half turns, 5e-6 deg; a filter that forgets in 10 s keeps some 2,560 of them at
@@ -31,7 +32,7 @@ def apart_deg(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("name", sorted(BOUND_DEG))
 def test_agrees_to_single_precision(name: str, log: str) -> None:
     e = estimator(name)
-    records = inputs_of(e, read_log(bundled(log)))[:UPDATES].astype(np.float32)
+    records = feed(e, read_record(bundled(log))).inputs[:UPDATES].astype(np.float32)
     reference = e.run_float(records.astype(np.float64)[..., None]).outputs
     outputs = FloatCModel(e).update(records).astype(np.float64)
     named = {o.name: outputs[:, k] for k, o in enumerate(e.outputs)}

@@ -11,9 +11,9 @@ import pytest
 from boresight.firmware.floating.text import operation_counts
 from boresight.model.estimators import ESTIMATORS
 from boresight.model.lowering.trace import Trace
-from boresight.sim.attitude.feed import inputs_of
-from boresight.sim.attitude.log import read_log
 from boresight.sim.records.bundled import bundled
+from boresight.sim.records.feed import feed
+from boresight.sim.records.files import read_record
 
 APPLY: dict[str, Callable[..., Any]] = {
     "add": lambda a, b: a + b,
@@ -59,7 +59,7 @@ def run(trace: Trace, leaves: dict[tuple[str, str], float]) -> dict[int, float]:
 @pytest.mark.parametrize("name", sorted(ESTIMATORS))
 def test_equals_the_reference(name: str) -> None:
     e = ESTIMATORS[name]()
-    records = inputs_of(e, read_log(bundled("ximu_walk")))[:400]
+    records = feed(e, read_record(bundled("ximu_walk"))).inputs[:400]
     reference = e.run_float(records[..., None])
     trace = e.trace()
     leaves = {("param", p.name): p.default for p in e.params}

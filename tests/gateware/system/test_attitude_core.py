@@ -10,10 +10,10 @@ from boresight.gateware.registers.core import PROGRAM
 from boresight.gateware.system.conductor import HEADER, OUTPUTS, RAWS, RECORDS, STAMP, Conductor
 from boresight.gateware.system.programs import core_plan, system_core
 from boresight.model.words.fixed import IntArray
-from boresight.sim.attitude.log import read_log
 from boresight.sim.board.chain import COUNTS, HEADING, NO_LINE, Samples, run_chain
 from boresight.sim.board.front import quantise
 from boresight.sim.records.bundled import bundled
+from boresight.sim.records.files import read_record
 from tests.support.conductor_bench import Played, play, sample_command, script_of
 
 STEPS = 60
@@ -31,7 +31,7 @@ def conductors(cores) -> dict[str, Conductor]:
 
 def samples(kind: int = COUNTS, number: int = 0, steps: int = STEPS, first: int = 0) -> Samples:
     """A cut of the bundled recording, with many lines."""
-    whole = quantise(read_log(bundled("synthetic_60s")), kind=kind, number=number, line_hz=500)
+    whole = quantise(read_record(bundled("synthetic_60s")), kind=kind, number=number, line_hz=500)
     cut = {
         name: getattr(whole, name)[first : first + steps].copy()
         for name in ("stamp", "counts", "line", "values", "restart", "filter")

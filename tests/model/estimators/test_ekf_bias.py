@@ -15,8 +15,7 @@ from boresight.model.estimator import input_words
 from boresight.model.estimators.ekf_bias import BIAS_UNIT, STATUS_BITS, EkfBias
 from boresight.sim.accuracy.peers import PEERS
 from boresight.sim.attitude.accuracy import attitude_error
-from boresight.sim.attitude.feed import attitude_of, inputs_of
-from boresight.sim.attitude.log import read_log
+from boresight.sim.attitude.outputs import attitude_of
 from boresight.sim.attitude.rotation import (
     euler_to_quaternion,
     quaternion_conjugate,
@@ -27,6 +26,9 @@ from boresight.sim.attitude.rotation import (
 )
 from boresight.sim.compare.check import with_params
 from boresight.sim.records.bundled import bundled
+from boresight.sim.records.feed import feed
+from boresight.sim.records.files import read_record
+from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.segments import with_state_outputs
 
 GRAVITY = 9.80665
@@ -244,13 +246,13 @@ def test_cycles_to_the_attitude(config: str, cycles: int) -> None:
 
 
 def from_c(log: Any) -> Any:
-    return {name: v[:, 0] for name, v in run_c(inputs_of(EkfBias(), log)[:, :, None]).items()}
+    return {name: v[:, 0] for name, v in run_c(feed(EkfBias(), log).inputs[:, :, None]).items()}
 
 
 def test_fixed_point_is_float_on_recorded_data() -> None:
-    log = read_log(bundled("ximu_walk"))
+    log = read_record(bundled("ximu_walk"))
     e = EkfBias()
-    want = {k: v[:, 0] for k, v in e.run_float(inputs_of(e, log)[:2000, :, None]).outputs.items()}
+    want = {k: v[:, 0] for k, v in e.run_float(feed(e, log).inputs[:2000, :, None]).outputs.items()}
     fixed = {k: v[:2000] for k, v in from_c(log).items()}
     assert attitude_error(attitude_of(fixed), attitude_of(want)).total.max() < 0.005
     assert np.array_equal(fixed["status"], want["status"])
@@ -265,17 +267,16 @@ SYNTHETIC = {"vqf": 0.9, "vqf_offline": 1.3, "ahrs_ekf": 1.1}
 
 @pytest.mark.parametrize("name", WALK)
 def test_agrees_with_published_filters(name: str) -> None:
-    walk, synthetic = (read_log(bundled(n)) for n in ("ximu_walk", "synthetic_60s"))
+    walk, synthetic = (read_record(bundled(n)) for n in ("ximu_walk", "synthetic_60s"))
     for log, bound, kind in ((walk, WALK, "inclination"), (synthetic, SYNTHETIC, "total")):
-        other = PEERS[name].run(log)
+        other = PEERS[name].run(NineAxis.of(log))
         difference = getattr(attitude_error(attitude_of(from_c(log)), other), kind)[500:]
         assert 0.05 < difference.mean() < bound[name]
 
 
 def test_accuracy_on_the_synthetic_log() -> None:
-    log = read_log(bundled("synthetic_60s"))
-    assert log.q is not None
-    error = attitude_error(attitude_of(from_c(log)), log.q).total[500:]
+    log = read_record(bundled("synthetic_60s"))
+    error = attitude_error(attitude_of(from_c(log)), NineAxis.of(log).attitude).total[500:]
     assert np.sqrt(np.mean(error**2)) < 1.1
 
 

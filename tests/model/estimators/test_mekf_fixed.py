@@ -9,9 +9,9 @@ from boresight.firmware.build import CModel
 from boresight.model.estimator import input_words, param_words
 from boresight.model.estimators.mekf import Mekf
 from boresight.model.estimators.mekf_interface import PAIRS, covariance_name
-from boresight.sim.attitude.feed import inputs_of
-from boresight.sim.attitude.log import read_log
 from boresight.sim.records.bundled import bundled
+from boresight.sim.records.feed import feed
+from boresight.sim.records.files import read_record
 from boresight.sim.records.segments import with_state_outputs
 
 STEPS = 4000
@@ -25,7 +25,7 @@ def attitude(values: Any) -> Any:
 
 def test_fixed_equals_float_on_a_recorded_log() -> None:
     """Every sample within 0.0005 deg, no saturation, every status bit the same."""
-    x = inputs_of(Mekf(), read_log(bundled("ximu_walk")))[:STEPS]
+    x = feed(Mekf(), read_record(bundled("ximu_walk"))).inputs[:STEPS]
     out, saturated = CModel(PROGRAM).update(input_words(PROGRAM, x[:, :, None])[:, :, 0])
     fixed = {
         name: PROGRAM.format(n).real(out[:, k])

@@ -14,11 +14,8 @@ def row(name, level, totals, **more):
     trials = [
         {
             "trial": trial,
-            "total": v,
-            "heading": v / 2,
-            "inclination": v / 4,
-            "vs_float_max_deg": more.get("vs_float_max_deg"),
-            "status_changed": 0,
+            "error": {"total": v, "heading": v / 2, "inclination": v / 4},
+            "vs_float": {d["output"]: d["apart"] for d in more.get("vs_float", ())},
             "saturated_updates": 0,
         }
         for trial, v in totals.items()
@@ -29,13 +26,19 @@ def row(name, level, totals, **more):
         "level": level,
         "kind": "peer" if level == "package" else "ours",
         "summary": f"<{name}>",
-        "mean_deg": mean,
-        "mean_by_folder_deg": {"logs": mean},
-        "vs_float_max_deg": None,
-        "status_changed": None,
+        "attitude": True,
+        "units": dict.fromkeys(mean, "deg"),
+        "mean": mean,
+        "mean_by_folder": {"logs": mean},
+        "vs_float": [],
         "saturated_updates": None,
         "trials": trials,
     } | more
+
+
+def near(output, unit, apart, tolerance):
+    good = apart <= tolerance
+    return {"output": output, "unit": unit, "apart": apart, "tolerance": tolerance, "good": good}
 
 
 DATA = {
@@ -53,8 +56,7 @@ DATA = {
             "ours",
             "fixed",
             {"a": 2.25, "c": 3.25, "n": 4.25},
-            vs_float_max_deg=0.000123,
-            status_changed=17,
+            vs_float=[near("attitude", "deg", 0.000123, 0.01), near("status", "words", 17, 0.0)],
             saturated_updates=0,
         ),
         row("ours", "float", {"a": 2.35, "c": 3.25, "n": 4.25}),
@@ -85,15 +87,30 @@ def test_best_of_a_trial_is_marked(page):
 def test_folders_when_there_are_several():
     data = copy.deepcopy(DATA)
     for r in data["estimators"]:
-        r["mean_by_folder_deg"] = {"one": r["mean_deg"], "two": r["mean_deg"]}
+        r["mean_by_folder"] = {"one": r["mean"], "two": r["mean"]}
     assert "mean by folder" in render_page(data)
     assert "mean by folder" not in render_page(DATA)
+
+
+def test_other_outputs_have_a_table_of_their_own():
+    data = copy.deepcopy(DATA)
+    general = {"attitude": False, "units": {"pos": "m"}, "mean": {"pos": 0.1234567}}
+    other = row("cart", "fixed", {"a": 1.0}, vs_float=[near("pos", "m", 2e-3, 1e-3)], **general)
+    floating = row("cart", "float", {"a": 1.0}, **general | {"mean": {"pos": 0.5678}})
+    data["estimators"] += [other, floating]
+    page = render_page(data)
+    for text in ("<h2>cart</h2>", "pos m", "0.1235", "0.5678", "0.002", " beyond"):
+        assert text in page, text
+    assert page.count("<svg") == 5
+    data["estimators"] = [other]
+    alone = render_page(data)
+    assert "0.1235" in alone and "<svg" not in alone and "Mean over" not in alone
 
 
 def test_without_truth_and_float():
     data = copy.deepcopy(DATA)
     data["logs"] = data["logs"][1:2]
     data["estimators"] = [copy.deepcopy(DATA["estimators"][2])]
-    data["estimators"][0] |= {"mean_deg": None, "mean_by_folder_deg": {}}
+    data["estimators"][0] |= {"mean": None, "mean_by_folder": {}}
     page = render_page(data)
     assert "No log with truth" in page and page.count("<svg") == 1

@@ -11,16 +11,17 @@ from boresight.sim.accuracy.benchmark_plots import difference_plot, mean_plot, s
 
 
 def row(name, kind, totals, apart=None):
+    near = {} if apart is None else {"attitude": apart}
     trials = [
-        {"trial": f"t_{k}", "total": v, "vs_float_max_deg": apart} for k, v in enumerate(totals)
+        {"trial": f"t_{k}", "error": {"total": v}, "vs_float": near} for k, v in enumerate(totals)
     ]
     mean = None if None in totals else sum(totals) / len(totals)
     return {
         "estimator": name,
         "kind": kind,
-        "vs_float_max_deg": apart,
+        "vs_float": list(near),
         "trials": trials,
-        "mean_deg": {"total": mean, "heading": mean, "inclination": mean and mean / 2},
+        "mean": {"total": mean, "heading": mean, "inclination": mean and mean / 2},
     }
 
 

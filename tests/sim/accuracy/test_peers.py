@@ -12,9 +12,10 @@ import pytest
 from boresight.model.errors import InputError, ToolMissing
 from boresight.sim.accuracy.peers import PEERS, dip_rad, first_attitude, peer, require_peers
 from boresight.sim.attitude.accuracy import attitude_error, attitude_rmse
-from boresight.sim.attitude.log import read_log
 from boresight.sim.attitude.rotation import quaternion_multiply
 from boresight.sim.records.bundled import bundled
+from boresight.sim.records.files import read_record
+from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.worlds.synthetic import synthetic_log
 
 #: Total RMSE [deg] on synthetic_60s, magnetometer at 10 Hz: both bounds. A wrong frame gives 90 or
@@ -34,7 +35,7 @@ BOUNDS = {
 
 @pytest.fixture(scope="module")
 def log():
-    return read_log(bundled("synthetic_60s"))
+    return NineAxis.of(read_record(bundled("synthetic_60s")))
 
 
 @pytest.mark.parametrize("name", PEERS)
@@ -51,11 +52,11 @@ def test_heading_follows_a_turned_world(name):
 
     A frame that is right only where the motion begins would show.
     """
-    log = synthetic_log(seconds=10, rate_hz=50, seed=4)
+    log = NineAxis.of(synthetic_log(seconds=10, rate_hz=50, seed=4))
     turn = np.array([np.cos(np.radians(50)), 0.0, 0.0, np.sin(np.radians(50))])
     heading = np.radians(100.0)
     field = (27.9 * np.sin(heading), 27.9 * np.cos(heading), -46.2)
-    other = synthetic_log(seconds=10, rate_hz=50, seed=4, field_ut=field)
+    other = NineAxis.of(synthetic_log(seconds=10, rate_hz=50, seed=4, field_ut=field))
     # In axes turned so that its field is to the north, the other log's attitude is turn * q.
     turned = dataclasses.replace(other, q=quaternion_multiply(turn, log.q))
     error = attitude_error(PEERS[name].run(turned)[250:], turned.q[250:])
@@ -63,10 +64,10 @@ def test_heading_follows_a_turned_world(name):
 
 
 def test_start_is_the_full_attitude():
-    log = synthetic_log(seconds=2, rate_hz=50, seed=3)
+    log = NineAxis.of(synthetic_log(seconds=2, rate_hz=50, seed=3))
     assert attitude_error(first_attitude(log), log.q[0]).total < 1e-6
     late = np.arange(len(log)) >= 5
-    held = dataclasses.replace(log, mag_new=late)
+    held = dataclasses.replace(log, mag=np.where(late[:, None], log.mag, np.nan))
     assert attitude_error(first_attitude(held), log.q[0]).total < 20.0
     for held in (log, dataclasses.replace(log, q=None)):
         assert np.degrees(dip_rad(held)) == pytest.approx(58.87, abs=0.05)
@@ -84,9 +85,9 @@ def test_the_ekf_takes_the_dip_of_the_place(log):
 
 
 def test_field_is_needed():
-    log = synthetic_log(seconds=2, rate_hz=50, seed=3)
+    log = NineAxis.of(synthetic_log(seconds=2, rate_hz=50, seed=3))
     with pytest.raises(InputError, match=r"wanted magnetometer samples, found none"):
-        first_attitude(dataclasses.replace(log, mag_new=np.zeros(len(log), dtype=bool)))
+        first_attitude(dataclasses.replace(log, mag=np.full((len(log), 3), np.nan)))
 
 
 def test_package_that_is_missing(monkeypatch):

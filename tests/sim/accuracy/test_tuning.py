@@ -1,153 +1,126 @@
-"""`sim.accuracy.tuning`: the search finds, repeats itself, stays in range; folds partition."""
+"""Tuning: what falls, what is held back, and what several outputs weigh."""
 
 from __future__ import annotations
 
-import math
+from typing import Any
 
+import numpy as np
 import pytest
 
 from boresight.model.errors import InputError
-from boresight.model.estimator import Param
-from boresight.model.estimators.complementary import Complementary
+from boresight.model.estimator import Estimator, Input, Output, Param, State
 from boresight.sim.accuracy.scoring import Scorer
-from boresight.sim.accuracy.tuning import (
-    deal_folds,
-    pattern_search,
-    rounded,
-    sensitivities,
-    tunable,
-)
-from boresight.sim.worlds.synthetic import SensorError, synthetic_log
-
-PARAMS = (Param("a", 1.0, 0.0, 50.0, "", ""), Param("b", 1.0, 0.25, 2.0, "", ""))
+from boresight.sim.accuracy.search import deal_folds
+from boresight.sim.accuracy.tuning import Objective, Tuning, detuned, means, weights_of
+from boresight.sim.records.feed import feed
+from boresight.sim.records.record import Record
 
 
-def bowl(values):
-    """Least at a = 8, b = 4, which is out of b's range."""
-    return 1.0 + math.log(values["a"] / 8.0) ** 2 + math.log(values["b"] / 4.0) ** 2
+class Lag(Estimator):
+    """A smoothed value and its noise."""
+
+    inputs = (Input("x", -10.0, 10.0, "m"),)
+    params = (Param("k", 0.5, 0.01, 1.0), Param("g", 1.0, 0.125, 8.0))
+    states = (State("y", -10.0, 10.0, "m"),)
+    outputs = (Output("y", "m"), Output("z", "s"))
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        y = x.y + p.k * (u.x - x.y)
+        return {"y": y}, {"y": y, "z": p.g * u.x}
 
 
-def test_search_finds_the_minimum_within_the_ranges():
-    seen = []
-
-    def watched(values):
-        seen.append(dict(values))
-        return bowl(values)
-
-    found = pattern_search(watched, PARAMS, {"a": 0.5, "b": 0.5}, rounds=20)
-    assert found.values["a"] == pytest.approx(8.0, rel=0.04)
-    assert found.values["b"] == 2.0
-    assert found.best_deg == bowl(found.values) == found.history[-1]
-    assert found.start_deg == bowl({"a": 0.5, "b": 0.5}) == found.history[0]
-    assert all(y <= x for x, y in zip(found.history, found.history[1:], strict=False))
-    assert all(0 < v["a"] <= 50.0 and 0.25 <= v["b"] <= 2.0 for v in seen)
-    assert all(v["a"] == rounded(v["a"]) for v in seen)
-    points = [tuple(v.values()) for v in seen]
-    assert len(points) == len(set(points)) == found.evaluations
-
-
-def test_search_in_a_valley_across_the_axes():
-    """A diagonal valley, seven times steeper across: pattern moves run along it."""
-
-    def valley(values):
-        x, y = math.log(values["a"]), math.log(values["b"])
-        return 10.0 * (x - y) ** 2 + 0.1 * (x + y - 1.0) ** 2
-
-    found = pattern_search(
-        valley, [Param(n, 1.0, 0.0, 1e6, "", "") for n in "ab"], {"a": 0.01, "b": 0.01}, rounds=40
-    )
-    assert found.best_deg < 0.1 and found.evaluations < 60
-
-
-def test_search_obeys_rounds_and_rests():
-    one = pattern_search(bowl, PARAMS, {"a": 0.5, "b": 0.5}, rounds=1)
-    assert len(one.history) == 2 and one.evaluations <= 6
-    flat = pattern_search(lambda v: 1.0, PARAMS, {"a": 1.0, "b": 1.0}, rounds=50)
-    assert flat.values == {"a": 1.0, "b": 1.0} and len(flat.history) <= 5
-    lines = []
-    pattern_search(bowl, PARAMS, {"a": 0.5, "b": 0.5}, rounds=2, progress=lines.append)
-    assert [line.split(":")[0] for line in lines] == ["round 1 of 2", "round 2 of 2"]
-
-
-def test_search_leaves_points_that_are_no_number():
-    found = pattern_search(
-        lambda v: math.nan if v["a"] < 4.0 else bowl(v), PARAMS, {"a": 3.0, "b": 1.0}
-    )
-    assert found.values["a"] == pytest.approx(8.0, rel=0.04)
-    assert found.start_deg == math.inf
-
-
-def test_folds_are_a_partition():
-    for seed in (None, 0, 5):
-        folds = deal_folds(10, 3, seed)
-        assert sorted(k for fold in folds for k in fold) == list(range(10))
-        assert sorted(map(len, folds)) == [3, 3, 4]
-        assert folds == deal_folds(10, 3, seed)
-    assert deal_folds(7, 3) == [(0, 3, 6), (1, 4), (2, 5)]
-    assert deal_folds(10, 3, 0) != deal_folds(10, 3, 1)
-    for folds in (0, 1, 4):
-        with pytest.raises(InputError, match=r"^folds: wanted 2 to 3, .* found \d;"):
-            deal_folds(3, folds)
-
-
-def test_sensitivities():
-    half, _ = sensitivities(bowl, PARAMS, {"a": 8.0, "b": 2.0})
-    assert (half.half, half.double) == (4.0, 16.0)
-    assert half.half_deg == pytest.approx(1.0 + 2 * math.log(2) ** 2) == half.double_deg
-    _, b = sensitivities(bowl, PARAMS, {"a": 8.0, "b": 0.4})
-    assert (b.half, b.double) == (0.25, 0.8)  # kept in range
-    assert b.to_json()["parameter"] == "b"
-
-
-def test_which_parameters():
-    estimator = Complementary()
-    start = estimator.param_values()
-    names = [p.name for p in tunable(estimator, start)]
-    assert "kp_pitch_per_s" in names and "declination_ht" not in names
-    turned = start | {"declination_ht": 0.1, "mag_gate": 0.0}
-    assert set(names) - {p.name for p in tunable(estimator, turned)} == {"mag_gate"}
-    assert len(tunable(estimator, turned)) == len(names) - 1
-    assert [p.name for p in tunable(estimator, start, ["mag_gate", "kp_roll_per_s"])] == [
-        "mag_gate",
-        "kp_roll_per_s",
-    ]
-    for names, message in (
-        (["kp"], "kp"),
-        (["mag_gate", "mag_gate"], "twice"),
-        (["declination_ht"], "above zero"),
-    ):
-        with pytest.raises(InputError, match=message):
-            tunable(estimator, start, names)
+def trial(seed: int, gain: float = 2.0) -> Any:
+    rng = np.random.default_rng(seed)
+    truth = np.cumsum(rng.normal(0.0, 0.05, 400))
+    columns = {"x": np.clip(truth + rng.normal(0.0, 0.5, 400), -9.9, 9.9), "y_true": truth}
+    columns["z_true"] = gain * columns["x"]
+    return feed(Lag(), Record.of(columns, name=f"log{seed}"))
 
 
 @pytest.fixture(scope="module")
-def scorer():
-    logs = [
-        synthetic_log(
-            seconds=20,
-            rate_hz=50,
-            seed=seed,
-            acceleration=1.0,
-            gyr_error=SensorError(0.01),
-            acc_error=SensorError(0.1),
-            mag_error=SensorError(2.0),
-        )
-        for seed in (1, 2, 3)
-    ]
-    return Scorer(Complementary(), logs)
+def scorer() -> Scorer:
+    return Scorer(Lag(), [trial(seed) for seed in (1, 2, 3)], jobs=1)
 
 
-def test_tuning_mends_a_detuned_filter_and_repeats_itself(scorer):
-    names = ["kp_pitch_per_s", "kp_roll_per_s", "kp_heading_per_s"]
-    params = tunable(Complementary(), Complementary().param_values(), names)
+def tuning(scorer: Scorer, weights: dict[str, float], rounds: int = 8) -> Tuning:
+    given = Lag().param_values()
+    objective = Objective.of(weights, means(scorer.scores(given)))
+    return Tuning(scorer, Lag.params, given, objective, rounds, lambda text: None)
 
-    def objective(values):
-        scores = scorer.scores(values)
-        return sum(s.total for s in scores) / len(scores)
 
-    found = [
-        pattern_search(objective, params, dict.fromkeys(names, 20.0), rounds=6) for _ in range(2)
-    ]
-    assert found[0] == found[1]
-    assert found[0].best_deg < 0.65 * found[0].start_deg
-    assert found[0].best_deg == objective(found[0].values) <= objective({})
+def test_weights() -> None:
+    units = {"total": "deg", "heading": "deg", "bias": "rad/s"}
+    assert weights_of(units) == {"total": 1.0, "heading": 0.0, "bias": 0.0}
+    assert weights_of({"y": "m", "z": "s"}, {"z": 3.0}) == {"y": 1.0, "z": 3.0}
+    for chosen, message in (
+        ({"q": 1.0}, "^weight q: wanted one of z, y, found 'q'; weigh an output that the logs"),
+        ({"y": -1.0}, "^weight y: wanted 0 or more, found -1; "),
+        ({"y": float("nan")}, "^weight y: wanted 0 or more, found nan; "),
+        ({"y": 0.0, "z": 0.0}, "^weights: wanted one above 0, found zeros; "),
+    ):
+        with pytest.raises(InputError, match=message):
+            weights_of({"y": "m", "z": "s"}, chosen)
+
+
+def test_one_figure_counts_in_its_unit_and_several_as_shares() -> None:
+    scores = [{"y": 2.0, "z": 5.0}, {"y": 4.0}]
+    assert means(scores) == {"y": 3.0, "z": 5.0}
+    assert Objective.of({"y": 2.0, "z": 0.0}, {"y": 6.0, "z": 1.0}).value(scores) == 3.0
+    both = Objective.of({"y": 3.0, "z": 1.0}, {"y": 6.0, "z": 20.0})
+    assert both.value(scores) == (3.0 * 3.0 / 6.0 + 5.0 / 20.0) / 4.0
+    assert both.value(scores[1:]) == 4.0 / 6.0  # the other is not known there
+    assert np.isnan(both.value([{"other": 1.0}]))
+    for bad in (0.0, np.nan, np.inf):
+        odd = Objective.of({"y": 1.0, "z": 1.0}, {"y": bad, "z": 20.0})
+        assert odd.scales == {"y": 1.0, "z": 20.0}
+
+
+def test_outputs_in_several_units_fall_together(scorer: Scorer) -> None:
+    whole = tuning(scorer, {"y": 1.0, "z": 1.0})
+    found = whole.search(range(3), "all")
+    assert found.start == pytest.approx(1.0)
+    assert found.best < 0.4
+    before, after = (means(whole.scores(v, range(3))) for v in (whole.start, found.values))
+    assert after["y"] < 0.8 * before["y"] and after["z"] < 0.05 * before["z"]
+    alone = tuning(scorer, {"z": 1.0}).search(range(3), "all")
+    assert alone.values["g"] == pytest.approx(2.0, rel=0.04) and alone.values["k"] == 0.5
+
+
+def test_folds_are_tuned_without_their_tests(scorer: Scorer) -> None:
+    whole = tuning(scorer, {"y": 1.0}, rounds=4)
+    held = whole.folds(deal_folds(3, 3))
+    for k, fold in enumerate(held):
+        train = tuple(i for i in range(3) if i != k)
+        assert (fold.test, fold.train) == ((k,), train)
+        others = Scorer(Lag(), [scorer.feeds[i] for i in train], jobs=1)
+        assert tuning(others, {"y": 1.0}, rounds=4).search(range(2), "x") == fold.tuned
+        assert list(fold.scores) == scorer.scores({**whole.start, **fold.tuned.values}, [k])
+
+
+def test_no_trial_runs_twice_with_the_same_values(scorer: Scorer) -> None:
+    asked: list[Any] = []
+    plain = Scorer.scores
+
+    class Watched(Scorer):
+        def scores(self, params: Any = None, which: Any = None) -> Any:
+            asked.extend((tuple(sorted((params or {}).items())), k) for k in which or ())
+            return plain(self, params, which)
+
+    watched = Watched(Lag(), scorer.feeds, jobs=1)
+    whole = Tuning(watched, Lag.params, Lag().param_values(), Objective({"y": 1.0}, {"y": 1.0}), 3,
+                   lambda text: None)  # fmt: skip
+    found = whole.search(range(3), "all")
+    whole.folds(deal_folds(3, 3))
+    around = whole.around(found.values)
+    assert len(asked) == len(set(asked)) > 30
+    assert [s.parameter for s in around] == ["k", "g"]
+    assert around[0].half == pytest.approx(found.values["k"] / 2, rel=1e-3)
+    again = scorer.scores({**found.values, "k": around[0].half})
+    assert around[0].at_half == pytest.approx(means(again)["y"])
+
+
+def test_detuned() -> None:
+    start = {"k": 0.5, "g": 1.0}
+    assert detuned(start, Lag.params, 100.0) == {"k": 0.01, "g": 8.0}  # at their limits
+    assert detuned(start, Lag.params, 2.0) == {"k": 0.25, "g": 2.0}
+    assert start == {"k": 0.5, "g": 1.0}

@@ -14,8 +14,8 @@ from boresight.gateware.system.attitude_frame import (
     text_line,
 )
 from boresight.model.errors import InputError
-from boresight.sim.attitude.log import Log
 from boresight.sim.board.run import frame_ends, judge, run_board, stimulus, writes
+from boresight.sim.records.nine_axis import NineAxis
 
 from .conftest import UPDATES
 
@@ -133,13 +133,6 @@ def test_writes_are_frames(board) -> None:
 
 def test_a_log_needs_an_attitude(board) -> None:
     zeros = np.zeros((4, 3))
-    log = Log(
-        name="bare",
-        t=np.arange(4.0),
-        gyr=zeros,
-        acc=zeros,
-        mag=zeros,
-        mag_new=np.ones(4, dtype=bool),
-    )
+    log = NineAxis("bare", np.arange(4.0), zeros, zeros, zeros).record()
     with pytest.raises(InputError, match="wanted a reference attitude"):
         stimulus(log, board)

@@ -14,16 +14,16 @@ from boresight.disk.output import OutputFile
 from boresight.model.errors import InputError
 from boresight.model.estimators import estimator
 from boresight.model.estimators.complementary import Complementary
-from boresight.sim.attitude.log import read_log
 from boresight.sim.compare.check import LevelResult, check, compare_rtl
 from boresight.sim.compare.divergence import load_reproducer, replay_reproducer
 from boresight.sim.records.bundled import bundled
+from boresight.sim.records.files import read_record
 from boresight.sim.rtl.cosim import RtlRun
 
 
 @pytest.fixture(scope="module")
 def log():
-    return read_log(bundled("ximu_walk"))
+    return read_record(bundled("ximu_walk"))
 
 
 @pytest.mark.parametrize("config", ["small", "fast"])
@@ -267,13 +267,13 @@ def test_other_widths(log, word):
 def test_stalls_change_no_word(log):
     from boresight.gateware.core import build_core
     from boresight.model.estimator import input_words
-    from boresight.sim.attitude.feed import inputs_of
+    from boresight.sim.records.feed import feed
     from boresight.sim.records.segments import interpret
     from boresight.sim.rtl.cosim import RtlSimulation
 
     e = estimator("complementary")
     program = e.compile()
-    words = input_words(program, inputs_of(e, log)[:60, :, None])[:, :, 0]
+    words = input_words(program, feed(e, log).inputs[:60, :, None])[:, :, 0]
     core = build_core(program, "small", urgent=e.urgent)
     run = RtlSimulation(
         core.verilog(instances=False),

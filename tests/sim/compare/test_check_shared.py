@@ -9,16 +9,16 @@ import pytest
 from boresight.gateware.microcode.assemble import decode, encode
 from boresight.model.errors import InputError
 from boresight.model.estimators import estimator
-from boresight.sim.attitude.log import read_log
 from boresight.sim.compare.check_shared import check_shared, shared_core
 from boresight.sim.records.bundled import bundled
+from boresight.sim.records.files import read_record
 
 NAMES = ("complementary", "complementary_as_printed")
 
 
 @pytest.fixture(scope="module")
 def log():
-    return read_log(bundled("ximu_walk"))
+    return read_record(bundled("ximu_walk"))
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from boresight.model.errors import InputError
-from boresight.sim.attitude.log import read_log
 from boresight.sim.attitude.rotation import (
     euler_to_quaternion,
     quaternion_conjugate,
@@ -14,6 +13,8 @@ from boresight.sim.attitude.rotation import (
     quaternion_normalise,
 )
 from boresight.sim.data.convert_ximu import convert, main
+from boresight.sim.records.files import read_record
+from boresight.sim.records.nine_axis import NineAxis
 
 TARE = quaternion_normalise([0.5, 0.1, -0.2, 0.8])
 #: Sensor to (north, west, up) as the device's filter has it, before the tare.
@@ -49,8 +50,12 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
+def made(folder: Path) -> NineAxis:
+    return NineAxis.of(convert(folder))
+
+
 def test_units_and_times(folder: Path) -> None:
-    log = convert(folder)
+    log = made(folder)
     np.testing.assert_array_equal(log.t, np.arange(6) / 256)
     np.testing.assert_allclose(log.gyr, np.radians(READINGS[1:, :3]), rtol=0, atol=5.1e-8)
     np.testing.assert_allclose(log.acc, READINGS[1:, 3:6] * 9.80665, rtol=0, atol=5.1e-6)
@@ -60,11 +65,11 @@ def test_units_and_times(folder: Path) -> None:
 
 def test_unchanged_field_is_not_new(folder: Path) -> None:
     # row 3 repeats all three axes of row 2; row 5 repeats two of row 4
-    np.testing.assert_array_equal(convert(folder).mag_new, [True, True, False, True, True, True])
+    np.testing.assert_array_equal(made(folder).mag_new, [True, True, False, True, True, True])
 
 
 def test_attitude_is_untared_and_points_from_sensor_to_enu(folder: Path) -> None:
-    q = convert(folder).q
+    q = made(folder).q
     assert q is not None
     np.testing.assert_array_equal(np.isnan(q[:, 0]), [True, False, True, False, True, False])
     # x of NWU is y of ENU: a heading of 90 degrees on top
@@ -79,7 +84,7 @@ def test_main_writes_a_log_with_its_origin_on_top(
     out = folder / "out.csv"
     assert main([str(folder), str(out)]) == 0
     assert out.read_text().startswith("# x-IMU recording 00033 from scikit-kinematics 0.10.4")
-    np.testing.assert_array_equal(read_log(out).gyr, convert(folder).gyr)
+    np.testing.assert_array_equal(NineAxis.of(read_record(out)).gyr, made(folder).gyr)
     assert main([str(folder)]) == 2
     assert capsys.readouterr().err.startswith("error: usage: ")
     assert main([str(folder / "none"), str(out)]) == 2
@@ -92,7 +97,7 @@ def test_lost_packet_is_refused(folder: Path) -> None:
     del lines[4]
     path.write_text("\n".join(lines))
     with pytest.raises(InputError, match=r"^.*: wanted two inertial packets .*, found a gap$"):
-        convert(folder)
+        made(folder)
 
 
 @pytest.mark.parametrize("kind", ["CalInertialAndMag", "Quaternion", "Registers"])
@@ -100,11 +105,11 @@ def test_missing_and_double_files_are_named(folder: Path, kind: str) -> None:
     path = folder / f"00001_{kind}.csv"
     (folder / f"00002_{kind}.csv").write_bytes(path.read_bytes())
     with pytest.raises(InputError, match=rf"^.*: wanted one file \*_{kind}\.csv, found 2; .*$"):
-        convert(folder)
+        made(folder)
     (folder / f"00002_{kind}.csv").unlink()
     path.unlink()
     with pytest.raises(InputError, match=rf"^.*: wanted one file \*_{kind}\.csv, found 0; .*$"):
-        convert(folder)
+        made(folder)
 
 
 def test_foreign_content_is_named(folder: Path) -> None:
@@ -112,11 +117,11 @@ def test_foreign_content_is_named(folder: Path) -> None:
     registers.write_text(registers.read_text().replace("TareQuat2", "Other"))
     message = r"^.*Registers\.csv: wanted AlgorithmTareQuat0 to 3, found: 'AlgorithmTareQuat2'$"
     with pytest.raises(InputError, match=message):
-        convert(folder)
+        made(folder)
     quaternion = folder / "00001_Quaternion.csv"
     quaternion.write_text("a,b\n1,2\n")
     with pytest.raises(InputError, match=r"^.*Quaternion\.csv: wanted 5 columns, found 2$"):
-        convert(folder)
+        made(folder)
     quaternion.write_text("a,b\n1,x\n")
     with pytest.raises(InputError, match=r"^.*Quaternion\.csv: wanted a table .*, found: .*$"):
-        convert(folder)
+        made(folder)

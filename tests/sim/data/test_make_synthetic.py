@@ -5,16 +5,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from boresight.sim.attitude.log import read_log
 from boresight.sim.data.make_synthetic import main
 from boresight.sim.records.bundled import bundled
+from boresight.sim.records.files import read_record
+from boresight.sim.records.nine_axis import NineAxis
 
 ARRAYS = ("t", "gyr", "acc", "mag", "mag_new", "q")
 
 
 def test_bundled_file_is_up_to_date(tmp_path: Path) -> None:
     assert main([str(tmp_path / "new.csv")]) == 0
-    new, old = read_log(tmp_path / "new.csv"), read_log(bundled("synthetic_60s"))
+    new, old = (
+        NineAxis.of(read_record(path)) for path in (tmp_path / "new.csv", bundled("synthetic_60s"))
+    )
     for key in ARRAYS:
         # sines differ in the last place between mathematics libraries
         np.testing.assert_allclose(
@@ -28,7 +31,7 @@ def test_bundled_file_is_up_to_date(tmp_path: Path) -> None:
 
 
 def test_documented_content() -> None:
-    log = read_log(bundled("synthetic_60s"))
+    log = NineAxis.of(read_record(bundled("synthetic_60s")))
     assert len(log) == 6000
     np.testing.assert_array_equal(np.flatnonzero(log.mag_new), np.arange(0, 6000, 10))
 

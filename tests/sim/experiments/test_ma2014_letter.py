@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from boresight.sim.attitude.rotation import euler_to_matrix
 from boresight.sim.experiments.ma2014_letter import _rates, filter_to_the_letter, mag_acc_angles
 from boresight.sim.experiments.ma2014_world import E2, FIELD_UT, LOOP_HZ, noise_free_log
+from boresight.sim.records.nine_axis import NineAxis
 
 RNG = np.random.default_rng(7)
 
@@ -38,7 +39,7 @@ def test_each_set_of_rates_belongs_to_its_sequence(as_printed, sequence, order):
 
 
 def test_noise_free_the_letter_follows_the_truth_and_the_print_does_not():
-    log = noise_free_log(E2, LOOP_HZ)
+    log = NineAxis.of(noise_free_log(E2, LOOP_HZ))
     measured = mag_acc_angles(log.acc, log.mag, FIELD_UT)
     zero = (0.0, 0.0, 0.0)
     for gains, worst in ((zero, 2e-3), ((0.1414, 0.1414, 0.1), 1e-3)):

@@ -16,6 +16,7 @@ from boresight.sim.experiments.ma2014_world import (
     make_log,
     noise_free_log,
 )
+from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.worlds.devices import TABLE_2
 
 
@@ -40,8 +41,8 @@ def test_heading_swings_90_times():
 
 
 def noise_of(case, seed=1):
-    log = make_log(E2, CASES[case], seed)
-    true = noise_free_log(E2, LOOP_HZ)
+    log = NineAxis.of(make_log(E2, CASES[case], seed))
+    true = NineAxis.of(noise_free_log(E2, LOOP_HZ))
     return {k: getattr(log, k) - getattr(true, k) for k in ("gyr", "acc", "mag")}
 
 
@@ -71,14 +72,14 @@ def test_each_case_changes_its_sensor_alone():
 
 
 def test_soft_iron_is_the_ellipse_it_says():
-    log, plain = (make_log(E1, CASES[case], 1) for case in ("soft_iron", "noise"))
-    true = noise_free_log(E1, LOOP_HZ).mag
+    log, plain = (NineAxis.of(make_log(E1, CASES[case], 1)) for case in ("soft_iron", "noise"))
+    true = NineAxis.of(noise_free_log(E1, LOOP_HZ)).mag
     change = log.mag - plain.mag
     np.testing.assert_allclose(change, true * (0.01, -0.01, 0.0), atol=0.03)  # counts: 0.022 uT
 
 
 def test_samples_at_rest_come_first():
-    log = make_log(E2, CASES["noise"], 1)
+    log = NineAxis.of(make_log(E2, CASES["noise"], 1))
     assert len(log) == LEAD + 374 * 8 + 1 and log.t[LEAD] == 0.0
     np.testing.assert_array_equal(np.abs(log.q[: LEAD + 1, 0]), 1.0)
 

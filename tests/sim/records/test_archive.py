@@ -12,7 +12,7 @@ import pytest
 
 from boresight.model.errors import InputError
 from boresight.sim.records.archive import format_npz, parse_npz
-from boresight.sim.records.files import read_record
+from boresight.sim.records.files import content_of, read_record
 from boresight.sim.records.record import Column, Record
 
 PATH = Path("walk.npz")
@@ -87,6 +87,11 @@ def test_steps() -> None:
         ({"q": np.zeros((4, 3))}, "walk.npz, array q: wanted shape (n, 4), found (4, 3); "),
         ({"acc": np.zeros((1, 4, 3))}, "walk.npz, array acc: wanted shape (n, 3), found (1, 4, 3)"),
         ({"z": np.zeros((4, 3))}, "walk.npz, column z: wanted real numbers, shape (n,), found "),
+        ({"t": T, "gx": T, "gyr": np.zeros((4, 3))}, "walk.npz: wanted every column once, found gx "
+         "alone and in an array of several columns; keep one of them"),
+        ({"gyr": np.zeros((4, 3)), "gz": T}, "walk.npz: wanted every column once, found gz alone"),
+        ({"gyr": np.zeros((4, 3)), "gz[deg/s]": T}, "walk.npz: wanted every column once, found two "
+         "named gz; "),
         ({"fs": 8.0, "z": T}, "walk.npz: wanted t, and no dt, beside fs or restart, found z; give"),
         ({"fs": 8.0, "t": T, "dt": T}, "walk.npz: wanted t, and no dt, beside fs or restart, found "
          "t, dt; "),
@@ -129,6 +134,18 @@ def test_what_is_no_archive(content: bytes) -> None:
         r"be read as one; write it with numpy\.savez; a CSV log must not be named \.npz$",
     ):
         parse_npz(PATH, content)
+
+
+@pytest.mark.parametrize("name", ["a.csv", "a.txt", "a.npz", "a.NPZ"])
+def test_written_and_read_back_exactly(tmp_path: Path, name: str) -> None:
+    held = {"t": Column(T, "s"), "z": Column(np.array([np.nan, 0.1 + 0.2, -0.0, 1e-300]))}
+    content = content_of(name, Record("r", held))
+    assert content.startswith(b"PK") == name.lower().endswith(".npz")
+    (tmp_path / name).write_bytes(content)
+    found = read_record(tmp_path / name)
+    assert found.name == "a" and [c.unit for c in found.columns.values()] == ["s", None]
+    for key, column in held.items():
+        assert found.columns[key].values.tobytes() == column.values.tobytes()
 
 
 def test_files_by_suffix(tmp_path: Path) -> None:

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from boresight.model.errors import InputError
-from boresight.sim.attitude.log import Log, read_log
 from boresight.sim.attitude.rotation import (
     quaternion_conjugate,
     quaternion_multiply,
@@ -16,14 +15,16 @@ from boresight.sim.attitude.rotation import (
     rotation_vector_to_quaternion,
 )
 from boresight.sim.records.bundled import bundled, bundled_names, is_comparison
+from boresight.sim.records.files import read_record
+from boresight.sim.records.nine_axis import NineAxis
 
 
 @pytest.fixture(scope="module")
-def walk() -> Log:
-    return read_log(bundled("ximu_walk"))
+def walk() -> NineAxis:
+    return NineAxis.of(read_record(bundled("ximu_walk")))
 
 
-def sent(log: Log) -> np.ndarray:
+def sent(log: NineAxis) -> np.ndarray:
     """Rows with an estimate of the device."""
     assert log.q is not None
     return np.flatnonzero(~np.isnan(log.q[:, 0]))
@@ -37,7 +38,7 @@ def test_names_and_paths() -> None:
     assert bundled_names() == ("synthetic_60s", "ximu_walk")
     for name in bundled_names():
         assert bundled(name).name == f"{name}.csv"
-        assert read_log(bundled(name)).name == name
+        assert read_record(bundled(name)).name == name
 
 
 def test_which_attitude_is_not_truth(tmp_path: Path) -> None:
@@ -57,14 +58,14 @@ def test_source_and_licence_lie_beside_the_logs(name: str) -> None:
     assert "Thomas Haslwanter" in text
 
 
-def test_walk_has_the_documented_size_and_rate(walk: Log) -> None:
+def test_walk_has_the_documented_size_and_rate(walk: NineAxis) -> None:
     assert len(walk) == 12625
     np.testing.assert_array_equal(np.diff(walk.t), 1 / 256)
     assert int(walk.mag_new.sum()) == 8194
     np.testing.assert_array_equal(np.diff(sent(walk)), 2)
 
 
-def test_walk_quaternions_turn_as_the_gyro_does(walk: Log) -> None:
+def test_walk_quaternions_turn_as_the_gyro_does(walk: NineAxis) -> None:
     assert walk.q is not None
     rows = sent(walk)
     steps = rotation_vector_to_quaternion(walk.gyr * walk.dt[:, None])
@@ -84,7 +85,9 @@ def test_walk_quaternions_turn_as_the_gyro_does(walk: Log) -> None:
 
 
 @pytest.mark.parametrize(("start", "end"), [(0.0, 2.4), (13.1, 15.2), (17.8, 19.4)])
-def test_walk_has_gravity_up_and_field_north_at_rest(walk: Log, start: float, end: float) -> None:
+def test_walk_has_gravity_up_and_field_north_at_rest(
+    walk: NineAxis, start: float, end: float
+) -> None:
     assert walk.q is not None
     rows = sent(walk)
     rows = rows[(walk.t[rows] >= start) & (walk.t[rows] <= end)]
@@ -97,14 +100,14 @@ def test_walk_has_gravity_up_and_field_north_at_rest(walk: Log, start: float, en
     assert 40 < np.degrees(np.arctan2(-vertical, north)) < 45
 
 
-def test_walk_starts_at_the_filters_own_origin(walk: Log) -> None:
+def test_walk_starts_at_the_filters_own_origin(walk: NineAxis) -> None:
     assert walk.q is not None
     # level, x to the north
     euler = np.degrees(quaternion_to_euler(walk.q[sent(walk)[0]]))
     np.testing.assert_allclose(euler, [0, 0, 90], atol=0.25)
 
 
-def test_walk_has_the_documented_motion(walk: Log) -> None:
+def test_walk_has_the_documented_motion(walk: NineAxis) -> None:
     assert walk.q is not None
     pitch, roll, _ = np.degrees(quaternion_to_euler(walk.q[sent(walk)])).T
     np.testing.assert_allclose([pitch.min(), pitch.max()], [-49.1, 44.2], atol=0.05)

@@ -93,10 +93,11 @@ def test_typical_is_the_median_of_new_samples() -> None:
     assert warnings_of(Sensors(), inputs, new) == ()
     inputs[:2, 2], new[2:, 5] = 0.5, False  # my is not new there, so the field is not
     assert warnings_of(Sensors(), inputs, new) == (
+        "mx my mz: 2 rows have some of them, not all",
         "mx my mz: typically 0.5 uT, which looks like gauss",
     )
-    new[:, 2] = False
-    assert warnings_of(Sensors(), inputs, new) == ()
+    new[:, [2, 5]] = False
+    assert warnings_of(Sensors(), inputs, new) == ("mx my mz: 4 rows have some of them, not all",)
 
 
 def test_a_pair_of_axes_is_no_vector() -> None:

@@ -71,6 +71,25 @@ def test_head() -> None:
     assert cut.place(1, "z") == "z of 1"
 
 
+def test_a_head_keeps_the_steps_of_the_whole() -> None:
+    """The first step, which nothing precedes, is the median of all, not of those that are left."""
+    whole = Record("r", {"t": Column(np.array([0.0, 4.0, 5.0, 6.0, 7.0]) * 1e3, "ms")})
+    assert whole.steps().tolist() == [1.0, 4.0, 1.0, 1.0, 1.0]
+    assert whole.head(2).steps().tolist() == [1.0, 4.0]
+    assert whole.head(1).steps().tolist() == [1.0]
+    own = Record("r", {**whole.columns, "dt": Column(np.full(5, 500.0), "ms")})
+    assert own.steps().tolist() == [0.5] * 5 == [*own.head(4).steps().tolist(), 0.5]
+
+
+def test_values_in_a_unit() -> None:
+    made = Record("r", {"a": Column(np.array([2.0]), "km"), "b": Column(np.array([3.0]))})
+    assert made.values("a", "m").tolist() == [2000.0] and made.values("b", "m").tolist() == [3.0]
+    assert made.values("a", "bits") is made.columns["a"].values
+    message = "log 'r', column a: wanted a unit that converts to s, found km (km is no s); correct "
+    with pytest.raises(InputError, match=f"^{re.escape(message)}"):
+        made.values("a", "s")
+
+
 def test_of_mappings_tables_and_structured_arrays() -> None:
     structured = np.array([(0, 1.5), (1, 2.5)], dtype=[("n", "i4"), ("z[deg/s]", "f4")])
     for data in (

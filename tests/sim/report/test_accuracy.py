@@ -10,7 +10,9 @@ import pytest
 from boresight.gateware.core import Core
 from boresight.model.errors import InputError
 from boresight.sim.attitude.accuracy import attitude_rmse
-from boresight.sim.attitude.feed import attitude_of, euler_deg_of
+from boresight.sim.attitude.outputs import attitude_of, euler_deg_of
+from boresight.sim.records.nine_axis import NineAxis
+from boresight.sim.records.record import Column, Record
 from boresight.sim.report.accuracy import ANGLES, BINS, Replay, accuracy_section
 
 
@@ -22,13 +24,13 @@ def section(core: Core, *replays: Replay) -> tuple[dict, list[str]]:
 def test_figures(core: Core, replay: Replay) -> None:
     found, warnings = section(core, replay)
     assert warnings == []
-    assert replay.reference is not None and replay.log.q is not None
+    assert replay.reference is not None
     apart = np.abs(euler_deg_of(replay.fixed) - euler_deg_of(replay.reference))
     apart = np.minimum(apart, 360.0 - apart).max(axis=1)
     assert found["vs_float_max_deg"] == pytest.approx(apart.max(), rel=1e-5)
     assert found["vs_float_max_sample"] == int(apart.argmax())
     assert found["vs_float_until_80_deg"] == found["vs_float_max_deg"] > 0
-    rmse = attitude_rmse(attitude_of(replay.fixed), replay.log.q[: len(replay)])
+    rmse = attitude_rmse(attitude_of(replay.fixed), NineAxis.of(replay.log).attitude[: len(replay)])
     assert found["rmse_deg"] == pytest.approx(rmse._asdict(), rel=1e-5)
     assert found["float_rmse_deg"]["total"] == pytest.approx(rmse.total, rel=1e-4)
     assert (found["dataset"], found["samples"]) == ("synthetic_60s", len(replay))
@@ -54,15 +56,7 @@ def test_long_logs_are_binned_without_losing_peaks(core: Core, replay: Replay) -
     fixed = {name: np.resize(x, n) for name, x in replay.fixed.items()}
     reference = {name: x.copy() for name, x in fixed.items()}
     reference["roll"][1234] += 0.25
-    log = dataclasses.replace(
-        replay.log,
-        **{
-            key: np.resize(getattr(replay.log, key), (n, *getattr(replay.log, key).shape[1:]))
-            for key in ("gyr", "acc", "mag", "mag_new")
-        },
-        t=np.arange(n) * 0.01,
-        q=None,
-    )
+    log = Record(replay.log.name, {"t": Column(np.arange(n) * 0.01)})
     found, warnings = section(core, Replay(log, fixed, reference))
     assert warnings == ["accuracy: synthetic_60s has no attitude to compare with"]
     series = found["logs"][0]["series"]
@@ -73,10 +67,10 @@ def test_long_logs_are_binned_without_losing_peaks(core: Core, replay: Replay) -
 
 
 def test_gaps_in_the_reference_are_null(core: Core, replay: Replay) -> None:
-    assert replay.log.q is not None
-    q = replay.log.q.copy()
+    log = NineAxis.of(replay.log)
+    q = log.attitude.copy()
     q[10:20] = np.nan
-    gapped = dataclasses.replace(replay, log=dataclasses.replace(replay.log, q=q))
+    gapped = dataclasses.replace(replay, log=dataclasses.replace(log, q=q).record())
     found, _ = section(core, gapped)
     curve = found["logs"][0]["series"]["vs_log_deg"]["heading"]
     assert [k for k, v in enumerate(curve) if v is None] == list(range(10, 20))

@@ -14,9 +14,9 @@ import pytest
 from boresight.gateware.core import Core
 from boresight.gateware.synthesis.estimate import Estimate
 from boresight.model.estimators.complementary import Complementary
-from boresight.sim.attitude.log import read_log
 from boresight.sim.compare.check import check
 from boresight.sim.records.bundled import bundled
+from boresight.sim.records.files import read_record
 from boresight.sim.report.data import assemble, measure_c, report_data, source_of
 from boresight.sim.report.extremes import Extremes
 
@@ -249,7 +249,7 @@ def test_same_inputs_same_report(core: Core, estimate: Estimate) -> None:
 
 
 def test_from_a_check(core: Core, estimate: Estimate) -> None:
-    log, estimator = read_log(bundled("ximu_walk")), Complementary()
+    log, estimator = read_record(bundled("ximu_walk")), Complementary()
     result = check(estimator, log, config="fast", steps=60, levels=("fixed", "c"), core=core)
     data = report_data(core, estimator, area=estimate, check=result, log=log, comparison=True)
     assert [(v["level"], v["n_total"], v["good"]) for v in data["verification"]] == [
@@ -269,7 +269,7 @@ def test_from_a_check(core: Core, estimate: Estimate) -> None:
 
 def test_a_check_needs_its_log(core: Core) -> None:
     with pytest.raises(ValueError, match=r"^check and log must be given together$"):
-        report_data(core, Complementary(), log=read_log(bundled("ximu_walk")))
+        report_data(core, Complementary(), log=read_record(bundled("ximu_walk")))
     assert report_data(core, Complementary()) == assemble(core)
 
 

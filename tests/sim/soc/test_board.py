@@ -9,9 +9,9 @@ import pytest
 
 from boresight.firmware.build import CModel
 from boresight.model.estimators import estimator
-from boresight.sim.attitude.log import read_log
 from boresight.sim.board.run import Stimulus, stimulus
 from boresight.sim.records.bundled import bundled
+from boresight.sim.records.files import read_record
 from boresight.sim.soc.board import BoardBench, attitude_image, soc_board
 from boresight.sim.soc.offload import offload
 
@@ -26,7 +26,7 @@ def board() -> BoardBench:
 
 @pytest.fixture(scope="module")
 def walk(board: BoardBench) -> Stimulus:
-    return stimulus(read_log(bundled("ximu_walk")), board.board)
+    return stimulus(read_record(bundled("ximu_walk")), board.board)
 
 
 def test_offload(board: BoardBench, walk: Stimulus) -> None:
@@ -87,7 +87,7 @@ def test_software_on_the_same_records(board: BoardBench, walk: Stimulus, single:
 
 
 def test_figures_of_the_offload(board: BoardBench) -> None:
-    row = offload(board, read_log(bundled("ximu_walk")), updates=20)
+    row = offload(board, read_record(bundled("ximu_walk")), updates=20)
     assert (row["updates"], row["in_memory"], row["mismatches"]) == (20, 20, 0)
     assert 0 < row["update_to_memory_cycles"]["max"] <= MOST
     assert row["sample_to_update_cycles"]["min"] == row["sample_to_update_cycles"]["max"]

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from boresight.model.estimators import estimator
-from boresight.sim.attitude.feed import inputs_of
-from boresight.sim.attitude.log import read_log
 from boresight.sim.records.bundled import bundled
+from boresight.sim.records.feed import feed
+from boresight.sim.records.files import read_record
 from boresight.sim.soc.comparison import ESTIMATORS, PAPER_CYCLES, compare_one
 from boresight.sim.soc.measure import measure_float, measure_integer
 
@@ -18,7 +18,7 @@ UPDATES = 8
 
 @pytest.mark.parametrize("name", ESTIMATORS)
 def test_comparison(name: str) -> None:
-    row = compare_one(name, read_log(bundled("ximu_walk")), updates=UPDATES, restarts=1)
+    row = compare_one(name, read_record(bundled("ximu_walk")), updates=UPDATES, restarts=1)
     integer, single = row["integer"], row["float"]
     assert integer["updates"] == single["updates"] == UPDATES
     assert integer["mismatches"] == 0
@@ -37,7 +37,7 @@ def test_comparison(name: str) -> None:
 
 def test_ways_of_compiling_change_nothing_but_the_cycles() -> None:
     program = estimator("complementary").compile()
-    inputs = inputs_of(estimator("complementary"), read_log(bundled("ximu_walk")))[:5]
+    inputs = feed(estimator("complementary"), read_record(bundled("ximu_walk"))).inputs[:5]
     small, fast = (measure_integer(program, inputs, optimise=o) for o in ("-Os", "-O2"))
     assert (small.outputs == fast.outputs).all()
     assert small.code < fast.code
@@ -46,7 +46,7 @@ def test_ways_of_compiling_change_nothing_but_the_cycles() -> None:
 def test_what_no_sensor_says() -> None:
     """Float C goes on, with what its reference gives: what is no number stays none."""
     e = estimator("complementary")
-    inputs = inputs_of(e, read_log(bundled("ximu_walk")))[:8].copy()
+    inputs = feed(e, read_record(bundled("ximu_walk"))).inputs[:8].copy()
     inputs[2, 1:] = np.inf
     inputs[3] = 0.0
     run = measure_float(e, inputs)
@@ -72,6 +72,6 @@ def test_a_wrong_bit_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
 
     flipped("measure_integer", (3, 6), 0)
     flipped("measure_float", (2, 3), 24)
-    row = compare_one("complementary", read_log(bundled("ximu_walk")), updates=5, restarts=1)
+    row = compare_one("complementary", read_record(bundled("ximu_walk")), updates=5, restarts=1)
     assert row["integer"]["mismatches"] == 1
     assert row["float"]["apart_deg"] > row["float"]["bound_deg"]

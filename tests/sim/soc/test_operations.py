@@ -6,9 +6,9 @@ import pytest
 
 from boresight.firmware.floating.text import operation_counts
 from boresight.model.estimators import estimator
-from boresight.sim.attitude.feed import inputs_of
-from boresight.sim.attitude.log import read_log
 from boresight.sim.records.bundled import bundled
+from boresight.sim.records.feed import feed
+from boresight.sim.records.files import read_record
 from boresight.sim.soc.measure import measure_float
 from tests.support.soc.operations import counted_cycles, operation_cycles
 
@@ -18,7 +18,7 @@ def test_costs_explain_an_update() -> None:
     assert 20 < costs["less"] < costs["mul"] < costs["div"] < costs["sin"] < 10_000
     assert costs["add"] == pytest.approx(costs["sub"], rel=0.5)
     e = estimator("ekf_quaternion")
-    run = measure_float(e, inputs_of(e, read_log(bundled("ximu_walk")))[:6])
+    run = measure_float(e, feed(e, read_record(bundled("ximu_walk"))).inputs[:6])
     counted = counted_cycles(operation_counts(e.trace()), costs)
     assert 0.4 < counted / run.cycles.max() < 1.0
 

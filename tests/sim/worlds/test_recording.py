@@ -15,6 +15,7 @@ from boresight.sim.attitude.rotation import (
     rotate,
     rotation_vector_to_quaternion,
 )
+from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.worlds.devices import TABLE_2, accelerometer, gyro, magnetometer
 from boresight.sim.worlds.motion import StackedMotion, Swing
 from boresight.sim.worlds.recording import Sensors, record
@@ -27,13 +28,15 @@ IDEAL = Triad(50.0, 0.0, 1e9)
 
 def make(sensors=None, **keywords):
     sensors = sensors or Sensors(IDEAL, IDEAL, IDEAL)
-    return record(MOTION, sensors, **({"rate_hz": 50.0, "seed": 3, "field_ut": FIELD} | keywords))
+    options = {"rate_hz": 50.0, "seed": 3, "field_ut": FIELD} | keywords
+    return NineAxis.of(record(MOTION, sensors, **options))
 
 
 def test_integrated_rates_end_at_the_true_attitude():
     log = make(lead=4)
     assert log.t[0] == pytest.approx(-4 / 50.0) and log.t[4] == 0.0
     assert log.t[-1] == pytest.approx(MOTION.seconds)
+    assert set(log.dt.tolist()) == {1 / 50.0}
     q = log.q[0]
     for rate, truth in zip(log.gyr[1:], log.q[1:], strict=True):
         q = quaternion_normalise(quaternion_multiply(q, rotation_vector_to_quaternion(rate / 50)))

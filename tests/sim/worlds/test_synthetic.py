@@ -7,18 +7,18 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from boresight.model.errors import InputError
-from boresight.sim.attitude.log import Log
 from boresight.sim.attitude.rotation import quaternion_to_euler
+from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.worlds.synthetic import GRAVITY, SensorError, synthetic_log
 
 FIELD = (-3.0, 28.0, -46.0)
 
 
-def make(**changes: Any) -> Log:
-    return synthetic_log(**{"seconds": 20.0, "rate_hz": 50.0, "seed": 7, **changes})
+def make(**changes: Any) -> NineAxis:
+    return NineAxis.of(synthetic_log(**{"seconds": 20.0, "rate_hz": 50.0, "seed": 7, **changes}))
 
 
-def attitude(log: Log) -> Rotation:
+def attitude(log: NineAxis) -> Rotation:
     assert log.q is not None
     return Rotation.from_quat(log.q, scalar_first=True)
 
@@ -30,7 +30,7 @@ def test_shape_and_times() -> None:
     np.testing.assert_array_equal(log.t, np.arange(1000) / 50.0)
     assert log.mag_new.all()
     assert log.mov is None
-    assert log.fs is None
+    assert "dt" not in synthetic_log(seconds=1.0, rate_hz=50.0, seed=7).columns
 
 
 @pytest.mark.parametrize("changes", [{}, {"through_vertical": True}, {"rate_hz": 10.0}])

@@ -1,0 +1,208 @@
+"""A filter's covariance put to the test: millions of updates of the C, positiveness, drift.
+
+A covariance is what the states are named as: ``p00``, ``p01``, ``p11`` (or ``p_xx``, ``p_xy``), the
+upper or the lower half. The stimulus is hostile on purpose (`sim.accuracy.manoeuvres`), for one
+initial covariance after the other. Watched are the diagonal after every update, the eigenvalues at
+intervals, the saturation flag, and the difference to float64 on the same input.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.firmware.build import CModel
+from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator, param_words
+from boresight.model.words.fixed import IntArray
+from boresight.model.words.program import Program
+from boresight.sim.compare.difference import ATTITUDE, Difference, differences
+from boresight.sim.levels.floating import CompiledFloat
+from boresight.sim.levels.integer import words_of
+from boresight.sim.levels.level import outputs_of
+from boresight.sim.records.segments import with_state_outputs
+
+__all__ = ["Covariance", "CovarianceTrial", "covariance_of", "covariance_trial"]
+
+FloatArray = npt.NDArray[np.float64]
+
+_ELEMENT = re.compile(r"p_?([0-9a-z])([0-9a-z])")
+
+
+@dataclass(frozen=True)
+class Covariance:
+    """Which states are a covariance: its axes, and (row, column, state) of each element."""
+
+    axes: tuple[str, ...]
+    elements: tuple[tuple[int, int, int], ...]
+
+    def of_words(self, program: Program, states: IntArray) -> FloatArray:
+        """Matrices (n, axes, axes) of state words (n, n_states), in the least LSB of them."""
+        lsb = {k: program.format(program.states[k][0]).lsb for _, _, k in self.elements}
+        p = np.zeros((len(states), len(self.axes), len(self.axes)))
+        for i, j, k in self.elements:
+            p[:, i, j] = p[:, j, i] = states[:, k] * (lsb[k] / min(lsb.values()))
+        return p
+
+
+def covariance_of(estimator: Estimator) -> Covariance:
+    """The covariance among an estimator's states.
+
+    An element counts where its two diagonal elements are states too, so a state ``pos`` is none.
+
+    Raises
+    ------
+    InputError
+        There is none.
+    """
+    found = [
+        (m.group(1), m.group(2), k)
+        for k, s in enumerate(estimator.states)
+        if (m := _ELEMENT.fullmatch(s.name))
+    ]
+    axes = [i for i, j, _ in found if i == j]
+    if not axes:
+        raise InputError.at(
+            estimator.name,
+            wanted="states that are a covariance, named p00, p01, p11, ... (or p_xx, p_xy, ...)",
+            found=", ".join(s.name for s in estimator.states[:8]) or "no states",
+            fix="name them so, or choose a Kalman filter",
+        )
+    return Covariance(
+        tuple(axes),
+        tuple((axes.index(i), axes.index(j), k) for i, j, k in found if {i, j} <= {*axes}),
+    )
+
+
+@dataclass(frozen=True)
+class CovarianceTrial:
+    """What `covariance_trial` found.
+
+    Attributes
+    ----------
+    updates : int
+        Updates of the C.
+    negative_diagonals : int
+        Updates after which a variance was below zero.
+    least_eigenvalue : float
+        Smallest eigenvalue seen, in least significant bits of the covariance's words.
+    eigenvalues_checked : int
+        Covariances of which eigenvalues were taken.
+    saturated : int
+        Updates that raised the saturation flag.
+    drift : dict of str to float
+        Largest difference to float64 at the end of a run of `compared` updates, by output with
+        its unit; of an attitude the angle alone.
+    compared : int
+        Updates of each run that float64 repeated.
+    """
+
+    estimator: str
+    updates: int
+    negative_diagonals: int
+    least_eigenvalue: float
+    eigenvalues_checked: int
+    saturated: int
+    drift: dict[str, float]
+    compared: int
+
+    @property
+    def good(self) -> bool:
+        """No variance below zero, no eigenvalue below the rounding of one word."""
+        return self.negative_diagonals == 0 and self.least_eigenvalue >= -4.0
+
+    def line(self) -> str:
+        """One line for people."""
+        drift = ", ".join(f"{name} {value:.3g}" for name, value in self.drift.items())
+        return (
+            f"{self.estimator}: {self.updates} updates, {self.negative_diagonals} with a "
+            f"negative variance, least eigenvalue {self.least_eigenvalue:.1f} LSB of "
+            f"{self.eigenvalues_checked}, {self.saturated} saturated, from float64 after "
+            f"{self.compared} updates: {drift}"
+        )
+
+
+def covariance_trial(
+    estimator: Estimator,
+    records: Mapping[str, FloatArray],
+    *,
+    updates: int,
+    params: Sequence[Mapping[str, float]] = ({},),
+    every: int = 50,
+    compared: int = 2000,
+    chunk: int = 20000,
+    word: int = 32,
+    progress: Callable[[str], None] | None = None,
+) -> CovarianceTrial:
+    """Run the C over every stimulus with every parameter set.
+
+    Parameters
+    ----------
+    records : mapping of (n, n_inputs) arrays
+        Stimuli by name; each is repeated until its share of ``updates`` is done.
+    params : sequence of mappings
+        Parameter sets, for example one per initial covariance.
+    every : int
+        Updates between two covariances whose eigenvalues are taken.
+    compared : int
+        Leading updates of each stimulus that are repeated in float64; at most its length.
+
+    Raises
+    ------
+    InputError
+        See `covariance_of`.
+    """
+    covariance = covariance_of(estimator)
+    program = estimator.compile(word=word)
+    share = max(1, updates // (len(records) * len(params)))
+    n_out = len(program.outputs)
+    total = negative = checked = saturated = 0
+    least, drift = np.inf, dict[str, float]()
+    model = CModel(with_state_outputs(program))
+    for values in params:
+        for number, value in param_words(program, estimator.param_values(values)).items():
+            model.set_param(program.values[number].name, value)
+        for name, real in records.items():
+            words = words_of(program, real)
+            model.reset()
+            done = 0
+            while done < share:
+                at = done % len(words)
+                out, sat = model.update(words[at : at + min(chunk, share - done)])
+                if done == 0:
+                    head = outputs_of(program, out[:compared, :n_out])
+                    for d in _ends(estimator, real[: len(out)][:compared], values, head):
+                        key = f"{d.output} {d.unit}".rstrip()
+                        drift[key] = max(drift.get(key, 0.0), d.largest)
+                p = covariance.of_words(program, out[:, n_out:])
+                negative += int((np.diagonal(p, axis1=1, axis2=2) < 0).any(axis=1).sum())
+                some = p[::every]
+                least = min(least, float(np.linalg.eigvalsh(some).min()))
+                checked += len(some)
+                saturated += int(sat.sum())
+                done += len(out)
+            total += done
+            if progress is not None:
+                progress(f"{estimator.name} {name} {dict(values)}: {total} of {updates}")
+    return CovarianceTrial(
+        estimator.name, total, negative, least, checked, saturated, drift, compared
+    )
+
+
+def _ends(
+    estimator: Estimator,
+    inputs: FloatArray,
+    params: Mapping[str, float],
+    found: Mapping[str, FloatArray],
+) -> list[Difference]:
+    """Differences to float64 over the last tenth of the inputs."""
+    tail = slice(len(inputs) - max(1, len(inputs) // 10), len(inputs))
+    wanted = CompiledFloat(estimator, params).run(inputs).outputs
+    every = differences(
+        estimator.outputs, *({n: x[tail] for n, x in side.items()} for side in (found, wanted))
+    )
+    return [d for d in every if d.output == ATTITUDE] or every

@@ -1,0 +1,84 @@
+"""The error of a run against truth, as figures: root mean squares over the samples that count.
+
+One figure for each output with a truth, in its unit (`sim.compare.difference`); of outputs ``qw qx
+qy qz`` the three angles of `sim.attitude.accuracy` instead.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.model.declarations import EXACT_UNITS, QUATERNION
+from boresight.model.estimator import Estimator
+from boresight.sim.attitude.accuracy import AttitudeRmse, attitude_rmse
+from boresight.sim.attitude.outputs import attitude_of
+from boresight.sim.compare.difference import differences
+from boresight.sim.records.feed import Feed
+
+__all__ = ["ANGLES", "attitude_errors", "errors", "gives_attitude", "units_of"]
+
+FloatArray = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
+
+#: Figures of an attitude, in degrees.
+ANGLES = AttitudeRmse._fields
+
+
+def gives_attitude(estimator: Estimator) -> bool:
+    """Whether an estimator's outputs are an attitude."""
+    return {*QUATERNION} <= {o.name for o in estimator.outputs}
+
+
+def units_of(estimator: Estimator, given: Feed) -> dict[str, str]:
+    """Units of the figures that a record's truth allows, by name; empty without any truth."""
+    units, apart = {}, _apart(estimator, given)
+    if apart and _rows(given, QUATERNION).any():
+        units = dict.fromkeys(ANGLES, "deg")
+    for o in estimator.outputs:
+        if o.name in given.truth and o.name not in apart and _rows(given, (o.name,)).any():
+            units[o.name] = "words" if o.unit in EXACT_UNITS else o.unit
+    return units
+
+
+def errors(
+    estimator: Estimator, given: Feed, outputs: Mapping[str, FloatArray]
+) -> dict[str, float]:
+    """Figures of a run's outputs (n,), by name; those of `units_of`.
+
+    An attitude of norm zero counts as NaN. Of words that are compared exactly the figure is the
+    root of the share that differs.
+    """
+    found: dict[str, float] = {}
+    units, apart = units_of(estimator, given), _apart(estimator, given)
+    if apart and ANGLES[0] in units:
+        reference = np.stack([given.truth[n] for n in QUATERNION], axis=1)
+        found = attitude_errors(attitude_of(outputs), reference, given.counts)
+    names = [n for n in units if n not in found]
+    own = [o for o in estimator.outputs if o.name in names]
+    run, truth = ({n: x[n][given.counts] for n in names} for x in (outputs, given.truth))
+    return found | {d.output: d.rms for d in differences(own, run, truth, judged=False)}
+
+
+def attitude_errors(q: FloatArray, reference: FloatArray, counts: BoolArray) -> dict[str, float]:
+    """The figures of attitudes (n, 4)."""
+    rows = counts & np.isfinite(reference).all(axis=1)
+    seen = q[rows]
+    seen[~seen.any(axis=1)] = np.nan
+    return dict(attitude_rmse(seen, reference[rows])._asdict())
+
+
+def _apart(estimator: Estimator, given: Feed) -> tuple[str, ...]:
+    """Outputs that have no figure of their own, since the angles say it."""
+    whole = gives_attitude(estimator) and all(n in given.truth for n in QUATERNION)
+    return (*QUATERNION, *ANGLES) if whole else ()
+
+
+def _rows(given: Feed, names: tuple[str, ...]) -> BoolArray:
+    """Samples that count and have a truth."""
+    rows = given.counts.copy()
+    for name in names:
+        rows &= np.isfinite(given.truth[name])
+    return rows

@@ -1,0 +1,29 @@
+"""An attitude filter's outputs as attitudes, angles and status words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.model.declarations import QUATERNION
+
+__all__ = ["attitude_of", "euler_deg_of", "status_of"]
+
+FloatArray = npt.NDArray[np.float64]
+
+
+def attitude_of(outputs: Mapping[str, FloatArray]) -> FloatArray:
+    """Quaternions (..., 4) of output records by name."""
+    return np.stack([outputs[name] for name in QUATERNION], axis=-1)
+
+
+def euler_deg_of(outputs: Mapping[str, FloatArray]) -> FloatArray:
+    """Euler angles (..., 3) [deg]: heading, pitch, roll, from the outputs in half turns."""
+    return 180.0 * np.stack([outputs[name] for name in ("heading", "pitch", "roll")], axis=-1)
+
+
+def status_of(outputs: Mapping[str, FloatArray]) -> npt.NDArray[np.int64]:
+    """Status flags (...,) as the integer whose bits the estimator documents."""
+    return np.rint(outputs["status"]).astype(np.int64)

@@ -1,0 +1,94 @@
+"""Figures of errors: which there are, their units, and the samples that count."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from boresight.model.estimator import Estimator, Input, Output
+from boresight.sim.accuracy.figures import attitude_errors, errors, gives_attitude, units_of
+from boresight.sim.attitude.accuracy import attitude_rmse
+from boresight.sim.records.feed import Feed, feed
+from boresight.sim.records.record import Record
+
+NAN = float("nan")
+Q = ("qw", "qx", "qy", "qz")
+
+
+class Mixed(Estimator):
+    """A length, half turns, a word of flags, and one without truth."""
+
+    inputs = (Input("z", -8.0, 8.0, "m"),)
+    outputs = (Output("y", "m"), Output("turn", "ht"), Output("word", "flags"), Output("free"))
+
+
+class Attitude(Estimator):
+    """An attitude, an angle of the figures' name, and a bias."""
+
+    inputs = (Input("z", -8.0, 8.0, "m"),)
+    outputs = (*(Output(n) for n in Q), Output("heading", "ht"), Output("bias", "rad/s"))
+
+
+def fed(estimator: Estimator, **columns: Any) -> Feed:
+    return feed(estimator, Record.of({"z": np.zeros(4), **columns}))
+
+
+def test_one_figure_for_each_output_with_truth() -> None:
+    given = fed(
+        Mixed(),
+        **{"y_true[cm]": [100.0, NAN, 300.0, 0.0]},
+        turn_true=[0.9, -0.9, 0.0, 0.0],
+        word_true=[1.0, 2.0, 3.0, NAN],
+        mov=[1, 1, 1, 0],
+    )
+    assert units_of(Mixed(), given) == {"y": "m", "turn": "ht", "word": "words"}
+    outputs = {
+        "y": np.array([1.0, 7.0, 6.0, 50.0]),
+        "turn": np.array([-0.9, -0.9, 0.0, 1.0]),
+        "word": np.array([1.0, 3.0, 3.0, 0.0]),
+        "free": np.zeros(4),
+    }
+    found = errors(Mixed(), given, outputs)
+    assert found["y"] == pytest.approx(np.sqrt(9.0 / 2))
+    assert found["turn"] == pytest.approx(np.sqrt(0.04 / 3))
+    assert found["word"] == pytest.approx(np.sqrt(1 / 3))
+    assert list(found) == ["y", "turn", "word"]
+    outputs["y"][0] = NAN  # an estimate that is none is no excuse
+    assert np.isnan(errors(Mixed(), given, outputs)["y"])
+
+
+def test_no_truth_where_it_does_not_count() -> None:
+    assert units_of(Mixed(), fed(Mixed())) == {}
+    assert units_of(Mixed(), fed(Mixed(), y_true=[NAN] * 4)) == {}
+    truth = {"y_true": [1.0, NAN, NAN, NAN]}
+    assert units_of(Mixed(), fed(Mixed(), **truth, mov=[0, 1, 1, 1])) == {}
+    assert units_of(Mixed(), fed(Mixed(), **truth, mov=[1, 0, 0, 0])) == {"y": "m"}
+
+
+def test_attitudes_are_angles() -> None:
+    rng = np.random.default_rng(1)
+    q, r = (x / np.linalg.norm(x, axis=1, keepdims=True) for x in rng.normal(size=(2, 4, 4)))
+    r[1] = NAN
+    truth = dict(zip(Q, r.T, strict=True)) | {"heading_true": np.zeros(4), "bias_true": np.ones(4)}
+    given = fed(Attitude(), **truth, mov=[1, 1, 0, 1])
+    outputs = dict(zip(Q, q.T, strict=True)) | {"heading": np.ones(4), "bias": np.full(4, 3.0)}
+    assert gives_attitude(Attitude()) and not gives_attitude(Mixed())
+    assert units_of(Attitude(), given) == {
+        "total": "deg",
+        "heading": "deg",
+        "inclination": "deg",
+        "bias": "rad/s",
+    }
+    found = errors(Attitude(), given, outputs)
+    wanted = attitude_rmse(q[[0, 3]], r[[0, 3]])._asdict()
+    assert found == pytest.approx({**wanted, "bias": 2.0})
+    outputs["qw"], outputs["qx"], outputs["qy"], outputs["qz"] = np.zeros((4, 4))
+    assert np.isnan(errors(Attitude(), given, outputs)["total"])  # no attitude yet
+    assert attitude_errors(q, r, given.counts) == pytest.approx(wanted)
+
+
+def test_without_the_whole_attitude_its_components_count() -> None:
+    given = fed(Attitude(), qw_true=np.ones(4), heading_true=np.zeros(4))
+    assert units_of(Attitude(), given) == {"qw": "", "heading": "ht"}
