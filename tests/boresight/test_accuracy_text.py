@@ -97,7 +97,9 @@ def test_other_estimators_output_by_output() -> None:
         ],
     }
     lines = text(row, {**row, "level": "float", "mean": {"y": 0.5}})
-    assert lines[0].startswith("lag, W = 28: root mean square error against truth, mean over 2 log")
+    assert lines[0].startswith(
+        "lag, W = 28: root mean square error against truth, mean over 2 logs; "
+    )
     assert "updates that saturated: 5" in lines[1]
     assert [line.split() for line in lines[3:]] == [
         ["y", "m", "0.1235", "0.5", "2e-06", "1e-06", "BEYOND"],
