@@ -45,13 +45,15 @@ def demo(
     *,
     output: str | Path = "build",
     steps: int = STEPS,
+    restarts: int | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> dict[str, Any]:
     """Compile one core with all filters, prove it on the bundled recording, estimate, report.
 
     Writes ``<output>/core-<config>/`` (Verilog, ISE project of the complete system, C, register
     map, ``report.json`` and a page for each filter) for small and fast, ``<output>/board/``, the
-    page of the complete board in simulation, and ``<output>/summary.json``.
+    page of the complete board in simulation, and ``<output>/summary.json``. ``restarts`` is the
+    effort of the scheduler.
     """
     say = progress or (lambda text: None)
     estimators = [find_estimator(name) for name in names]
@@ -63,9 +65,9 @@ def demo(
             place = folder / f"core-{config}"
             place.mkdir()
             say(f"{config}: {', '.join(names)} in one core")
-            core = shared_core(estimators, config=config)
+            core = shared_core(estimators, config=config, restarts=restarts)
             write_core(place, core)
-            systems.append(system_core(names, config=config))
+            systems.append(system_core(names, config=config, restarts=restarts))
             write_system(place / "ise-mimas", "mimas", systems[-1])
             say("synthesis (yosys) and clock estimate")
             area = estimate_core(core)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.resources
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 from boresight.gateware.core import Core
@@ -28,6 +29,11 @@ class Board:
     def core(self) -> Core:
         """Its core."""
         return self.system.core
+
+    @cached_property
+    def verilog(self) -> str:
+        """The system as Verilog, for simulation."""
+        return to_verilog(self.system, "system", instances=False)
 
 
 def make_board(
@@ -87,7 +93,7 @@ def board_sources(board: Board) -> dict[str, str]:
         return (importlib.resources.files(package) / name).read_text()
 
     return {
-        "system.sv": to_verilog(board.system, "system", instances=False),
+        "system.sv": board.verilog,
         "adis16385.sv": own("boresight.sim.devices", "adis16385.sv"),
         "hmr3300.sv": own("boresight.sim.devices", "hmr3300.sv"),
         "bench.sv": own("boresight.sim.board", "bench.sv"),

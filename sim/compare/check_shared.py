@@ -37,6 +37,7 @@ def shared_core(
     word: int = 32,
     params: Sequence[Mapping[str, float] | None] | None = None,
     urgent: int | None = None,
+    restarts: int | None = None,
 ) -> Core:
     """One core that holds all of the estimators.
 
@@ -46,13 +47,18 @@ def shared_core(
         Parameter values of each.
     urgent : int, optional
         Leading outputs whose latency counts first, of all; by default each one's own.
+    restarts : int, optional
+        Effort of the scheduler.
     """
     programs = [
         with_params(e.compile(word=word), e, p)
         for e, p in zip(estimators, params or [None] * len(estimators), strict=True)
     ]
     return build_shared_core(
-        programs, config, urgents=[e.urgent if urgent is None else urgent for e in estimators]
+        programs,
+        config,
+        urgents=[e.urgent if urgent is None else urgent for e in estimators],
+        restarts=restarts,
     )
 
 

@@ -23,6 +23,7 @@ from boresight.gateware.synthesis.timing import NOTE
 from boresight.model.estimator import Estimator
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Kind, Program
+from boresight.sim.attitude.ma2014 import BESIDE, CLOCK_MHZ, TIME_US
 from boresight.sim.records.feed import feed
 from boresight.sim.records.record import Record
 from boresight.sim.report.accuracy import Replay, accuracy_section
@@ -35,21 +36,12 @@ if TYPE_CHECKING:
 
 __all__ = ["PAPER_US", "assemble", "measure_c", "report_data", "source_of"]
 
-#: Published times of such a filter as software on a soft processor at 100 MHz, by estimator: the
-#: paper's complementary filter, and its Kalman filter for each of ours.
-PAPER_US = {
-    "complementary": 316.0,
-    "complementary_as_printed": 316.0,
-    "ekf_quaternion": 1140.0,
-    "ekf_quaternion_vector": 1140.0,
-    "ekf_bias": 1140.0,
-    "mekf": 1140.0,
-}
+#: Published times of such a filter as software on a soft processor at 100 MHz, by estimator.
+PAPER_US = {name: TIME_US[row] for name, row in BESIDE.items()}
 _PAPER = (
     "Ma Long et al. (2014), body text and conclusion: float software on a MicroBlaze at "
     "100 MHz in an XC6SLX9"
 )
-_PAPER_MHZ = 100
 
 _NETS = {"median": "median", "p75": "upper-quartile"}
 _AREA = {"lut": "lut", "reg": "ff", "dsp": "dsp", "blkmem": "ramb16"}
@@ -199,7 +191,7 @@ def _timing(
         "update_us": round(update_us, 4),
         "updates_per_s": round(clock_mhz * 1e6 / s.interval, 1),
         "paper_us": paper_us,
-        "paper_cycles": round(paper_us * _PAPER_MHZ) if paper_us is not None else None,
+        "paper_cycles": round(paper_us * CLOCK_MHZ) if paper_us is not None else None,
         "speedup": round(paper_us / update_us, 1) if paper_us is not None else None,
         "fmax_mhz": fmax,
         "update_us_at_fmax": at_fmax,

@@ -24,7 +24,7 @@ from hypothesis import strategies as st
 from boresight.cli import main
 from boresight.model.estimator import Estimator
 from boresight.model.words.program import Program
-from boresight.verbs.experiment import EXPERIMENTS
+from boresight.sim.experiments.ma2014.experiment import Ma2014
 from tests.support.command_lines import FILES, command_lines
 
 EVERYDAY = settings(
@@ -74,7 +74,7 @@ def understood(monkeypatch):
     for name in SEAMS:
         monkeypatch.setattr(name, begin)
     monkeypatch.setattr(Estimator, "compile", begin)
-    monkeypatch.setitem(EXPERIMENTS, "ma2014", (begin, begin))
+    monkeypatch.setattr(Ma2014, "run", begin)
 
 
 @pytest.fixture

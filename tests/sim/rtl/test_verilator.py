@@ -69,7 +69,7 @@ def test_an_outer_make_has_no_say(tool: Tool, tmp_path: Path, monkeypatch) -> No
         monkeypatch.setenv(name, "outer")
     build_program(tmp_path / "p", SOURCES, [], top="a")
     _, _, environment, room = tool.asked[0]
-    assert environment["MAKEFLAGS"] == f"-j2 -- OPT_FAST=-O2 PYTHON3={room}/python"
+    assert environment["MAKEFLAGS"] == f"-j2 -- PYTHON3={room}/python"
     assert not {"MFLAGS", "MAKELEVEL"} & environment.keys()
 
 

@@ -1,4 +1,4 @@
-"""What Ma Long, Zhang Rui and Su Zhigang (2014) print, and what they leave open.
+"""What Ma Long, Zhang Rui and Su Zhigang (2014) print, what they leave open, and a prototype of it.
 
 "A New Data Fusion Algorithm Based on Magnetometer and MEMS Inertial Device", Computer Measurement &
 Control 22(8), 2014, 2518. Angles in degrees, in the order pitch, roll, heading.
@@ -10,13 +10,19 @@ from typing import Any
 
 __all__ = [
     "AXES",
+    "BESIDE",
     "CLOCK_MHZ",
     "CYCLES",
     "FIG_6_DEG",
     "FIG_7_DEG",
+    "FIXED_LIMIT_DEG",
     "KI",
     "KP",
     "OPEN",
+    "PRINTED_SD_DEG",
+    "PROTOTYPE",
+    "PROTOTYPE_FIG_6_DEG",
+    "RATIO",
     "TABLE_1",
     "TABLE_3",
     "TIME_US",
@@ -56,6 +62,39 @@ CLOCK_MHZ = 100.0
 #: Figure 8 and the conclusion [us]; the abstract says 360 for the complementary filter.
 TIME_US = {"complementary": 316.0, "kalman": 1140.0}
 CYCLES = {name: round(us * CLOCK_MHZ) for name, us in TIME_US.items()}
+#: The paper's filter beside which each estimator of ours stands.
+BESIDE = {
+    "complementary": "complementary",
+    "complementary_as_printed": "complementary",
+    "ekf_quaternion": "kalman",
+    "ekf_quaternion_vector": "kalman",
+    "ekf_bias": "kalman",
+    "mekf": "kalman",
+}
+
+#: What a float prototype of the specification measured for Table 3; one draw of the errors each.
+PROTOTYPE = {
+    "C": {
+        "gyro": (0.70, 0.70, 0.43),
+        "mag_acc": (0.192, 0.222, 0.547),
+        "ekf_quaternion": (0.102, 0.107, 0.278),
+        "ekf_quaternion_vector": (0.090, 0.095, 0.266),
+        "complementary": (0.092, 0.097, 0.286),
+    },
+    "noise": {
+        "gyro": (0.60, 0.64, 0.33),
+        "mag_acc": (0.192, 0.222, 0.479),
+        "ekf_quaternion": (0.072, 0.083, 0.079),
+        "ekf_quaternion_vector": (0.055, 0.057, 0.067),
+        "complementary": (0.070, 0.079, 0.112),
+    },
+}
+PROTOTYPE_FIG_6_DEG = (0.28, 0.32, 0.47)
+#: Its sd with eq. (3) as printed, without noise: gyro alone (False) and filtered (True).
+PRINTED_SD_DEG = {False: (0.23, 0.22, 1.96), True: (0.18, 0.17, 1.72)}
+#: Ratios to Table 3 that the specification takes as met, and its limit of fixed against float.
+RATIO = (0.76, 1.18)
+FIXED_LIMIT_DEG = 0.005
 
 #: What the paper does not print or prints twice, and what is taken here.
 OPEN = (

@@ -7,8 +7,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from boresight.sim.attitude.rotation import euler_to_matrix
-from boresight.sim.experiments.ma2014_letter import _rates, filter_to_the_letter, mag_acc_angles
-from boresight.sim.experiments.ma2014_world import E2, FIELD_UT, LOOP_HZ, noise_free_log
+from boresight.sim.experiments.ma2014.letter import _rates, filter_to_the_letter, mag_acc_angles
+from boresight.sim.experiments.ma2014.world import E2, FIELD_UT, LOOP_HZ, noise_free_log
 from boresight.sim.records.nine_axis import NineAxis
 
 RNG = np.random.default_rng(7)

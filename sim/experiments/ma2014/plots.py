@@ -1,4 +1,4 @@
-"""Plots of the page, as inline SVG; what each shows stands in its caption in ma2014.html."""
+"""Plots of the page, as inline SVG; what each shows stands in its caption in page.html."""
 
 from __future__ import annotations
 
@@ -7,18 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from boresight.sim.experiments import ma2014_paper as paper
+from boresight.sim.attitude import ma2014 as paper
 from boresight.sim.plotting import COLOUR, figure_and_axes, legend, settings, svg
 
-__all__ = [
-    "difference_plot",
-    "error_plot",
-    "motion_plot",
-    "plots",
-    "spectra_plot",
-    "table_3_plot",
-    "timing_plot",
-]
+__all__ = ["plots"]
 
 AXES = paper.AXES
 _METHOD = {
@@ -104,128 +96,92 @@ def spectra_plot(spectra: Mapping[str, Any]) -> str:
         return svg(figure, "spectra")
 
 
+def _three(
+    name: str,
+    height: float,
+    t: np.ndarray,
+    limits: Sequence[float],
+    curves: Sequence[tuple[np.ndarray, str | None, str]],
+    label: str,
+) -> str:
+    """Curves (steps, 3) of each angle: values, colour (None: the angle's), name in the legend."""
+    with settings():
+        figure, rows = figure_and_axes(height, 3, sharex=True)
+        for k, axes in enumerate(rows):
+            for values, colour, title in curves:
+                ink = colour or COLOUR[AXES[k]]
+                axes.plot(t, values[:, k], color=ink, label=title or None, linewidth=0.9)
+            _limit(axes, limits[k])
+            axes.set_ylabel(f"{AXES[k]}{label}, deg")
+            axes.margins(y=0.15)
+        if len(curves) > 1:
+            legend(rows[0], 2)
+        rows[-1].set_xlabel(_TIME)
+        rows[-1].set_xlim(0.0, t[-1])
+        return svg(figure, name)
+
+
 def error_plot(figures: Mapping[str, Any]) -> str:
     """Figure 6: complementary filter less truth, consistent and as printed."""
-    t = np.asarray(figures["time_s"])
+    t, error = np.asarray(figures["time_s"]), figures["error_deg"]
+    curves = (
+        (np.asarray(error["complementary_as_printed"]), "#b9bec6", "eq. (3) as printed"),
+        (np.asarray(error["complementary"]), None, "complementary, consistent kinematics"),
+    )
+    return _three("error", 5.8, t, paper.FIG_6_DEG, curves, " error")
+
+
+def difference_plot(figures: Mapping[str, Any], key: str) -> str:
+    """Figure 7: complementary filter less Kalman filter."""
+    t, error = np.asarray(figures["time_s"]), figures["error_deg"]
+    d = np.asarray(error["complementary"]) - np.asarray(error[key])
+    return _three(f"difference-{key}", 5.0, t, (paper.FIG_7_DEG,) * 3, ((d, None, ""),), "")
+
+
+#: Rows of the plot of Table 3.
+_NAMES = {
+    "gyro": "gyro alone",
+    "mag_acc": "mag/acc alone",
+    "ekf_quaternion": "Kalman, quaternion",
+    "ekf_quaternion_vector": "Kalman, vectors",
+    "complementary": "complementary",
+    "letter": "to the letter",
+}
+
+
+def table_3_plot(rows: Mapping[str, Any]) -> str:
+    """Table 3, case C: the paper's values among ours."""
+    dot = {"markersize": 5, "markeredgecolor": "white", "markeredgewidth": 0.8}
     with settings():
-        figure, rows = figure_and_axes(5.8, 3, sharex=True)
-        for k, axes in enumerate(rows):
-            for key, name, colour in (
-                ("complementary_as_printed", "eq. (3) as printed", "#b9bec6"),
-                ("complementary", "complementary, consistent kinematics", COLOUR[AXES[k]]),
-            ):
-                axes.plot(
-                    t,
-                    np.asarray(figures["error_deg"][key])[:, k],
-                    color=colour,
-                    label=name if k == 0 else None,
-                    linewidth=0.9,
-                )
-            _limit(axes, paper.FIG_6_DEG[k])
-            axes.set_ylabel(f"{AXES[k]} error, deg")
-            axes.margins(y=0.15)
-        legend(rows[0], 2)
-        for line, colour in zip(
-            rows[0].get_legend().get_lines(), ("#9aa0a8", COLOUR["pitch"]), strict=True
-        ):
-            line.set_color(colour)
-        rows[-1].set_xlabel(_TIME)
-        rows[-1].set_xlim(0.0, t[-1])
-        return svg(figure, "error")
-
-
-def difference_plot(figures: Mapping[str, Any], key: str = "ekf_quaternion") -> str | None:
-    """Figure 7: complementary filter less Kalman filter; None if there is none."""
-    if key not in figures["error_deg"]:
-        return None
-    t = np.asarray(figures["time_s"])
-    d = np.asarray(figures["error_deg"]["complementary"]) - np.asarray(figures["error_deg"][key])
-    with settings():
-        figure, rows = figure_and_axes(5.0, 3, sharex=True)
-        for k, axes in enumerate(rows):
-            axes.plot(t, d[:, k], color=COLOUR[AXES[k]], linewidth=0.9)
-            _limit(axes, paper.FIG_7_DEG)
-            axes.set_ylabel(f"{AXES[k]}, deg")
-            axes.margins(y=0.15)
-        rows[-1].set_xlabel(_TIME)
-        rows[-1].set_xlim(0.0, t[-1])
-        return svg(figure, f"difference-{key}")
-
-
-def table_3_plot(table: Mapping[str, Any]) -> str:
-    """Table 3: the paper's values among ours."""
-    rows = table["cases"]["C"]
-    names = {
-        "gyro": "gyro alone",
-        "mag_acc": "mag/acc alone",
-        "ekf_quaternion": "Kalman, quaternion",
-        "ekf_quaternion_vector": "Kalman, vectors",
-        "complementary": "complementary",
-        "letter": "to the letter",
-    }
-    keys = [k for k in names if k in rows]
-    with settings():
-        figure, columns = figure_and_axes(0.42 * len(keys) + 1.1, 1, 3, sharey=True)
+        figure, columns = figure_and_axes(0.42 * len(_NAMES) + 1.1, 1, 3, sharey=True)
         for axis, axes in enumerate(columns):
-            for y, key in enumerate(keys):
-                row = rows[key]
-                sd = (row["fixed"] or row["float"])["sd"]
-                axes.plot(
-                    (sd["p05"][axis], sd["p95"][axis]),
-                    (y, y),
-                    color=_METHOD[key],
-                    linewidth=1.4,
-                    solid_capstyle="butt",
-                )
-                axes.plot(
-                    (sd["p25"][axis], sd["p75"][axis]),
-                    (y, y),
-                    color=_METHOD[key],
-                    linewidth=6.0,
-                    alpha=0.55,
-                    solid_capstyle="butt",
-                )
-                axes.plot(
-                    sd["median"][axis],
-                    y,
-                    "o",
-                    color=_METHOD[key],
-                    markersize=5,
-                    markeredgecolor="white",
-                    markeredgewidth=0.8,
-                )
-                axes.plot(
-                    paper.TABLE_3[row["paper_row"]][axis],
-                    y,
-                    "D",
-                    color="#111111",
-                    markersize=4.5,
-                    markerfacecolor="none",
-                )
+            for y, key in enumerate(_NAMES):
+                row, ink = rows[key], _METHOD[key]
+                sd = {q: x[axis] for q, x in (row["fixed"] or row["float"])["sd"].items()}
+                axes.hlines(y, sd["p05"], sd["p95"], color=ink, linewidth=1.4)
+                axes.hlines(y, sd["p25"], sd["p75"], color=ink, linewidth=6.0, alpha=0.55)
+                axes.plot(sd["median"], y, "o", color=ink, **dot)
+                printed = paper.TABLE_3[row["paper_row"]][axis]
+                axes.plot(printed, y, "D", color="#111111", markersize=4.5, markerfacecolor="none")
             axes.set_xscale("log")
             axes.set_xlim(0.05, 1.6)
             axes.set_xticks((0.05, 0.1, 0.2, 0.5, 1.0), ("0.05", "0.1", "0.2", "0.5", "1"))
             axes.minorticks_off()
             axes.set_title(AXES[axis], loc="left", fontsize=9.5, fontweight="bold")
             axes.set_xlabel("standard deviation of the error, deg")
-        columns[0].set_yticks(range(len(keys)), [names[k] for k in keys])
-        columns[0].set_ylim(len(keys) - 0.5, -0.5)
+        columns[0].set_yticks(range(len(_NAMES)), list(_NAMES.values()))
+        columns[0].set_ylim(len(_NAMES) - 0.5, -0.5)
         return svg(figure, "table-3")
 
 
 def timing_plot(rows: Sequence[Mapping[str, Any]]) -> str:
     """Figure 8: time of one update."""
-    titles = {
-        "complementary": "complementary",
-        "ekf_quaternion": "Kalman, quaternion",
-        "ekf_quaternion_vector": "Kalman, vectors",
-    }
     bars = [
         ("complementary, paper (MicroBlaze)", paper.TIME_US["complementary"], "#9aa0a8"),
         ("Kalman, paper (MicroBlaze)", paper.TIME_US["kalman"], "#9aa0a8"),
     ]
     bars += [
-        (f"{titles[r['estimator']]}, core {r['config']}", r["us"], _METHOD[r["estimator"]])
+        (f"{_NAMES[r['estimator']]}, core {r['config']}", r["us"], _METHOD[r["estimator"]])
         for r in rows
     ]
     with settings():
@@ -253,15 +209,15 @@ def timing_plot(rows: Sequence[Mapping[str, Any]]) -> str:
         return svg(figure, "timing")
 
 
-def plots(data: Mapping[str, Any]) -> dict[str, str | None]:
+def plots(data: Mapping[str, Any]) -> dict[str, str]:
     """All of them by name."""
     figures = data["figures"]
     return {
         "motion": motion_plot(figures),
         "spectra": spectra_plot(data["spectra"]),
         "error": error_plot(figures),
-        "difference": difference_plot(figures),
+        "difference": difference_plot(figures, "ekf_quaternion"),
         "difference_vector": difference_plot(figures, "ekf_quaternion_vector"),
-        "table_3": table_3_plot(data["table_3"]),
+        "table_3": table_3_plot(data["table_3"]["cases"]["C"]),
         "timing": timing_plot(data["timing"]),
     }

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from boresight.sim.attitude.ma2014 import TABLE_1, TABLE_3
 from boresight.sim.attitude.rotation import quaternion_to_euler
-from boresight.sim.experiments.ma2014_paper import TABLE_1, TABLE_3
-from boresight.sim.experiments.ma2014_world import (
+from boresight.sim.experiments.ma2014.world import (
     CASES,
     E1,
     E2,

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
-from boresight.sim.experiments.ma2014_paper import TABLE_1
+from boresight.sim.attitude.ma2014 import TABLE_1
 from boresight.sim.records.record import Record
 from boresight.sim.worlds.devices import TABLE_2, accelerometer, gyro, magnetometer
 from boresight.sim.worlds.motion import StackedMotion, Swing
@@ -86,10 +85,6 @@ class Case:
     soft_iron_sd: float = 0.0
     bias_removed: bool = True
     acc_latency_s: float = 0.0
-
-    def to_json(self) -> dict[str, Any]:
-        """Plain data."""
-        return dict(vars(self))
 
 
 _C = Case("case C: noise, gyro misaligned, soft iron", misalignment_deg=1.0, ellipse=0.01)

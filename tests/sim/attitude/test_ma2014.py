@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from boresight.sim.experiments.ma2014_paper import (
+from boresight.sim.attitude.ma2014 import (
     AXES,
     CYCLES,
     FIG_6_DEG,

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from boresight.model.estimators import ESTIMATORS
-from boresight.sim.experiments import ma2014_methods
-from boresight.sim.experiments.ma2014_methods import (
-    available,
+from boresight.sim.experiments.ma2014 import methods
+from boresight.sim.experiments.ma2014.methods import (
     count_mismatches,
     gains_per_s,
     kalman_parameters,
@@ -16,10 +15,10 @@ from boresight.sim.experiments.ma2014_methods import (
     run_float,
     score,
 )
-from boresight.sim.experiments.ma2014_world import CASES, E1, E2, LOOP_HZ, make_log, noise_free_log
+from boresight.sim.experiments.ma2014.world import CASES, E1, E2, LOOP_HZ, make_log, noise_free_log
 from boresight.sim.worlds.devices import TABLE_2
 
-METHODS = {m.key: m for m in available()}
+METHODS = {m.key: m for m in methods.METHODS}
 
 
 def test_gains_of_table_4_at_8_hz():
@@ -81,19 +80,19 @@ def test_a_c_model_that_differs_is_counted(monkeypatch):
     log = make_log(E2, CASES["C"], 1)
     assert count_mismatches(METHODS["complementary"], log) == (0, len(log))
 
-    class Wrong(ma2014_methods.CModel):
+    class Wrong(methods.CModel):
         def update(self, inputs):
             out, flags = super().update(inputs)
             out[17, 2] += 1
             return out, flags
 
-    monkeypatch.setattr(ma2014_methods, "CModel", Wrong)
+    monkeypatch.setattr(methods, "CModel", Wrong)
     assert count_mismatches(METHODS["complementary"], log) == (1, len(log))
 
 
 def test_errors_are_wrapped_and_begin_at_time_0():
     log = noise_free_log(E1, LOOP_HZ)
-    angles = ma2014_methods.truth_deg(log)[:, None] + (0.0, 359.0, -361.0)
+    angles = methods.truth_deg(log)[:, None] + (0.0, 359.0, -361.0)
     error = score(angles, [log])
     assert len(error) == 540 * 8 + 1
     np.testing.assert_allclose(error, np.broadcast_to((0.0, -1.0, -1.0), error.shape), atol=1e-9)

@@ -1,20 +1,12 @@
-"""The page of the experiment stands alone and shows all of it."""
-
-from __future__ import annotations
+"""The page stands alone and shows everything."""
 
 import re
 
-import pytest
-
-from boresight.sim.experiments.ma2014_html import render
+from boresight.sim.experiments.experiment import grouped
 
 
-@pytest.fixture(scope="module")
-def page(data):
-    return render(data)
-
-
-def test_page_stands_alone_and_shows_everything(data, page):
+def test_page_stands_alone_and_shows_everything(result):
+    page = result.pages["ma2014.html"]
     assert page.count('<svg class="plot"') >= 5
     assert "<script" not in page and not re.search(r'(src|href)="http', page)
     for heading in (
@@ -31,9 +23,12 @@ def test_page_stands_alone_and_shows_everything(data, page):
     ):
         assert heading in page, heading
     assert page.count("<figcaption>") >= 5
-    assert data["command"] in page
-    assert page.count('class="missed"') == sum(not t["good"] for t in data["targets"])
-    assert page.count(">FAIL<") == sum(not p for t in data["targets"] for p in t["passes"])
+    assert "boresight experiment ma2014 --seed 5" in page
+    groups = [[t.good for t in group] for group in grouped(result.targets)]
+    assert page.count('class="missed"') == sum(not all(group) for group in groups)
+    assert page.count(">FAIL<") == sum(not x for group in groups for x in group)
+    for constant in ("2.1155", "0.1414", "Tianjin", "HMR3300"):
+        assert constant in page, constant
     for label in (
         "amplitude, deg",
         "frequency, Hz",

@@ -15,11 +15,11 @@ from boresight.model.estimator import Estimator, input_words
 from boresight.model.estimators import ESTIMATORS
 from boresight.model.estimators.complementary import per_sample_gains
 from boresight.model.words.program import Program
+from boresight.sim.attitude.ma2014 import KI, KP
 from boresight.sim.attitude.rotation import quaternion_to_euler, wrap_rad
 from boresight.sim.compare.check import with_params
-from boresight.sim.experiments.ma2014_letter import filter_to_the_letter, mag_acc_angles
-from boresight.sim.experiments.ma2014_paper import KI, KP
-from boresight.sim.experiments.ma2014_world import AVERAGED, FIELD_UT, LEAD, LOOP_HZ
+from boresight.sim.experiments.ma2014.letter import filter_to_the_letter, mag_acc_angles
+from boresight.sim.experiments.ma2014.world import AVERAGED, FIELD_UT, LEAD, LOOP_HZ
 from boresight.sim.records.feed import feed
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
@@ -29,7 +29,6 @@ from boresight.sim.worlds.devices import GRAVITY, TABLE_2
 __all__ = [
     "METHODS",
     "Method",
-    "available",
     "count_mismatches",
     "gains_per_s",
     "kalman_parameters",
@@ -47,7 +46,7 @@ class Method:
     """One row of Table 3.
 
     ``estimator``: the registered estimator that computes it, None for a float reference.
-    ``row``: the row of the paper it stands beside, if any.
+    ``row``: the row of Table 3 it stands beside, if any.
     """
 
     key: str
@@ -75,11 +74,6 @@ METHODS = (
     ),
     Method("gyro_as_printed", "gyro alone, eq. (3) as printed", "complementary_as_printed"),
 )
-
-
-def available() -> tuple[Method, ...]:
-    """The methods whose estimators are registered."""
-    return tuple(m for m in METHODS if m.estimator is None or m.estimator in ESTIMATORS)
 
 
 def gains_per_s(
