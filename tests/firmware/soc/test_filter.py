@@ -13,10 +13,11 @@ def defined(text: str) -> dict[str, str]:
 
 @pytest.mark.parametrize(("single", "kind"), [(False, "1"), (True, "2")])
 def test_one_name_for_every_estimator(single: bool, kind: str) -> None:
-    text = filter_header("mekf", single=single)
+    text = filter_header("mekf", single=single, number=3)
     assert defined(text) == {
         "FILTER_H": "",
         "FILTER_KIND": kind,
+        "FILTER_NUMBER": "3u",
         "FILTER_INPUTS": "MEKF_INPUTS",
         "FILTER_OUTPUTS": "MEKF_OUTPUTS",
         **{f"filter_{verb}": f"mekf_{verb}" for verb in ("init", "reset", "update")},
