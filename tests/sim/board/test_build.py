@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from boresight.gateware.sensors.adis16385_setup import Timing
 from boresight.sim.board import build
 from boresight.sim.board.build import Board, board_parameters, board_sources, make_board
 from boresight.sim.board.setup import REAL, SCALED
@@ -38,27 +39,31 @@ def test_an_answer_takes_a_cycle_at_least() -> None:
 
 def test_the_system_waits_as_long_as_the_devices_need(monkeypatch: pytest.MonkeyPatch) -> None:
     """The compass's waits go with its lines: half a second stands for 8 lines a second."""
-    monkeypatch.setattr(build, "AttitudeSystem", lambda **given: SimpleNamespace(**given))
+    for part in ("AttitudeSystem", "Adis16385", "Hmr3300"):
+        monkeypatch.setattr(build, part, lambda **given: SimpleNamespace(**given))
     core: Any = object()
+    clock = SCALED.clock_hz
     for lines, slower in ((8, 1.0), (64, 0.125)):
         setup = replace(SCALED, lines_hz=lines)
         board = make_board(setup, core=core, wishbone=True)
         given: Any = board.system
         assert board.setup is setup and board.core is given.core is core and given.wishbone
-        assert (given.clock_hz, given.host_baud) == (SCALED.clock_hz, SCALED.host_baud)
-        assert given.compass == {
+        assert (given.clock_hz, given.host_baud) == (clock, SCALED.host_baud)
+        assert vars(given.compass) == {
+            "clock_hz": clock,
             "baud": SCALED.hmr_baud,
             "stale_s": 0.5 * slower,
             "quiet_s": pytest.approx(0.3 * slower),
             "timeout_s": pytest.approx(1.3 * slower),
         }
-        assert given.inertial == {
-            "sclk_hz": SCALED.sclk_hz,
-            "stall_s": SCALED.stall_s,
-            "startup_s": SCALED.startup_s,
-            "reset_s": SCALED.reset_s,
-            "period_s": 1.0 / SCALED.rate_hz,
-        }
+        assert given.inertial.clock_hz == clock
+        assert given.inertial.timing == Timing(
+            sclk_hz=SCALED.sclk_hz,
+            stall_s=SCALED.stall_s,
+            startup_s=SCALED.startup_s,
+            reset_s=SCALED.reset_s,
+            period_s=1.0 / SCALED.rate_hz,
+        )
 
 
 def test_sources_in_the_order_of_compilation(monkeypatch: pytest.MonkeyPatch) -> None:
