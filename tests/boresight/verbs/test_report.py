@@ -13,6 +13,7 @@ from boresight.cli import main
 from boresight.disk.manifest import NAME
 from boresight.model.errors import InputError
 from boresight.sim.compare.check import Check
+from boresight.sim.levels.build import Build
 from boresight.sim.records.bundled import bundled
 
 #: The function has the module's name.
@@ -21,8 +22,9 @@ LOG = str(bundled("synthetic_60s"))
 
 
 @pytest.fixture(autouse=True)
-def without_rtl(monkeypatch: pytest.MonkeyPatch) -> None:
-    """No simulator is built: tests/boresight/verbs/test_demo.py writes pages of all levels."""
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A rough schedule, and no simulator is built: test_demo.py writes pages of all levels."""
+    monkeypatch.setattr(module, "Build", partial(Build, restarts=0))
     monkeypatch.setattr(module, "Check", partial(Check, levels=("fixed", "c")))
 
 
