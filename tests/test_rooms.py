@@ -32,19 +32,11 @@ CIRCLES: set[tuple[str, ...]] = {
 ROOM_CIRCLES: set[tuple[str, ...]] = set()
 LONG: set[str] = {
     "boresight/verbs/accuracy.py: accuracy",
-    "boresight/verbs/bench.py: bench",
-    "boresight/verbs/check.py: check",
-    "boresight/verbs/compile.py: compile",
     "boresight/verbs/tune.py: tune",
     "gateware/bus/core_registers.py: elaborate",
-    "gateware/sensors/adis16385.py: __init__",
-    "gateware/sensors/adis16385.py: elaborate",
     "gateware/sensors/hmr3300.py: elaborate",
-    "gateware/system/attitude_system.py: __init__",
-    "gateware/system/attitude_system.py: elaborate",
     "gateware/system/system_registers.py: system_registers",
     "sim/board/trace.py: read_trace",
-    "sim/compare/check.py: check",
     "sim/worlds/synthetic.py: synthetic_log",
 }
 
