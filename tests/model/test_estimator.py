@@ -206,24 +206,6 @@ def test_names_and_summaries_by_default() -> None:
 
 
 @pytest.mark.parametrize(
-    "make, message",
-    [
-        (lambda: Param("k", 2.0, 0.0, 1.0), "parameter k: wanted default in [0, 1], found 2; "),
-        (lambda: State("x", -1.0, 1.0, "m", 3.0), "state x: wanted initial value in [-1, 1]"),
-        (lambda: Input("z", 1.0, 1.0, "m"), "input z: wanted a finite range with low < high"),
-        (lambda: Input("z", 0.0, math.inf, "m"), "input z: wanted a finite range"),
-        (lambda: Input("z", 0.0, 1.0, "m", missing=2.0), "input z: wanted missing in [0, 1]"),
-        (lambda: Input("z", 0.0, 1.0, "m", missing="last"), "input z: wanted missing=NUMBER"),
-        (lambda: Output("y", "m", tolerance=-1.0), "output y: wanted a tolerance of 0 or more"),
-        (lambda: Output("y", "m", tolerance=math.nan), "output y: wanted a tolerance of 0 or more"),
-    ],
-)
-def test_declarations_that_contradict_themselves(make: Any, message: str) -> None:
-    with pytest.raises(InputError, match=f"^{re.escape(message)}"):
-        make()
-
-
-@pytest.mark.parametrize(
     "changes, message",
     [
         ({"inputs": 2 * Leaky.inputs}, "estimator leaky: wanted each input once, found u twice"),

@@ -1,38 +1,72 @@
-"""Sums of products before their shifts are known."""
+"""Forms before they are groups: powers of two, signs, and what may be added to what."""
 
-from __future__ import annotations
+import math
 
-from dataclasses import replace
+import pytest
 
 from boresight.model.lowering.forms import CONDITIONAL, OPPOSITE, Form, Product
 from boresight.model.words.program import Negate, Scale, Term, When
 
 
-def test_times_a_power_of_two() -> None:
-    p = Product(1, 2, exponent=3, negate=Negate.IF, limit=8.0)
-    assert p.times_power(0.25) == replace(p, exponent=1, limit=2.0)
-    assert p.times_power(-4.0) == replace(p, exponent=5, limit=32.0, negate=Negate.UNLESS)
-    assert not p.times_one and Product(1).times_one and not Product(1, coefficient=0).times_one
+def test_signs() -> None:
+    assert all(OPPOSITE[OPPOSITE[sign]] is sign is not OPPOSITE[sign] for sign in Negate)
+    # Where the flag is 0 the conditional sign is the plain one, where it is 1 the opposite.
+    assert CONDITIONAL == {Negate.NO: Negate.IF, Negate.YES: Negate.UNLESS}
 
 
-def test_signs_turn_over() -> None:
-    assert all(OPPOSITE[OPPOSITE[sign]] is sign for sign in Negate)
-    assert {OPPOSITE[CONDITIONAL[s]] for s in CONDITIONAL} == {Negate.IF, Negate.UNLESS}
+@pytest.mark.parametrize(
+    ("product", "one"),
+    [(Product(3), True), (Product(3, 4), False), (Product(3, coefficient=0), False)],
+)
+def test_a_product_of_one_factor(product: Product, one: bool) -> None:
+    assert product.times_one is one
+
+
+@pytest.mark.parametrize("power", [1.0, 4.0, 0.125, -2.0, -0.5])
+@pytest.mark.parametrize("negate", list(Negate))
+def test_powers_of_two(power: float, negate: Negate) -> None:
+    found = Product(1, 2, exponent=3, negate=negate, limit=5.0).times_power(power)
+    assert 2.0**found.exponent == 8.0 * abs(power) and found.limit == 5.0 * abs(power)
+    assert found.negate is (OPPOSITE[negate] if power < 0.0 else negate)
+    assert (found.a, found.b) == (1, 2)
+    assert math.isinf(Product(1).times_power(power).limit)
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "joins"),
+    [
+        ({}, {}, True),
+        ({"flag": (1, False)}, {}, True),
+        ({"flag": (1, False)}, {"flag": (1, False)}, True),
+        ({"flag": (1, False)}, {"flag": (2, False)}, False),
+        ({"flag": (1, False)}, {"flag": (1, True)}, False),
+        ({"norm": 0}, {"norm": 0}, True),
+        ({"norm": 0}, {"norm": 1}, False),
+        ({"norm": 0}, {"flag": (1, False)}, True),
+    ],
+)
+def test_one_flag_and_one_count_for_each_group(a, b, joins: bool) -> None:
+    for one, other in ((a, b), (b, a)):
+        assert Form(**one).joins(Form(**other)) is joins
+    if joins:
+        form = Form(**a)
+        form.join(Form(**b), 1)
+        assert (form.flag, form.norm) == (
+            a.get("flag") or b.get("flag"),
+            a["norm"] if "norm" in a else b.get("norm"),
+        )
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_sums_and_differences(sign: int) -> None:
+    form = Form([Product(1)], constant=0.5)
+    form.join(Form([Product(2, negate=Negate.IF), Product(3)], constant=0.25), sign)
+    assert form.constant == 0.5 + sign * 0.25
+    signs = (Negate.IF, Negate.NO) if sign > 0 else (Negate.UNLESS, Negate.YES)
+    assert form.products == [Product(1), Product(2, negate=signs[0]), Product(3, negate=signs[1])]
 
 
 def test_a_term_keeps_all_but_the_exponent() -> None:
     p = Product(1, None, 5, 2, Negate.YES, When.IF, True, False, Scale.HALF, 3.0)
     assert p.term(7, None) == Term(1, None, 7, 2, Negate.YES, When.IF, True, False, Scale.HALF)
     assert Product(4).term(3, 0) == Term(4, 0, 3)
-
-
-def test_what_joins() -> None:
-    plain, flagged = Form([Product(1)], 0.5), Form([Product(2)], 0.25, flag=(7, False))
-    normal = Form([Product(3)], norm=0)
-    assert plain.joins(flagged) and flagged.joins(normal) and flagged.joins(flagged)
-    assert not flagged.joins(Form(flag=(7, True))) and not normal.joins(Form(norm=4))
-    flagged.join(plain, -1)
-    assert flagged.constant == -0.25 and flagged.flag == (7, False) and flagged.norm is None
-    assert flagged.products == [Product(2), Product(1, negate=Negate.YES)]
-    flagged.join(normal, 1)
-    assert flagged.norm == 0 and flagged.products[-1] == Product(3)
