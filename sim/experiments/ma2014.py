@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -300,6 +300,42 @@ def _table_1(log: Record) -> list[dict[str, Any]]:
     return rows
 
 
+def _sensor_model() -> dict[str, Any]:
+    return {
+        "loop_hz": LOOP_HZ,
+        "acc_averaged": AVERAGED,
+        "field_ut": list(FIELD_UT),
+        "lead_samples": LEAD,
+        "facts": facts_json(),
+        "cases": {k: c.to_json() for k, c in CASES.items()},
+        "open": [{"what": a, "taken": b} for a, b in paper.OPEN],
+    }
+
+
+def _differences(errors: Mapping[str, FloatArray]) -> dict[str, Any]:
+    """The complementary filter less each Kalman filter, by case and filter."""
+    out = {}
+    for key in (f"{case}/{name}" for name in KALMAN for case in ("C", "noise")):
+        if key in errors:
+            d = errors[f"{key.partition('/')[0]}/complementary"] - errors[key]
+            out[key] = _row(d) | {"p95_abs": _summary(np.percentile(np.abs(d), 95, axis=0))}
+    return out
+
+
+def _figures(first: Record, errors: Mapping[str, FloatArray], shown: int) -> dict[str, Any]:
+    """Curves of the run that is shown, case C."""
+    t = first.values("t", "s")[LEAD:]
+    keys = ("complementary", "complementary_as_printed", *KALMAN)
+    return {
+        "time_s": _plain(t, 3),
+        "stages_deg": _plain(np.degrees(E2.stages(t)[0]), 3),
+        "truth_deg": _plain(truth_deg(first)[LEAD:], 3),
+        "error_deg": {
+            key: _plain(errors[f"C/{key}"][:, shown], 4) for key in keys if f"C/{key}" in errors
+        },
+    }
+
+
 def run(*, seed: int = 1, runs: int = RUNS, progress: Say | None = None) -> dict[str, Any]:
     """Run the experiment.
 
@@ -343,30 +379,6 @@ def run(*, seed: int = 1, runs: int = RUNS, progress: Say | None = None) -> dict
     kinematics = _kinematics(say)
     claims = _claims(available(), first, say)
     timing = _timing(say)
-    t, truth = first.values("t", "s")[LEAD:], truth_deg(first)
-    difference = {}
-    for key in KALMAN:
-        for case in ("C", "noise"):
-            if f"{case}/{key}" in errors:
-                d = errors[f"{case}/complementary"] - errors[f"{case}/{key}"]
-                difference[f"{case}/{key}"] = _row(d) | {
-                    "p95_abs": _summary(np.percentile(np.abs(d), 95, axis=0))
-                }
-    figures: dict[str, Any] = {
-        "time_s": _plain(t, 3),
-        "stages_deg": _plain(np.degrees(E2.stages(t)[0]), 3),
-        "truth_deg": _plain(truth[LEAD:], 3),
-        "error_deg": {
-            key: _plain(errors[f"C/{key}"][:, shown], 4)
-            for key in (
-                "complementary",
-                "complementary_as_printed",
-                "ekf_quaternion",
-                "ekf_quaternion_vector",
-            )
-            if f"C/{key}" in errors
-        },
-    }
     data = {
         "experiment": "ma2014",
         "title": "Magnetometer-aided MEMS attitude: Ma Long, Zhang Rui, Su Zhigang (2014)",
@@ -375,15 +387,7 @@ def run(*, seed: int = 1, runs: int = RUNS, progress: Say | None = None) -> dict
         "shown_seed": seeds[shown],
         "side_runs": min(runs, SIDE_RUNS),
         "command": f"boresight experiment ma2014 --seed {seed}",
-        "sensor_model": {
-            "loop_hz": LOOP_HZ,
-            "acc_averaged": AVERAGED,
-            "field_ut": list(FIELD_UT),
-            "lead_samples": LEAD,
-            "facts": facts_json(),
-            "cases": {k: c.to_json() for k, c in CASES.items()},
-            "open": [{"what": a, "taken": b} for a, b in paper.OPEN],
-        },
+        "sensor_model": _sensor_model(),
         "table_1": _table_1(first),
         "table_2": {
             "gyro_bias_rad_s": TABLE_2.gyro_bias,
@@ -399,8 +403,8 @@ def run(*, seed: int = 1, runs: int = RUNS, progress: Say | None = None) -> dict
         "table_4": {"kp": paper.KP, "ki": paper.KI, "parameters": gains_per_s()},
         "kalman_parameters": {k: kalman_parameters(k) for k in KALMAN if k in ESTIMATORS},
         "spectra": spectra,
-        "figures": figures,
-        "difference": difference,
+        "figures": _figures(first, errors, shown),
+        "difference": _differences(errors),
         "kinematics": kinematics,
         "calibration": _calibration(seed),
         "timing": timing,

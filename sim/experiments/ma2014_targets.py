@@ -324,81 +324,77 @@ def _eq_3(data: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 def _spectra(data: Mapping[str, Any]) -> list[dict[str, Any]]:
     m = data["spectra"]["methods"]
-
-    def one(
-        name: str,
-        source: str,
-        s: Mapping[str, float],
-        band: tuple[float | None, float | None],
-        unit: str,
-        note: str = "",
-        prototype: float | None = None,
-    ) -> dict[str, Any]:
-        return _target(
+    lines = [
+        (
+            "gyro error: share of its energy below 0.02 Hz",
+            "Figure 1, more than half",
+            m["gyro"]["energy_below_slow"],
+            (0.5, None),
+            "",
+            0.85,
+            "",
+        ),
+        (
+            "mag/acc error: line at 1/6 Hz",
+            "Figure 2, specification 10 %",
+            m["mag_acc"]["line_deg"],
+            (0.9 * 0.69, 1.1 * 0.69),
+            "deg",
+            0.69,
+            "The line is the soft iron seen under a swinging heading, 0.57 deg times the sine "
+            "of twice the heading for an ellipse of 1 %. The prototype's larger line needs a "
+            "larger or other error, which is not on record.",
+        ),
+        (
+            "complementary error: line at 1/6 Hz",
+            "Figure 5, specification 10 %",
+            m["complementary"]["line_deg"],
+            (0.9 * 0.47, 1.1 * 0.47),
+            "deg",
+            0.47,
+            "It follows mag/acc's line: 1/6 Hz lies just above the corner of 0.8/(2 pi) = "
+            "0.127 Hz, so the filter takes off 40 %; the misaligned gyro adds or takes some.",
+        ),
+    ]
+    return [
+        _target(
             name,
             source,
             [s["median"]],
             [band],
             unit=unit,
             axes=("heading",),
-            prototype=None if prototype is None else (prototype,),
+            prototype=(prototype,),
             spread=[(s["p05"], s["p95"])],
             note=note,
         )
+        for name, source, s, band, unit, prototype, note in lines
+    ] + _suppressed(m)
 
-    def ratio(name: str, what: str, to: str, note: str = "") -> dict[str, Any]:
-        value = m["complementary"][what]["median"] / m[to][what]["median"]
-        return _target(
+
+def _suppressed(m: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """What the filter takes off, as ratios of the medians of the runs."""
+    slow = ("slow part (below 0.02 Hz): complementary over gyro", "slow_deg", "gyro")
+    line = ("line at 1/6 Hz: complementary over mag/acc", "line_deg", "mag_acc")
+    notes = (
+        "Ratio of the medians of the runs.",
+        "The filter keeps 60 % of the line of the soft iron and adds one of its own: a "
+        "misaligned gyro feels 1.7 % of the heading rate as tilt, and the shipped filter "
+        "levels the field with that tilt (times 1.64, the tangent of the dip). The filter to "
+        "the letter levels with the tilt of the sample and has no such line: "
+        f"{m['letter']['line_deg']['median']:.3f} deg.",
+    )
+    return [
+        _target(
             name,
             "Figure 5: suppressed, below 1",
-            [value],
+            [m["complementary"][what]["median"] / m[to][what]["median"]],
             [(None, 1.0)],
             unit="",
             axes=("heading",),
-            note=note or "Ratio of the medians of the runs.",
+            note=note,
         )
-
-    return [
-        one(
-            "gyro error: share of its energy below 0.02 Hz",
-            "Figure 1, more than half",
-            m["gyro"]["energy_below_slow"],
-            (0.5, None),
-            "",
-            prototype=0.85,
-        ),
-        one(
-            "mag/acc error: line at 1/6 Hz",
-            "Figure 2, specification 10 %",
-            m["mag_acc"]["line_deg"],
-            (0.9 * 0.69, 1.1 * 0.69),
-            "deg",
-            prototype=0.69,
-            note="The line is the soft iron seen under a swinging heading, 0.57 deg times the sine "
-            "of twice the heading for an ellipse of 1 %. The prototype's larger line needs a "
-            "larger or other error, which is not on record.",
-        ),
-        one(
-            "complementary error: line at 1/6 Hz",
-            "Figure 5, specification 10 %",
-            m["complementary"]["line_deg"],
-            (0.9 * 0.47, 1.1 * 0.47),
-            "deg",
-            prototype=0.47,
-            note="It follows mag/acc's line: 1/6 Hz lies just above the corner of 0.8/(2 pi) = "
-            "0.127 Hz, so the filter takes off 40 %; the misaligned gyro adds or takes some.",
-        ),
-        ratio("slow part (below 0.02 Hz): complementary over gyro", "slow_deg", "gyro"),
-        ratio(
-            "line at 1/6 Hz: complementary over mag/acc",
-            "line_deg",
-            "mag_acc",
-            "The filter keeps 60 % of the line of the soft iron and adds one of its own: a "
-            "misaligned gyro feels 1.7 % of the heading rate as tilt, and the shipped filter "
-            "levels the field with that tilt (times 1.64, the tangent of the dip). The filter to "
-            "the letter levels with the tilt of the sample and has no such line: "
-            f"{m['letter']['line_deg']['median']:.3f} deg.",
-        ),
+        for (name, what, to), note in zip((slow, line), notes, strict=True)
     ]
 
 

@@ -120,8 +120,8 @@ def synthetic_log(
         raise InputError(f"seed must be an integer of 0 or more, not {seed!r}")
     if np.shape(field_ut) != (3,) or not np.all(np.isfinite(field_ut)) or not np.any(field_ut):
         raise InputError(f"field_ut must be three finite numbers, not all 0, not {field_ut!r}")
-    if through_vertical:
-        _require("seconds", seconds, "10 or more to pass the vertical", seconds >= 10)
+    vertical = "10 or more to pass the vertical"
+    _require("seconds", seconds, vertical, seconds >= 10 or not through_vertical)
     count = round(seconds * rate_hz)
     if not 2 <= count <= _LARGEST_LOG:
         raise InputError(f"seconds * rate_hz must be 2 to {_LARGEST_LOG} samples, not {count!r}")

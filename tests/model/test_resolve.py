@@ -130,8 +130,8 @@ def test_a_file_is_imported_once_for_each_content(write: Write) -> None:
         (ONE, ":Mine(", "'f.py:Mine(': wanted file.py:Class or file.py:Class(NAME=VALUE), found "),
         (ONE, ":os.path(1)", "'f.py:os.path(1)': wanted file.py:Class or file.py:Class(NAME=VALUE"),
         (ONE, ":Mine(k=1)", "f.py:Mine(k=1): wanted arguments that Mine takes, found TypeError: "),
-        (ONE, ":Mine(-1)", "f.py:Mine(-1), f.py, line 9: wanted a constructor that returns, found ValueError: "
-         "n is negative; correct it, or the arguments"),
+        (ONE, ":Mine(-1)", "f.py:Mine(-1), f.py, line 9: wanted a constructor that returns, found "
+         "ValueError: n is negative; correct it, or the arguments"),
         (ONE, ":Mine(name='a b')", "estimator a b: wanted estimator names of letters, digits and "),
         ("x = (\n", "", "f.py, line 1: wanted a file that imports, found SyntaxError: '(' was nev"),
         ("import os\n\n1 / 0\n", "", "f.py, line 3: wanted a file that imports, found "
