@@ -4,7 +4,7 @@ import importlib
 import inspect
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -56,6 +56,7 @@ from boresight.gateware.system.attitude_system import AttitudeSystem
 from boresight.gateware.system.attitude_text import AngleDigits
 from boresight.gateware.system.bridge import Bridge
 from boresight.gateware.system.conductor import Conductor
+from boresight.gateware.system.feed_registers import FeedRegisters
 from boresight.gateware.system.programs import core_plan, system_core
 from boresight.gateware.system.system_bus import SystemBus
 from tests.support.linked import linked_core
@@ -137,6 +138,8 @@ def cases() -> dict[str, Case]:
     word, plan = machine.arithmetic.word, core_plan(core)
     system = AttitudeSystem(core=core, wishbone=True)
     events = len(system.events)
+    word_of = core.parts[0].program.values[0]
+    fed = replace(plan, feed=replace(plan.feed, registers={"target": word_of}))
     lane = {"machine": machine, "image": image}
     w = {"W": word}
     rows = (
@@ -182,12 +185,13 @@ def cases() -> dict[str, Case]:
         Case(AngleDigits()),
         Case(Bridge(clock_hz=100e6)),
         Case(BusArbiter(count=3), {"count": 3}),
-        Case(Conductor(plan=plan)),
+        Case(Conductor(plan=fed), w),
+        Case(FeedRegisters(word=30, init=(1, 2)), {"W": 30}),
         Case(EventCounters(count=5, bits=20), {"count": 5, "bits": 20}),
         Case(Csr(system.registers)),
         Case(ResultPort(word=30), {"W": 30}),
         Case(Results(word=30), {"W": 30}),
-        Case(SystemBus(registers=system.registers, events=events), {"events": events}),
+        Case(SystemBus(registers=system.registers, events=events, feed=3), {"events": events}),
         Case(WishboneSignature(address=9), {"A": 9}),
         Case(WishboneSlave()),
     )

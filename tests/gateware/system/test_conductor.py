@@ -15,14 +15,16 @@ from boresight.gateware.system.conductor import (
     Conductor,
     header_layout,
 )
-from boresight.gateware.system.feed import PLACES, ZERO, Fed, Feed
+from boresight.gateware.system.feed import HELD, PLACES, REGISTERS, ZERO, Fed, Feed
 from boresight.gateware.system.plan import FRONT_NAMES, RAW, Plan
 from boresight.model.estimators.nine_axis import INPUTS
+from boresight.model.words.program import Kind, Value
 
 RECORD = tuple(i.name for i in INPUTS)
 NINE_AXIS = tuple(
     Fed(PLACES[n], ZERO, field=True) if n[0] == "m" else Fed(PLACES[n]) for n in RECORD
 )
+VALUE = Value("a", Kind.INPUT, 30, -1.0, 1.0, "declared")
 PLAN = Plan(
     word=32,
     names=("one", "two", "three", *FRONT_NAMES),
@@ -52,7 +54,17 @@ def field_of(header: int, name: str) -> int:
 class Bench:
     """A conductor, a core that answers word k of program p with ``answer``, and readers."""
 
-    def __init__(self, plan: Plan = PLAN, seed: int = 0) -> None:
+    def __init__(
+        self,
+        plan: Plan = PLAN,
+        seed: int = 0,
+        *,
+        records_in: tuple[int, ...] = RECORDS_IN,
+        records_out: tuple[int, ...] = RECORDS_OUT,
+    ) -> None:
+        self.records_in, self.records_out = records_in, records_out
+        self.clamps: tuple[int, ...] = ()  # programs whose updates saturate
+        self.early = False  # programs 0 to 2 give their words before the last of the record
         self.dut = Conductor(plan=plan)
         self.plan = plan
         self.rng = random.Random(seed)
@@ -65,10 +77,10 @@ class Bench:
         self.framing = 0
         self.running = 0
 
-    def answer(self, program: int, k: int) -> int:
+    def answer(self, program: int, k: int, at: int) -> int:
         if program == self.plan.inertial and k == 6:
             return 1 << 31 if self.restarting else 839
-        return 1000 * (program + 1) + 10 * len(self.records) + k
+        return 1000 * (program + 1) + 10 * at + k
 
     async def pause(self, ctx, cycles: int) -> None:
         for _ in range(cycles):
@@ -88,6 +100,10 @@ class Bench:
             record: list[int] = []
             while True:
                 ctx.set(dut.i.ready, int(not self.broken and (self.rng.random() < 0.8)))
+                if self.early and running < 3 and len(record) == self.records_in[running] - 1:
+                    ctx.set(dut.i.ready, 0)
+                    await self.give(ctx, running, len(self.records) + 1)
+                    ctx.set(dut.i.ready, 1)
                 _, _, valid, ready, data, last = await ctx.tick().sample(
                     dut.i.valid, dut.i.ready, dut.i.payload.data, dut.i.payload.last
                 )
@@ -100,24 +116,31 @@ class Bench:
             ctx.set(dut.i.ready, 0)
             if not record:
                 continue
-            if len(record) != RECORDS_IN[running]:
+            if len(record) != self.records_in[running]:
                 ctx.set(dut.framing, 1)
                 self.framing += 1
                 await ctx.tick()
                 ctx.set(dut.framing, 0)
                 continue
             self.records.append((running, record))
-            for k in range(RECORDS_OUT[running]):
-                ctx.set(dut.o.valid, 0)
-                await self.pause(ctx, self.rng.randrange(1, 4))
-                while self.broken:
-                    await ctx.tick()
-                ctx.set(dut.o.valid, 1)
-                ctx.set(dut.o.payload.data, self.answer(running, k))
-                ctx.set(dut.o.payload.last, k == RECORDS_OUT[running] - 1)
-                await ctx.tick()
-            ctx.set(dut.o.valid, 0)
+            if not self.early or running >= 3:
+                await self.give(ctx, running, len(self.records))
+            ctx.set(dut.saturated, running in self.clamps)
             await self.pause(ctx, 2)
+
+    async def give(self, ctx, running: int, at: int) -> None:
+        """The words of an update, the ``at``-th record."""
+        dut = self.dut
+        for k in range(self.records_out[running]):
+            ctx.set(dut.o.valid, 0)
+            await self.pause(ctx, self.rng.randrange(1, 4))
+            while self.broken:
+                await ctx.tick()
+            ctx.set(dut.o.valid, 1)
+            ctx.set(dut.o.payload.data, self.answer(running, k, at))
+            ctx.set(dut.o.payload.last, k == self.records_out[running] - 1)
+            await ctx.tick()
+        ctx.set(dut.o.valid, 0)
 
     async def clock(self, ctx):
         now, offered = self.rng.getrandbits(20), False
@@ -138,7 +161,7 @@ class Bench:
             self.events += [n for k, n in enumerate(Conductor.EVENTS) if events >> k & 1]
             self.updates += updated
 
-    def run(self, test) -> None:
+    def run(self, test, *others) -> None:
         sim = Simulator(self.dut)
         sim.add_clock(1e-8)
         sim.add_testbench(self.core, background=True)
@@ -151,6 +174,8 @@ class Bench:
             await ctx.tick().repeat(3)
             await test(ctx)
 
+        for other in others:
+            sim.add_testbench(other, background=True)
         sim.add_testbench(whole)
         sim.run()
 
@@ -502,3 +527,151 @@ def test_latency_and_patience_are_of_the_plan() -> None:
 def test_plan_is_checked(change, message: str) -> None:
     with pytest.raises(ValueError, match=f"^{message}"):
         replace(PLAN, **change)
+
+
+#: Three estimators: one for itself; one that reads the first; one that reads both, of registers,
+#: a held field and flags.
+CHAINS = replace(
+    PLAN,
+    outputs=(8, 3, 2),
+    chains=((0,), (0, 1), (0, 1, 2)),
+    feed=Feed(
+        (
+            NINE_AXIS,
+            (Fed(REGISTERS + 1), Fed(PLACES["dt"])),
+            (
+                Fed(REGISTERS),
+                Fed(PLACES["mx"]),
+                Fed(HELD, ZERO, field=True),
+                Fed(HELD, ZERO, registers=True),
+                Fed(HELD),
+            ),
+        ),
+        constants=(77,),
+        registers={"a": VALUE, "b": VALUE},
+        holds=True,
+    ),
+)
+
+
+def chain_bench(plan: Plan = CHAINS) -> Bench:
+    return Bench(plan, records_in=(10, 2, 5, 8, 3, 3), records_out=(8, 3, 2, 7, 3, 3))
+
+
+async def write_set(ctx, dut, words) -> None:
+    for k, word in enumerate(words):
+        ctx.set(dut.feed_index, k)
+        ctx.set(dut.feed_data, word)
+        ctx.set(dut.feed_en, 1)
+        busy = 1
+        while busy:
+            _, _, busy = await ctx.tick().sample(dut.feed_busy)
+        ctx.set(dut.feed_en, 0)
+    ctx.set(dut.feed_take, 1)
+    await ctx.tick()
+    ctx.set(dut.feed_take, 0)
+
+
+def test_a_chain_runs_what_it_reads() -> None:
+    bench = chain_bench()
+
+    async def test(ctx):
+        for filter, programs in ((0, [3, 0]), (2, [3, 0, 1, 2]), (1, [3, 0, 1])):
+            ctx.set(bench.dut.filter, filter)
+            before = len(bench.records)
+            await bench.sample(ctx)
+            assert [p for p, _ in bench.records[before:]] == programs
+            words = await bench.results(ctx)
+            number, record = bench.records[-1]
+            assert words[RECORDS : RECORDS + len(record)] == record
+            at = len(bench.records)
+            out = [1000 * (number + 1) + 10 * at + k for k in range(CHAINS.outputs[filter])]
+            assert words[OUTPUTS : OUTPUTS + len(out)] == out
+            assert ctx.get(bench.dut.last_output) == len(out) - 1
+            assert field_of(words[HEADER], "filter") == filter
+        assert bench.events.count("update") == 3
+
+    bench.run(test)
+
+
+def test_a_chain_tells_every_saturation() -> None:
+    bench = chain_bench()
+
+    async def test(ctx):
+        ctx.set(bench.dut.filter, 1)
+        for clamps in ((), (0,), (1,), ()):
+            bench.clamps = clamps
+            await bench.sample(ctx)
+            words = await bench.results(ctx)
+            assert field_of(words[HEADER], "saturated") == bool(clamps), clamps
+
+    bench.run(test)
+
+
+def test_registers_are_taken_as_a_set() -> None:
+    """A record has words of one set, wherever the host is with the next one."""
+    bench = chain_bench()
+    sets = [(0, 0)]
+
+    async def host(ctx):
+        for k in range(1, 60):
+            await write_set(ctx, bench.dut, (2 * k, 2 * k + 1))
+            sets.append((2 * k, 2 * k + 1))
+            await bench.pause(ctx, bench.rng.randrange(40))
+
+    async def test(ctx):
+        ctx.set(bench.dut.filter, 2)
+        flags = []
+        for _ in range(25):
+            await bench.sample(ctx)
+            (_, of_one), (_, of_two) = bench.records[-2:]
+            assert (of_two[0], of_one[0]) in sets, "half of one set, half of another"
+            flags.append(of_two[3])
+            seen.append((of_two[0], of_one[0]))
+            assert of_two[4] == 77
+        assert all(flag in (0, 77) for flag in flags)
+        # The flag says whether the set is another one than that of the update before.
+        for k in range(1, 25):
+            assert (flags[k] == 77) == (seen[k] != seen[k - 1]), k
+        assert len(set(seen)) > 5
+
+    seen: list[tuple[int, int]] = []
+    bench.run(test, host)
+
+
+def test_a_field_is_held_until_the_next_whole_one() -> None:
+    bench = chain_bench()
+
+    async def test(ctx):
+        ctx.set(bench.dut.filter, 2)
+        found = []
+        for k in range(10):
+            await bench.sample(ctx)
+            found.append(bench.records[-1][1][1:3])
+            if k in (2, 5):
+                await bench.line(ctx, (k, k, k), 1)
+        assert found[:4] == [[0, 0]] * 4, "before the first line"
+        # The line after update 2 is worked at behind update 3, and makes that of update 4 fresh.
+        first, second = found[4][0], found[7][0]
+        assert first and second and first != second
+        assert [f[0] for f in found[4:7]] == [first] * 3
+        assert [f[0] for f in found[7:]] == [second] * 3
+        assert [k for k, f in enumerate(found) if f[1] == 77] == [4, 7]
+
+    bench.run(test)
+
+
+def test_words_that_come_before_the_record_ends() -> None:
+    bench = chain_bench(replace(CHAINS, early=True))
+    bench.early = True
+
+    async def test(ctx):
+        ctx.set(bench.dut.filter, 2)
+        for _ in range(4):
+            await bench.sample(ctx)
+            words = await bench.results(ctx)
+            at = len(bench.records)
+            assert words[OUTPUTS : OUTPUTS + 2] == [3000 + 10 * at, 3000 + 10 * at + 1]
+            assert words[RECORDS : RECORDS + 5] == bench.records[-1][1]
+
+    bench.run(test)
