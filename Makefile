@@ -18,12 +18,16 @@ main: setup            ## Set up, then Verilog, proof on recorded data, area, cl
 	$(BIN)/boresight doctor --quiet
 	$(BIN)/boresight demo -o $(OUT)
 
+# Tests start Python hundreds of times: compiled modules are kept, whatever the environment says.
+test soak: export PYTHONDONTWRITEBYTECODE :=
+
 test: setup            ## Set up, then lint, types and all tests
 	$(BIN)/boresight doctor --quiet
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check --quiet .
-	$(BIN)/mypy
-	$(BIN)/pytest -n 2 --dist worksteal
+	@# Types are checked beside the tests: both cores are busy from the start.
+	@$(BIN)/mypy & types=$$!; $(BIN)/pytest -n 2 --dist worksteal; tests=$$?; \
+	  wait $$types && exit $$tests
 
 soak: setup            ## Long campaigns, of which `make test` runs a short form (README: cost)
 	$(BIN)/pytest -m soak -n 2 --dist worksteal

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from boresight.model.declarations import Input, Output, Param, State
     from boresight.model.errors import InputError, ToolMissing
     from boresight.model.estimator import Estimator
+    from boresight.sim.experiments.experiment import Experiment, Result, Target
     from boresight.sim.records.record import Record
     from boresight.sim.worlds.world import World
     from boresight.verbs.accuracy import accuracy
@@ -52,12 +53,15 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Estimator",
+    "Experiment",
     "Input",
     "InputError",
     "Output",
     "Param",
     "Record",
+    "Result",
     "State",
+    "Target",
     "ToolMissing",
     "World",
     "accuracy",
@@ -85,6 +89,7 @@ __version__ = "0.1.0"
 _ELSEWHERE = {
     **dict.fromkeys(("Input", "Output", "Param", "State"), "model.declarations"),
     **dict.fromkeys(("InputError", "ToolMissing"), "model.errors"),
+    **dict.fromkeys(("Experiment", "Result", "Target"), "sim.experiments.experiment"),
     "Estimator": "model.estimator",
     "Record": "sim.records.record",
     "World": "sim.worlds.world",

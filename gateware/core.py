@@ -5,10 +5,11 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 
 from boresight.gateware.engine.engine import Engine
+from boresight.gateware.kept_schedules import kept_schedule
 from boresight.gateware.machine import CONFIGS, Machine
 from boresight.gateware.microcode.assemble import assemble
 from boresight.gateware.microcode.image import Image
@@ -77,6 +78,8 @@ class Core:
     machine: Machine
     image: Image
     number: int = 0
+    #: Verilog that was asked for, by ``instances``: every program at hand has the same.
+    _texts: dict[bool, str] = field(default_factory=dict, init=False, compare=False, repr=False)
 
     @property
     def program(self) -> Program:
@@ -112,7 +115,9 @@ class Core:
         """The same core with another program at hand."""
         if not 0 <= number < len(self.parts):
             raise ValueError(f"number must be 0 to {len(self.parts) - 1}, not {number!r}")
-        return dataclasses.replace(self, number=number)
+        at_hand = dataclasses.replace(self, number=number)
+        object.__setattr__(at_hand, "_texts", self._texts)
+        return at_hand
 
     def verilog(self, *, instances: bool) -> str:
         """Verilog of module ``core``: with DSP48A1 primitives, or with their behaviour.
@@ -120,8 +125,11 @@ class Core:
         The latter, for simulation, has build identifier 0, so that all programs of a machine
         differ in nothing but memory contents.
         """
-        image = self.image if instances else dataclasses.replace(self.image, digest=0)
-        return to_verilog(Engine(machine=self.machine, image=image), "core", instances=instances)
+        if instances not in self._texts:
+            image = self.image if instances else dataclasses.replace(self.image, digest=0)
+            engine = Engine(machine=self.machine, image=image)
+            self._texts[instances] = to_verilog(engine, "core", instances=instances)
+        return self._texts[instances]
 
     @cached_property
     def listing(self) -> str:
@@ -212,6 +220,8 @@ def _schedule(
     digest: str,
 ) -> Schedule:
     """The schedule, kept: it takes seconds. ``digest`` tells programs with 0.0 and -0.0 apart."""
+    if restarts is None:
+        return kept_schedule(program, machine, urgent=urgent, state_room=room)
     return schedule(program, machine, urgent=urgent, restarts=restarts, state_room=room)
 
 

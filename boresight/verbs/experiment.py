@@ -1,4 +1,4 @@
-"""`boresight experiment`: a published experiment in simulation, as a page and as JSON."""
+"""`boresight experiment`: a system run in simulation, its figures beside what they are to be."""
 
 from __future__ import annotations
 
@@ -8,87 +8,102 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from boresight.arguments import check_choice, check_number
+from boresight.arguments import check_number
 from boresight.disk.output import output_folder
 from boresight.options import Outcome, progress_of
-from boresight.sim.experiments import ma2014
-from boresight.sim.experiments.ma2014_html import render
+from boresight.sim.experiments.experiment import Experiment, Result, Target, grouped
+from boresight.sim.experiments.registry import EXPERIMENTS, experiment_of
 
-__all__ = ["EXPERIMENTS", "add_arguments", "call", "experiment", "target_lines"]
-
-#: Name: what runs it, what renders its page.
-EXPERIMENTS = {"ma2014": (ma2014.run, render)}
+__all__ = ["add_arguments", "call", "experiment"]
 
 
 def experiment(
-    name: str,
+    what: str | type[Experiment] | Experiment,
     *,
     output: str | Path = "build",
     seed: int = 1,
-    runs: int = ma2014.RUNS,
+    runs: int | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> dict[str, Any]:
-    """Run an experiment and write ``<name>.html`` and ``<name>.json``.
+    """Run an experiment and write ``NAME.json``, and the pages that it makes.
 
     Parameters
     ----------
-    name : str
-        One of `EXPERIMENTS`.
+    what : str, class or Experiment
+        A name, ``file.py:Class``, a class or an object.
     output : path
-        Folder for the two files.
+        Folder for the files.
     seed : int
         Of the first run.
-    runs : int
-        How many runs the spread comes from.
+    runs : int, optional
+        How many runs the spread comes from; by default the experiment's own number.
 
     Returns
     -------
     dict
-        The contents of the JSON file; ``good`` tells whether every internal claim held. Targets
-        are reported in ``targets`` and do not count there.
+        ``experiment``, its name; ``figures`` by name; ``targets``, each with ``name``, ``source``,
+        ``value``, ``limit`` (least and greatest good value) and ``pass``; ``files``. The JSON file
+        has ``details`` besides.
 
     Raises
     ------
     InputError
         Unknown name, seed out of range, folder that cannot be written.
     """
-    check_choice("experiment", name, EXPERIMENTS)
+    return _experiment(what, output, seed, runs, progress)[0]
+
+
+def _experiment(
+    what: str | type[Experiment] | Experiment,
+    output: str | Path,
+    seed: int,
+    runs: int | None,
+    progress: Callable[[str], None] | None,
+) -> tuple[dict[str, Any], Result]:
+    """What `experiment` returns, and what it comes from."""
+    found = experiment_of(what)
     check_number("seed", seed, 0, 2**31)
+    runs = found.runs if runs is None else runs
     check_number("runs", runs, 2, 1000)
-    run, page = EXPERIMENTS[name]
-    files = (f"{name}.html", f"{name}.json")
-    with output_folder(output, f"experiment {name}", files=files) as folder:
-        data = run(seed=seed, runs=runs, progress=progress)
-        (folder / f"{name}.json").write_text(json.dumps(data, allow_nan=False) + "\n")
-        (folder / f"{name}.html").write_text(page(data), encoding="utf-8")
-    return data
+    files = (f"{found.name}.json", *found.pages)
+    with output_folder(output, f"experiment {found.name}", files=files) as folder:
+        result = found.run(seed=seed, runs=runs, say=progress or (lambda text: None))
+        data = {
+            "experiment": found.name,
+            "figures": dict(result.figures),
+            "targets": [target.to_json() for target in result.targets],
+            "files": [str(Path(output) / name) for name in files],
+        }
+        text = json.dumps(data | {"details": result.details}, allow_nan=False)
+        (folder / files[0]).write_text(text + "\n")
+        for name in found.pages:
+            (folder / name).write_text(result.pages[name], encoding="utf-8")
+    return data, result
 
 
-def target_lines(data: dict[str, Any]) -> list[str]:
-    """The targets for people, one line each."""
-    return [
-        f"{'pass' if t['good'] else 'FAIL'}  {t['name']} ({t['source']}): "
-        + " / ".join(f"{x:.3g}" for x in t["ours"])
-        + (f" {t['unit']}" if t["unit"] else "")
-        for t in data["targets"]
-    ]
+def _line(group: tuple[Target, ...]) -> str:
+    """Targets that differ in their part alone, for people."""
+    first = group[0]
+    values = " / ".join(f"{target.value:.3g}" for target in group)
+    verdict = "pass" if all(target.good for target in group) else "FAIL"
+    return f"{verdict}  {first.name} ({first.source}): {values} {first.unit}".rstrip()
 
 
 def add_arguments(parser: ArgumentParser) -> None:
     """What the command line takes."""
-    parser.add_argument("name", help=f"one of: {', '.join(EXPERIMENTS)}")
+    parser.add_argument("name", help=f"one of: {', '.join(EXPERIMENTS)}; or FILE.py:CLASS")
     parser.add_argument("--seed", type=int, default=1, help="of the first run")
+    parser.add_argument("--runs", type=int, help="how many runs the spread comes from")
     parser.add_argument("-o", "--output", default="build", metavar="DIR")
 
 
 def call(args: Namespace) -> Outcome:
     """Do it; see `Outcome`."""
-    data = experiment(args.name, output=args.output, seed=args.seed, progress=progress_of(args))
-    met = sum(t["good"] for t in data["targets"])
+    data, result = _experiment(args.name, args.output, args.seed, args.runs, progress_of(args))
+    met = sum(target.good for target in result.targets)
     lines = [
-        *target_lines(data),
-        f"targets met: {met} of {len(data['targets'])}",
-        f"{args.output}/{args.name}.html",
+        *map(_line, grouped(result.targets)),
+        f"targets met: {met} of {len(result.targets)}",
+        *data["files"],
     ]
-    lines += [f"FAILED: {c['claim']}" for c in data["claims"] if not c["good"]]
-    return 0 if data["good"] else 1, data, "\n".join(lines)
+    return 0 if result.good else 1, data, "\n".join(lines)

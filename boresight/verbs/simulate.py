@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from argparse import ArgumentParser, Namespace
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -14,9 +14,13 @@ from boresight.disk.output import output_folder
 from boresight.gateware.core import Core
 from boresight.gateware.machine import CONFIGS
 from boresight.gateware.system.programs import FILTERS, system_core
-from boresight.loop import WORLD_GROUP, loop_text, simulate_world
+from boresight.loop import WORLD_GROUP, loop_text, simulate_world, world_of
 from boresight.model.errors import InputError
-from boresight.model.resolve import names_of_entry_points
+from boresight.model.estimator import Estimator
+from boresight.model.estimators import ESTIMATORS
+from boresight.model.resolve import Named, estimator_of, names_of_entry_points
+from boresight.model.words.fixed import Format
+from boresight.model.words.program import Value
 from boresight.options import Outcome, model_options, params_of, progress_of
 from boresight.sim.board.build import Board, make_board
 from boresight.sim.board.faults import (
@@ -57,12 +61,13 @@ _LONGEST_S = 20.0
 
 
 def simulate(
-    name: str | None = None,
+    name: Named | None = None,
     log: str | Path | None = None,
     *,
     config: str = "small",
     seconds: float = 1.0,
     source: str = "heading",
+    feed: Mapping[str, float] | None = None,
     output: str | Path = "build",
     core: Core | None = None,
     progress: Callable[[str], None] | None = None,
@@ -74,8 +79,9 @@ def simulate(
 
     Parameters
     ----------
-    name : str, optional
-        Filter of the long run, mekf by default. The others run for a short time.
+    name : str, class or Estimator, optional
+        Estimator of the long run, mekf by default. Beside it stand all filters, or with one that is
+        none of them those that it reads (`Input.source`); they run for a short time.
     log : path, optional
         Log with reference attitude; its rows are the samples, at 1024 a second whatever its own
         rate. By default a synthetic motion.
@@ -85,6 +91,8 @@ def simulate(
         Length of the long run.
     source : str
         The compass sends "heading" or "counts".
+    feed : mapping, optional
+        Values of inputs that no sensor gives, for their registers.
     output : path
         Folder.
     core : Core, optional
@@ -93,10 +101,12 @@ def simulate(
     Raises
     ------
     InputError
-        Unknown filter or source, a length out of range, a log without attitude or too short.
+        Unknown filter or source, an estimator that the sensors cannot feed, a value that its
+        register cannot hold, a length out of range, a log without attitude or too short.
     """
     say = progress or (lambda text: None)
-    name = _filter(name)
+    chosen = estimator_of("mekf" if name is None else name)
+    filters = _beside(chosen)
     check_options(config=config, seconds=seconds, source=source)
     updates = round(seconds * REAL.rate_hz)
     given = default_log(updates) if log is None else read_record(log)
@@ -108,11 +118,24 @@ def simulate(
             fix="give a longer log, or fewer --seconds",
         )
     inputs = () if log is None else (log,)
-    with output_folder(output, "simulate", of=name, files=BOARD_FILES, inputs=inputs) as folder:
+    with output_folder(
+        output, "simulate", of=chosen.name, files=BOARD_FILES, inputs=inputs
+    ) as folder:
         if core is None:
-            say(f"core with {', '.join(FILTERS)} and the calibration, {config}")
-            core = system_core(config=config)
-        return write_board(folder, name, core, given, updates=updates, source=source, say=say)
+            names = ", ".join(estimator_of(f).name for f in filters)
+            say(f"core with {names} and the calibration, {config}")
+            core = system_core(filters, config=config)
+        return write_board(
+            folder, chosen.name, core, given, updates=updates, source=source, feed=feed, say=say
+        )
+
+
+def _beside(chosen: Estimator) -> Sequence[Named]:
+    """The estimators of the board: all filters, or those that ``chosen`` reads, and it."""
+    if chosen.name in FILTERS:
+        return FILTERS
+    sources = [i.source.partition(".")[0] for i in chosen.inputs if i.source]
+    return [*(name for name in dict.fromkeys(sources) if name in ESTIMATORS), chosen]
 
 
 def write_board(
@@ -123,10 +146,12 @@ def write_board(
     *,
     updates: int,
     source: str = "heading",
+    feed: Mapping[str, float] | None = None,
     say: Callable[[str], None],
 ) -> dict[str, Any]:
     """Run the board with every filter, ``name`` for long; write `BOARD_FILES` into a folder."""
     board = make_board(REAL, core=core)
+    words = feed_words(board.system.plan.feed.registers, feed or {})
     filters = board.system.plan.names[: board.system.plan.filters]
     what = stimulus(log, board)
     number, mode = _SOURCES[source]
@@ -146,9 +171,10 @@ def write_board(
                 "magnetic_source": number,
                 "compass_mode": mode,
                 "output_divider": 1,
+                **{f"feed_{k}": word & 0xFFFF_FFFF for k, word in words.items()},
             },
         )
-        verdict = judge(board, what, run, filter=filter, source=number)
+        verdict = judge(board, what, run, filter=filter, source=number, feed=words)
         runs.append(_row(board, each, filter, run, verdict))
         timelines.append(timeline_of(board, run, filter=filter, update=_SHORT // 2))
     data = {
@@ -165,6 +191,35 @@ def write_board(
     (folder / "board.json").write_text(json.dumps(data, allow_nan=False) + "\n")
     (folder / "board.html").write_text(render_page(data, timelines), encoding="utf-8")
     return data
+
+
+def feed_words(registers: Mapping[str, Value], values: Mapping[str, float]) -> dict[str, int]:
+    """Words of the input registers that are given values.
+
+    Raises
+    ------
+    InputError
+        There is no such register, or it cannot hold the value.
+    """
+    words = {}
+    for name, number in values.items():
+        value = registers.get(name)
+        if value is None:
+            raise InputError.at(
+                f"feed {name}",
+                wanted=f"an input that no sensor gives: {', '.join(registers) or 'there is none'}",
+                found=repr(name),
+                fix="leave it out, or correct the name",
+            )
+        if not value.low <= number <= value.high:
+            raise InputError.at(
+                f"feed {name}",
+                wanted=f"{value.low:g} to {value.high:g} {value.unit}".rstrip(),
+                found=f"{number:g}",
+                fix="choose a value inside the range",
+            )
+        words[name] = int(Format(32, value.frac).quantise(number))
+    return words
 
 
 def check_options(*, config: str, seconds: float, source: str) -> None:
@@ -205,7 +260,9 @@ def _row(board: Board, name: str, filter: int, run: BoardRun, verdict: Judgement
         and len(trace.broken) == 0
         and len(run.frames) == verdict.updates > 0
     )
-    excess = verdict.core_cycles[1] - board.system.plan.lengths[filter]
+    plan = board.system.plan
+    length = sum(plan.lengths[k] for k in plan.chains[filter])
+    excess = verdict.core_cycles[1] - length
     return {
         "filter": name,
         "updates": verdict.updates,
@@ -217,7 +274,7 @@ def _row(board: Board, name: str, filter: int, run: BoardRun, verdict: Judgement
         "compass_lines": verdict.lines,
         "transfer_cycles": list(verdict.transfer_cycles),
         "core_cycles": list(verdict.core_cycles),
-        "program_cycles": board.system.plan.lengths[filter],
+        "program_cycles": length,
         "beside_program_us": round(excess * us, 3),
         "in_registers_us": round((verdict.transfer_cycles[1] + verdict.core_cycles[1]) * us, 2),
         "predicted_us": round(board.system.latency_cycles(filter) * us, 2),
@@ -312,7 +369,8 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "filter",
         nargs="?",
-        help="of the long run, default mekf; or a world: FILE.py:Class, or that of a package",
+        help="estimator of the long run, default mekf, also FILE.py:Class; or a world, its own "
+        "or that of a package",
     )
     parser.add_argument(
         "log",
@@ -326,6 +384,13 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--seconds", type=float, default=1.0, help="of the long run")
     parser.add_argument("--source", default="heading", help="the compass sends heading or counts")
     parser.add_argument(
+        "--feed",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="value of an input that no sensor gives, repeatable",
+    )
+    parser.add_argument(
         "--faults",
         action="store_true",
         help="every fault of both sensors instead: when seen, what it does",
@@ -338,7 +403,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def call(args: Namespace) -> Outcome:
     """Do it; see `Outcome`."""
     check_options(config=args.config, seconds=args.seconds, source=args.source)
-    if args.filter is not None and _is_world(args.filter):
+    if args.filter is not None and _is_world(args.filter, args.log):
         return _call_world(args)
     _refuse_options_of_worlds(args)
     if args.faults:
@@ -358,17 +423,27 @@ def call(args: Namespace) -> Outcome:
         config=args.config,
         seconds=args.seconds,
         source=args.source,
+        feed=numbers_of(args.feed),
         output=output,
         progress=progress_of(args),
     )
     return 0 if data["good"] else 1, data, f"{simulate_text(data)}\n{output}/board.html"
 
 
-def _is_world(text: str) -> bool:
-    """Whether a text names a world: a file, or an entry point of an installed package."""
-    if text in FILTERS:
+def _is_world(text: str, other: str | None) -> bool:
+    """Whether a text names a world: in a file, or an entry point of an installed package.
+
+    An estimator stands alone or before a log, and runs on the board.
+    """
+    if ".py" not in text:
+        return text not in FILTERS and text in names_of_entry_points(WORLD_GROUP)
+    if other is not None and not other.endswith((".csv", ".npz")):
+        return True
+    try:
+        world_of(text)
+    except InputError:
         return False
-    return ".py" in text or text in names_of_entry_points(WORLD_GROUP)
+    return True
 
 
 def _refuse_options_of_worlds(args: Namespace) -> None:
@@ -389,6 +464,26 @@ def _refuse_options_of_worlds(args: Namespace) -> None:
                 found="the simulation of the board",
                 fix=f"name a world, FILE.py:Class, or leave {option} out",
             )
+
+
+def numbers_of(given: Sequence[str]) -> dict[str, float]:
+    """Values by name, of texts NAME=VALUE.
+
+    Raises
+    ------
+    InputError
+        One is of another form.
+    """
+    numbers = {}
+    for text in given:
+        name, _, value = text.partition("=")
+        try:
+            numbers[name] = float(value)
+        except ValueError:
+            raise InputError.at(
+                "--feed", wanted="NAME=VALUE", found=repr(text), fix="as in --feed target=0.5"
+            ) from None
+    return numbers
 
 
 def _call_world(args: Namespace) -> Outcome:

@@ -14,8 +14,6 @@
 //------------------------------------------------------------------------------
 // Definitions
 
-#define FIRST_FIELD 4u // mx my mz in the record
-#define FIELDS 3u
 #define ATTEMPTS 3u
 
 //------------------------------------------------------------------------------
@@ -36,13 +34,13 @@ static uint32_t missed;
 static bool read_update(attitude_t *const to) {
     for (uint32_t attempt = 0u; attempt < ATTEMPTS; attempt++) {
         to->header = SOC_SLOT[CORE_RESULT_HEADER_ADDR];
-        for (uint32_t k = 0u; k < ATTITUDE_OUTPUTS; k++) {
-            to->outputs[k] = core_reg_signed(SOC_SLOT[CORE_RESULT_PITCH_ADDR + k]);
+        for (uint32_t k = 0u; k < RECORD_OUTPUTS; k++) {
+            to->outputs[k] = core_reg_signed(SOC_SLOT[RECORD_OUTPUT_ADDR + k]);
         }
         to->stamp = SOC_SLOT[CORE_RESULT_STAMP_ADDR];
         to->age = SOC_SLOT[CORE_TIME_ADDR] - to->stamp;
-        for (uint32_t k = 0u; k < ATTITUDE_INPUTS; k++) {
-            to->inputs[k] = core_reg_signed(SOC_SLOT[CORE_INPUT_DT_ADDR + k]);
+        for (uint32_t k = 0u; k < RECORD_INPUTS; k++) {
+            to->inputs[k] = core_reg_signed(SOC_SLOT[RECORD_INPUT_ADDR + k]);
         }
         if (SOC_SLOT[CORE_RESULT_HEADER_ADDR] == to->header) {
             return true;
@@ -56,24 +54,33 @@ static void choose_spare(void) {
     spare = newest == taken ? (newest + 1u) % 3u : 3u - newest - taken;
 }
 
-// Time and field of an update that nobody took go to the next one; a restart starts afresh.
+uint32_t attitude_filter(const attitude_t *const attitude) {
+    return core_reg_field(attitude->header, CORE_RESULT_HEADER_FILTER_LSB,
+                          CORE_RESULT_HEADER_FILTER_WIDTH);
+}
+
+// The time step of two updates together; a restart of the first one stays one.
+static int32_t both(const int32_t step, const int32_t before) {
+    const int64_t sum = (int64_t) step + before;
+    return before < 0 ? before : sum > INT32_MAX ? INT32_MAX : (int32_t) sum;
+}
+
+// Time and field of an update that nobody took go to the next one; a restart starts afresh, and so
+// does another estimator.
 static void merge(attitude_t *const to, const attitude_t *const before) {
-    if (to->inputs[0] < 0) {
+    const uint32_t filter = attitude_filter(to);
+    const int32_t step = record_step[filter];
+    if (filter != attitude_filter(before) || (step >= 0 && to->inputs[step] < 0)) {
         return;
     }
-    if (before->inputs[0] < 0) {
-        to->inputs[0] = before->inputs[0];
-    } else {
-        const int64_t sum = (int64_t) to->inputs[0] + before->inputs[0];
-        to->inputs[0] = sum > INT32_MAX ? INT32_MAX : (int32_t) sum;
+    if (step >= 0) {
+        to->inputs[step] = both(to->inputs[step], before->inputs[step]);
     }
-    bool has_field = false;
-    for (uint32_t k = FIRST_FIELD; k < FIRST_FIELD + FIELDS; k++) {
-        has_field = has_field || to->inputs[k] != 0;
-    }
-    if (!has_field) {
-        for (uint32_t k = FIRST_FIELD; k < FIRST_FIELD + FIELDS; k++) {
-            to->inputs[k] = before->inputs[k];
+    if ((to->header & CORE_RESULT_HEADER_FIELD_USED) == 0u) {
+        for (uint32_t k = 0u; k < RECORD_INPUTS; k++) {
+            if ((record_field[filter] >> k & 1u) != 0u) {
+                to->inputs[k] = before->inputs[k];
+            }
         }
     }
 }

@@ -9,27 +9,28 @@
 //------------------------------------------------------------------------------
 // Includes
 
+#include "records.h"
+
 #include <stdbool.h>
 #include <stdint.h>
 
 //------------------------------------------------------------------------------
 // Definitions
 
-#define ATTITUDE_INPUTS 10u
-#define ATTITUDE_OUTPUTS 8u
-
-// One update. The words are those of the register map: outputs from RESULT_PITCH on, inputs from
-// INPUT_DT on.
+// One update. The words are those of the register map; records.h says which they are.
 typedef struct {
-    uint32_t header;                   // RESULT_HEADER
-    uint32_t stamp;                    // RESULT_STAMP: time of the sample's data-ready edge
-    uint32_t age;                      // cycles from the sample's data-ready edge until now
-    int32_t outputs[ATTITUDE_OUTPUTS]; // what the hardware core has computed
-    int32_t inputs[ATTITUDE_INPUTS];   // what it has computed it from
+    uint32_t header;                 // RESULT_HEADER
+    uint32_t stamp;                  // RESULT_STAMP: time of the sample's data-ready edge
+    uint32_t age;                    // cycles from the sample's data-ready edge until now
+    int32_t outputs[RECORD_OUTPUTS]; // what the hardware core has computed
+    int32_t inputs[RECORD_INPUTS];   // what it has computed it from
 } attitude_t;
 
 //------------------------------------------------------------------------------
 // Function declarations
+
+// Number of the estimator that made the update.
+uint32_t attitude_filter(const attitude_t *attitude);
 
 // To be called from soc_interrupt when SOC_INTERRUPT_DEVICE is pending: reads the update.
 void attitude_interrupt(void);

@@ -18,7 +18,7 @@ _HEAD = """\
 """
 
 
-def filter_header(name: str | None, *, single: bool = False) -> str:
+def filter_header(name: str | None, *, single: bool = False, number: int = 0) -> str:
     """Text of ``filter.h``.
 
     Parameters
@@ -27,6 +27,8 @@ def filter_header(name: str | None, *, single: bool = False) -> str:
         Prefix of the estimator's C; None for an image without estimator.
     single : bool
         It is the float C.
+    number : int
+        Its number in the system.
     """
     if name is None:
         return _HEAD.format(what="none") + "#define FILTER_KIND 0\n\n#endif\n"
@@ -35,6 +37,7 @@ def filter_header(name: str | None, *, single: bool = False) -> str:
     return _HEAD.format(what=name) + (
         f'#include "{name}.h"\n\n'
         f"#define FILTER_KIND {2 if single else 1} // 1: integer words, 2: float\n"
+        f"#define FILTER_NUMBER {number}u // in the system\n"
         f"#define FILTER_INPUTS {macro}_INPUTS\n#define FILTER_OUTPUTS {macro}_OUTPUTS\n"
         f"#define filter_init {name}_init\n#define filter_reset {name}_reset\n"
         f"#define filter_update {name}_update\n\n{kinds}\n\n#endif\n"

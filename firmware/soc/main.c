@@ -3,8 +3,9 @@
  * @brief Attitude as text: computed by the hardware core, or by software from the same samples.
  *
  * Keys of the console: h hardware, s software (if the image has an estimator), 1 to 9 lines for
- * every 2nd to 512th update, ? what has gone wrong so far. A line says way, update, heading, pitch,
- * roll [deg], status, cycles from the sample's data-ready edge to the attitude in memory.
+ * every 2nd to 512th update, ? what has gone wrong so far. A line says way, update, the estimator's
+ * words (of an attitude heading, pitch, roll [deg] and status), cycles from the sample's data-ready
+ * edge to the attitude in memory.
  */
 
 //------------------------------------------------------------------------------
@@ -17,11 +18,6 @@
 
 //------------------------------------------------------------------------------
 // Definitions
-
-#define PITCH 0
-#define ROLL 1
-#define HEADING 2
-#define STATUS 7
 
 //------------------------------------------------------------------------------
 // Variables
@@ -39,19 +35,25 @@ void soc_interrupt(const uint32_t pending) {
     }
 }
 
-static void put_angle(const int32_t word, const uint32_t frac) {
+static void put_word(const int32_t word, const int32_t frac, const uint32_t kind) {
     text_put(" ");
-    text_hundredths(text_hundredths_of_half_turns(word, frac));
+    if (kind == RECORD_ANGLE) {
+        text_hundredths(text_hundredths_of_half_turns(word, (uint32_t) frac));
+    } else if (kind == RECORD_BITS) {
+        text_unsigned((uint32_t) word >> (uint32_t) frac);
+    } else {
+        text_hundredths(text_hundredths_of(word, frac));
+    }
 }
 
 static void put_line(const attitude_t *const attitude) {
     text_put(by_software ? "s " : "h ");
     text_unsigned(attitude->header & CORE_RESULT_HEADER_NUMBER);
-    put_angle(attitude->outputs[HEADING], CORE_RESULT_HEADING_FRAC);
-    put_angle(attitude->outputs[PITCH], CORE_RESULT_PITCH_FRAC);
-    put_angle(attitude->outputs[ROLL], CORE_RESULT_ROLL_FRAC);
-    text_put(" ");
-    text_unsigned((uint32_t) attitude->outputs[STATUS] >> CORE_RESULT_STATUS_FRAC);
+    const uint32_t filter = attitude_filter(attitude);
+    for (uint32_t k = 0u; k < record_said[filter]; k++) {
+        const uint32_t place = record_place[filter][k];
+        put_word(attitude->outputs[place], record_out_frac[filter][place], record_kind[filter][k]);
+    }
     text_put(" ");
     text_unsigned(attitude->age);
     text_end();

@@ -8,8 +8,6 @@
 
 #include "software.h"
 
-#include "registers.h"
-
 #include <string.h>
 
 //------------------------------------------------------------------------------
@@ -37,25 +35,14 @@ void software_begin(void) {
 void software_update(attitude_t *const attitude) {
     filter_in_t in;
     filter_out_t out;
-    memcpy(&in, attitude->inputs, sizeof attitude->inputs);
+    memcpy(&in, attitude->inputs, FILTER_INPUTS * sizeof attitude->inputs[0]);
     filter_update(&filter, &in, &out);
-    memcpy(attitude->outputs, &out, sizeof attitude->outputs);
+    memcpy(attitude->outputs, &out, FILTER_OUTPUTS * sizeof attitude->outputs[0]);
 }
 
 #else
 
 #include <math.h>
-
-// Fraction bits of the words of the register map.
-static const int8_t in_frac[ATTITUDE_INPUTS] = {
-    CORE_INPUT_DT_FRAC, CORE_INPUT_GX_FRAC, CORE_INPUT_GY_FRAC, CORE_INPUT_GZ_FRAC,
-    CORE_INPUT_MX_FRAC, CORE_INPUT_MY_FRAC, CORE_INPUT_MZ_FRAC, CORE_INPUT_AX_FRAC,
-    CORE_INPUT_AY_FRAC, CORE_INPUT_AZ_FRAC,
-};
-static const int8_t out_frac[ATTITUDE_OUTPUTS] = {
-    CORE_RESULT_PITCH_FRAC, CORE_RESULT_ROLL_FRAC, CORE_RESULT_HEADING_FRAC, CORE_RESULT_QW_FRAC,
-    CORE_RESULT_QX_FRAC, CORE_RESULT_QY_FRAC, CORE_RESULT_QZ_FRAC, CORE_RESULT_STATUS_FRAC,
-};
 
 // A value as a word, clamped; what is no number becomes 0.
 static int32_t to_word(const float value, const int frac) {
@@ -70,21 +57,21 @@ static int32_t to_word(const float value, const int frac) {
 }
 
 void software_update(attitude_t *const attitude) {
-    float values[ATTITUDE_INPUTS];
-    float results[ATTITUDE_OUTPUTS];
+    float values[FILTER_INPUTS];
+    float results[FILTER_OUTPUTS];
     filter_in_t in;
     filter_out_t out;
-    for (uint32_t k = 0u; k < ATTITUDE_INPUTS; k++) {
-        values[k] = ldexpf((float) attitude->inputs[k], -in_frac[k]);
+    for (uint32_t k = 0u; k < FILTER_INPUTS; k++) {
+        values[k] = ldexpf((float) attitude->inputs[k], -record_in_frac[FILTER_NUMBER][k]);
     }
     memcpy(&in, values, sizeof values);
     filter_update(&filter, &in, &out);
     memcpy(results, &out, sizeof results);
-    if (out.qw != out.qw) { // no number: it would stay so for ever
-        filter_reset(&filter);
-    }
-    for (uint32_t k = 0u; k < ATTITUDE_OUTPUTS; k++) {
-        attitude->outputs[k] = to_word(results[k], out_frac[k]);
+    for (uint32_t k = 0u; k < FILTER_OUTPUTS; k++) {
+        if (results[k] != results[k]) { // no number: it would stay so for ever
+            filter_reset(&filter);
+        }
+        attitude->outputs[k] = to_word(results[k], record_out_frac[FILTER_NUMBER][k]);
     }
 }
 

@@ -48,14 +48,25 @@ void text_end(void) {
     text_put("\r\n");
 }
 
+// scaled / 2^frac, rounded, halves away from zero.
+static int64_t rounded(const int64_t scaled, const uint32_t frac) {
+    const int64_t half = frac == 0u ? 0 : (int64_t) 1 << (frac - 1u);
+    const int64_t size = ((scaled < 0 ? -scaled : scaled) + half) >> frac;
+    return scaled < 0 ? -size : size;
+}
+
 int32_t text_hundredths_of_half_turns(const int32_t word, const uint32_t frac) {
     // |word| < 2^31, so the product stays below 2^46.
-    const int64_t scaled = (int64_t) word * 18000;
-    const int64_t half = frac == 0u ? 0 : (int64_t) 1 << (frac - 1u);
-    const int64_t unit = (int64_t) 1 << frac;
-    const int64_t size = scaled < 0 ? -scaled : scaled;
-    const int64_t rounded = (size + half) / unit;
-    return (int32_t) (scaled < 0 ? -rounded : rounded);
+    return (int32_t) rounded((int64_t) word * 18000, frac);
+}
+
+int32_t text_hundredths_of(const int32_t word, const int32_t frac) {
+    // The product stays below 2^38; beyond 24 whole bits more any word but 0 is out of range.
+    const int64_t scaled = (int64_t) word * 100;
+    const uint32_t up = frac < -24 ? 24u : frac < 0 ? (uint32_t) -frac : 0u;
+    const uint32_t down = frac > 62 ? 62u : frac > 0 ? (uint32_t) frac : 0u;
+    const int64_t value = rounded(scaled * ((int64_t) 1 << up), down);
+    return value > INT32_MAX ? INT32_MAX : value < -INT32_MAX ? -INT32_MAX : (int32_t) value;
 }
 
 //------------------------------------------------------------------------------

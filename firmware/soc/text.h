@@ -26,6 +26,9 @@ void text_hundredths(int32_t value);
 // Carriage return, line feed.
 void text_end(void);
 
+// 100 times the value, rounded, of a word with this many fraction bits; clamped.
+int32_t text_hundredths_of(int32_t word, int32_t frac);
+
 // 100 times the angle in degrees, rounded, of a word with this many bits below one half turn.
 int32_t text_hundredths_of_half_turns(int32_t word, uint32_t frac);
 

@@ -5,9 +5,12 @@ from __future__ import annotations
 import importlib.resources
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from functools import cached_property
 
 from boresight.gateware.core import Core
+from boresight.gateware.sensors.adis16385 import Adis16385
+from boresight.gateware.sensors.adis16385_setup import Timing
+from boresight.gateware.sensors.hmr3300 import Hmr3300
 from boresight.gateware.serial.uart import divisor_for
 from boresight.gateware.system.attitude_system import AttitudeSystem
 from boresight.gateware.system.programs import FILTERS, system_core
@@ -28,6 +31,11 @@ class Board:
     def core(self) -> Core:
         """Its core."""
         return self.system.core
+
+    @cached_property
+    def verilog(self) -> str:
+        """The system as Verilog, for simulation."""
+        return to_verilog(self.system, "system", instances=False)
 
 
 def make_board(
@@ -52,27 +60,28 @@ def make_board(
         With a Wishbone slave, for a processor.
     """
     core = core or system_core(filters, config=config, restarts=restarts, params=params)
-    inertial: dict[str, Any] = {
-        "sclk_hz": setup.sclk_hz,
-        "stall_s": setup.stall_s,
-        "startup_s": setup.startup_s,
-        "reset_s": setup.reset_s,
-        "period_s": 1.0 / setup.rate_hz,
-    }
+    timing = Timing(
+        sclk_hz=setup.sclk_hz,
+        stall_s=setup.stall_s,
+        startup_s=setup.startup_s,
+        reset_s=setup.reset_s,
+        period_s=1.0 / setup.rate_hz,
+    )
     # The compass's waits go with its lines.
     slower = 8.0 / setup.lines_hz
-    compass = {
-        "baud": setup.hmr_baud,
-        "stale_s": 0.5 * slower,
-        "quiet_s": 0.3 * slower,
-        "timeout_s": 1.3 * slower,
-    }
+    compass = Hmr3300(
+        clock_hz=setup.clock_hz,
+        baud=setup.hmr_baud,
+        stale_s=0.5 * slower,
+        quiet_s=0.3 * slower,
+        timeout_s=1.3 * slower,
+    )
     return Board(
         AttitudeSystem(
             core=core,
             clock_hz=setup.clock_hz,
             host_baud=setup.host_baud,
-            inertial=inertial,
+            inertial=Adis16385(clock_hz=setup.clock_hz, timing=timing),
             compass=compass,
             wishbone=wishbone,
         ),
@@ -87,7 +96,7 @@ def board_sources(board: Board) -> dict[str, str]:
         return (importlib.resources.files(package) / name).read_text()
 
     return {
-        "system.sv": to_verilog(board.system, "system", instances=False),
+        "system.sv": board.verilog,
         "adis16385.sv": own("boresight.sim.devices", "adis16385.sv"),
         "hmr3300.sv": own("boresight.sim.devices", "hmr3300.sv"),
         "bench.sv": own("boresight.sim.board", "bench.sv"),

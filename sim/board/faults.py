@@ -33,8 +33,10 @@ __all__ = [
     "trial_log",
 ]
 
-#: The fault lasts from sample to sample, and from line to line of the compass; samples of a run.
-_INERTIAL_SPAN, _COMPASS_SPAN, _UPDATES = (1200, 1400), (9, 15), 3600
+#: The fault lasts from sample to sample, and from line to line of the compass.
+_INERTIAL_SPAN, _COMPASS_SPAN = (1200, 1400), (9, 15)
+#: Updates of a run; a fault takes some of the log's samples.
+_UPDATES, _MORE = 3200, 400
 #: By how much the motion is slower than `synthetic_log` makes it.
 _SLOWER = 6.0
 #: Events that are no sign of a fault.
@@ -108,7 +110,7 @@ def trial_log() -> Record:
     # Made at a higher rate than it is played at, so that all of it is slower.
     log = NineAxis.of(
         synthetic_log(
-            seconds=(_UPDATES + 600) / 1024 / _SLOWER,
+            seconds=(_UPDATES + _MORE + 600) / 1024 / _SLOWER,
             rate_hz=1024.0 * _SLOWER,
             seed=5,
             acceleration=0.1,
@@ -137,6 +139,7 @@ def fault_trial(
     fault: str,
     *,
     log: Record | None = None,
+    updates: int = _UPDATES,
     progress: Callable[[str], None] | None = None,
 ) -> FaultTrial:
     """Run one fault.
@@ -147,6 +150,9 @@ def fault_trial(
         "adis" or "hmr".
     fault : str
         One of `INERTIAL_FAULTS`, `COMPASS_FAULTS`.
+    updates : int
+        Length of the run: an inertial fault is over after 1,400 samples, one of the compass after
+        1,900.
     """
     say = progress or (lambda text: None)
     log = log or trial_log()
@@ -156,7 +162,7 @@ def fault_trial(
     run = run_board(
         board,
         stimulus(log, board),
-        updates=_UPDATES - 400,
+        updates=updates,
         settings={"output_divider": 1},
         faults={device: f"{first} {last} {name}\n"},
         max_cycles=60_000_000,

@@ -7,10 +7,11 @@ from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from typing import Any
 
+from boresight.model.declarations import EXACT_UNITS
 from boresight.sim.report.chart import CHART_COLOURS, schedule_chart
-from boresight.sim.report.data import source_of
-from boresight.sim.report.plots import euler_plot, float_difference_plot, log_difference_plot
+from boresight.sim.report.plots import error_plot, log_difference_plot, output_plot
 from boresight.sim.report.schedule import KINDS
+from boresight.sim.report.sources import source_of
 
 __all__ = ["render_html"]
 
@@ -75,20 +76,16 @@ def _range_bar(row: Mapping[str, Any]) -> dict[str, float] | None:
     return {"left": round(min(left, 99.0), 2), "width": round(max(right - left, 1.0), 2)}
 
 
-def _plots(log: Mapping[str, Any], k: int) -> dict[str, str | None]:
-    series = log["series"]
-    t = series["t_s"]
-    other = log["reference"] or "comparison"
+def _plots(log: Mapping[str, Any]) -> dict[str, str | None]:
+    series, other = log["series"], log["reference"] or "comparison"
+    outputs, turned = series["outputs"], series["vs_log_deg"]
+    along = "sample" if log["seconds"] is None else "time from the first sample, s"
+    t = (series["t"], along)
+    inexact = any(o["unit"] not in EXACT_UNITS for o in outputs.values())
     return {
-        "euler": euler_plot(t, series["fixed_deg"], series.get("log_deg"), other, salt=f"euler{k}")
-        if "fixed_deg" in series
-        else None,
-        "vs_float": float_difference_plot(t, series["vs_float_deg"], log["word"], salt=f"float{k}")
-        if "vs_float_deg" in series
-        else None,
-        "vs_log": log_difference_plot(t, series["vs_log_deg"], other, salt=f"log{k}")
-        if "vs_log_deg" in series
-        else None,
+        "outputs": output_plot(*t, outputs, other, salt="outputs"),
+        "errors": error_plot(*t, outputs, salt="errors") if inexact else None,
+        "vs_log": log_difference_plot(*t, turned, other, salt="log") if turned else None,
     }
 
 
@@ -150,7 +147,7 @@ def render_html(data: Mapping[str, Any]) -> str:
         chart=schedule_chart(data["schedule"]),
         colours=CHART_COLOURS,
         kinds=KINDS,
-        plots=[_plots(log, k) for k, log in enumerate(data["accuracy"]["logs"])],
+        plots=[_plots(log) for log in data["accuracy"]["logs"]],
         tables=[
             (
                 "Inputs, parameters, states, outputs, and what needs attention",

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from boresight.disk.cache import Cache, Entry
-from boresight.sim.rtl.simulators import SimulationFailed, require, version
+from boresight.sim.rtl.simulators import QUICK_BUILD, SimulationFailed, require, version
 from boresight.sim.rtl.verilator import build_program
 
 __all__ = ["RESET_CYCLES", "Compiled", "CompletedRun", "build"]
@@ -31,11 +31,7 @@ _ARGS = (
     "--x-assign",
     "unique",
     "--no-timing",
-    # One unit, lightly optimised: half of the time to build, and runs within a tenth as fast.
-    "--output-split",
-    "0",
-    "-CFLAGS",
-    "-O1",
+    *QUICK_BUILD,
     "--prefix",
     "Vbench",
 )

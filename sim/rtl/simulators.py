@@ -12,6 +12,7 @@ from boresight.model.errors import ToolMissing
 
 __all__ = [
     "BUILD_ARGS",
+    "QUICK_BUILD",
     "SIMULATORS",
     "TIMESCALE",
     "SimulationFailed",
@@ -23,22 +24,26 @@ __all__ = [
 
 SIMULATORS = ("verilator", "icarus")
 
+#: How a bench that Verilator wrote is compiled: one unit, lightly optimised, and what runs once not
+#: at all (Verilator marks it cold); its library as it comes. Half of the time to build, and runs
+#: within a tenth as fast.
+QUICK_BUILD = (
+    *("--output-split", "0", "-MAKEFLAGS", "OPT_FAST=-O1"),
+    *("-CFLAGS", "'-Dcold=cold,optimize(0)'"),
+)
+
 #: What each simulator is told when it builds. Verilator is two-valued: unknown start values become
-#: random, so that a result which depends on one differs. One unit, lightly optimised, nothing
-#: public but what a bench says: a third of the time to build, and the runs are no slower.
+#: random, so that a result which depends on one differs. Nothing is public but what a bench says.
 BUILD_ARGS = {
     "verilator": [
         "-Wno-fatal",
         "-O3",
-        "--output-split",
-        "0",
+        *QUICK_BUILD,
         "--no-public-flat-rw",
         "--x-initial",
         "unique",
         "--x-assign",
         "unique",
-        "-CFLAGS",
-        "-O1",
     ],
     "icarus": ["-g2012"],
 }

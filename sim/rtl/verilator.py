@@ -19,6 +19,13 @@ from boresight.sim.rtl.simulators import SimulationFailed, require, verilator_wh
 __all__ = ["build_program", "cocotb_environment"]
 
 
+#: A bench that needs the library's parts that ours need: Verilator adds others when it sees a use.
+_EMPTY = """module empty(input wire clk, input wire rst);
+function automatic int same(input int x); return x; endfunction
+export "DPI-C" function same;
+"""
+
+
 def build_program(
     program: Path,
     sources: Mapping[str, str],
@@ -66,10 +73,12 @@ def _runtime(arguments: Sequence[str], cocotb: bool) -> Entry:
     """Objects of Verilator's own library for these arguments, made with an empty bench."""
     flags = [a for a in arguments if not a.startswith("-G")]
     compiler = subprocess.run(["g++", "--version"], capture_output=True, text=True, check=False)
-    identity = repr(("runtime", version("verilator"), compiler.stdout, flags, cocotb))
-    sources = {"empty.sv": "module empty(input wire clk, input wire rst);\nendmodule\n"}
+    waits = "initial #1;\n" if "--timing" in flags else ""
+    sources = {"empty.sv": f"{_EMPTY}{waits}endmodule\n"}
     if not cocotb and "--main" not in flags:
         sources["main.cpp"] = "int main() { return 0; }\n"
+    versions = version("verilator"), compiler.stdout
+    identity = repr(("runtime", versions, flags, cocotb, sources))
 
     def make(folder: Path) -> None:
         with tempfile.TemporaryDirectory(prefix="boresight-runtime-") as place:
@@ -153,7 +162,7 @@ def _cocotb_arguments(room: Path) -> list[str]:
 def _environment(room: Path, wheel: bool) -> dict[str, str]:
     # An outer make's flags are not for Verilator's make.
     own = {k: v for k, v in os.environ.items() if k not in ("MAKEFLAGS", "MFLAGS", "MAKELEVEL")}
-    flags = ["OPT_FAST=-O2", f"PYTHON3={room}/python"]
+    flags = [f"PYTHON3={room}/python"]
     if wheel:
         # Its launcher looks beside its real self unless told the program.
         own["VERILATOR_ROOT"] = f"{room}/verilator"

@@ -13,6 +13,7 @@ from boresight.firmware.emit import emit_c
 from boresight.firmware.floating.emit import emit_float_c, float_prefix
 from boresight.firmware.soc.filter import filter_header
 from boresight.firmware.soc.image import Image, build_image, source
+from boresight.firmware.soc.records import records_header, sizes
 from boresight.gateware.core import Core
 from boresight.gateware.registers.header import to_header
 from boresight.gateware.soc.attitude_soc import AttitudeSoc
@@ -20,6 +21,8 @@ from boresight.gateware.soc.cpu import cpu_verilog
 from boresight.gateware.soc.layout import soc_header
 from boresight.gateware.soc.memory import ram_verilog
 from boresight.gateware.system.attitude_system import AttitudeSystem
+from boresight.gateware.system.conductor_words import OUTPUTS, RECORDS
+from boresight.gateware.system.system_bus import RESULTS
 from boresight.gateware.verilog import to_verilog
 from boresight.model.estimator import Estimator
 from boresight.sim.board.build import Board, board_parameters, make_board
@@ -31,8 +34,8 @@ __all__ = ["BoardBench", "Watched", "attitude_files", "attitude_image", "soc_boa
 
 #: Files of the firmware that shows the attitude.
 _FILES = ("main.c", "attitude.h", "attitude.c", "software.h", "software.c", "text.h", "text.c")
-#: Words of ``attitude_t``: header, stamp, age, outputs, inputs.
-_WORDS, _OUTPUTS, _INPUTS = 21, 3, 11
+#: Words of ``attitude_t`` before its outputs, behind which the inputs stand: header, stamp, age.
+_OUTPUTS = 3
 #: Clock cycles per bit of the console: fast, so that text takes no long simulation.
 _CONSOLE_DIVISOR = 8
 
@@ -75,8 +78,11 @@ def attitude_files(
         prefix = float_prefix(software) if single else next(iter(made)).removesuffix(".h")
         files |= made
         sources.append(f"{prefix}.c")
+    programs = [p.program for p in system.core.parts[: system.plan.filters]]
+    number = 0 if software is None else system.plan.names.index(software.name)
     files |= {
-        "filter.h": filter_header(prefix, single=single),
+        "filter.h": filter_header(prefix, single=single, number=number),
+        "records.h": records_header(programs, outputs=RESULTS + OUTPUTS, inputs=RESULTS + RECORDS),
         "registers.h": to_header(system.map()),
         "soc_registers.h": soc_header(),
     }
@@ -145,6 +151,12 @@ class BoardBench:
     compiled: Compiled
     ram: int
 
+    @property
+    def _sizes(self) -> tuple[int, int]:
+        """Most inputs and outputs of a record."""
+        plan = self.board.system.plan
+        return sizes([p.program for p in self.board.core.parts[: plan.filters]])
+
     def run(
         self,
         image: Image,
@@ -193,8 +205,8 @@ class BoardBench:
         return BoardSocRun(
             cycles("S"),
             cycles("U"),
-            _watched(said["A"]),
-            _watched(said["B"]),
+            _watched(said["A"], *self._sizes),
+            _watched(said["B"], *self._sizes),
             console,
             len(said["W"]),
             done.cycles,
@@ -202,16 +214,18 @@ class BoardBench:
         )
 
 
-def _watched(rows: Sequence[Sequence[str]]) -> Watched:
+def _watched(rows: Sequence[Sequence[str]], inputs: int, outputs: int) -> Watched:
     """Structures from their words in the order of writing; one begins with its header.
 
     A header of 0 belongs to no update: updates count from 1 on.
     """
+    behind = _OUTPUTS + outputs
+    size = behind + inputs
     begun: list[dict[int, int]] = []  # words as they were first written
     later: list[dict[int, int]] = []  # and as they became
     at: list[int] = []
     for cycle, place, word in rows:
-        k = int(place) % _WORDS
+        k = int(place) % size
         if k == 0:
             begun.append({})
             later.append({})
@@ -219,22 +233,22 @@ def _watched(rows: Sequence[Sequence[str]]) -> Watched:
         if begun:
             begun[-1].setdefault(k, int(word, 16))
             later[-1][k] = int(word, 16)
-            if _OUTPUTS <= k < _INPUTS:
+            if _OUTPUTS <= k < behind:
                 at[-1] = int(cycle)
-    whole = [n for n, words in enumerate(begun) if len(words) == _WORDS and words[0]]
+    whole = [n for n, words in enumerate(begun) if len(words) == size and words[0]]
 
     def table(words: Sequence[dict[int, int]]) -> npt.NDArray[np.uint32]:
         return np.array(
-            [[words[n][k] for k in range(_WORDS)] for n in whole], dtype=np.uint32
-        ).reshape(-1, _WORDS)
+            [[words[n][k] for k in range(size)] for n in whole], dtype=np.uint32
+        ).reshape(-1, size)
 
     first, final = table(begun), table(later)
     return Watched(
         np.array([at[n] for n in whole], dtype=np.int64),
         first[:, 0].astype(np.int64),
-        first[:, _OUTPUTS:_INPUTS].view(np.int32),
-        first[:, _INPUTS:].view(np.int32),
-        final[:, _OUTPUTS:_INPUTS].view(np.int32),
+        first[:, _OUTPUTS:behind].view(np.int32),
+        first[:, behind:].view(np.int32),
+        final[:, _OUTPUTS:behind].view(np.int32),
         final[:, 2].astype(np.int64),
     )
 
@@ -258,6 +272,8 @@ def soc_board(
         Bytes of the soft core's memory.
     """
     board = make_board(setup, core=core, filters=filters, wishbone=True)
+    estimators = board.core.parts[: board.system.plan.filters]
+    words = _OUTPUTS + sum(sizes([p.program for p in estimators]))
     soc = AttitudeSoc(
         system=board.system,
         words=ram // 4,
@@ -281,7 +297,12 @@ def soc_board(
         build(
             "bench",
             sources,
-            parameters={**board_parameters(setup), "CONSOLE_DIVISOR": _CONSOLE_DIVISOR},
+            parameters={
+                **board_parameters(setup),
+                "CONSOLE_DIVISOR": _CONSOLE_DIVISOR,
+                "WATCH_A": 3 * words,
+                "WATCH_B": words,
+            },
         ),
         ram,
     )

@@ -18,6 +18,7 @@ from boresight.gateware.core import build_core
 from boresight.model.estimator import Estimator, input_words
 from boresight.model.estimators import estimator
 from boresight.sim.attitude.accuracy import largest_turn_deg
+from boresight.sim.attitude.ma2014 import BESIDE, CYCLES
 from boresight.sim.attitude.outputs import attitude_of
 from boresight.sim.records.feed import feed
 from boresight.sim.records.record import Record
@@ -27,8 +28,8 @@ __all__ = ["ESTIMATORS", "FLOAT_BOUND_DEG", "PAPER_CYCLES", "compare", "compare_
 
 #: Estimators that are compared.
 ESTIMATORS = ("complementary", "ekf_quaternion", "ekf_bias", "mekf")
-#: Cycles of the paper's C: 316 us and 1.14 ms at 100 MHz.
-PAPER_CYCLES = {"complementary": 31_600, "ekf_quaternion": 114_000}
+#: Cycles of the paper's C, beside the filters that are most like its own.
+PAPER_CYCLES = {name: CYCLES[BESIDE[name]] for name in ("complementary", "ekf_quaternion")}
 #: Largest difference between float C and the float reference, deg: what single precision gives
 #: over a few thousand updates (see tests/firmware/floating/test_build.py).
 FLOAT_BOUND_DEG = 0.02

@@ -7,12 +7,11 @@ from html import escape
 from importlib.resources import files
 from typing import Any
 
+from boresight.sim.attitude.ma2014 import CLOCK_MHZ
 from boresight.sim.plotting import COLOUR, INK, figure_and_axes, legend, settings, svg
 
 __all__ = ["bars", "render_page", "timeline"]
 
-#: Clock for which cycles become microseconds: the paper's.
-_CLOCK_MHZ = 100.0
 _WAYS = (
     ("float C", "float", COLOUR["pitch"]),
     ("integer C", "integer", COLOUR["amber"]),
@@ -70,29 +69,29 @@ def timeline(rows: Sequence[Row], *, salt: str = "soc-time") -> str:
             at = [y + 0.26 * (k - 1) for y in range(len(rows))]
             axes.barh(
                 at,
-                [_cycles(row, way) / _CLOCK_MHZ for row in rows],
+                [_cycles(row, way) / CLOCK_MHZ for row in rows],
                 height=0.23,
                 color=colour,
                 label=label,
             )
-        most = max(_cycles(row, "float") for row in rows) / _CLOCK_MHZ
+        most = max(_cycles(row, "float") for row in rows) / CLOCK_MHZ
         for row_at, row in enumerate(rows):
-            ours = _cycles(row, "hardware") / _CLOCK_MHZ
+            ours = _cycles(row, "hardware") / CLOCK_MHZ
             axes.text(ours + 0.006 * most, row_at + 0.26, f"{ours:.2f} µs", va="center", fontsize=8)
         for name, cycles in {
-            (f"{row['paper_cycles'] / _CLOCK_MHZ:,.0f} µs in the paper", row["paper_cycles"])
+            (f"{row['paper_cycles'] / CLOCK_MHZ:,.0f} µs in the paper", row["paper_cycles"])
             for row in rows
             if row["paper_cycles"]
         }:
-            axes.axvline(cycles / _CLOCK_MHZ, color=INK, linewidth=0.9, linestyle=(0, (4, 3)))
-            axes.text(cycles / _CLOCK_MHZ, len(rows) - 0.52, f" {name}", fontsize=8, va="bottom")
+            axes.axvline(cycles / CLOCK_MHZ, color=INK, linewidth=0.9, linestyle=(0, (4, 3)))
+            axes.text(cycles / CLOCK_MHZ, len(rows) - 0.52, f" {name}", fontsize=8, va="bottom")
         axes.set_yticks(range(len(rows)), [row["estimator"] for row in rows])
         axes.set_ylim(len(rows) - 0.5, -0.5)
         axes.set_xlim(0.0, 1.06 * most)
         axes.grid(False, axis="y")
         axes.tick_params(axis="y", length=0)
         axes.set_axisbelow(True)
-        axes.set_xlabel(f"µs for one update at {_CLOCK_MHZ:g} MHz")
+        axes.set_xlabel(f"µs for one update at {CLOCK_MHZ:g} MHz")
         legend(axes, 3)
         return svg(figure, salt)
 
@@ -139,5 +138,5 @@ def render_page(report: Mapping[str, Any]) -> str:
         timeline=timeline(rows),
         rows="\n".join(map(_table_row, rows)),
         offload=_offload(report),
-        clock=_CLOCK_MHZ,
+        clock=CLOCK_MHZ,
     )

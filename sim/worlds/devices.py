@@ -9,21 +9,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 from boresight.sim.worlds.triad import Triad, Vector
 
-__all__ = [
-    "FACTS",
-    "GRAVITY",
-    "TABLE_2",
-    "Fact",
-    "Table2",
-    "accelerometer",
-    "facts_json",
-    "gyro",
-    "magnetometer",
-]
+__all__ = ["FACTS", "GRAVITY", "TABLE_2", "Fact", "Table2", "accelerometer", "gyro", "magnetometer"]
 
 GRAVITY = 9.80665  #: m/s^2, standard gravity.
 GAUSS_UT = 100.0  #: uT per gauss.
@@ -134,8 +123,3 @@ def magnetometer(table: Table2 = TABLE_2) -> Triad:
         GAUSS_UT * _value("HMR3300", "range"),
         variance=table.magnetometer,
     )
-
-
-def facts_json() -> list[dict[str, Any]]:
-    """The facts as plain data."""
-    return [vars(fact) for fact in FACTS]

@@ -19,6 +19,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from boresight.model.tools.folders import cache_folder
+
 HERE = Path(__file__).parent
 ROOT = HERE.parent.parent
 #: Kernels of OpenBLAS that every processor of this kind can run, the oldest first.
@@ -100,9 +102,9 @@ def made_by(machine: Machine, folder: Path, *options: str) -> dict[str, tuple[in
         if not k.startswith(("OPENBLAS", "NPY_", "PYTHON", "LC_"))
     }
     environment |= {"PYTHONPATH": str(source), **machine.environment}
-    if "--synth" in machine.options:  # no result of another run, but Yosys itself may be kept
-        environment["XDG_CACHE_HOME"] = str(folder / "cache")
-        environment.setdefault("YOWASP_CACHE_DIR", str(folder.parent / "yowasp"))
+    # No result of another run, but Yosys itself is kept.
+    environment["XDG_CACHE_HOME"] = str(folder / "cache")
+    environment.setdefault("YOWASP_CACHE_DIR", str(cache_folder("YoWASP")))
     if machine.vectors is not None:
         environment["NPY_DISABLE_CPU_FEATURES"] = " ".join(vector_features()[machine.vectors :])
     done = subprocess.run(

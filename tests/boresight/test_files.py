@@ -27,6 +27,7 @@ from boresight.core_files import core_files, project_files
 from boresight.disk.manifest import NAME
 from boresight.disk.output import OutputFile, output_folder
 from boresight.sim.data import convert_ximu, make_synthetic
+from boresight.sim.experiments.experiment import Result
 from boresight.sim.soc import __main__ as firmware
 
 LOG = "t,gx,gy,gz,ax,ay,az,mx,my,mz,qw,qx,qy,qz\n" + "".join(
@@ -60,7 +61,7 @@ FILES: dict[str, Verb] = {
         main,
         ["check", "mekf", "log.csv", "--reproducer"],
         "log.csv",
-        "boresight.verbs.check.check_log",
+        "boresight.verbs.check.Check.run",
     ),
     "make_synthetic": (
         make_synthetic.main,
@@ -81,13 +82,13 @@ FOLDERS: dict[str, Verb] = {
         main,
         ["compile", "mekf", "--board", "mimas", "-q", "-o"],
         "firmware/mekf.c",
-        "boresight.verbs.compile.shared_core",
+        "boresight.sim.levels.build.build_shared_core",
     ),
     "report": (
         main,
         ["report", "mekf", "log.csv", "-q", "-o"],
         "report.html",
-        "boresight.verbs.report.core_for",
+        "boresight.verbs.report.Check.run",
     ),
     "accuracy": (
         main,
@@ -99,7 +100,7 @@ FOLDERS: dict[str, Verb] = {
         main,
         ["experiment", "ma2014", "-q", "-o"],
         "ma2014.json",
-        "boresight.sim.experiments.ma2014.run",
+        "boresight.sim.experiments.ma2014.experiment.Ma2014.run",
     ),
     "simulate": (
         main,
@@ -111,7 +112,7 @@ FOLDERS: dict[str, Verb] = {
         main,
         ["demo", "-q", "-o"],
         "core-fast/firmware/mekf.c",
-        "boresight.verbs.demo.shared_core",
+        "boresight.sim.levels.build.build_shared_core",
     ),
     "firmware": (
         firmware.main,
@@ -420,7 +421,7 @@ def test_the_default_reproducer_steps_aside(home: Path, monkeypatch: Any, capsys
         given.append(reproducer)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("boresight.verbs.check.check_log", work)
+    monkeypatch.setattr("boresight.verbs.check.Check.run", work)
     assert main(["check", "mekf", "log.csv"]) == 130
     assert given and (home / "reproducer.json").read_text() == "user"
     assert (home / "reproducer-2.json").read_text() == "difference"
@@ -538,9 +539,9 @@ def test_killed_in_the_middle_and_run_again(home: Path, monkeypatch: Any, capsys
     assert {name: left[name] for name in before} == before
     assert all(name.startswith("new") for name in set(left) - set(before))
     assert not [p for p in (home / "new").rglob("*") if p.is_file()]  # nothing like a result
-    page = "boresight.verbs.experiment.EXPERIMENTS"
-    result = {"good": True, "claims": [], "targets": []}
-    monkeypatch.setattr(page, {"ma2014": (lambda **k: result, lambda data: "page")})
+    result = Result(figures={}, targets=(), pages={"ma2014.html": "page"})
+    run = "boresight.sim.experiments.ma2014.experiment.Ma2014.run"
+    monkeypatch.setattr(run, lambda *_, **__: result)
     assert main(["experiment", "ma2014", "-q", "-o", "new/deep/out.png"]) == 0
     assert sorted(p.name for p in (home / "new/deep/out.png").iterdir()) == [
         NAME,

@@ -8,6 +8,7 @@ import random
 import numpy as np
 import pytest
 
+from boresight.gateware import core as core_module
 from boresight.gateware.core import Core, build_core, build_shared_core
 from boresight.gateware.machine import CONFIGS
 from boresight.gateware.microcode.emulator import Emulator
@@ -206,3 +207,15 @@ def test_a_schedule_is_kept_for_what_it_was_made_for() -> None:
         value = dataclasses.replace(program.values[0], low=low)
         other = dataclasses.replace(program, values=(value, *program.values[1:]))
         assert build_core(other, "small", restarts=0).schedule.source == other.digest
+
+
+def test_verilog_is_made_once_for_all_programs(monkeypatch: pytest.MonkeyPatch) -> None:
+    core = shared("small", 1)
+    asked = []
+    monkeypatch.setattr(
+        core_module, "to_verilog", lambda *_, instances: asked.append(instances) or str(asked)
+    )
+    texts = [core.select(k).verilog(instances=i) for i in (False, True) for k in (0, 2)]
+    assert asked == [False, True] and texts[0] == texts[1] != texts[2] == texts[3]
+    other = dataclasses.replace(core, image=dataclasses.replace(core.image, digest=1))
+    assert other.verilog(instances=False) not in texts

@@ -17,9 +17,10 @@ from boresight.gateware.microcode.assemble import decode
 from boresight.gateware.registers.core import PROGRAM
 from boresight.model.estimators import estimator
 from boresight.model.words.interpreter import Interpreter
-from boresight.sim.compare.check_shared import shared_core
+from boresight.sim.levels.build import Build
 from boresight.sim.rtl.simulators import available
 from boresight.sim.rtl.verilator import build_program
+from tests.support.compiler_calls import compiler_calls
 
 BENCH = Path(__file__).with_name("plain_bench.v")
 MODES = ("2001", "2005", "2005-sv", "2009", "2012")
@@ -32,7 +33,7 @@ RECORDS = 10
 @cache
 def core_of(name: str) -> Core:
     names, config = CORES[name]
-    return shared_core([estimator(n) for n in names], config=config)
+    return Build(*(estimator(n) for n in names), config=config).core
 
 
 @dataclass
@@ -186,15 +187,18 @@ def test_icarus(name: str, mode: str, before: int, tmp_path: Path) -> None:
 
 
 @CORE
-def test_verilator(name: str, tmp_path: Path) -> None:
+def test_verilator(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Random start values of everything that has none."""
+    compiled = compiler_calls(tmp_path / "calls", monkeypatch)
     host = scenario(core_of(name), seed=10)
     files(tmp_path, name, host)
     # Two cycles: so early nothing that is asked at random can be granted.
-    build = ["--main", "--timing", "-Wno-fatal", "-DWORD=32", "-DBEFORE=2", "-CFLAGS"]
-    build += ["-std=c++20 -O0", "--x-initial", "unique", "--x-assign", "unique"]
+    build = ["--main", "--timing", "-Wno-fatal", "-DWORD=32", "-DBEFORE=2"]
+    build += ["--output-split", "0", "-CFLAGS", "-std=c++20 -O0"]
+    build += ["--x-initial", "unique", "--x-assign", "unique"]
     sources = {name: (tmp_path / name).read_text() for name in ("core_sim.v", "plain_bench.v")}
     build_program(tmp_path / "bench", sources, build, top="plain_bench")
+    assert compiled() == ["Vplain_bench__ALL.cpp"]
     for seed in (1, 2, 3, 4):
         run = ["./bench", "+verilator+rand+reset+2", f"+verilator+seed+{seed}"]
         assert told(run, tmp_path) == host.lines, f"seed {seed}"

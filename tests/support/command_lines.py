@@ -145,7 +145,10 @@ VERBS: Mapping[str, tuple[list[Any], dict[str, Any]]] = {
             "-o": _OUTPUTS,
         },
     ),
-    "experiment": ([_mostly("ma2014")], {"--seed": _number("1"), "-o": _OUTPUTS}),
+    "experiment": (
+        [_mostly("ma2014")],
+        {"--seed": _number("1"), "--runs": _number("2"), "-o": _OUTPUTS},
+    ),
     "demo": ([], {**_STEPS, "-o": _OUTPUTS}),
     "bench": ([st.one_of(st.none(), _SEVERAL)], {"--updates": _number("1", "10")}),
     "covariance": (

@@ -3,37 +3,44 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import pytest
 
-import boresight.verbs.experiment  # noqa: F401  (the module, for monkeypatch)
+import boresight
 from boresight.cli import main
+from boresight.sim.experiments.experiment import Result, Target
+from boresight.sim.experiments.ma2014.experiment import Ma2014
+
+
+def target(name, value, source, **more):
+    return Target(name=name, value=value, source=source, high=0.6, **more)
+
+
+RESULT = Result(
+    figures={"sd, deg": 0.5},
+    targets=(
+        target("one", 0.5, "Table 3", part="x", unit="deg"),
+        target("one", 0.25, "Table 3", part="y", unit="deg"),
+        target("two", 1.0, "Figure 7", binding=False),
+    ),
+    details={"curve": [1, 2]},
+    pages={"ma2014.html": "<html></html>\n"},
+)
 
 
 @pytest.fixture
 def stand_in(monkeypatch):
-    """An experiment that takes no time; ``good`` may be changed."""
-    import sys
+    """An experiment that takes no time: what it gives, and how it was called."""
+    calls, results = [], [RESULT]
 
-    calls = []
-    result = {
-        "good": True,
-        "claims": [{"claim": "C equals", "good": True}],
-        "targets": [
-            {"good": True, "name": "one", "source": "Table 3", "ours": [0.5, 0.25], "unit": "deg"},
-            {"good": False, "name": "two", "source": "Figure 7", "ours": [1.0], "unit": ""},
-        ],
-    }
-
-    def run(*, seed, runs, progress):
+    def run(self, *, seed, runs, say):
         calls.append((seed, runs))
-        if progress is not None:
-            progress("half way")
-        return result
+        say("half way")
+        return results[-1]
 
-    module = sys.modules["boresight.verbs.experiment"]
-    monkeypatch.setattr(module, "EXPERIMENTS", {"ma2014": (run, lambda data: "<html></html>\n")})
-    return result, calls
+    monkeypatch.setattr(Ma2014, "run", run)
+    return results, calls
 
 
 def test_writes_page_and_json_and_reports_targets(stand_in, tmp_path, capsys):
@@ -41,19 +48,29 @@ def test_writes_page_and_json_and_reports_targets(stand_in, tmp_path, capsys):
     assert main(["experiment", "ma2014", "-o", str(out), "--seed", "7"]) == 0
     names = [".boresight.json", "ma2014.html", "ma2014.json"]
     assert sorted(p.name for p in out.iterdir()) == names
-    assert json.loads((out / "ma2014.json").read_text()) == stand_in[0]
-    assert stand_in[1][0][0] == 7
+    assert (out / "ma2014.html").read_text() == "<html></html>\n"
+    written = json.loads((out / "ma2014.json").read_text())
+    assert written["details"] == {"curve": [1, 2]} and written["figures"] == {"sd, deg": 0.5}
+    assert stand_in[1] == [(7, 100)]
     text = capsys.readouterr()
     assert "half way" in text.err and "half way" not in text.out
-    assert "pass  one (Table 3): 0.5 / 0.25 deg" in text.out
+    assert "pass  one (Table 3): 0.5 / 0.25 deg\n" in text.out
     assert "FAIL  two (Figure 7): 1\n" in text.out
-    assert "targets met: 1 of 2" in text.out and str(out / "ma2014.html") in text.out
+    assert "targets met: 2 of 3" in text.out and str(out / "ma2014.html") in text.out
 
 
 def test_json_alone_on_stdout(stand_in, tmp_path, capsys):
-    assert main(["experiment", "ma2014", "-o", str(tmp_path), "--json"]) == 0
+    assert main(["experiment", "ma2014", "-o", str(tmp_path), "--runs", "3", "--json"]) == 0
     text = capsys.readouterr()
-    assert json.loads(text.out) == stand_in[0] and text.err == ""
+    assert text.err == "" and stand_in[1] == [(1, 3)]
+    data = json.loads(text.out)
+    assert data == {
+        "experiment": "ma2014",
+        "figures": {"sd, deg": 0.5},
+        "targets": [t.to_json() for t in RESULT.targets],
+        "files": [str(tmp_path / "ma2014.json"), str(tmp_path / "ma2014.html")],
+    }
+    assert data == boresight.experiment("ma2014", output=tmp_path)
 
 
 def test_quiet(stand_in, tmp_path, capsys):
@@ -61,10 +78,27 @@ def test_quiet(stand_in, tmp_path, capsys):
     assert capsys.readouterr().err == ""
 
 
-def test_a_broken_claim_is_exit_code_1(stand_in, tmp_path, capsys):
-    stand_in[0]["good"] = stand_in[0]["claims"][0]["good"] = False
+def test_a_missed_target_that_binds_is_exit_code_1(stand_in, tmp_path, capsys):
+    stand_in[0].append(replace(RESULT, targets=(target("C equals", 1.0, "bit for bit"),)))
     assert main(["experiment", "ma2014", "-o", str(tmp_path)]) == 1
-    assert "FAILED: C equals" in capsys.readouterr().out
+    assert "FAIL  C equals (bit for bit): 1\n" in capsys.readouterr().out
+
+
+def test_an_experiment_in_a_file(tmp_path, capsys):
+    path = tmp_path / "mine.py"
+    path.write_text(
+        "from boresight import Experiment, Result, Target\n\n\n"
+        "class Mine(Experiment):\n"
+        "    runs = 4\n\n"
+        "    def run(self, *, seed, runs, say):\n"
+        "        met = Target(name='runs', source='mine', value=runs, low=4)\n"
+        "        return Result(figures={'seed': seed}, targets=(met,))\n"
+    )
+    assert main(["experiment", f"{path}:Mine", "-o", str(tmp_path / "out"), "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["experiment"] == "mine" and data["figures"] == {"seed": 1}
+    assert data["targets"][0]["limit"] == [4, None] and data["targets"][0]["pass"]
+    assert data["files"] == [str(tmp_path / "out" / "mine.json")]
 
 
 def refused(capsys, *argv):
@@ -76,8 +110,11 @@ def refused(capsys, *argv):
 
 
 def test_bad_names_seeds_and_folders(tmp_path, capsys):
-    assert "wanted one of ma2014, found 'ma2015'" in refused(capsys, "experiment", "ma2015")
+    assert "wanted one of ma2014, or file.py:Class, found 'ma2015'" in refused(
+        capsys, "experiment", "ma2015"
+    )
     assert "seed" in refused(capsys, "experiment", "ma2014", "--seed", "-1", "-o", tmp_path)
+    assert "runs" in refused(capsys, "experiment", "ma2014", "--runs", "1", "-o", tmp_path)
     assert not list(tmp_path.iterdir())
     blocker = tmp_path / "file"
     blocker.write_text("")

@@ -22,7 +22,7 @@ def small(monkeypatch) -> None:
     monkeypatch.setattr(
         module,
         "system_core",
-        lambda config: system_core(("complementary",), config=config, restarts=1),
+        lambda filters, config: system_core(filters, config=config, restarts=1),
     )
 
 
@@ -43,7 +43,7 @@ def test_figures_and_page(small, tmp_path) -> None:
 @pytest.mark.parametrize(
     "arguments, message",
     [
-        (["kalman"], "error: filter: wanted one of complementary, "),
+        (["kalman"], "error: estimator: wanted one of complementary, "),
         (["mekf", "--source", "gps"], "error: source: wanted one of counts, heading, found 'gps'"),
         (["mekf", "--seconds", "0"], "error: seconds: wanted 0.05 to 20, found 0"),
         (["mekf", "--seconds", "nan"], "error: seconds: wanted 0.05 to 20, found nan"),

@@ -13,7 +13,7 @@ from boresight.gateware.sensors.adis16385_frames import (
     write,
 )
 from boresight.gateware.verilog import to_verilog
-from tests.support.devices.adis16385_bench import PERIOD, SCALED, ReaderBench, scaled_reader
+from tests.support.devices.adis16385_bench import PERIOD, ReaderBench, scaled_reader
 
 
 @pytest.fixture(scope="module")
@@ -202,4 +202,4 @@ def test_same_component_same_verilog() -> None:
 )
 def test_parameters_are_checked(given, message: str) -> None:
     with pytest.raises(ValueError, match=message):
-        Adis16385(**{**SCALED, **given})
+        scaled_reader(**given)

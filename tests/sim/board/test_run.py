@@ -90,7 +90,7 @@ def test_magnetometer_counts(board, what) -> None:
     run = run_board(
         board,
         what,
-        updates=5 * UPDATES,
+        updates=3 * UPDATES,
         settings={"filter": 0, "magnetic_source": 1, "compass_mode": 2, "output_divider": 1},
     )
     verdict = judge(board, what, run, filter=0, source=1)

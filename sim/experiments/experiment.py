@@ -1,0 +1,143 @@
+"""What an experiment is: a system run in simulation, its figures beside what they are to be.
+
+A published test, or a system of one's own, gives figures; a target says where one of them is to
+lie and who says so. A missed target stays missed: none is widened until it is met.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from itertools import groupby
+from typing import Any, ClassVar
+
+__all__ = ["Experiment", "Result", "Target", "grouped"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Target:
+    """A figure and the band in which it is to lie.
+
+    Attributes
+    ----------
+    name, part : str
+        What is measured; which part of it (an axis, a channel), if there are several.
+    source : str
+        Who asks for the band: a table, a data sheet, a specification.
+    value : float
+        What was measured; one that is not finite is never good.
+    low, high : float, optional
+        Least and greatest good value; None: no limit.
+    unit : str
+        Unit of all of these.
+    binding : bool
+        A miss is a fault of ours. Else it is only reported, as where a paper's sensors are unknown.
+    beside : mapping of str to float
+        Other figures for the same, by who has them.
+    spread : (float, float), optional
+        Range of the value over the runs.
+    note : str
+        What limits it.
+    """
+
+    name: str
+    source: str
+    value: float
+    part: str = ""
+    low: float | None = None
+    high: float | None = None
+    unit: str = ""
+    binding: bool = True
+    beside: Mapping[str, float] = field(default_factory=dict)
+    spread: tuple[float, float] | None = None
+    note: str = ""
+
+    @property
+    def good(self) -> bool:
+        """The value lies in the band."""
+        low = -math.inf if self.low is None else self.low
+        high = math.inf if self.high is None else self.high
+        return math.isfinite(self.value) and low <= self.value <= high
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain data; ``limit`` is least and greatest good value, null where there is none."""
+        return {
+            "name": f"{self.name}, {self.part}" if self.part else self.name,
+            "source": self.source,
+            "value": self.value if math.isfinite(self.value) else None,
+            "limit": [self.low, self.high],
+            "pass": self.good,
+        }
+
+
+def grouped(targets: Iterable[Target]) -> list[tuple[Target, ...]]:
+    """Targets that differ in their part alone, together."""
+    return [tuple(group) for _, group in groupby(targets, key=lambda t: (t.name, t.source))]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Result:
+    """What a run of an experiment gives.
+
+    Attributes
+    ----------
+    figures : mapping of str to float
+        Numbers by name, all finite.
+    targets : tuple of Target
+        What is judged.
+    details : mapping
+        Plain data besides: curves, tables.
+    pages : mapping of str to str
+        Contents of the experiment's `Experiment.pages`.
+    """
+
+    figures: Mapping[str, float]
+    targets: tuple[Target, ...]
+    details: Mapping[str, Any] = field(default_factory=dict)
+    pages: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def good(self) -> bool:
+        """Every binding target is met."""
+        return all(target.good for target in self.targets if target.binding)
+
+
+class Experiment:
+    """An experiment; its class is registered, or stands in a user's file.
+
+    Attributes
+    ----------
+    name, summary : str
+        By default the class's name in lower case, and the first line of its docstring.
+    runs : int
+        How many runs the spread comes from, unless the user says so.
+    pages : tuple of str
+        Names of the files that it makes besides ``NAME.json``.
+    """
+
+    name: ClassVar[str]
+    summary: ClassVar[str]
+    runs: ClassVar[int] = 100
+    pages: ClassVar[tuple[str, ...]] = ()
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        if "name" not in vars(cls):
+            cls.name = cls.__name__.lower()
+        if "summary" not in vars(cls):
+            cls.summary = (cls.__doc__ or "").strip().partition("\n")[0]
+
+    def run(self, *, seed: int, runs: int, say: Callable[[str], None]) -> Result:
+        """Run it.
+
+        Parameters
+        ----------
+        seed : int, 0 or more
+            Of the first run; run k has ``seed + k``.
+        runs : int, 2 or more
+            How many.
+        say : callable
+            Told in a line what begins.
+        """
+        raise NotImplementedError

@@ -1,0 +1,25 @@
+"""Every experiment, by name; those of installed packages, and those in a user's file."""
+
+from __future__ import annotations
+
+from boresight.model.resolve import load
+from boresight.sim.experiments.experiment import Experiment
+from boresight.sim.experiments.ma2014.experiment import Ma2014
+
+__all__ = ["EXPERIMENTS", "EXPERIMENT_GROUP", "experiment_of"]
+
+#: Entry points of installed packages that are experiments.
+EXPERIMENT_GROUP = "boresight.experiments"
+
+EXPERIMENTS: dict[str, type[Experiment]] = {e.name: e for e in (Ma2014,)}
+
+
+def experiment_of(what: str | type[Experiment] | Experiment) -> Experiment:
+    """The experiment that is meant: a name, ``file.py:Class``, a class or an object.
+
+    Raises
+    ------
+    InputError
+        Nothing of that name; a file that does not exist, does not import, or holds none.
+    """
+    return load(what, Experiment, "experiment", EXPERIMENTS, EXPERIMENT_GROUP)
