@@ -4,48 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from importlib.resources import files
 from typing import Any
 
 from boresight.model.declarations import EXACT_UNITS
+from boresight.sim.pages import UNKNOWN, template
 from boresight.sim.report.chart import CHART_COLOURS, schedule_chart
 from boresight.sim.report.plots import error_plot, log_difference_plot, output_plot
 from boresight.sim.report.schedule import KINDS
 from boresight.sim.report.sources import source_of
 
 __all__ = ["render_html"]
-
-#: What stands where nothing is known.
-UNKNOWN = "\N{EM DASH}"
-
-
-def number(x: Any, digits: int = 4) -> str:
-    """A number for people: thousands apart, no more digits than say something."""
-    if x is None:
-        return UNKNOWN
-    if x == 0 or 1e-3 <= abs(x) < 1e9:
-        whole = isinstance(x, int) or float(x).is_integer() or abs(x) >= 10 ** (digits - 1)
-        text = f"{x:,.0f}".replace(",", "\N{NARROW NO-BREAK SPACE}") if whole else f"{x:.{digits}g}"
-    else:
-        mantissa, exponent = f"{x:.{min(digits, 3) - 1}e}".split("e")
-        mantissa = mantissa.rstrip("0").rstrip(".")
-        text = f"{mantissa}\N{MULTIPLICATION SIGN}10" + str(int(exponent)).translate(_RAISED)
-    return text.replace("-", "\N{MINUS SIGN}")
-
-
-_RAISED = str.maketrans(
-    "-0123456789",
-    "\N{SUPERSCRIPT MINUS}"
-    + "".join(
-        chr(c) for c in (0x2070, 0xB9, 0xB2, 0xB3, 0x2074, 0x2075, 0x2076, 0x2077, 0x2078, 0x2079)
-    ),
-)
-
-
-def unit(text: str) -> str:
-    """A unit as people write it."""
-    text = "half turns" if text == "ht" else text
-    return text.replace("^2", "\N{SUPERSCRIPT TWO}").replace("uT", "\N{MICRO SIGN}T")
 
 
 def net_name(text: str) -> str:
@@ -124,24 +92,12 @@ def render_html(data: Mapping[str, Any]) -> str:
     ValueError
         If a number is not finite.
     """
-    import jinja2
-
     _finite(data)
-    environment = jinja2.Environment(
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
-    environment.globals["worst"] = _worst
-    environment.filters |= {"number": number, "unit": unit, "net_name": net_name}
-    template = environment.from_string(
-        files("boresight.sim.report").joinpath("report.html").read_text(encoding="utf-8")
-    )
     rows = data["numerics"]
-    return template.render(
+    return template("boresight.sim.report", "report.html").render(
         d=data,
+        worst=_worst,
+        net_name=net_name,
         unknown=UNKNOWN,
         source=lambda path: source_of(data, path) or "",
         chart=schedule_chart(data["schedule"]),
