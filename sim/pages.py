@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib.resources import files
 from typing import Any
 
-__all__ = ["UNKNOWN", "number", "template", "unit"]
+__all__ = ["UNKNOWN", "number", "page", "unit"]
 
 #: What stands where nothing is known.
 UNKNOWN = "\N{EM DASH}"
@@ -40,10 +40,11 @@ def unit(text: str) -> str:
     return text.replace("^2", "\N{SUPERSCRIPT TWO}").replace("uT", "\N{MICRO SIGN}T")
 
 
-def template(package: str, name: str) -> Any:
-    """The jinja2 template in file ``name`` of a package, with the filters ``number`` and ``unit``.
+def page(package: str, name: str, /, **given: Any) -> str:
+    """The text of the jinja2 template in file ``name`` of a package, filled with what is given.
 
-    What a template asks for and nobody gives is an error; what it is given is escaped.
+    There are the filters ``number`` and ``unit``. What a template asks for and nobody gives is an
+    error; what it is given is escaped.
     """
     import jinja2
 
@@ -55,4 +56,5 @@ def template(package: str, name: str) -> Any:
         keep_trailing_newline=True,
     )
     environment.filters |= {"number": number, "unit": unit}
-    return environment.from_string(files(package).joinpath(name).read_text(encoding="utf-8"))
+    text = files(package).joinpath(name).read_text(encoding="utf-8")
+    return environment.from_string(text).render(given)

@@ -14,7 +14,7 @@ from boresight.sim.accuracy.benchmark_plots import (
 )
 from boresight.sim.accuracy.figures import ANGLES
 from boresight.sim.compare.difference import ATTITUDE
-from boresight.sim.pages import UNKNOWN, template
+from boresight.sim.pages import UNKNOWN, page
 
 __all__ = ["render_page"]
 
@@ -49,7 +49,9 @@ def render_page(data: Mapping[str, Any]) -> str:
     )
     compared = [r for r in rows if r["vs_float"]]
     names = [log["trial"] for log in data["logs"]]
-    return template("boresight.sim.accuracy", "benchmark.html").render(
+    return page(
+        "boresight.sim.accuracy",
+        "benchmark.html",
         deg=_deg,
         d=data,
         rows=ranked,

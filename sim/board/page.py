@@ -6,13 +6,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from boresight.sim.board.timeline import Timeline, timeline_plot
-from boresight.sim.pages import template
+from boresight.sim.pages import page
 
 __all__ = ["render_page"]
 
 
 def render_page(data: Mapping[str, Any], timelines: Sequence[Timeline]) -> str:
     """HTML text of the dict that `boresight simulate` gives."""
-    return template("boresight.sim.board", "board.html").render(
-        d=data, plot=timeline_plot(timelines, salt="board")
+    return page(
+        "boresight.sim.board", "board.html", d=data, plot=timeline_plot(timelines, salt="board")
     )

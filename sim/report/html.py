@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from boresight.model.declarations import EXACT_UNITS
-from boresight.sim.pages import UNKNOWN, template
+from boresight.sim.pages import UNKNOWN, page
 from boresight.sim.report.chart import CHART_COLOURS, schedule_chart
 from boresight.sim.report.plots import error_plot, log_difference_plot, output_plot
 from boresight.sim.report.schedule import KINDS
@@ -94,7 +94,9 @@ def render_html(data: Mapping[str, Any]) -> str:
     """
     _finite(data)
     rows = data["numerics"]
-    return template("boresight.sim.report", "report.html").render(
+    return page(
+        "boresight.sim.report",
+        "report.html",
         d=data,
         worst=_worst,
         net_name=net_name,

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from boresight.model.declarations import GRAVITY
 from boresight.model.errors import InputError
 from boresight.sim.attitude.rotation import (
     euler_to_quaternion,
@@ -24,9 +25,8 @@ from boresight.sim.attitude.rotation import (
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
 from boresight.sim.records.steps import steps_of
-from boresight.sim.worlds.devices import GRAVITY
 
-__all__ = ["GRAVITY", "SensorError", "synthetic_log"]
+__all__ = ["SensorError", "synthetic_log"]
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -8,11 +8,12 @@ from importlib import import_module
 from pathlib import Path
 
 import pytest
+from boresight.sim.compare.check_shared import shared_core
 
 import boresight
 from boresight.cli import main
 from boresight.core_files import core_files, project_files
-from boresight.gateware.synthesis.estimate import Estimate
+from boresight.model.estimators import estimator
 from boresight.sim.records.bundled import bundled
 from boresight.verbs.demo import summary_table
 
@@ -168,19 +169,16 @@ def test_bench_compares(capsys):
 
 
 def test_demo_proves_every_filter_on_one_core(tmp_path, monkeypatch):
-    module = import_module("boresight.verbs.demo")
-    # The larger core is synthesised, once; `make` does both.
-    areas: list[Estimate] = []
-    synthesis = module.estimate_core
-    monkeypatch.setattr(
-        module, "estimate_core", lambda core: (areas or areas.append(synthesis(core)) or areas)[0]
-    )
-    monkeypatch.setattr(module, "CONFIGS", ("fast", "small"))
+    module, names = import_module("boresight.verbs.demo"), ("complementary", "mekf")
+    # The larger core is synthesised, for both; `make` does each.
+    larger = shared_core([estimator(n) for n in names], config="fast", restarts=1)
+    area = module.estimate_core(larger)
+    monkeypatch.setattr(module, "estimate_core", lambda core: area)
     monkeypatch.setattr(module, "BOARD_S", 0.05)
-    data = boresight.demo(("complementary", "mekf"), steps=20, restarts=1, output=tmp_path)
+    data = boresight.demo(names, steps=20, restarts=1, output=tmp_path)
     assert data["good"] is True
     assert [(r["config"], r["estimator"]) for r in data["filters"]] == [
-        (c, e) for c in ("fast", "small") for e in ("complementary", "mekf")
+        (c, e) for c in ("small", "fast") for e in names
     ]
     for row in data["filters"]:
         assert row["mismatches"] == 0 and row["updates_proven"]["verilator"] == 20

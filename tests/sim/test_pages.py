@@ -6,7 +6,7 @@ import jinja2
 import pytest
 
 from boresight.sim import pages
-from boresight.sim.pages import number, template, unit
+from boresight.sim.pages import number, page, unit
 
 
 @pytest.mark.parametrize(
@@ -35,10 +35,9 @@ def test_units() -> None:
     assert unit("uT") == "\u00b5T" and unit("") == ""
 
 
-def test_template(tmp_path, monkeypatch) -> None:
+def test_page(tmp_path, monkeypatch) -> None:
     (tmp_path / "page.html").write_text("<p>{{ name }} {{ value | number }}</p>\n")
     monkeypatch.setattr(pages, "files", lambda package: tmp_path / package)
-    page = template("", "page.html")
-    assert page.render(name="<b>", value=31600) == "<p>&lt;b&gt; 31\u202f600</p>\n"
+    assert page("", "page.html", name="<b>", value=31600) == "<p>&lt;b&gt; 31\u202f600</p>\n"
     with pytest.raises(jinja2.UndefinedError, match="value"):
-        page.render(name="x")
+        page("", "page.html", name="x")

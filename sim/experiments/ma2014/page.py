@@ -9,8 +9,8 @@ from boresight.sim.attitude import ma2014 as paper
 from boresight.sim.experiments.experiment import Target, grouped
 from boresight.sim.experiments.ma2014 import world
 from boresight.sim.experiments.ma2014.plots import plots
-from boresight.sim.pages import template
-from boresight.sim.worlds.devices import FACTS, TABLE_2
+from boresight.sim.pages import page
+from boresight.sim.worlds.devices import FACTS
 
 __all__ = ["render"]
 
@@ -20,12 +20,13 @@ _SHOWN = ("gyro", "mag_acc", "ekf_quaternion", "complementary")
 
 def render(details: Mapping[str, Any], targets: Sequence[Target]) -> str:
     """HTML text of what was measured and judged: no script, printable."""
-    return template("boresight.sim.experiments.ma2014", "page.html").render(
+    return page(
+        "boresight.sim.experiments.ma2014",
+        "page.html",
         d=details,
         plots=plots(details),
         paper=paper,
         world=world,
-        noise=TABLE_2,
         facts=FACTS,
         shown=_SHOWN,
         targets=targets,
