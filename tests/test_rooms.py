@@ -31,7 +31,6 @@ CIRCLES: set[tuple[str, ...]] = {
 }
 ROOM_CIRCLES: set[tuple[str, ...]] = set()
 LONG: set[str] = {
-    "boresight/verbs/accuracy.py: accuracy",
     "boresight/verbs/tune.py: tune",
     "gateware/bus/core_registers.py: elaborate",
     "gateware/sensors/hmr3300.py: elaborate",
