@@ -175,7 +175,7 @@ class CModel:
             self._call = instance(
                 self.library,
                 set_param=(count, word),
-                run=(count, words, words, array_of(np.uint8)),
+                run=(count, words, words, array_of(np.uint8), ctypes.c_void_p),
                 words=(words, words),
                 observe=(count, *3 * (words,), *3 * (numbers,)),
             )
@@ -235,10 +235,21 @@ class CModel:
         ValueError
             If the shape is wrong or a word does not fit.
         """
+        return self._updates(inputs, None)
+
+    def trajectory(self, inputs: npt.ArrayLike) -> tuple[IntArray, npt.NDArray[np.bool_], IntArray]:
+        """As `update`, and the state words int64 (n, n_states) after each update."""
+        states = np.empty((len(np.asarray(inputs)), len(self.program.states)), dtype=np.int32)
+        return *self._updates(inputs, states), states.astype(np.int64)
+
+    def _updates(
+        self, inputs: npt.ArrayLike, states: npt.NDArray[np.int32] | None
+    ) -> tuple[IntArray, npt.NDArray[np.bool_]]:
         words = self._records(inputs)
         outputs = np.empty((len(words), len(self.program.outputs)), dtype=np.int32)
         saturated = np.empty(len(words), dtype=np.uint8)
-        self._call["run"](len(words), words, outputs, saturated)
+        kept = None if states is None else states.ctypes
+        self._call["run"](len(words), words, outputs, saturated, kept)
         return outputs.astype(np.int64), saturated.astype(np.bool_)
 
     def values_of_update(self, inputs: npt.ArrayLike) -> dict[int, int]:

@@ -54,7 +54,7 @@ int main(void) {
     while (fread(inputs, sizeof inputs, 1, stdin) == 1) {
         p_t copy = p;
         p_words(&copy, inputs, words);
-        p_run(&p, 1, inputs, outputs, &saturated);
+        p_run(&p, 1, inputs, outputs, &saturated, NULL);
         fwrite(outputs, sizeof outputs, 1, stdout);
         fputc(saturated, stdout);
     }
