@@ -1,12 +1,23 @@
-"""Which files a compiled core becomes: known before it is compiled."""
+"""The files that a compiled core becomes: known before it is compiled, and written."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
+from boresight.firmware.emit import emit_c
 from boresight.firmware.names import identifier
+from boresight.gateware.boards.ise import write_ise_project
+from boresight.gateware.core import Core
+from boresight.gateware.core_text import core_text
+from boresight.gateware.register_map import register_map_files
+from boresight.gateware.registers.files import files_of
+from boresight.gateware.system.attitude_system import AttitudeSystem, system_design
 
-__all__ = ["core_files", "project_files"]
+__all__ = ["core_files", "project_files", "write_core", "write_system", "write_text"]
+
+#: Clock of complete systems, Hz.
+SYSTEM_CLOCK_HZ = 100_000_000
 
 _CORE = ("core.v", "core_sim.v", "report.json")
 _REGISTERS = ("registers.h", "registers.json", "registers.md", "registers.svd")
@@ -17,7 +28,7 @@ _PROJECT = (
 
 
 def core_files(names: Sequence[str]) -> list[str]:
-    """Of a core with these estimators, by `boresight.verbs.compile.write_core`, and its report."""
+    """Of a core with these estimators, by `write_core`, and its report."""
     out = [*_CORE, *_REGISTERS]
     for name in names:
         of = f"-{name}" if len(names) > 1 else ""
@@ -30,3 +41,46 @@ def project_files(board: str, *, system: bool) -> list[str]:
     """Of the ISE project for a board; ``system``: of the complete system, with a register map."""
     names = (*_PROJECT, *_REGISTERS) if system else _PROJECT
     return [f"ise-{board}/{name}" for name in names]
+
+
+def write_system(folder: Path, board: str, core: Core) -> AttitudeSystem:
+    """Write the ISE project of a complete system, with its register map beside it."""
+    made: list[AttitudeSystem] = []
+    design = system_design(core)
+
+    def make(clock_hz: int) -> AttitudeSystem:
+        made.append(design(clock_hz))
+        return made[-1]
+
+    # 100 MHz whatever the oscillator.
+    write_ise_project(make, board, folder, clock_hz=SYSTEM_CLOCK_HZ)
+    for file, text in files_of(made[-1].map()).items():
+        write_text(folder / file, text)
+    return made[-1]
+
+
+def write_core(folder: Path, core: Core) -> None:
+    """Write Verilog, microcode, programs, schedules, C and register map of a core."""
+    for file, instances in (("core.v", True), ("core_sim.v", False)):
+        text = core_text(core, instances=instances) + core.verilog(instances=instances)
+        write_text(folder / file, text)
+    (folder / "firmware").mkdir()
+    for number in range(len(core.parts)):
+        _write_program(folder, core.select(number))
+    for file, text in register_map_files(core).items():
+        write_text(folder / file, text)
+
+
+def write_text(file: Path, text: str) -> None:
+    """The same bytes whatever the system's encoding and line ends."""
+    file.write_text(text, encoding="utf-8", newline="\n")
+
+
+def _write_program(folder: Path, core: Core) -> None:
+    """Microcode, program, schedule and C of the program at hand."""
+    of = f"-{core.program.name}" if len(core.parts) > 1 else ""
+    write_text(folder / f"microcode{of}.lst", core.listing)
+    write_text(folder / f"program{of}.json", core.program.to_json() + "\n")
+    write_text(folder / f"schedule{of}.json", core.schedule.to_json() + "\n")
+    for file, text in emit_c(core.program).items():
+        write_text(folder / "firmware" / file, text)

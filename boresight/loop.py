@@ -10,6 +10,7 @@ from boresight.arguments import check_choice, check_machine, check_number
 from boresight.disk.output import OutputFile
 from boresight.model.resolve import Named, estimator_of, load
 from boresight.sim.compare.difference import differences
+from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import LEVELS, make_level
 from boresight.sim.records.files import content_of
 from boresight.sim.worlds.loop import Loop, close_loop, parting
@@ -77,23 +78,20 @@ def simulate_world(
     check_machine(config, word)
     if steps is not None:
         check_number("steps", steps, 1)
-    filter.param_values(params)
+    build = Build(filter, config=config, word=word, params=[params])
     target = None if output is None else OutputFile(output, "simulate", of=filter.name)
     say = progress or (lambda text: None)
 
     def close(name: str) -> Loop:
         say(f"{plant.name} and {filter.name} on {name}")
-        level = make_level(name, filter, config=config, word=word, params=params)
-        try:
+        with make_level(name, build) as level:
             return close_loop(
                 plant, filter, level, steps=steps, progress=lambda n: say(f"{name}: {n:,} records")
             )
-        finally:
-            level.close()
 
     loop = close(on)
     apart = None if against == on else parting(filter, loop, close(against))
-    reference = make_level("float", filter, params=params).run(loop.inputs).outputs
+    reference = make_level("float", build).run(loop.inputs).outputs
     near = differences(filter.outputs, loop.outputs, reference)
     if target is not None:
         target.write(content_of(str(output), loop.record(filter, plant.name)))

@@ -175,8 +175,7 @@ class CModel:
             self._call = instance(
                 self.library,
                 set_param=(count, word),
-                run=(count, words, words, array_of(np.uint8)),
-                words=(words, words),
+                run=(count, words, words, array_of(np.uint8), ctypes.c_void_p),
                 observe=(count, *3 * (words,), *3 * (numbers,)),
             )
 
@@ -235,10 +234,21 @@ class CModel:
         ValueError
             If the shape is wrong or a word does not fit.
         """
+        return self._updates(inputs, None)
+
+    def trajectory(self, inputs: npt.ArrayLike) -> tuple[IntArray, npt.NDArray[np.bool_], IntArray]:
+        """As `update`, and the state words int64 (n, n_states) after each update."""
+        states = np.empty((len(np.asarray(inputs)), len(self.program.states)), dtype=np.int32)
+        return *self._updates(inputs, states), states.astype(np.int64)
+
+    def _updates(
+        self, inputs: npt.ArrayLike, states: npt.NDArray[np.int32] | None
+    ) -> tuple[IntArray, npt.NDArray[np.bool_]]:
         words = self._records(inputs)
         outputs = np.empty((len(words), len(self.program.outputs)), dtype=np.int32)
         saturated = np.empty(len(words), dtype=np.uint8)
-        self._call["run"](len(words), words, outputs, saturated)
+        kept = None if states is None else states.ctypes
+        self._call["run"](len(words), words, outputs, saturated, kept)
         return outputs.astype(np.int64), saturated.astype(np.bool_)
 
     def values_of_update(self, inputs: npt.ArrayLike) -> dict[int, int]:
@@ -248,13 +258,7 @@ class CModel:
         Find the first update that differs with `update`, come back to the one before it by
         `reset`, then compare these words in the order of the operations.
         """
-        words = self._checked(inputs, "inputs")
-        n_inputs = len(self.program.inputs)
-        if words.shape != (n_inputs,):
-            raise ValueError(f"inputs must have shape ({n_inputs},), not {words.shape}")
-        values = np.empty(len(self.program.values), dtype=np.int32)
-        self._call["words"](words, values)
-        return {number: int(word) for number, word in enumerate(values)}
+        return dict(enumerate(self.observe(np.asarray(inputs)[None]).low.tolist()))
 
     def observe(self, inputs: npt.ArrayLike) -> WordRanges:
         """Run n updates, at least one, and give the extremes of every value.

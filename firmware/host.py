@@ -33,6 +33,7 @@ def _set_param(body: Body) -> str:
 
 def _run(body: Body) -> str:
     name, n_in, n_out = body.name, len(body.program.inputs), len(body.program.outputs)
+    n_states = len(body.states)
     store = [
         f"outputs[k * {n_out}u + {j}u] = out.{member};"
         for j, member in enumerate(body.output_members)
@@ -42,13 +43,21 @@ def _run(body: Body) -> str:
         f"{name}_update(self, &in, &out);",
         *store,
         "saturated[k] = out.saturated ? 1u : 0u;",
+        "if (states != NULL) {",
+        *(
+            f"    states[k * {n_states}u + {j}u] = self->state.{member};"
+            for j, member in enumerate(body.state_members)
+        ),
+        "}",
     ]
     return (
         f"// Runs updates: inputs[n_updates][{n_in}] -> outputs[n_updates][{n_out}], "
-        "saturated[n_updates].\n"
+        "saturated[n_updates],\n"
+        f"// and, unless it is NULL, states[n_updates][{n_states}]: the words after each update.\n"
     ) + block(
         f"void {name}_run({name}_t *const self, const size_t n_updates, "
-        "const int32_t *const inputs,\n    int32_t *const outputs, uint8_t *const saturated)",
+        "const int32_t *const inputs,\n    int32_t *const outputs, uint8_t *const saturated, "
+        "int32_t *const states)",
         [
             "(void) inputs;",
             "(void) outputs;",
@@ -91,20 +100,6 @@ def _every_word(body: Body) -> str:
             "(void) in;",
             *(line.replace("in.", "row.", 1) for line in _load(body, "")),
             *body.statements(after=[*dump, "(void) saturated;"], every_word=True, behind=count),
-        ],
-    )
-
-
-def _words(body: Body) -> str:
-    name, n = body.name, len(body.program.values)
-    return (
-        f"// Runs one update and gives all its words[{n}]; states: the words before the update.\n"
-    ) + block(
-        f"void {name}_words({name}_t *const self, const int32_t *const inputs, "
-        "int32_t *const words)",
-        [
-            f"int64_t saturations[{max(n, 1)}] = {{0}};",
-            f"{name}_every_word(self, inputs, words, saturations);",
         ],
     )
 
@@ -153,8 +148,7 @@ def host_source(body: Body) -> str:
         f"size_t {name}_size(void);\n"
         f"void {name}_set_param({name}_t *self, size_t number, int32_t word);\n"
         f"void {name}_run({name}_t *self, size_t n_updates, const int32_t *inputs,\n"
-        "    int32_t *outputs, uint8_t *saturated);\n"
-        f"void {name}_words({name}_t *self, const int32_t *inputs, int32_t *words);\n"
+        "    int32_t *outputs, uint8_t *saturated, int32_t *states);\n"
         f"void {name}_observe({name}_t *self, size_t n_updates, const int32_t *inputs,\n"
         "    int32_t *low, int32_t *high, int64_t *low_at, int64_t *high_at,\n"
         "    int64_t *saturations);",
@@ -164,7 +158,6 @@ def host_source(body: Body) -> str:
         _set_param(body),
         _run(body),
         _every_word(body),
-        _words(body),
         _observe(body),
         END,
     )

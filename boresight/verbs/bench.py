@@ -8,18 +8,20 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from boresight.arguments import check_number
 from boresight.firmware.build import CModel
-from boresight.gateware.core import build_core
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
+from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Program
 from boresight.options import Outcome, progress_of
 from boresight.sharing import estimator_names
+from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import words_of
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
@@ -33,7 +35,7 @@ __all__ = ["add_arguments", "bench", "call", "random_inputs"]
 _MOST = 100_000_000
 
 
-def random_inputs(n: int, count: int, word: int, rng: np.random.Generator) -> np.ndarray:
+def random_inputs(n: int, count: int, word: int, rng: np.random.Generator) -> IntArray:
     """Input words (n, count): uniform, small and extreme ones mixed."""
     limit = 1 << (word - 1)
     words = rng.integers(-limit, limit, (n, count))
@@ -44,7 +46,7 @@ def random_inputs(n: int, count: int, word: int, rng: np.random.Generator) -> np
 
 def _recorded(
     estimator: Estimator, program: Program, count: int, rng: np.random.Generator
-) -> tuple[np.ndarray, str]:
+) -> tuple[IntArray, str]:
     """Input words (n, n_inputs) as sensors give them, at least ``count``, and what they are."""
     try:
         words = feed(estimator, Record.of(bundled("ximu_walk"))).words(program)
@@ -80,45 +82,16 @@ def bench(
     estimator = find_estimator(name)
     check_number("updates", updates, 1, _MOST)
     start = time.process_time()
-    program = estimator.compile()
-    core = build_core(program, "fast", urgent=estimator.urgent)
-    core.verilog(instances=True)
+    build = Build(estimator, config="fast")
+    build.core.verilog(instances=True)
     compile_seconds = time.process_time() - start
+    (program,) = build.programs
     rng = np.random.default_rng(1)
     steps = -(-updates // runs)
     recorded, source = _recorded(estimator, program, steps + 1, rng)
-    half = runs // 2
-    at = rng.integers(0, len(recorded) - steps, half)
-    machine = Interpreter(program, runs)
-    n_in = len(program.inputs)
-    words = np.empty((steps, n_in, runs), dtype=np.int32)
-    for k in range(steps):
-        words[k, :, :half] = recorded[at + k].T
-        words[k, :, half:] = random_inputs(runs - half, n_in, program.arithmetic.word, rng).T
-    seconds = 0.0
-    got = np.empty((steps, len(program.outputs), runs), dtype=np.int32)
-    flags = np.empty((steps, runs), dtype=bool)
-    for k in range(steps):
-        start = time.process_time()
-        got[k], flags[k] = machine.update(words[k])
-        seconds += time.process_time() - start
-        say(
-            f"interpreter: {(k + 1) * runs:,} of {steps * runs:,} updates, "
-            f"{(k + 1) * runs / seconds:,.0f}/s"
-        )
-    model = CModel(program, cflags=("-O2",))
-    c_seconds, mismatches = 0.0, 0
-    for r in range(runs):
-        model.reset()
-        row = np.ascontiguousarray(words[:, :, r], dtype=np.int64)
-        start = time.process_time()
-        out, saturated = model.update(row)
-        c_seconds += time.process_time() - start
-        mismatches += int(((out != got[:, :, r]).any(axis=1) | (saturated != flags[:, r])).sum())
-    long = np.tile(recorded, (max(1, 1_000_000 // len(recorded)), 1))
-    start = time.process_time()
-    model.update(long)
-    c_rate = len(long) / (time.process_time() - start)
+    words = _many(recorded, program, steps, runs, rng)
+    found, flags, seconds = _interpreted(program, words, say)
+    mismatches, c_rate = _compared(program, words, found, flags, recorded)
     return {
         "estimator": estimator.name,
         "updates_compared": steps * runs,
@@ -130,6 +103,56 @@ def bench(
         "source": f"boresight bench, CPU time of one core; one half of the inputs {source}, "
         "the other random words",
     }
+
+
+def _many(
+    recorded: IntArray, program: Program, steps: int, runs: int, rng: np.random.Generator
+) -> npt.NDArray[np.int32]:
+    """Input words (steps, n_inputs, runs): one half windows of a record, one half random words."""
+    half, n_in = runs // 2, len(program.inputs)
+    at = rng.integers(0, len(recorded) - steps, half)
+    words = np.empty((steps, n_in, runs), dtype=np.int32)
+    for k in range(steps):
+        words[k, :, :half] = recorded[at + k].T
+        words[k, :, half:] = random_inputs(runs - half, n_in, program.arithmetic.word, rng).T
+    return words
+
+
+def _interpreted(
+    program: Program, words: npt.NDArray[np.int32], say: Callable[[str], None]
+) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.bool_], float]:
+    """Outputs (steps, n_outputs, runs) and flags (steps, runs) of all runs; seconds."""
+    steps, _, runs = words.shape
+    machine = Interpreter(program, runs)
+    found = np.empty((steps, len(program.outputs), runs), dtype=np.int32)
+    flags = np.empty((steps, runs), dtype=bool)
+    seconds = 0.0
+    for k in range(steps):
+        start = time.process_time()
+        found[k], flags[k] = machine.update(words[k])
+        seconds += time.process_time() - start
+        done = (k + 1) * runs
+        say(f"interpreter: {done:,} of {steps * runs:,} updates, {done / seconds:,.0f}/s")
+    return found, flags, seconds
+
+
+def _compared(
+    program: Program,
+    words: npt.NDArray[np.int32],
+    found: npt.NDArray[np.int32],
+    flags: npt.NDArray[np.bool_],
+    recorded: IntArray,
+) -> tuple[int, float]:
+    """Updates in which the C differs, and its rate over one long run."""
+    model, mismatches = CModel(program, cflags=("-O2",)), 0
+    for r in range(words.shape[2]):
+        model.reset()
+        out, saturated = model.update(np.ascontiguousarray(words[:, :, r], dtype=np.int64))
+        mismatches += int(((out != found[:, :, r]).any(axis=1) | (saturated != flags[:, r])).sum())
+    long = np.tile(recorded, (max(1, 1_000_000 // len(recorded)), 1))
+    start = time.process_time()
+    model.update(long)
+    return mismatches, len(long) / (time.process_time() - start)
 
 
 def add_arguments(parser: ArgumentParser) -> None:

@@ -7,21 +7,20 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from boresight.arguments import check_choice, check_machine, check_number
+from boresight.arguments import check_machine, check_number
 from boresight.disk.output import OutputFile, free_name
 from boresight.model.errors import InputError
 from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import Outcome, model_options, params_of, progress_of
 from boresight.sharing import estimator_names, params_of_each
-from boresight.sim.compare.check import LEVELS, CheckResult
-from boresight.sim.compare.check import check as check_log
-from boresight.sim.compare.check_shared import check_shared, shared_core
-from boresight.sim.compare.divergence import load_reproducer, replay_reproducer
+from boresight.sim.compare.check import EXACT, Check
+from boresight.sim.compare.reproducer import load_reproducer, replay_reproducer
+from boresight.sim.compare.results import CheckResult
+from boresight.sim.levels.build import Build
 from boresight.sim.records.files import read_record
 from boresight.sim.records.reading import reason
 from boresight.sim.records.record import Record
-from boresight.sim.rtl.simulators import SIMULATORS
 from boresight.terminal import say
 
 __all__ = ["add_arguments", "call", "check", "log_files"]
@@ -74,17 +73,31 @@ def _records(log: Any) -> list[Record]:
     return [Record.of(log)]
 
 
-def check_options(
-    *, config: str, word: int, steps: int | None, levels: Sequence[str], simulator: str | None
-) -> None:
-    """Raise InputError for what no check can be told, whatever its levels use of it."""
-    check_machine(config, word)
-    if steps is not None:
-        check_number("steps", steps, 1)
-    for level in levels:
-        check_choice("levels", level, LEVELS)
-    if simulator is not None:
-        check_choice("simulator", simulator, SIMULATORS)
+def _shared_and_own(logs: Sequence[Any], names: Sequence[str]) -> tuple[list[Any], dict[str, Any]]:
+    """Logs for all estimators, and those of one of several."""
+    shared: list[Any] = []
+    own: dict[str, Any] = {}
+    for log in logs:
+        name, equals, path = log.partition("=") if isinstance(log, str) else ("", "", "")
+        if len(names) > 1 and equals and name in names:
+            own[name] = path
+        elif len(names) > 1 and isinstance(log, Mapping) and set(log) == set(names):
+            own |= log
+        else:
+            shared.append(log)
+    return shared, own
+
+
+def _own_record(name: str, own: Mapping[str, Any]) -> Record:
+    """The record of one of several estimators."""
+    if name not in own:
+        raise InputError.at(
+            "logs",
+            wanted=f"a log of {name}, since {', '.join(own)} has its own",
+            found="none",
+            fix=f"write for example {name}=log.csv",
+        )
+    return Record.of(own[name])
 
 
 def check(
@@ -93,19 +106,20 @@ def check(
     config: str = "small",
     word: int = 32,
     steps: int | None = None,
-    levels: Sequence[str] = ("fixed", "c", "rtl"),
+    levels: Sequence[str] = EXACT,
     simulator: str | None = None,
     params: Mapping[str, Any] | None = None,
     reproducer: str | Path | None = None,
     progress: Callable[[str], None] | None = None,
     each: Callable[[CheckResult], None] | None = None,
 ) -> list[CheckResult]:
-    """Check an estimator on logs; see `sim.compare.check.check`.
+    """Check an estimator on logs; see `sim.compare.check.Check`.
 
-    ``name`` may be several names with commas: then one core holds them all and they take turns
-    (`sim.compare.check_shared.check_shared`); ``params`` is then a mapping by estimator. ``logs``
-    are paths of logs or folders, or what `sim.records.record.Record.of` takes. ``each`` is called
-    with every result as soon as it is there.
+    ``name`` may be several names with commas: then one core holds them all and they take turns;
+    ``params`` is then a mapping by estimator. ``logs`` are paths of logs or folders, or what
+    `sim.records.record.Record.of` takes, each for all estimators; ``NAME=PATH``, or a mapping by
+    their names, gives each of several its own. ``each`` is called with every result as soon as it
+    is there.
 
     Raises
     ------
@@ -114,63 +128,39 @@ def check(
     """
     names = estimator_names(name)
     estimators = [find_estimator(n) for n in names]
-    chosen = params_of_each(names, params)
-    for estimator, values in zip(estimators, chosen, strict=True):
-        estimator.param_values(values)
-    check_options(config=config, word=word, steps=steps, levels=levels, simulator=simulator)
-    files = log_files(x for x in logs if isinstance(x, str | Path))
+    if steps is not None:
+        check_number("steps", steps, 1)
+    check_machine(config, word)
+    build = Build(*estimators, config=config, word=word, params=params_of_each(names, params))
+    told: list[str] = []
+    tell = progress or (lambda text: None)
+    checking = Check(
+        build,
+        levels=levels,
+        simulator=simulator,
+        progress=lambda text: tell("".join((*told, text))),
+    )
+    shared, own = _shared_and_own(logs, [e.name for e in estimators])
+    files = log_files(x for x in (*shared, *own.values()) if isinstance(x, str | Path))
     target = None
     if reproducer is not None:
-        target = OutputFile(
-            reproducer,
-            "check",
-            of=",".join(e.name for e in estimators),
-            inputs=files,
-            option="--reproducer",
-        )
-    read = [record for log in logs for record in _records(log)]
-    if not read:
+        of = ",".join(e.name for e in estimators)
+        target = OutputFile(reproducer, "check", of=of, inputs=files, option="--reproducer")
+    rounds = [[record] for log in shared for record in _records(log)]
+    if own:
+        rounds.append([_own_record(e.name, own) for e in estimators])
+    if not rounds:
         raise InputError.at("logs", wanted="at least one log", found="none", fix="name a log file")
     results = []
-    core = None
-    for log in read:
-        say = None if progress is None else (lambda text, log=log: progress(f"{log.name}: {text}"))
-        if len(names) > 1:
-            if core is None and "rtl" in levels:
-                core = shared_core(estimators, config=config, word=word, params=chosen)
-            found = check_shared(
-                estimators,
-                log,
-                config=config,
-                word=word,
-                steps=steps,
-                levels=levels,
-                simulator=simulator,
-                params=chosen,
-                core=core,
-                progress=say,
-            )
-        else:
-            found = [
-                check_log(
-                    estimators[0],
-                    log,
-                    config=config,
-                    word=word,
-                    steps=steps,
-                    levels=levels,
-                    simulator=simulator,
-                    params=chosen[0],
-                    reproducer=target,
-                    progress=say,
-                )
-            ]
+    for records in rounds:
+        told[:] = [", ".join(dict.fromkeys(r.name for r in records)), ": "]
+        found = checking.run(*(r.head(steps) for r in records), reproducer=target)
         results += found
         if each is not None:
             for result in found:
                 each(result)
-    if target is not None and target.written and progress is not None:
-        progress(f"the difference, to run again: {reproducer}")
+    if target is not None and target.written:
+        tell(f"the difference, to run again: {reproducer}")
     return results
 
 
@@ -181,10 +171,15 @@ def add_arguments(parser: ArgumentParser) -> None:
         metavar="ESTIMATOR[,ESTIMATOR...]",
         help="estimator; several: all in one core, in turns; or the word replay",
     )
-    parser.add_argument("logs", nargs="+", metavar="LOG", help="logs, or folders of logs")
+    parser.add_argument(
+        "logs",
+        nargs="+",
+        metavar="LOG",
+        help="logs, or folders of logs; of several estimators NAME=LOG gives one its own",
+    )
     model_options(parser)
     parser.add_argument("--steps", type=int, help="leading samples of each log")
-    parser.add_argument("--levels", default="fixed,c,rtl", help=f"some of {','.join(LEVELS)}")
+    parser.add_argument("--levels", default=",".join(EXACT), help=f"some of {','.join(EXACT)}")
     parser.add_argument("--simulator", help="verilator or icarus; default: what is there")
     parser.add_argument(
         "--reproducer",
@@ -196,34 +191,9 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def call(args: Namespace) -> Outcome:
     """Do it; see `Outcome`."""
+    levels = tuple(args.levels.split(","))
     if args.estimator == "replay":
-        check_options(
-            config=args.config,
-            word=args.word,
-            steps=args.steps,
-            levels=args.levels.split(","),
-            simulator=args.simulator,
-        )
-        for file in args.logs:
-            load_reproducer(Path(file))  # all are good before the first is run
-        simulator = args.simulator or "verilator"
-        lines = [
-            line
-            for file in args.logs
-            for line in replay_reproducer(Path(file), simulator=simulator)
-        ]
-        return int(bool(lines)), {"differences": lines}, "\n".join(lines) or "no difference"
-
-    def show(result: CheckResult) -> None:
-        if args.json:
-            return
-        say(f"{result.estimator} on {result.log}, {result.config}, W = {result.word}")
-        for level in result.levels:
-            say(f"  {level.line()}")
-        for text in (*result.accuracy.lines(), *(f"warning: {w}" for w in result.warnings)):
-            say(f"  {text}")
-
-    names = estimator_names(args.estimator)
+        return _replay(args, levels)
     reproducer = args.reproducer
     if reproducer is None:
         reproducer = free_name(REPRODUCER, "check", option="--reproducer")
@@ -233,12 +203,12 @@ def call(args: Namespace) -> Outcome:
         config=args.config,
         word=args.word,
         steps=args.steps,
-        levels=tuple(args.levels.split(",")),
+        levels=levels,
         simulator=args.simulator,
-        params=params_of(args, names),
+        params=params_of(args, estimator_names(args.estimator)),
         reproducer=reproducer,
         progress=progress_of(args),
-        each=show,
+        each=None if args.json else lambda result: say("\n".join(result.lines())),
     )
     good = all(r.good for r in results)
     return (
@@ -246,3 +216,15 @@ def call(args: Namespace) -> Outcome:
         {"good": good, "results": [r.to_json() for r in results]},
         "good" if good else "FAILED",
     )
+
+
+def _replay(args: Namespace, levels: Sequence[str]) -> Outcome:
+    """Run reproducers; all are good before the first is run."""
+    check_machine(args.config, args.word)
+    Check(Build(), levels=levels, simulator=args.simulator)  # refuses what it does not know
+    files = [Path(file) for file in args.logs]
+    for file in files:
+        load_reproducer(file)
+    simulator = args.simulator or "verilator"
+    lines = [line for file in files for line in replay_reproducer(file, simulator=simulator)]
+    return int(bool(lines)), {"differences": lines}, "\n".join(lines) or "no difference"

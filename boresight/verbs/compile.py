@@ -9,21 +9,23 @@ from pathlib import Path
 from typing import Any
 
 from boresight.arguments import check_choice, check_machine, check_number
-from boresight.core_files import core_files, project_files
+from boresight.core_files import (
+    SYSTEM_CLOCK_HZ,
+    core_files,
+    project_files,
+    write_core,
+    write_system,
+    write_text,
+)
 from boresight.disk.cache import Cache
 from boresight.disk.output import output_folder
-from boresight.firmware.emit import emit_c
 from boresight.firmware.soc.image import find_cross_compiler
 from boresight.gateware.boards.board import BOARDS
 from boresight.gateware.boards.ise import write_ise_project
 from boresight.gateware.boards.top import records_design
 from boresight.gateware.core import Core
-from boresight.gateware.core_text import core_text
 from boresight.gateware.microcode.image import rom_pieces
-from boresight.gateware.register_map import register_map_files
-from boresight.gateware.registers.files import files_of
 from boresight.gateware.synthesis.estimate import Estimate, estimate
-from boresight.gateware.system.attitude_system import AttitudeSystem, system_design
 from boresight.gateware.system.programs import system_core
 from boresight.gateware.verilog import to_verilog
 from boresight.model.errors import InputError
@@ -31,48 +33,16 @@ from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import Outcome, model_options, params_of, progress_of
 from boresight.sharing import estimator_names, params_of_each
-from boresight.sim.compare.check_shared import shared_core
+from boresight.sim.levels.build import Build
 from boresight.sim.report.data import report_data
 from boresight.soc_project import SOC_CLOCK_HZ, soc_verilog, write_soc
 
-__all__ = [
-    "add_arguments",
-    "call",
-    "check_board",
-    "compile",
-    "core_for",
-    "estimate_core",
-    "together",
-    "write_core",
-    "write_system",
-]
+__all__ = ["add_arguments", "call", "compile", "estimate_core", "figures_of", "together"]
 
 #: What an ISE project can be made of.
 TOPS = ("sensors", "records")
-#: Clock of complete systems, Hz.
-SYSTEM_CLOCK_HZ = 100_000_000
 #: Least width of its words, bits (`gateware.system.programs.system_core`).
 SYSTEM_WORD_LEAST = 26
-
-
-def check_board(board: str | None) -> None:
-    """Raise InputError unless ``board`` is None or known."""
-    if board is not None:
-        check_choice("board", board, BOARDS)
-
-
-def core_for(
-    name: Named,
-    *,
-    config: str = "small",
-    word: int = 32,
-    params: Mapping[str, float] | None = None,
-    urgent: int | None = None,
-) -> Core:
-    """Compile an estimator to a core."""
-    return shared_core(
-        [find_estimator(name)], config=config, word=word, params=[params], urgent=urgent
-    )
 
 
 def estimate_core(core: Core) -> Estimate:
@@ -139,20 +109,49 @@ def compile(
         The programs do not fit into one core.
     """
     say = progress or (lambda text: None)
-    whole: dict[str, Any] | None = None
     names = estimator_names(name, *others)
     estimators = [find_estimator(n) for n in names]
-    chosen = params_of_each(names, params)
     own = [e.name for e in estimators]
-    for estimator, values in zip(estimators, chosen, strict=True):
-        estimator.param_values(values)
-    check_board(board)
-    check_choice("top", top, TOPS)
     check_machine(config, word)
-    if board is not None and top == "sensors":
-        check_number("word of a complete system", word, SYSTEM_WORD_LEAST, 32)
     if urgent is not None:
         check_number("urgent", urgent, 1, min(len(e.outputs) for e in estimators))
+    chosen = params_of_each(names, params)
+    build = Build(*estimators, config=config, word=word, params=chosen, urgent=urgent)
+    _check_project(board, top, word, with_cpu=with_cpu)
+    expected = core_files(own)
+    if board is not None:
+        expected += project_files(board, system=top == "sensors")
+    with output_folder(output, "compile", of=",".join(own), files=expected) as folder:
+        core = build.core
+        say(f"{', '.join(own)} for {config}: Verilog")
+        write_core(folder, core)
+        system = None
+        if board is not None:
+            say(f"ISE project for {board}: {top}")
+            place = folder / f"ise-{board}"
+            if top == "records":
+                write_ise_project(records_design(core), board, place)
+            else:
+                system = _write_sensors(place, board, build, with_cpu=with_cpu)
+        area = None
+        if synth:
+            say("synthesis (yosys) and clock estimate")
+            area = estimate_core(core)
+        data = together(core, [report_data(core.select(k), area=area) for k in range(len(own))])
+        if synth and system is not None:
+            say("synthesis of the complete system")
+            data["system"] = figures_of(estimate(system, "system", cache_dir=Cache().root))
+        write_text(folder / "report.json", json.dumps(data, indent=1) + "\n")
+    return data
+
+
+def _check_project(board: str | None, top: str, word: int, *, with_cpu: bool) -> None:
+    """Raise InputError, or ToolMissing, unless such an ISE project can be made."""
+    if board is not None:
+        check_choice("board", board, BOARDS)
+    check_choice("top", top, TOPS)
+    if board is not None and top == "sensors":
+        check_number("word of a complete system", word, SYSTEM_WORD_LEAST, 32)
     if with_cpu and (board is None or top != "sensors"):
         raise InputError.at(
             "with-cpu",
@@ -161,46 +160,22 @@ def compile(
             fix="say --board mimas, for example",
         )
     if with_cpu:
-        find_cross_compiler()  # before any work
-    expected = core_files(own)
-    if board is not None:
-        expected += project_files(board, system=top == "sensors")
-    with output_folder(output, "compile", of=",".join(own), files=expected) as folder:
-        core = shared_core(estimators, config=config, word=word, urgent=urgent, params=chosen)
-        say(f"{', '.join(own)} for {config}: Verilog")
-        write_core(folder, core)
-        if board is not None:
-            say(f"ISE project for {board}: {top}")
-            if top == "records":
-                write_ise_project(records_design(core), board, folder / f"ise-{board}")
-            else:
-                given = dict(zip(own, chosen, strict=True))
-                clock_hz = SOC_CLOCK_HZ if with_cpu else SYSTEM_CLOCK_HZ
-                made = system_core(
-                    estimators,
-                    config=config,
-                    word=word,
-                    clock_hz=clock_hz,
-                    params={name: values for name, values in given.items() if values},
-                )
-                place = folder / f"ise-{board}"
-                if with_cpu:
-                    verilog = soc_verilog(write_soc(place, board, made))
-                else:
-                    verilog = to_verilog(write_system(place, board, made), "system", instances=True)
-                if synth:
-                    say("synthesis of the complete system")
-                    whole = figures_of(estimate(verilog, "system", cache_dir=Cache().root))
-        area = None
-        if synth:
-            say("synthesis (yosys) and clock estimate")
-            area = estimate_core(core)
-        reports = [report_data(core.select(k), e, area=area) for k, e in enumerate(estimators)]
-        data = together(core, reports)
-        if whole is not None:
-            data["system"] = whole
-        _write(folder / "report.json", json.dumps(data, indent=1) + "\n")
-    return data
+        find_cross_compiler()
+
+
+def _write_sensors(folder: Path, board: str, build: Build, *, with_cpu: bool) -> str:
+    """Write the ISE project of the complete system; its Verilog."""
+    given = {e.name: v for e, v in zip(build.estimators, build.params, strict=True) if v}
+    core = system_core(
+        build.estimators,
+        config=build.config,
+        word=build.word,
+        clock_hz=SOC_CLOCK_HZ if with_cpu else SYSTEM_CLOCK_HZ,
+        params=given,
+    )
+    if with_cpu:
+        return soc_verilog(write_soc(folder, board, core))
+    return to_verilog(write_system(folder, board, core), "system", instances=True)
 
 
 def figures_of(found: Estimate) -> dict[str, Any]:
@@ -217,54 +192,6 @@ def figures_of(found: Estimate) -> dict[str, Any]:
             for nets in ("median", "p75")
         },
     }
-
-
-def write_system(folder: Path, board: str, core: Core) -> AttitudeSystem:
-    """Write the ISE project of a complete system, with its register map beside it."""
-    made: list[AttitudeSystem] = []
-    design = system_design(core)
-
-    def make(clock_hz: int) -> AttitudeSystem:
-        made.append(design(clock_hz))
-        return made[-1]
-
-    # 100 MHz whatever the oscillator.
-    write_ise_project(make, board, folder, clock_hz=SYSTEM_CLOCK_HZ)
-    for file, text in files_of(made[-1].map()).items():
-        _write(folder / file, text)
-    return made[-1]
-
-
-def write_core(folder: Path, core: Core) -> None:
-    """Write Verilog, microcode, programs, schedules, C and register map of a core."""
-    for file, instances in (("core.v", True), ("core_sim.v", False)):
-        text = core_text(core, instances=instances) + core.verilog(instances=instances)
-        _write(folder / file, text)
-    (folder / "firmware").mkdir()
-    for number in range(len(core.parts)):
-        _write_program(folder, core.select(number))
-    _write_registers(folder, core)
-
-
-def _write(file: Path, text: str) -> None:
-    """The same bytes whatever the system's encoding and line ends."""
-    file.write_text(text, encoding="utf-8", newline="\n")
-
-
-def _write_program(folder: Path, core: Core) -> None:
-    """Microcode, program, schedule and C of the program at hand."""
-    of = f"-{core.program.name}" if len(core.parts) > 1 else ""
-    _write(folder / f"microcode{of}.lst", core.listing)
-    _write(folder / f"program{of}.json", core.program.to_json() + "\n")
-    _write(folder / f"schedule{of}.json", core.schedule.to_json() + "\n")
-    for file, text in emit_c(core.program).items():
-        _write(folder / "firmware" / file, text)
-
-
-def _write_registers(folder: Path, core: Core) -> None:
-    """The register map in its written forms."""
-    for file, text in register_map_files(core).items():
-        _write(folder / file, text)
 
 
 def together(core: Core, reports: Sequence[dict[str, Any]]) -> dict[str, Any]:

@@ -9,23 +9,21 @@ from pathlib import Path
 from typing import Any
 
 from boresight.arguments import check_number
-from boresight.core_files import core_files, project_files
+from boresight.core_files import core_files, project_files, write_core, write_system, write_text
 from boresight.disk.output import output_folder
 from boresight.gateware.core import Core
 from boresight.gateware.synthesis.estimate import Estimate
 from boresight.gateware.system.programs import system_core
-from boresight.model.estimator import Estimator
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import Outcome, progress_of
 from boresight.sim.board.setup import REAL
-from boresight.sim.compare.check import check as check_log
-from boresight.sim.compare.check_shared import shared_core
+from boresight.sim.compare.check import Check
+from boresight.sim.levels.build import Build
 from boresight.sim.records.bundled import bundled
-from boresight.sim.records.files import read_record
 from boresight.sim.records.record import Record
 from boresight.sim.report.data import report_data
 from boresight.sim.report.html import render_html
-from boresight.verbs.compile import estimate_core, together, write_core, write_system
+from boresight.verbs.compile import estimate_core, together
 from boresight.verbs.simulate import BOARD_FILES, default_log, simulate_text, write_board
 
 __all__ = ["FILTERS", "RECORDING", "STEPS", "add_arguments", "call", "demo", "summary_table"]
@@ -58,36 +56,33 @@ def demo(
     say = progress or (lambda text: None)
     estimators = [find_estimator(name) for name in names]
     check_number("steps", steps, 1)
-    log = read_record(bundled(RECORDING))
-    cores, rows, systems = [], [], []
+    record = Record.of(bundled(RECORDING)).head(steps)
+    summary: dict[str, Any] = {"log": RECORDING, "good": False, "cores": [], "filters": []}
     with output_folder(output, "demo", of=",".join(names), files=_files(names)) as folder:
         for config in CONFIGS:
             place = folder / f"core-{config}"
             place.mkdir()
             say(f"{config}: {', '.join(names)} in one core")
-            core = shared_core(estimators, config=config, restarts=restarts)
-            write_core(place, core)
-            systems.append(system_core(names, config=config, restarts=restarts))
-            write_system(place / "ise-mimas", "mimas", systems[-1])
+            build = Build(*estimators, config=config, restarts=restarts)
+            write_core(place, build.core)
+            system = system_core(names, config=config, restarts=restarts)
+            write_system(place / "ise-mimas", "mimas", system)
+            if config == CONFIGS[0]:
+                of_board = system
             say("synthesis (yosys) and clock estimate")
-            area = estimate_core(core)
-            cores.append(_figures(core, area))
+            area = estimate_core(build.core)
+            summary["cores"].append(_figures(build.core, area))
             shown = Path(output) / place.name
-            rows += _prove(place, shown, core, estimators, log, area, steps=steps, say=say)
+            summary["filters"] += _prove(place, shown, build, record, area, say)
         say("the complete board, both sensors at its pins")
         (folder / "board").mkdir()
         updates = round(BOARD_S * REAL.rate_hz)
         board = write_board(
-            folder / "board", names[-1], systems[0], default_log(updates), updates=updates, say=say
+            folder / "board", names[-1], of_board, default_log(updates), updates=updates, say=say
         )
-        summary = {
-            "log": RECORDING,
-            "good": all(r["good"] for r in rows) and board["good"],
-            "cores": cores,
-            "filters": rows,
-            "board": board["runs"],
-        }
-        (folder / "summary.json").write_text(json.dumps(summary, indent=1) + "\n")
+        summary["board"] = board["runs"]
+        summary["good"] = board["good"] and all(r["good"] for r in summary["filters"])
+        write_text(folder / "summary.json", json.dumps(summary, indent=1) + "\n")
     return summary
 
 
@@ -105,41 +100,27 @@ def _files(names: Sequence[str]) -> list[str]:
 def _prove(
     folder: Path,
     shown: Path,
-    core: Core,
-    estimators: Sequence[Estimator],
-    log: Record,
+    build: Build,
+    record: Record,
     area: Estimate,
-    *,
-    steps: int,
     say: Callable[[str], None],
 ) -> list[dict[str, Any]]:
-    """Every filter of a core on the recording: its page, report.json, a row for each.
+    """All filters of a core on the recording, in turns: their pages, report.json, a row for each.
 
     ``shown`` is the folder's name when all is done.
     """
-    config = core.machine.name
     rows, reports = [], []
-    for number, estimator in enumerate(estimators):
-        at_hand = core.select(number)
-        say(f"{config}: {estimator.name}")
-        result = check_log(
-            estimator,
-            log,
-            config=config,
-            steps=steps,
-            core=at_hand,
-            simulator="verilator",
-            progress=say,
-        )
-        for level in result.levels:
-            say(f"  {level.line()}")
-        report = report_data(at_hand, estimator, area=area, check=result, log=log, comparison=True)
-        page = f"report-{estimator.name}.html"
-        (folder / page).write_text(render_html(report), encoding="utf-8")
+    found = Check(build, simulator="verilator", progress=say).run(record)
+    for number, result in enumerate(found):
+        for line in (result.estimator, *(f"  {x.line()}" for x in result.levels)):
+            say(line)
+        report = report_data(build.core.select(number), result, area=area, comparison=True)
+        page = f"report-{result.estimator}.html"
+        write_text(folder / page, render_html(report))
         reports.append(report)
         rows.append(_row(report, good=result.good, page=str(shown / page)))
-    data = together(core, reports)
-    (folder / "report.json").write_text(json.dumps(data, indent=1) + "\n")
+    data = together(build.core, reports)
+    write_text(folder / "report.json", json.dumps(data, indent=1) + "\n")
     return rows
 
 

@@ -9,38 +9,19 @@ from pathlib import Path
 from typing import Any
 
 from boresight.arguments import check_machine, check_number
+from boresight.core_files import write_text
 from boresight.disk.output import output_folder
-from boresight.gateware.core import Core
-from boresight.gateware.synthesis.estimate import Estimate
-from boresight.model.estimator import Estimator
 from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import Outcome, model_options, params_of, progress_of
-from boresight.sim.compare.check import CheckResult
-from boresight.sim.compare.check import check as check_log
+from boresight.sim.compare.check import Check
+from boresight.sim.levels.build import Build
 from boresight.sim.records.record import Record
 from boresight.sim.report.data import report_data
 from boresight.sim.report.html import render_html
-from boresight.verbs.compile import core_for, estimate_core
+from boresight.verbs.compile import estimate_core
 
-__all__ = ["add_arguments", "call", "report", "write_report"]
-
-
-def write_report(
-    folder: Path,
-    estimator: Estimator,
-    core: Core,
-    result: CheckResult,
-    log: Record,
-    area: Estimate | None,
-    *,
-    comparison: bool,
-) -> dict[str, Any]:
-    """Write report.json and report.html into ``folder`` and return the data."""
-    data = report_data(core, estimator, area=area, check=result, log=log, comparison=comparison)
-    (folder / "report.json").write_text(json.dumps(data, indent=1) + "\n")
-    (folder / "report.html").write_text(render_html(data), encoding="utf-8")
-    return data
+__all__ = ["add_arguments", "call", "report"]
 
 
 def report(
@@ -73,28 +54,20 @@ def report(
     check_machine(config, word)
     if steps is not None:
         check_number("steps", steps, 1)
-    estimator.param_values(params)
-    log = Record.of(log_path)
+    build = Build(estimator, config=config, word=word, params=[params])
+    record = Record.of(log_path).head(steps)
     files = ("report.html", "report.json")
-    with output_folder(
-        output, "report", of=estimator.name, files=files, inputs=[log_path]
-    ) as folder:
-        core = core_for(estimator, config=config, word=word, params=params)
-        result = check_log(
-            estimator,
-            log,
-            config=config,
-            word=word,
-            steps=steps,
-            params=params,
-            core=core,
-            progress=progress,
-        )
+    inputs = [log_path]
+    with output_folder(output, "report", of=estimator.name, files=files, inputs=inputs) as folder:
+        (result,) = Check(build, progress=progress).run(record)
         area = None
         if synth:
             say("synthesis (yosys) and clock estimate")
-            area = estimate_core(core)
-        return write_report(folder, estimator, core, result, log, area, comparison=comparison)
+            area = estimate_core(build.core)
+        data = report_data(build.core, result, area=area, comparison=comparison)
+        write_text(folder / "report.json", json.dumps(data, indent=1) + "\n")
+        write_text(folder / "report.html", render_html(data))
+    return data
 
 
 def add_arguments(parser: ArgumentParser) -> None:

@@ -14,19 +14,18 @@ from boresight.arguments import check_choice, check_machine, check_number
 from boresight.disk.output import OutputFile
 from boresight.model.declarations import QUATERNION
 from boresight.model.errors import InputError
-from boresight.model.estimator import Estimator, with_params
+from boresight.model.estimator import Estimator
 from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import Outcome, model_options, params_of
 from boresight.sim.attitude.accuracy import attitude_rmse
 from boresight.sim.attitude.outputs import attitude_of, euler_deg_of, status_of
 from boresight.sim.compare.difference import differences
-from boresight.sim.levels.level import outputs_of
+from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import LEVELS, make_level
 from boresight.sim.records.feed import Feed, feed
 from boresight.sim.records.files import content_of
 from boresight.sim.records.record import Column, Record
-from boresight.sim.records.segments import interpret
 from boresight.terminal import tell
 
 __all__ = ["LEVELS", "add_arguments", "call", "run"]
@@ -78,7 +77,7 @@ def run(
     check_machine(config, word)
     if steps is not None:
         check_number("steps", steps, 1)
-    estimator.param_values(params)
+    build = Build(estimator, config=config, word=word, params=[params])
     inputs = [log] if isinstance(log, str | Path) else []
     of = estimator.name
     if output is not None and any(o.name == "t" for o in estimator.outputs):
@@ -91,7 +90,8 @@ def run(
     target = None if output is None else OutputFile(output, "run", of=of, inputs=inputs)
     record = Record.of(log).head(steps)
     given = feed(estimator, record)
-    outputs = _outputs(estimator, given, on, config=config, word=word, params=params)
+    with make_level(on, build) as level:
+        outputs = level.run(given.inputs).outputs
     if target is not None:
         target.write(content_of(str(output), _log_of(estimator, given.t, outputs)))
     return {
@@ -108,26 +108,6 @@ def run(
         "clamped": given.clamped,
         **_attitude(given, outputs),
     }
-
-
-def _outputs(
-    estimator: Estimator,
-    given: Feed,
-    on: str,
-    *,
-    config: str,
-    word: int,
-    params: Mapping[str, float] | None,
-) -> dict[str, FloatArray]:
-    """Outputs by name, in their units."""
-    if on == "fixed":  # many segments side by side instead of one update after the other
-        program = with_params(estimator.compile(word=word), estimator, params)
-        return outputs_of(program, interpret(program, given.words(program)).outputs)
-    level = make_level(on, estimator, config=config, word=word, params=params)
-    try:
-        return level.run(given.inputs).outputs
-    finally:
-        level.close()
 
 
 def _attitude(given: Feed, outputs: Mapping[str, FloatArray]) -> dict[str, Any]:

@@ -12,11 +12,9 @@ from amaranth.lib.wiring import In, Out
 from boresight.gateware.sensors.adis16385_flags import EVENTS, FLAGS
 from boresight.gateware.sensors.adis16385_frames import (
     CHECKED,
-    COMM_FAILURE,
     CONFIG_FRAMES,
     FIRST,
     FIRST_RUN,
-    IDENTITY,
     LAST,
     RUN_FRAMES,
     STEPS,
@@ -25,6 +23,7 @@ from boresight.gateware.sensors.adis16385_frames import (
     write,
 )
 from boresight.gateware.sensors.adis16385_range import at_full_scale
+from boresight.gateware.sensors.adis16385_setup import Settings, Timing
 from boresight.gateware.serial.spi import SpiController, cycles_for
 
 __all__ = ["Adis16385"]
@@ -66,29 +65,10 @@ class Adis16385(wiring.Component):
     ----------
     clock_hz : float
         Clock of domain ``sync``, Hz.
-    sclk_hz : float
-        Highest SPI clock, Hz. 1 MHz is what the maker's own tool uses.
-    stall_s : float
-        Least pause between frames, s. 16 us is what the maker's own tool uses.
-    startup_s : float
-        Least wait from the end of the reset pulse to the first frame, s (unverified: 0.3).
-    reset_s : float
-        Least length of the reset pulse, s (unverified: 1 ms).
-    period_s : float
-        Nominal time between samples without decimation, s: 1/1024.
-    timeout_periods : float
-        Periods after which a data-ready edge counts as missing.
-    bad_limit : int, 1 to 16
-        Bad samples in a row that lead to a new start.
-    identity : int
-        PROD_ID.
-    msc_ctrl, smpl_prd, sens_avg : int
-        Settings before anybody drives the members of the same names: data-ready on DIO1, active
-        high; 1024 samples/s; +-300 deg/s and a filter of 2**2 taps per stage.
-    gyro_limit, accel_limit : int
-        Full scale, counts: a magnitude from there on is over-range.
-    alarm_mask, invalid_mask : int
-        Bits of DIAG_STAT.
+    timing : Timing
+        Of the device.
+    settings : Settings
+        Its words, and what counts as bad.
 
     Members
     -------
@@ -124,63 +104,25 @@ class Adis16385(wiring.Component):
     FLAGS: Final = FLAGS
 
     def __init__(
-        self,
-        *,
-        clock_hz: float,
-        sclk_hz: float = 1e6,
-        stall_s: float = 16e-6,
-        startup_s: float = 0.3,
-        reset_s: float = 1e-3,
-        period_s: float = 1 / 1024,
-        timeout_periods: float = 4.0,
-        bad_limit: int = 4,
-        identity: int = IDENTITY,
-        msc_ctrl: int = 0x0006,
-        smpl_prd: int = 0x0001,
-        sens_avg: int = 0x0402,
-        gyro_limit: int = 24_000,
-        accel_limit: int = 20_000,
-        alarm_mask: int = 0xFF7F,
-        invalid_mask: int = COMM_FAILURE,
+        self, *, clock_hz: float, timing: Timing | None = None, settings: Settings | None = None
     ) -> None:
-        words = {
-            "identity": identity,
-            "msc_ctrl": msc_ctrl,
-            "smpl_prd": smpl_prd,
-            "sens_avg": sens_avg,
-            "alarm_mask": alarm_mask,
-            "invalid_mask": invalid_mask,
-        }
-        for name, value, least, most in (
-            *((name, value, 0, 0xFFFF) for name, value in words.items()),
-            ("gyro_limit", gyro_limit, 1, 0x7FFF),
-            ("accel_limit", accel_limit, 1, 0x7FFF),
-            ("bad_limit", bad_limit, 1, 16),
-        ):
-            if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
-                raise ValueError(f"{name} must be an integer from {least} to {most}, not {value!r}")
-        if isinstance(sclk_hz, bool) or not isinstance(sclk_hz, (int, float)) or not sclk_hz > 0:
-            raise ValueError(f"sclk_hz must be a positive number, not {sclk_hz!r}")
-        if not isinstance(timeout_periods, (int, float)) or not timeout_periods >= 1:
-            raise ValueError(f"timeout_periods must be 1 or more, not {timeout_periods!r}")
+        timing = timing or Timing()
+        self.settings = settings = settings or Settings()
         self.spi = SpiController(
-            half_cycles=max(3, cycles_for(clock_hz=clock_hz, seconds=0.5 / sclk_hz)),
-            stall_cycles=cycles_for(clock_hz=clock_hz, seconds=stall_s),
+            half_cycles=max(3, cycles_for(clock_hz=clock_hz, seconds=0.5 / timing.sclk_hz)),
+            stall_cycles=cycles_for(clock_hz=clock_hz, seconds=timing.stall_s),
         )
-        self.identity, self.bad_limit = identity, bad_limit
-        self.gyro_limit, self.accel_limit = gyro_limit, accel_limit
-        self.alarm_mask, self.invalid_mask = alarm_mask, invalid_mask
-        timeout = cycles_for(clock_hz=clock_hz, seconds=timeout_periods * period_s)
+        timeout = cycles_for(clock_hz=clock_hz, seconds=timing.timeout_periods * timing.period_s)
         self.tick_bit = max(0, (timeout // 4).bit_length() - 1)
         self.timeout_ticks = self._ticks(timeout)
-        self.reset_ticks = self._ticks(cycles_for(clock_hz=clock_hz, seconds=reset_s))
-        self.startup_ticks = self._ticks(cycles_for(clock_hz=clock_hz, seconds=startup_s))
-        period = cycles_for(clock_hz=clock_hz, seconds=period_s)
+        self.reset_ticks = self._ticks(cycles_for(clock_hz=clock_hz, seconds=timing.reset_s))
+        self.startup_ticks = self._ticks(cycles_for(clock_hz=clock_hz, seconds=timing.startup_s))
+        period = cycles_for(clock_hz=clock_hz, seconds=timing.period_s)
         if period <= self.burst_cycles + self.spi.stall_cycles:
             burst_s = self.burst_cycles / clock_hz
             raise ValueError(
                 f"period_s must be longer than a burst ({burst_s:.4g} s and a stall), "
-                f"not {period_s!r}"
+                f"not {timing.period_s!r}"
             )
         super().__init__(
             {
@@ -193,9 +135,9 @@ class Adis16385(wiring.Component):
                 "time": In(32),
                 "enable": In(1, init=1),
                 "restart": In(1),
-                "msc_ctrl": In(16, init=msc_ctrl),
-                "smpl_prd": In(16, init=smpl_prd),
-                "sens_avg": In(16, init=sens_avg),
+                "msc_ctrl": In(16, init=settings.msc_ctrl),
+                "smpl_prd": In(16, init=settings.smpl_prd),
+                "sens_avg": In(16, init=settings.sens_avg),
                 "sample": Out(1),
                 "index": In(range(len(WORDS))),
                 "word": Out(16),
@@ -263,7 +205,7 @@ class Adis16385(wiring.Component):
 
         See `check_cycles` for faults that spoil answers.
         """
-        return self.burst_cycles + self.bad_limit * self.timeout_cycles(decimation) + 8
+        return self.burst_cycles + self.settings.bad_limit * self.timeout_cycles(decimation) + 8
 
     def recovery_cycles(self, period: int, decimation: int = 0) -> int:
         """Most clock cycles from the end of a fault to the next good sample.
@@ -271,12 +213,16 @@ class Adis16385(wiring.Component):
         Of a device that brings one each ``period`` cycles: a start that has just begun in vain is
         given up, the next one succeeds.
         """
-        bad = self.bad_limit * max(self.timeout_cycles(decimation), period) + self.burst_cycles
+        bad = (
+            self.settings.bad_limit * max(self.timeout_cycles(decimation), period)
+            + self.burst_cycles
+        )
         return 2 * self.start_cycles + bad + (len(CHECKED) + 1) * period + self.burst_cycles
 
     def elaborate(self, platform: Any) -> Module:
-        """Pins and buffer, frames, judgement, and four states."""
+        """Pins, frames, buffer, judgement, and four states."""
         m = Module()
+        r = _Registers(self)
         m.submodules.spi = spi = self.spi
         m.d.comb += [
             self.cs_n.eq(spi.cs_n),
@@ -284,32 +230,49 @@ class Adis16385(wiring.Component):
             self.mosi.eq(spi.mosi),
             spi.miso.eq(self.miso),
         ]
-        ready, ready_before, edge = Signal(), Signal(), Signal()
+        ready, ready_before = Signal(), Signal()
         m.submodules.synchroniser = FFSynchronizer(self.data_ready, ready)
         m.d.sync += ready_before.eq(ready)
-        m.d.comb += edge.eq(ready & ~ready_before)
-
-        step = Signal(5, init=FIRST)
-        checking = Signal(range(len(CHECKED)))  # with this sample
-        settings = {
-            name: Signal(16, name=f"{name}_used") for name in ("msc_ctrl", "smpl_prd", "sens_avg")
-        }
-        stores, checks, place, running = Signal(), Signal(), Signal(3), Signal()
-        which, known = Signal(range(len(CHECKED))), Signal(16)
-        m.d.comb += known.eq(Array([self.identity, *settings.values()])[which])
-        self._frames(m, step, which, known, stores, checks, place)
-
+        m.d.comb += r.edge.eq(ready & ~ready_before)
+        m.d.comb += r.known.eq(Array([self.settings.identity, *r.used.values()])[r.which])
+        self._frames(m, r)
         # One cycle after the answer: judged, stored, on to the next step.
-        answered, equal = Signal(), Signal()
-        m.d.sync += [answered.eq(spi.o_valid), equal.eq(spi.o_data == known)]
+        m.d.sync += [r.answered.eq(spi.o_valid), r.equal.eq(spi.o_data == r.known)]
+        self._buffer(m, r)
+        self._wait(m, r)
+        with m.FSM() as fsm:
+            with m.State("RESET"):
+                self._reset(m, r)
+            with m.State("STARTUP"):
+                with m.If(r.start_over):
+                    m.next = "RESET"
+                with m.Elif(r.expired & ~spi.busy):
+                    m.next = "FRAMES"
+            with m.State("FRAMES"):
+                self._next_frame(m, r)
+            with m.State("EDGE"):
+                self._await_edge(m, r)
+        self._judge(m, r, fsm.ongoing("FRAMES"))
+        m.d.sync += [self.events.eq(Cat(r.event.values())), self.sample.eq(r.event["sample"])]
+        m.d.comb += [
+            r.running.eq(fsm.ongoing("EDGE") | (fsm.ongoing("FRAMES") & r.step[4])),
+            self.flags.running.eq(r.running),
+            spi.i.valid.eq(fsm.ongoing("FRAMES")),
+        ]
+        m.d.sync += self.reset_n.eq(~fsm.ongoing("RESET"))
+        return m
+
+    def _buffer(self, m: Module, r: _Registers) -> None:
+        """Words of the sample, and what they say by themselves."""
+        spi, settings = self.spi, self.settings
         m.submodules.buffer = buffer = memory.Memory(
             shape=16, depth=len(WORDS), init=[], attrs={"ram_style": "distributed"}
         )
         writer, reader = buffer.write_port(), buffer.read_port(domain="comb")
-        is_temperature = place == WORDS.index("TEMP_OUT")
+        is_temperature = r.place == WORDS.index("TEMP_OUT")
         m.d.comb += [
-            writer.addr.eq(place),
-            writer.en.eq(answered & stores),
+            writer.addr.eq(r.place),
+            writer.en.eq(r.answered & r.stores),
             writer.data.eq(
                 Cat(
                     spi.o_data[:12],
@@ -320,151 +283,127 @@ class Adis16385(wiring.Component):
             self.word.eq(reader.data),
         ]
         for at, latest in (("TEMP_OUT", self.temperature), ("DIAG_STAT", self.diag_stat)):
-            with m.If(writer.en & (place == WORDS.index(at))):
+            with m.If(writer.en & (r.place == WORDS.index(at))):
                 m.d.sync += latest.eq(writer.data)
-        over, alarm, invalid, skipped = Signal(), Signal(), Signal(), Signal()
+        limits = (settings.gyro_limit, settings.accel_limit)
+        full = ~r.place.all() & at_full_scale(spi.o_data, r.place >= 3, limits)
         with m.If(writer.en):
             m.d.sync += [
-                over.eq(
-                    ~is_temperature
-                    & (
-                        over
-                        | (
-                            ~place.all()
-                            & at_full_scale(
-                                spi.o_data, place >= 3, (self.gyro_limit, self.accel_limit)
-                            )
-                        )
-                    )
-                ),
-                alarm.eq((spi.o_data & self.alarm_mask).any()),
-                invalid.eq((spi.o_data & self.invalid_mask).any()),
+                r.over.eq(~is_temperature & (r.over | full)),
+                r.alarm.eq((spi.o_data & settings.alarm_mask).any()),
+                r.invalid.eq((spi.o_data & settings.invalid_mask).any()),
             ]
 
-        event = {name: Signal(name=f"event_{name}") for name in EVENTS}
-        m.d.sync += [self.events.eq(Cat(event.values())), self.sample.eq(event["sample"])]
-        timer = Signal(
-            range(1 + max(self.timeout_ticks, self.startup_ticks, self.reset_ticks)),
-            init=self.reset_ticks,
-        )
-        tick, expired = Signal(), Signal()
-        self._tick(m, tick, running, settings["smpl_prd"][8:12])
-        m.d.comb += expired.eq(tick & (timer == 0))
-        with m.If(tick & (timer != 0)):
-            m.d.sync += timer.eq(timer - 1)
-        chances = Signal(range(self.bad_limit), init=self.bad_limit - 1)
-        bad, start_over = Signal(), Signal()
-        edges = Signal(16)
-        with m.If(running & edge):
-            m.d.sync += edges.eq(edges + 1)
-        flags = self.flags
-        judging, spi_turn = Signal(), Signal()
-        m.d.comb += judging.eq(checks & answered & spi_turn)
+    def _wait(self, m: Module, r: _Registers) -> None:
+        """The timer, and the count of edges."""
+        tick = Signal()
+        self._tick(m, tick, r.running, r.used["smpl_prd"][8:12])
+        m.d.comb += r.expired.eq(tick & (r.timer == 0))
+        with m.If(tick & (r.timer != 0)):
+            m.d.sync += r.timer.eq(r.timer - 1)
+        with m.If(r.running & r.edge):
+            m.d.sync += r.edges.eq(r.edges + 1)
 
-        with m.FSM() as fsm:
-            with m.State("RESET"):
-                m.d.sync += [used.eq(getattr(self, name)) for name, used in settings.items()]
-                m.d.sync += [chances.eq(self.bad_limit - 1), step.eq(FIRST)]
-                with m.If(expired):
-                    m.d.sync += timer.eq(self.startup_ticks)
-                    m.next = "STARTUP"
-                with m.If(start_over):
-                    m.next = "RESET"
-            with m.State("STARTUP"):
-                with m.If(start_over):
-                    m.next = "RESET"
-                with m.Elif(expired & ~spi.busy):
-                    m.next = "FRAMES"
-            with m.State("FRAMES"):
-                m.d.comb += spi_turn.eq(1)
-                with m.If(answered):
-                    m.d.sync += [step.eq(step + 1), timer.eq(self.timeout_ticks)]
-                    with m.If(step == LAST):
-                        m.d.sync += step.eq(Cat(checking, Const(0b110, 3)))
-                    with m.If(step[3:].all()):
-                        m.d.sync += step.eq(step | 4)
-                    with m.If((step == FIRST_RUN - 1) | step[2:].all()):
-                        m.next = "EDGE"
-                with m.If(start_over):
-                    m.next = "RESET"
-            with m.State("EDGE"):
-                m.d.sync += step.eq(FIRST_RUN)
-                with m.If(edge & ~spi.busy):
-                    m.d.sync += [
-                        self.stamp.eq(self.time),
-                        self.number.eq(edges),
-                        flags.no_data_ready.eq(0),
-                    ]
-                    m.next = "FRAMES"
-                with m.Elif(expired):
-                    m.d.sync += [timer.eq(self.timeout_ticks), flags.no_data_ready.eq(1)]
-                    m.d.comb += event["no_data_ready"].eq(1)
-                with m.If(start_over):
-                    m.next = "RESET"
+    def _reset(self, m: Module, r: _Registers) -> None:
+        """The reset pulse, in which settings are taken."""
+        m.d.sync += [used.eq(getattr(self, name)) for name, used in r.used.items()]
+        m.d.sync += [r.chances.eq(self.settings.bad_limit - 1), r.step.eq(FIRST)]
+        with m.If(r.expired):
+            m.d.sync += r.timer.eq(self.startup_ticks)
+            m.next = "STARTUP"
+        with m.If(r.start_over):
+            m.next = "RESET"
 
-        # Judgement: at the answer that is checked.
-        whole, doubtful = Signal(), Signal()
+    def _next_frame(self, m: Module, r: _Registers) -> None:
+        """One frame after another."""
+        step = r.step
+        m.d.comb += r.spi_turn.eq(1)
+        with m.If(r.answered):
+            m.d.sync += [step.eq(step + 1), r.timer.eq(self.timeout_ticks)]
+            with m.If(step == LAST):
+                m.d.sync += step.eq(Cat(r.checking, Const(0b110, 3)))
+            with m.If(step[3:].all()):
+                m.d.sync += step.eq(step | 4)
+            with m.If((step == FIRST_RUN - 1) | step[2:].all()):
+                m.next = "EDGE"
+        with m.If(r.start_over):
+            m.next = "RESET"
+
+    def _await_edge(self, m: Module, r: _Registers) -> None:
+        """The next data-ready edge."""
+        m.d.sync += r.step.eq(FIRST_RUN)
+        with m.If(r.edge & ~self.spi.busy):
+            m.d.sync += [
+                self.stamp.eq(self.time),
+                self.number.eq(r.edges),
+                self.flags.no_data_ready.eq(0),
+            ]
+            m.next = "FRAMES"
+        with m.Elif(r.expired):
+            m.d.sync += [r.timer.eq(self.timeout_ticks), self.flags.no_data_ready.eq(1)]
+            m.d.comb += r.event["no_data_ready"].eq(1)
+        with m.If(r.start_over):
+            m.next = "RESET"
+
+    def _judge(self, m: Module, r: _Registers, in_frames: Value) -> None:
+        """At the answer that is checked: what it says of the sample and of the device."""
+        flags, event = self.flags, r.event
+        judging, whole, doubtful, bad = Signal(), Signal(), Signal(), Signal()
         m.d.comb += [
-            whole.eq(step[2:].all()),
+            judging.eq(r.checks & r.answered & r.spi_turn),
+            whole.eq(r.step[2:].all()),
             doubtful.eq(flags.identity_error | flags.config_error),
         ]
         with m.If(judging):
-            with m.If(step[:2] == 0):
-                m.d.comb += event["identity_error"].eq(~equal)
-                m.d.sync += flags.identity_error.eq(~equal)
+            with m.If(r.step[:2] == 0):
+                m.d.comb += event["identity_error"].eq(~r.equal)
+                m.d.sync += flags.identity_error.eq(~r.equal)
             with m.Else():
-                m.d.comb += event["config_error"].eq(~equal)
-                m.d.sync += flags.config_error.eq(~equal)
-            with m.If(whole & equal):
+                m.d.comb += event["config_error"].eq(~r.equal)
+                m.d.sync += flags.config_error.eq(~r.equal)
+            with m.If(whole & r.equal):
                 m.d.comb += [
-                    event["link_error"].eq(invalid | doubtful),
-                    event["sample"].eq(~invalid & ~doubtful),
+                    event["link_error"].eq(r.invalid | doubtful),
+                    event["sample"].eq(~r.invalid & ~doubtful),
                 ]
-                m.d.sync += [checking.eq(checking + 1), flags.link_error.eq(invalid | doubtful)]
-        with m.If(event["sample"]):
-            m.d.comb += [event["alarm"].eq(alarm), event["over_range"].eq(over)]
-            m.d.sync += [
-                flags.alarm.eq(alarm),
-                flags.over_range.eq(over),
-                flags.overrun.eq(skipped),
-                skipped.eq(0),
-                chances.eq(self.bad_limit - 1),
-            ]
+                m.d.sync += [
+                    r.checking.eq(r.checking + 1),
+                    flags.link_error.eq(r.invalid | doubtful),
+                ]
         m.d.comb += [
-            event["overrun"].eq(edge & running & (spi.busy | fsm.ongoing("FRAMES"))),
-            bad.eq(event["no_data_ready"] | (judging & whole & (~equal | invalid))),
+            event["overrun"].eq(r.edge & r.running & (self.spi.busy | in_frames)),
+            bad.eq(event["no_data_ready"] | (judging & whole & (~r.equal | r.invalid))),
             event["restart"].eq(
-                self.enable & (self.restart | (bad & (chances == 0)) | (judging & ~whole & ~equal))
+                self.enable
+                & (self.restart | (bad & (r.chances == 0)) | (judging & ~whole & ~r.equal))
             ),
-            start_over.eq(event["restart"] | ~self.enable),
+            r.start_over.eq(event["restart"] | ~self.enable),
         ]
-        with m.If(event["overrun"]):
-            m.d.sync += skipped.eq(1)
-        with m.If(bad):
-            m.d.sync += chances.eq(chances - 1)
-        with m.If(start_over):
-            m.d.sync += timer.eq(self.reset_ticks)
-        m.d.comb += [
-            running.eq(fsm.ongoing("EDGE") | (fsm.ongoing("FRAMES") & step[4])),
-            flags.running.eq(running),
-            spi.i.valid.eq(fsm.ongoing("FRAMES")),
-        ]
-        m.d.sync += self.reset_n.eq(~fsm.ongoing("RESET"))
-        return m
+        self._count(m, r, bad)
 
-    def _frames(
-        self,
-        m: Module,
-        step: Signal,
-        which: Signal,
-        known: Signal,
-        stores: Signal,
-        checks: Signal,
-        place: Signal,
-    ) -> None:
+    def _count(self, m: Module, r: _Registers, bad: Value) -> None:
+        """What good and bad samples leave behind."""
+        flags, event = self.flags, r.event
+        with m.If(event["sample"]):
+            m.d.comb += [event["alarm"].eq(r.alarm), event["over_range"].eq(r.over)]
+            m.d.sync += [
+                flags.alarm.eq(r.alarm),
+                flags.over_range.eq(r.over),
+                flags.overrun.eq(r.skipped),
+                r.skipped.eq(0),
+                r.chances.eq(self.settings.bad_limit - 1),
+            ]
+        with m.If(event["overrun"]):
+            m.d.sync += r.skipped.eq(1)
+        with m.If(bad):
+            m.d.sync += r.chances.eq(r.chances - 1)
+        with m.If(r.start_over):
+            m.d.sync += r.timer.eq(self.reset_ticks)
+
+    def _frames(self, m: Module, r: _Registers) -> None:
         """The table of frames: command of ``step``, and what its answer is."""
         writes = Signal()
-        with m.Switch(step):
+        with m.Switch(r.step):
             for number, each in STEPS.items():
                 with m.Case(number):
                     command = (
@@ -475,12 +414,14 @@ class Adis16385(wiring.Component):
                     m.d.comb += [
                         self.spi.i.payload[8:].eq(command >> 8),
                         writes.eq(each.byte is not None),
-                        stores.eq(each.store is not None),
-                        place.eq(each.store or 0),
-                        checks.eq(each.check is not None),
-                        which.eq(number if each.byte is None else CHECKED.index(each.register)),
+                        r.stores.eq(each.store is not None),
+                        r.place.eq(each.store or 0),
+                        r.checks.eq(each.check is not None),
+                        r.which.eq(number if each.byte is None else CHECKED.index(each.register)),
                     ]
-        m.d.comb += self.spi.i.payload[:8].eq(known.word_select(~step[0], 8) & writes.replicate(8))
+        m.d.comb += self.spi.i.payload[:8].eq(
+            r.known.word_select(~r.step[0], 8) & writes.replicate(8)
+        )
 
     def _tick(self, m: Module, tick: Signal, running: Signal, exponent: Value) -> None:
         """A tick at each change of a bit of ``time``: of a higher one, the rarer samples are."""
@@ -490,3 +431,28 @@ class Adis16385(wiring.Component):
         m.d.sync += [before.eq(bit), ran.eq(running)]
         # The change to another bit is no tick.
         m.d.comb += tick.eq((bit ^ before) & (ran == running))
+
+
+class _Registers:
+    """Registers of the reader, and what its parts tell each other."""
+
+    def __init__(self, reader: Adis16385) -> None:
+        settings = reader.settings
+        self.step = Signal(5, init=FIRST)
+        self.checking = Signal(range(len(CHECKED)))  # with this sample
+        #: Settings that the device was given.
+        self.used = {
+            name: Signal(16, name=f"{name}_used") for name in ("msc_ctrl", "smpl_prd", "sens_avg")
+        }
+        # Of the frame whose answer comes.
+        self.stores, self.checks, self.place = Signal(), Signal(), Signal(3)
+        self.which, self.known = Signal(range(len(CHECKED))), Signal(16)
+        self.answered, self.equal, self.spi_turn = Signal(), Signal(), Signal()
+        self.edge, self.running = Signal(), Signal()
+        self.over, self.alarm, self.invalid, self.skipped = Signal(), Signal(), Signal(), Signal()
+        self.event = {name: Signal(name=f"event_{name}") for name in EVENTS}
+        longest = max(reader.timeout_ticks, reader.startup_ticks, reader.reset_ticks)
+        self.timer = Signal(range(1 + longest), init=reader.reset_ticks)
+        self.expired, self.start_over = Signal(), Signal()
+        self.chances = Signal(range(settings.bad_limit), init=settings.bad_limit - 1)
+        self.edges = Signal(16)

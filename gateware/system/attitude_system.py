@@ -25,7 +25,8 @@ from boresight.gateware.system.attitude_output import AttitudeOutput
 from boresight.gateware.system.bridge import Bridge
 from boresight.gateware.system.programs import core_plan
 from boresight.gateware.system.system_bus import ADDRESS_BITS, SystemBus
-from boresight.gateware.system.system_registers import system_map, system_registers
+from boresight.gateware.system.system_map import system_map
+from boresight.gateware.system.system_registers import system_registers
 from boresight.gateware.system.system_text import system_text
 from boresight.model.errors import InputError
 
@@ -60,8 +61,9 @@ class AttitudeSystem(wiring.Component):
         Line to the host.
     wishbone : bool
         With a Wishbone slave, for a processor.
-    inertial, compass : dict, optional
-        Parameters of `Adis16385` and `Hmr3300` other than their defaults.
+    inertial : Adis16385, optional
+    compass : Hmr3300, optional
+        The readers, where they are other than usual.
 
     Members
     -------
@@ -90,16 +92,16 @@ class AttitudeSystem(wiring.Component):
         clock_hz: float = 100e6,
         host_baud: float = 921_600,
         wishbone: bool = False,
-        inertial: dict[str, Any] | None = None,
-        compass: dict[str, Any] | None = None,
+        inertial: Adis16385 | None = None,
+        compass: Hmr3300 | None = None,
     ) -> None:
         self.core = core
         self.clock_hz = clock_hz
         self.host_baud = host_baud
         self.plan = core_plan(core)
         self.wishbone = wishbone
-        self._inertial = Adis16385(clock_hz=clock_hz, **(inertial or {}))
-        self._compass = Hmr3300(clock_hz=clock_hz, **(compass or {}))
+        self._inertial = inertial or Adis16385(clock_hz=clock_hz)
+        self._compass = compass or Hmr3300(clock_hz=clock_hz)
         self._bridge = Bridge(clock_hz=clock_hz, baud=host_baud, address=ADDRESS_BITS)
         self._attitude = AttitudeCore(core=core, readers=2)
         programs = [p.program for p in core.parts[: self.plan.filters]]
@@ -131,15 +133,12 @@ class AttitudeSystem(wiring.Component):
         super().__init__(
             {
                 **{line.name: In(1, init=1) if line.input else Out(1) for line in _LINES},
-                "probe_sample": Out(1),
-                "probe_running": Out(1),
-                "probe_updated": Out(1),
+                **{
+                    f"probe_{name}": Out(1)
+                    for name in ("sample", "running", "updated", "line", "counts")
+                },
+                **{f"probe_value{k}": Out(16) for k in range(3)},
                 "probe_program": Out(range(len(self.plan.names))),
-                "probe_line": Out(1),
-                "probe_counts": Out(1),
-                "probe_value0": Out(16),
-                "probe_value1": Out(16),
-                "probe_value2": Out(16),
                 "probe_events": Out(len(self.events)),
                 **(ports if wishbone else {}),
             }
@@ -185,98 +184,25 @@ class AttitudeSystem(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         """The parts, and who is connected to whom."""
         m = Module()
-        m.submodules.inertial = inertial = self._inertial
-        m.submodules.compass = compass = self._compass
+        m.submodules.inertial, m.submodules.compass = self._inertial, self._compass
         m.submodules.attitude = attitude = self._attitude
-        m.submodules.output = output = self._output
-        m.submodules.bridge = bridge = self._bridge
-        feed = len(self.plan.feed.registers)
+        m.submodules.output, m.submodules.bridge = self._output, self._bridge
         m.submodules.bus = bus = SystemBus(
-            registers=self.registers, events=len(self.events), feed=feed
+            registers=self.registers, events=len(self.events), feed=len(self.plan.feed.registers)
         )
-        if feed:
-            m.d.comb += [
-                *(getattr(attitude, n).eq(getattr(bus, n)) for n in _FEED),
-                attitude.feed_take.eq(bus.order[3]),
-                bus.feed_busy.eq(attitude.feed_busy),
-            ]
-        csr = bus  # the ports of the registers
         time = Signal(32)
         m.d.sync += time.eq(time + 1)
-
         self._pins(m)
-        order = csr.order
-        m.d.comb += [
-            inertial.time.eq(time),
-            compass.time.eq(time),
-            attitude.time.eq(time),
-            csr.time.eq(time),
-            # Inertial sensor.
-            inertial.enable.eq(1),
-            inertial.restart.eq(order[1]),
-            inertial.msc_ctrl.eq(csr.inertial_msc_ctrl),
-            inertial.smpl_prd.eq(csr.inertial_smpl_prd),
-            inertial.sens_avg.eq(csr.inertial_sens_avg),
-            inertial.index.eq(attitude.index),
-            attitude.word.eq(inertial.word),
-            attitude.sample.eq(inertial.sample),
-            attitude.stamp.eq(inertial.stamp),
-            csr.inertial_flags.eq(inertial.flags),
-            csr.temperature.eq(inertial.temperature),
-            csr.diag_stat.eq(inertial.diag_stat),
-            # Compass.
-            compass.mode.eq(csr.compass_mode),
-            attitude.line.eq(compass.line),
-            attitude.is_counts.eq(compass.is_counts),
-            *(attitude.values[k].eq(compass.values[k]) for k in range(3)),
-            csr.compass_flags.eq(compass.flags),
-            *(
-                getattr(csr, f"compass_{axis}").eq(compass.values[k])
-                for k, axis in enumerate("xyz")
-            ),
-            # Filter.
-            attitude.run.eq(csr.run),
-            attitude.filter.eq(csr.filter),
-            attitude.source.eq(csr.magnetic_source),
-            attitude.restart.eq(order[0]),
-            # Output.
-            output.updated.eq(attitude.updated),
-            output.last_output.eq(attitude.last_output),
-            output.mode.eq(csr.output_mode),
-            output.divider.eq(csr.output_divider),
-            output.flags.eq(
-                Cat(
-                    ~inertial.flags.running,
-                    inertial.flags.alarm,
-                    inertial.flags.over_range,
-                    inertial.flags.overrun,
-                    compass.flags.stale,
-                    compass.flags.paused,
-                )
-            ),
-            # Counters.
-            bus.events.eq(Cat(part.events for _, part in self._sources)),
-            bus.clear.eq(order[2]),
-        ]
-        # A letter waits until the reader can send it; the next one replaces it.
-        with m.If(compass.command.ready):
-            m.d.sync += compass.command.valid.eq(0)
-        with m.If(csr.compass_command_stb):
-            m.d.sync += [
-                compass.command.valid.eq(1),
-                compass.command.payload.eq(csr.compass_command),
-            ]
-        wiring.connect(m, output.o, bridge.i)
-        wiring.connect(m, bus.core, attitude.bus)
-        wiring.connect(m, output.port, attitude.ports[0])
-        m.d.comb += [
-            attitude.ports[1].take.eq(~csr.results_hold),
-            attitude.ports[1].index.eq(bus.results.index),
-            bus.results.value.eq(attitude.ports[1].value),
-        ]
-        self._initiators(m, bus, bridge)
+        self._sensors(m, bus, time)
+        self._filter(m, bus, time)
+        self._results(m, bus)
+        self._initiators(m, bus, self._bridge)
         self._lights(m, time)
+        inertial, compass = self._inertial, self._compass
         m.d.comb += [
+            bus.time.eq(time),
+            bus.events.eq(Cat(part.events for _, part in self._sources)),
+            bus.clear.eq(bus.order[2]),
             self.probe_sample.eq(inertial.sample),
             self.probe_running.eq(inertial.flags.running),
             self.probe_updated.eq(attitude.updated),
@@ -287,6 +213,84 @@ class AttitudeSystem(wiring.Component):
             *(getattr(self, f"probe_value{k}").eq(compass.values[k]) for k in range(3)),
         ]
         return m
+
+    def _sensors(self, m: Module, bus: SystemBus, time: Signal) -> None:
+        """Readers to their registers."""
+        inertial, compass, csr = self._inertial, self._compass, bus
+        m.d.comb += [
+            inertial.time.eq(time),
+            inertial.enable.eq(1),
+            inertial.restart.eq(csr.order[1]),
+            inertial.msc_ctrl.eq(csr.inertial_msc_ctrl),
+            inertial.smpl_prd.eq(csr.inertial_smpl_prd),
+            inertial.sens_avg.eq(csr.inertial_sens_avg),
+            csr.inertial_flags.eq(inertial.flags),
+            csr.temperature.eq(inertial.temperature),
+            csr.diag_stat.eq(inertial.diag_stat),
+            compass.time.eq(time),
+            compass.mode.eq(csr.compass_mode),
+            csr.compass_flags.eq(compass.flags),
+            *(getattr(csr, f"compass_{a}").eq(compass.values[k]) for k, a in enumerate("xyz")),
+        ]
+        # A letter waits until the reader can send it; the next one replaces it.
+        with m.If(compass.command.ready):
+            m.d.sync += compass.command.valid.eq(0)
+        with m.If(csr.compass_command_stb):
+            m.d.sync += [
+                compass.command.valid.eq(1),
+                compass.command.payload.eq(csr.compass_command),
+            ]
+
+    def _filter(self, m: Module, bus: SystemBus, time: Signal) -> None:
+        """Readers and registers to the core."""
+        inertial, compass, attitude = self._inertial, self._compass, self._attitude
+        m.d.comb += [
+            attitude.time.eq(time),
+            inertial.index.eq(attitude.index),
+            attitude.word.eq(inertial.word),
+            attitude.sample.eq(inertial.sample),
+            attitude.stamp.eq(inertial.stamp),
+            attitude.line.eq(compass.line),
+            attitude.is_counts.eq(compass.is_counts),
+            *(attitude.values[k].eq(compass.values[k]) for k in range(3)),
+            attitude.run.eq(bus.run),
+            attitude.filter.eq(bus.filter),
+            attitude.source.eq(bus.magnetic_source),
+            attitude.restart.eq(bus.order[0]),
+        ]
+        if self.plan.feed.registers:
+            m.d.comb += [
+                *(getattr(attitude, n).eq(getattr(bus, n)) for n in _FEED),
+                attitude.feed_take.eq(bus.order[3]),
+                bus.feed_busy.eq(attitude.feed_busy),
+            ]
+
+    def _results(self, m: Module, bus: SystemBus) -> None:
+        """Results to the output and the bus."""
+        attitude, output = self._attitude, self._output
+        inertial, compass = self._inertial.flags, self._compass.flags
+        m.d.comb += [
+            output.updated.eq(attitude.updated),
+            output.last_output.eq(attitude.last_output),
+            output.mode.eq(bus.output_mode),
+            output.divider.eq(bus.output_divider),
+            output.flags.eq(
+                Cat(
+                    ~inertial.running,
+                    inertial.alarm,
+                    inertial.over_range,
+                    inertial.overrun,
+                    compass.stale,
+                    compass.paused,
+                )
+            ),
+            attitude.ports[1].take.eq(~bus.results_hold),
+            attitude.ports[1].index.eq(bus.results.index),
+            bus.results.value.eq(attitude.ports[1].value),
+        ]
+        wiring.connect(m, output.o, self._bridge.i)
+        wiring.connect(m, bus.core, attitude.bus)
+        wiring.connect(m, output.port, attitude.ports[0])
 
     def _pins(self, m: Module) -> None:
         """Parts to pins."""

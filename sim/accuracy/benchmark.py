@@ -24,6 +24,7 @@ from boresight.sim.accuracy.figures import attitude_errors, errors
 from boresight.sim.accuracy.peers import PEERS, dip_rad, peer, require_peers, run_peer
 from boresight.sim.accuracy.scoring import Scorer
 from boresight.sim.compare.difference import Difference, differences
+from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.records.feed import Feed, feed
 from boresight.sim.records.nine_axis import NineAxis
@@ -90,7 +91,7 @@ def _ours(
     start = time.perf_counter()
     runs = Scorer(estimator, feeds, word=word, jobs=jobs).runs(params)
     pace = (time.perf_counter() - start) / sum(map(len, feeds))
-    level = CompiledFloat(estimator, params) if with_float else None
+    level = CompiledFloat(Build(estimator, params=[params])) if with_float else None
     fixed, floating = [], []
     for trial, given, run in zip(trials, feeds, runs, strict=True):
         near: tuple[Difference, ...] = ()

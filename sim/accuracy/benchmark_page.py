@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from importlib.resources import files
 from typing import Any
 
 from boresight.sim.accuracy.benchmark_plots import (
@@ -15,7 +14,7 @@ from boresight.sim.accuracy.benchmark_plots import (
 )
 from boresight.sim.accuracy.figures import ANGLES
 from boresight.sim.compare.difference import ATTITUDE
-from boresight.sim.report.html import UNKNOWN, number
+from boresight.sim.pages import UNKNOWN, page
 
 __all__ = ["render_page"]
 
@@ -38,19 +37,6 @@ def _best(rows: list[Mapping[str, Any]], trial: str, reference: str) -> float | 
 
 def render_page(data: Mapping[str, Any]) -> str:
     """HTML text of the dict that `boresight accuracy` gives."""
-    import jinja2
-
-    environment = jinja2.Environment(
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
-    environment.filters |= {"deg": _deg, "number": number}
-    template = environment.from_string(
-        files("boresight.sim.accuracy").joinpath("benchmark.html").read_text(encoding="utf-8")
-    )
     every = [r for r in data["estimators"] if r["level"] != "float"]
     rows = [r for r in every if r["attitude"]]
     floating = {r["estimator"]: r for r in data["estimators"] if r["level"] == "float"}
@@ -63,7 +49,10 @@ def render_page(data: Mapping[str, Any]) -> str:
     )
     compared = [r for r in rows if r["vs_float"]]
     names = [log["trial"] for log in data["logs"]]
-    return template.render(
+    return page(
+        "boresight.sim.accuracy",
+        "benchmark.html",
+        deg=_deg,
         d=data,
         rows=ranked,
         attitude=ATTITUDE,

@@ -21,10 +21,10 @@ from boresight.model.estimator import Estimator, param_words
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
 from boresight.sim.compare.difference import ATTITUDE, Difference, differences
+from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.integer import words_of
 from boresight.sim.levels.level import outputs_of
-from boresight.sim.records.segments import with_state_outputs
 
 __all__ = ["Covariance", "CovarianceTrial", "covariance_of", "covariance_trial"]
 
@@ -159,10 +159,9 @@ def covariance_trial(
     covariance = covariance_of(estimator)
     program = estimator.compile(word=word)
     share = max(1, updates // (len(records) * len(params)))
-    n_out = len(program.outputs)
     total = negative = checked = saturated = 0
     least, drift = np.inf, dict[str, float]()
-    model = CModel(with_state_outputs(program))
+    model = CModel(program)
     for values in params:
         for number, value in param_words(program, estimator.param_values(values)).items():
             model.set_param(program.values[number].name, value)
@@ -172,13 +171,13 @@ def covariance_trial(
             done = 0
             while done < share:
                 at = done % len(words)
-                out, sat = model.update(words[at : at + min(chunk, share - done)])
+                out, sat, states = model.trajectory(words[at : at + min(chunk, share - done)])
                 if done == 0:
-                    head = outputs_of(program, out[:compared, :n_out])
+                    head = outputs_of(program, out[:compared])
                     for d in _ends(estimator, real[: len(out)][:compared], values, head):
                         key = f"{d.output} {d.unit}".rstrip()
                         drift[key] = max(drift.get(key, 0.0), d.largest)
-                p = covariance.of_words(program, out[:, n_out:])
+                p = covariance.of_words(program, states)
                 negative += int((np.diagonal(p, axis1=1, axis2=2) < 0).any(axis=1).sum())
                 some = p[::every]
                 least = min(least, float(np.linalg.eigvalsh(some).min()))
@@ -201,7 +200,7 @@ def _ends(
 ) -> list[Difference]:
     """Differences to float64 over the last tenth of the inputs."""
     tail = slice(len(inputs) - max(1, len(inputs) // 10), len(inputs))
-    wanted = CompiledFloat(estimator, params).run(inputs).outputs
+    wanted = CompiledFloat(Build(estimator, params=[params])).run(inputs).outputs
     every = differences(
         estimator.outputs, *({n: x[tail] for n, x in side.items()} for side in (found, wanted))
     )

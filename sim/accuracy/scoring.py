@@ -16,6 +16,7 @@ from typing import TypeVar
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.sim.accuracy.figures import errors, units_of
+from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import Emitted
 from boresight.sim.levels.level import Run
 from boresight.sim.records.feed import Feed
@@ -47,11 +48,11 @@ class Scorer:
         jobs: int | None = None,
     ) -> None:
         self.estimator, self.feeds = estimator, tuple(feeds)
-        program = estimator.compile(word=word)
+        build = Build(estimator, word=word)
         self.jobs = max(1, min(jobs or os.cpu_count() or 1, len(self.feeds)))
         self._levels: SimpleQueue[Emitted] = SimpleQueue()
         for _ in range(self.jobs):
-            self._levels.put(Emitted(program))
+            self._levels.put(Emitted(build))
 
     def _each(
         self,

@@ -6,9 +6,11 @@ import importlib.resources
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 from boresight.gateware.core import Core
+from boresight.gateware.sensors.adis16385 import Adis16385
+from boresight.gateware.sensors.adis16385_setup import Timing
+from boresight.gateware.sensors.hmr3300 import Hmr3300
 from boresight.gateware.serial.uart import divisor_for
 from boresight.gateware.system.attitude_system import AttitudeSystem
 from boresight.gateware.system.programs import FILTERS, system_core
@@ -58,27 +60,28 @@ def make_board(
         With a Wishbone slave, for a processor.
     """
     core = core or system_core(filters, config=config, restarts=restarts, params=params)
-    inertial: dict[str, Any] = {
-        "sclk_hz": setup.sclk_hz,
-        "stall_s": setup.stall_s,
-        "startup_s": setup.startup_s,
-        "reset_s": setup.reset_s,
-        "period_s": 1.0 / setup.rate_hz,
-    }
+    timing = Timing(
+        sclk_hz=setup.sclk_hz,
+        stall_s=setup.stall_s,
+        startup_s=setup.startup_s,
+        reset_s=setup.reset_s,
+        period_s=1.0 / setup.rate_hz,
+    )
     # The compass's waits go with its lines.
     slower = 8.0 / setup.lines_hz
-    compass = {
-        "baud": setup.hmr_baud,
-        "stale_s": 0.5 * slower,
-        "quiet_s": 0.3 * slower,
-        "timeout_s": 1.3 * slower,
-    }
+    compass = Hmr3300(
+        clock_hz=setup.clock_hz,
+        baud=setup.hmr_baud,
+        stale_s=0.5 * slower,
+        quiet_s=0.3 * slower,
+        timeout_s=1.3 * slower,
+    )
     return Board(
         AttitudeSystem(
             core=core,
             clock_hz=setup.clock_hz,
             host_baud=setup.host_baud,
-            inertial=inertial,
+            inertial=Adis16385(clock_hz=setup.clock_hz, timing=timing),
             compass=compass,
             wishbone=wishbone,
         ),

@@ -3,26 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from importlib.resources import files
 from typing import Any
 
 from boresight.sim.board.timeline import Timeline, timeline_plot
+from boresight.sim.pages import page
 
 __all__ = ["render_page"]
 
 
 def render_page(data: Mapping[str, Any], timelines: Sequence[Timeline]) -> str:
     """HTML text of the dict that `boresight simulate` gives."""
-    import jinja2
-
-    environment = jinja2.Environment(
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
+    return page(
+        "boresight.sim.board", "board.html", d=data, plot=timeline_plot(timelines, salt="board")
     )
-    template = environment.from_string(
-        files("boresight.sim.board").joinpath("board.html").read_text(encoding="utf-8")
-    )
-    return template.render(d=data, plot=timeline_plot(timelines, salt="board"))

@@ -7,7 +7,7 @@ import numpy as np
 from boresight.sim.board.build import Board
 from boresight.sim.board.run import BoardRun, frame_ends
 from boresight.sim.board.timeline import Span, Timeline
-from boresight.sim.report.data import PAPER_US
+from boresight.sim.report.timing import PAPER_US
 
 __all__ = ["timeline_of"]
 

@@ -1,9 +1,15 @@
-"""Comparisons: outputs against float or truth, in their units, each with a verdict.
+"""Comparisons: levels with the interpreter, outputs with float64 or truth, each with a verdict.
 
 ========== ======================================================================================
 module     what it holds
 ========== ======================================================================================
+check      every level on the same records, and fixed point against float64
+results    a verdict for each level, and all of them for one estimator on one record
+divergence the first value of a level that differs, by name, step and cycle
+reproducer a file that shows a difference again
 difference one output against its reference: largest and rms, where, within its tolerance or not
+verdict    differences, saturations, ranges that were left, and what went wrong first
+twin       every operation in float64 from the words that it reads
 culprit    the first value of a program that leaves its float twin, and what would cure it
 ========== ======================================================================================
 """

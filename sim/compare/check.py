@@ -1,429 +1,209 @@
-"""`boresight check`: every level on the same input, bit by bit and cycle by cycle."""
+"""A check: every level on the same records, bit by bit and cycle by cycle, and against float64."""
 
 from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any
-
-import numpy as np
-import numpy.typing as npt
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 from boresight.disk.output import OutputFile
-from boresight.firmware.build import CModel
-from boresight.gateware.core import Core, build_core
 from boresight.model.errors import InputError, ToolMissing
-from boresight.model.estimator import Estimator, with_params
 from boresight.model.tools.failure import ToolFailed
-from boresight.model.words.fixed import IntArray
-from boresight.model.words.program import Program
-from boresight.sim.compare.divergence import Divergence, first_divergence_rtl, write_reproducer
-from boresight.sim.compare.verdict import Accuracy, beyond_declared, judge_accuracy
+from boresight.sim.compare.divergence import first_divergence, program_at
+from boresight.sim.compare.reproducer import write_reproducer
+from boresight.sim.compare.results import CheckResult, LevelResult, compare
+from boresight.sim.compare.verdict import judge_accuracy
+from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
-from boresight.sim.levels.level import outputs_of
-from boresight.sim.records.feed import feed
+from boresight.sim.levels.integer import Interpreted
+from boresight.sim.levels.level import Level, Run
+from boresight.sim.levels.registry import LEVELS
+from boresight.sim.records.feed import Feed, feed
 from boresight.sim.records.record import Record
-from boresight.sim.records.segments import SegmentedRun, interpret
-from boresight.sim.rtl.cosim import RtlRun, RtlSimulation, SimulationFailed
-from boresight.sim.rtl.sharing import selection
-from boresight.sim.rtl.simulators import SIMULATORS, available
+from boresight.sim.rtl.simulators import SIMULATORS, SimulationFailed
 
-__all__ = [
-    "ICARUS_CYCLES",
-    "LEVELS",
-    "CheckResult",
-    "LevelResult",
-    "check",
-    "compare_rtl",
-    "default_simulators",
-    "failed_rtl",
-    "simulation_of",
-    "with_params",
-]
+__all__ = ["EXACT", "Check"]
 
-#: Levels in order; each is compared with the integer interpreter.
-LEVELS = ("fixed", "c", "rtl")
-#: Cycles that Icarus runs beside Verilator: enough to see it agree, few enough to wait for.
-ICARUS_CYCLES = 10_000
-
-Progress = Callable[[str], None]
+#: Levels that can be checked.
+EXACT = tuple(name for name, level in LEVELS.items() if level.exact)
 
 
 @dataclass(frozen=True)
-class LevelResult:
-    """One level's verdict.
+class _Attempt:
+    """What a level gave for every estimator: runs, or why there are none."""
 
-    ``n_mismatch`` counts updates whose outputs, states or saturation flag differ and
-    ``first_wrong`` is the first of them; ``error`` says why a level could not run (that fails
-    too). Cycles are None for levels without a clock.
-    """
-
-    level: str
-    simulator: str
-    n_total: int
-    n_mismatch: int
+    kind: type[Level]
+    tool: str
+    levels: list[Level]
+    runs: list[Run]
     seconds: float
-    cycles_predicted: int | None = None
-    cycles_min: int | None = None
-    cycles_max: int | None = None
-    interval_predicted: int | None = None
-    interval_max: int | None = None
-    error: str = ""
-    divergence: str = ""
-    first_wrong: int | None = None
-
-    @property
-    def good(self) -> bool:
-        """Ran, compared something, and found no difference in words or cycles."""
-        return (
-            not self.error
-            and self.n_total > 0
-            and self.n_mismatch == 0
-            and self.cycles_min == self.cycles_predicted == self.cycles_max
-            and self.interval_predicted == self.interval_max
-        )
-
-    def line(self) -> str:
-        """One line for people."""
-        name = f"{self.level:8s} {self.simulator:12s}"
-        if self.error:
-            return f"{name} FAILED    {self.error}"
-        text = f"{name} [{self.n_mismatch}/{self.n_total}] mismatches"
-        if self.cycles_predicted is not None:
-            counted = (
-                f"{self.cycles_min}"
-                if self.cycles_min == self.cycles_max
-                else f"{self.cycles_min}..{self.cycles_max}"
-            )
-            text += (
-                f"   cycles predicted {self.cycles_predicted}, counted {counted}"
-                f"; interval predicted {self.interval_predicted}, counted {self.interval_max}"
-            )
-        return f"{text}   {self.seconds:.1f} s" + (
-            f"\n         {self.divergence}" if self.divergence else ""
-        )
+    error: str
 
 
-@dataclass(frozen=True)
-class CheckResult:
-    """All levels on one record, and the float comparison that goes with them.
-
-    ``outputs`` (steps, n_outputs) and ``saturated`` (steps,) are the interpreter's, and
-    ``float_outputs`` those of float64. ``warnings`` say what in the record cannot be what its unit
-    says.
-    """
-
-    estimator: str
-    log: str
-    config: str
-    word: int
-    levels: tuple[LevelResult, ...]
-    accuracy: Accuracy
-    warnings: tuple[str, ...]
-    outputs: IntArray = field(repr=False)
-    saturated: npt.NDArray[np.bool_] = field(repr=False)
-    float_outputs: Mapping[str, npt.NDArray[np.float64]] = field(repr=False)
-
-    @property
-    def exact(self) -> bool:
-        """Every level ran and equals the integer model."""
-        return bool(self.levels) and all(level.good for level in self.levels)
-
-    @property
-    def good(self) -> bool:
-        """Every level is exact, and fixed point is as near to float64 as its author accepts."""
-        return self.exact and self.accuracy.good
-
-    def to_json(self) -> dict[str, Any]:
-        """Plain data for --json."""
-        return {
-            "estimator": self.estimator,
-            "log": self.log,
-            "config": self.config,
-            "word": self.word,
-            "good": self.good,
-            "exact": self.exact,
-            "accuracy": self.accuracy.to_json(),
-            "warnings": list(self.warnings),
-            "verification": [{**dataclasses.asdict(x), "good": x.good} for x in self.levels],
-        }
-
-
-def check(
-    estimator: Estimator,
-    record: Record,
-    *,
-    config: str = "small",
-    word: int = 32,
-    steps: int | None = None,
-    levels: Sequence[str] = ("fixed", "c", "rtl"),
-    simulator: str | None = None,
-    params: Mapping[str, float] | None = None,
-    reproducer: OutputFile | None = None,
-    verilog_hook: Callable[[str], str] | None = None,
-    core: Core | None = None,
-    progress: Progress | None = None,
-) -> CheckResult:
-    """Run every level on a record, and judge fixed point against float64.
+class Check:
+    """The estimators of one core on records, on as many records as wanted: all is built once.
 
     Parameters
     ----------
-    steps : int, optional
-        Leading samples to use; all by default.
-    levels : sequence of str
-        Which of `LEVELS`; the integer interpreter runs in any case, as the reference.
+    build : Build
+        Estimators in one core; where they are several, they take turns on the RTL.
+    levels : sequence of str, optional
+        Which of `EXACT`, all by default. The integer interpreter, with which each is
+        compared, and float64 run in any case.
     simulator : str, optional
-        "verilator" or "icarus"; by default Verilator, and Icarus too (about `ICARUS_CYCLES`,
-        not all updates) where it is installed.
-    reproducer : OutputFile, optional
-        Where to write a reproducer on the first mismatch.
-    verilog_hook : callable, optional
-        Changes the core's Verilog before it is simulated: for tests that must see a failure.
-    core : Core, optional
-        The core, if it is there already.
+        Verilator or Icarus; by default Verilator, and Icarus too (not all updates) where it is.
+    progress : callable, optional
+        Told what runs.
 
     Raises
     ------
     InputError
-        Unknown level or simulator, steps below 1, a record that does not feed the estimator.
+        Unknown level or simulator.
     """
-    _refuse_options(levels, simulator, steps)
-    say = progress or (lambda text: None)
-    given = feed(estimator, record.head(steps))
-    for text in given.warnings:
-        say(f"warning: {text}")
-    program, nodes = estimator.compile_traced(word=word)
-    program = with_params(program, estimator, params)
-    words = given.words(program)
-    say(f"float64 and integer interpreter, {len(words)} updates")
-    reference = CompiledFloat(estimator, params).run(given.inputs).outputs
-    start = time.perf_counter()
-    run = interpret(program, words)
-    results = []
-    if "fixed" in levels:
-        results.append(_fixed_level(run, len(words), time.perf_counter() - start))
-    if "c" in levels:
-        say("C")
-        results.append(_check_c(program, words, run.outputs, run.states, run.saturated))
-    if "rtl" in levels:
-        if core is None or core.program != program:
-            say("compiling the core")
-            core = build_core(program, config, urgent=estimator.urgent)
-        results += _rtl_levels(core, estimator, words, run, simulator, verilog_hook, say)
-    bad = next((r for r in results if r.first_wrong is not None), None)
-    if bad is not None and bad.first_wrong is not None and reproducer is not None:
-        write_reproducer(
-            reproducer, program, words, bad.first_wrong, config=config, level=bad.level
+
+    def __init__(
+        self,
+        build: Build,
+        *,
+        levels: Sequence[str] = EXACT,
+        simulator: str | None = None,
+        progress: Callable[[str], None] | None = None,
+    ) -> None:
+        for where, found, known in (
+            *(("levels", level, EXACT) for level in levels),
+            *([("simulator", simulator, SIMULATORS)] if simulator is not None else []),
+        ):
+            if found not in known:
+                raise InputError.at(
+                    where,
+                    wanted=f"one of {', '.join(known)}",
+                    found=repr(found),
+                    fix="choose one of these",
+                )
+        self.build, self.levels, self.simulator = build, levels, simulator
+        self.progress = progress or (lambda text: None)
+        self._made: dict[tuple[type[Level], str | None], list[Level]] = {}
+
+    def run(self, *records: Record, reproducer: OutputFile | None = None) -> list[CheckResult]:
+        """Run everything.
+
+        Parameters
+        ----------
+        records : Record
+            One for all estimators, or one for each of them; they may differ in length.
+        reproducer : OutputFile, optional
+            Where to write a reproducer of the first mismatch.
+
+        Returns
+        -------
+        list of CheckResult
+            For each estimator.
+
+        Raises
+        ------
+        InputError
+            A record that does not feed its estimator.
+        ToolMissing
+            There is no C compiler.
+        """
+        estimators = self.build.estimators
+        own = records * len(estimators) if len(records) == 1 else records
+        given = [
+            feed(e, record, linked=self.build.links[k])
+            for k, (e, record) in enumerate(zip(estimators, own, strict=True))
+        ]
+        for text in {text: None for one in given for text in one.warnings}:
+            self.progress(f"warning: {text}")
+        self._say("float64", given)
+        floating = CompiledFloat.run_together(
+            self._levels(CompiledFloat), [g.inputs for g in given]
         )
-    accuracy = judge_accuracy(
-        estimator.outputs,
-        outputs_of(program, run.outputs),
-        reference,
-        program=program,
-        nodes=nodes,
-        inputs=words,
-        states=run.states,
-        saturated=run.saturated,
-        clamped=given.clamped,
-    )
-    return CheckResult(
-        estimator.name,
-        record.name,
-        config,
-        word,
-        tuple(results),
-        accuracy,
-        given.warnings + beyond_declared(program, run.states),
-        run.outputs,
-        run.saturated,
-        reference,
-    )
-
-
-def _refuse_options(levels: Sequence[str], simulator: str | None, steps: int | None) -> None:
-    for level in levels:
-        if level not in LEVELS:
-            raise InputError.at(
-                "levels",
-                wanted=f"some of {', '.join(LEVELS)}",
-                found=repr(level),
-                fix="separate them with commas",
+        attempts = [
+            self._attempt(LEVELS[name], tool, given)
+            for name in self.levels
+            if name != Interpreted.name
+            for tool in LEVELS[name].tools_of_check(self.simulator)
+        ]
+        judges, fixed, seconds = self._interpret(attempts, given)
+        results = []
+        for k, (one, wanted, reference) in enumerate(zip(given, fixed, floating, strict=True)):
+            levels = [self._judged(x, k, one, wanted, reproducer) for x in attempts]
+            if Interpreted.name in self.levels or wanted.fault:
+                levels.insert(0, compare(judges[k], wanted, wanted, seconds))
+            accuracy = judge_accuracy(self.build, k, one, wanted, reference)
+            results.append(
+                CheckResult(self.build, k, one, tuple(levels), accuracy, wanted, reference)
             )
-    if simulator is not None and simulator not in SIMULATORS:
-        raise InputError.at(
-            "simulator",
-            wanted=f"one of {', '.join(SIMULATORS)}",
-            found=repr(simulator),
-            fix="choose one of these",
-        )
-    if steps is not None and steps < 1:
-        raise InputError.at("steps", wanted="1 or more", found=str(steps), fix="give more steps")
+        return results
 
+    def _levels(self, kind: type[Level], tool: str | None = None) -> list[Level]:
+        """A level for each estimator, made once."""
+        if (kind, tool) not in self._made:
+            numbers = range(len(self.build.estimators))
+            self._made[kind, tool] = [kind(self.build, k, tool) for k in numbers]
+        return self._made[kind, tool]
 
-def _fixed_level(run: SegmentedRun, updates: int, seconds: float) -> LevelResult:
-    broken = run.broken_at
-    text = "" if broken is None else f"fixed: states differ from C after step {broken}"
-    return LevelResult(
-        "fixed",
-        "interpreter",
-        updates,
-        int(broken is not None),
-        seconds,
-        divergence=text,
-        first_wrong=broken,
-    )
+    def _say(self, what: str, given: Sequence[Feed], most: int | None = None) -> None:
+        count = sum(len(g.inputs[:most]) for g in given)
+        turns = f" of {len(given)} programs" if len(given) > 1 else ""
+        self.progress(f"{what}, {count} updates{turns}")
 
+    def _attempt(self, kind: type[Level], tool: str, given: Sequence[Feed]) -> _Attempt:
+        start, error = time.perf_counter(), ""
+        levels: list[Level] = []
+        runs: list[Run] = []
+        try:
+            levels = self._levels(kind, tool)
+            most = levels[0].most
+            self._say(f"{kind.name} in {tool}", given, most)
+            runs = kind.run_together(levels, [g.inputs[:most] for g in given])
+        except (ToolMissing, ToolFailed, SimulationFailed) as failed:
+            error = str(failed).strip().splitlines()[0]
+        seconds = time.perf_counter() - start
+        return _Attempt(kind, tool, levels, runs, seconds, error)
 
-def _rtl_levels(
-    core: Core,
-    estimator: Estimator,
-    words: IntArray,
-    run: SegmentedRun,
-    simulator: str | None,
-    hook: Callable[[str], str] | None,
-    say: Progress,
-) -> list[LevelResult]:
-    results = []
-    for name in (simulator,) if simulator else default_simulators():
-        few = max(1, ICARUS_CYCLES // core.schedule.interval)
-        m = len(words) if name == "verilator" or simulator else min(len(words), few)
-        say(f"RTL in {name}, {m} updates")
-        results.append(
-            _check_rtl(core, estimator, words[:m], run.outputs[:m], run.saturated[:m], name, hook)
-        )
-    return results
+    def _interpret(
+        self, attempts: Sequence[_Attempt], given: list[Feed]
+    ) -> tuple[list[Level], list[Run], float]:
+        """The interpreter's runs, from the states that another level has shown if any has.
 
+        What one estimator reads of another is in ``given`` then.
+        """
+        shown = next((x.runs for x in attempts if x.runs and x.runs[0].states is not None), None)
+        self._say("integer interpreter", given)
+        start, runs = time.perf_counter(), dict[int, Run]()
+        judges, counts = self._levels(Interpreted), [len(one) for one in given]
+        for k in self.build.order:
+            judge, outputs = judges[k], {n: run.outputs for n, run in runs.items()}
+            assert isinstance(judge, Interpreted)
+            inputs = self.build.filled(k, given[k].inputs, outputs, counts)
+            given[k] = dataclasses.replace(given[k], inputs=inputs)
+            judge.reset()
+            runs[k] = judge.run(inputs, None if shown is None else shown[k].states)
+        seconds = time.perf_counter() - start
+        return judges, [runs[k] for k in range(len(judges))], seconds
 
-def default_simulators() -> list[str]:
-    """Verilator always (its absence is a failure), Icarus where it is."""
-    return ["verilator"] + (["icarus"] if available("icarus") else [])
-
-
-def _check_c(
-    program: Program,
-    words: IntArray,
-    outputs: IntArray,
-    states: IntArray,
-    saturated: npt.NDArray[np.bool_],
-) -> LevelResult:
-    from boresight.sim.records.segments import with_state_outputs
-
-    start = time.perf_counter()
-    try:
-        plain, flags = CModel(program).update(words)
-        full, _ = CModel(with_state_outputs(program)).update(words)
-    except (ToolMissing, ToolFailed) as error:
-        return LevelResult("c", "gcc", len(words), 0, 0.0, error=str(error))
-    n_out = len(program.outputs)
-    wrong = (
-        (plain != outputs).any(axis=1)
-        | (full[:, :n_out] != outputs).any(axis=1)
-        | (full[:, n_out:] != states).any(axis=1)
-        | (flags != saturated)
-    )
-    text, step = "", None
-    if wrong.any():
-        step = int(np.argmax(wrong))
-        text = str(_divergence_c(program, words, step))
-    return LevelResult(
-        "c",
-        "gcc",
-        len(words),
-        int(wrong.sum()),
-        time.perf_counter() - start,
-        divergence=text,
-        first_wrong=step,
-    )
-
-
-def _divergence_c(program: Program, words: IntArray, step: int) -> Divergence:
-    from boresight.sim.compare.divergence import words_of_step
-
-    at_step, wanted = words_of_step(program, words, step)
-    found = CModel(at_step).values_of_update(words[step])
-    for op in program.ops:
-        if found[op.dest] != wanted[op.dest]:
-            return Divergence(
-                "c", step, program.values[op.dest].name, None, wanted[op.dest], found[op.dest]
+    def _judged(
+        self, tried: _Attempt, k: int, given: Feed, wanted: Run, reproducer: OutputFile | None
+    ) -> LevelResult:
+        """One level's verdict on one estimator: on a mismatch with the first value that differs."""
+        if tried.error:
+            name, n = tried.kind.name, len(given)
+            return LevelResult(name, tried.tool, n, 0, tried.seconds, error=tried.error)
+        level = tried.levels[k]
+        result = compare(level, tried.runs[k], wanted, tried.seconds)
+        if (step := result.first_wrong) is None:
+            return result
+        assert wanted.states is not None
+        words = given.words(level.program)
+        found = first_divergence(level, given.inputs, words, wanted.states, step)
+        many = len(tried.levels)
+        rest = f"with {many} programs in turns" if many > 1 else "all values equal"
+        text = str(found) if found else f"{level.name}: outputs differ, step {step}, {rest}"
+        if reproducer is not None and not reproducer.written:
+            at_step = program_at(level.program, wanted.states, step)
+            write_reproducer(
+                reproducer, at_step, words[step], step, config=self.build.config, level=level.name
             )
-    return Divergence("c", step, "outputs", None, 0, None)
-
-
-def simulation_of(core: Core, simulator: str, verilog: str) -> RtlSimulation:
-    """The simulation of a core's Verilog."""
-    program = core.program
-    return RtlSimulation(
-        verilog,
-        word=program.arithmetic.word,
-        n_inputs=len(program.inputs),
-        n_outputs=len(program.outputs),
-        lanes=core.machine.lanes,
-        simulator=simulator,
-    )
-
-
-def _check_rtl(
-    core: Core,
-    estimator: Estimator,
-    words: IntArray,
-    outputs: IntArray,
-    saturated: npt.NDArray[np.bool_],
-    simulator: str,
-    hook: Callable[[str], str] | None,
-) -> LevelResult:
-    start = time.perf_counter()
-    verilog = core.verilog(instances=False)
-    if hook is not None:
-        verilog = hook(verilog)
-    try:
-        run = simulation_of(core, simulator, verilog).run(
-            words, max_interval=core.schedule.interval, bus_writes=selection(core)
-        )
-    except (ToolMissing, SimulationFailed) as error:
-        return failed_rtl(simulator, len(words), time.perf_counter() - start, error)
-    result = compare_rtl(core, estimator, run, outputs, saturated, simulator)
-    text, step = "", result.first_wrong
-    if step is not None:
-        found = first_divergence_rtl(core, verilog, words, step, simulator=simulator)
-        text = str(found) if found else f"rtl: outputs differ, step {step}, all values equal"
-    return dataclasses.replace(result, seconds=time.perf_counter() - start, divergence=text)
-
-
-def failed_rtl(simulator: str, updates: int, seconds: float, error: Exception) -> LevelResult:
-    """The level when nothing came out of the simulation."""
-    return LevelResult(
-        "rtl", simulator, updates, 0, seconds, error=str(error).strip().splitlines()[0]
-    )
-
-
-def compare_rtl(
-    core: Core,
-    estimator: Estimator,
-    run: RtlRun,
-    outputs: IntArray,
-    saturated: npt.NDArray[np.bool_],
-    simulator: str,
-) -> LevelResult:
-    """The level by its words, flags and cycles, against the interpreter and the schedule."""
-    wrong = (run.outputs != outputs).any(axis=1) | (run.saturated != saturated)
-    latencies = core.schedule.latencies
-    counted = run.latency_cycles[:, : estimator.urgent].max(axis=1)
-    timing_ok = np.array_equal(run.latency_cycles.min(axis=0), latencies) and np.array_equal(
-        run.latency_cycles.max(axis=0), latencies
-    )
-    return LevelResult(
-        "rtl",
-        simulator,
-        len(outputs),
-        int(wrong.sum()),
-        0.0,
-        max(latencies[: estimator.urgent]),
-        int(counted.min()),
-        int(counted.max()),
-        core.schedule.interval,
-        int(run.interval_cycles.max()),
-        error="" if timing_ok else "output cycles differ from the schedule",
-        first_wrong=int(np.argmax(wrong)) if wrong.any() else None,
-    )
+        return dataclasses.replace(result, divergence=text)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ import numpy.typing as npt
 from boresight.model.declarations import EXACT_UNITS, QUATERNION, Output
 from boresight.sim.attitude.rotation import quaternion_conjugate, quaternion_multiply
 
-__all__ = ["ATTITUDE", "Difference", "differences", "first_beyond"]
+__all__ = ["ATTITUDE", "Difference", "differences"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -42,6 +42,8 @@ class Difference:
         Sample of the largest.
     tolerance : float or None
         None: shown, not judged.
+    apart : float64 (n,)
+        Of every sample; NaN where there is no reference, or no number.
     """
 
     output: str
@@ -51,6 +53,14 @@ class Difference:
     rms: float
     at_step: int | None
     tolerance: float | None
+    apart: FloatArray = field(default_factory=lambda: np.zeros(0), repr=False, compare=False)
+
+    @property
+    def first_beyond(self) -> int | None:
+        """First sample beyond the tolerance; None if there is none."""
+        if self.tolerance is None or self.good:
+            return None
+        return int(np.argmax(~(self.apart <= self.tolerance)))
 
     @property
     def good(self) -> bool:
@@ -101,61 +111,31 @@ def differences(
     judged : bool
         Whether tolerances count (they are of fixed point against float, not against truth).
     """
-    with np.errstate(all="ignore"):  # a reference may be infinite
-        return [
-            _difference(name, unit, apart, there, tolerance)
-            for name, unit, apart, there, tolerance in _compared(outputs, found, reference, judged)
-        ]
-
-
-def first_beyond(
-    outputs: Sequence[Output], found: Mapping[str, FloatArray], reference: Mapping[str, FloatArray]
-) -> int | None:
-    """First sample in which an output is beyond its tolerance; None if all are within."""
-    steps = []
-    with np.errstate(all="ignore"):
-        compared = _compared(outputs, found, reference, True)
-    for _, _, apart, there, tolerance in compared:
-        if tolerance is not None:
-            beyond = there & ~(apart <= tolerance)
-            steps += [int(np.argmax(beyond))] if beyond.any() else []
-    return min(steps, default=None)
-
-
-#: Name, unit, distance (n,), where there is a reference (n,), tolerance.
-_Compared = tuple[str, str, FloatArray, npt.NDArray[np.bool_], float | None]
-
-
-def _compared(
-    outputs: Sequence[Output],
-    found: Mapping[str, FloatArray],
-    reference: Mapping[str, FloatArray],
-    judged: bool,
-) -> list[_Compared]:
-    """Distances of every output, and of the attitude where there is one."""
     by_name = {o.name: o for o in outputs}
     whole = all(name in by_name and name in reference for name in QUATERNION)
     turned = dict(reference)
-    if whole:
-        q, r = (np.stack([x[n] for n in QUATERNION], axis=-1) for x in (found, reference))
-        sign = np.where((q * r).sum(axis=-1) < 0.0, -1.0, 1.0)
-        turned |= {n: reference[n] * sign for n in QUATERNION}
-    out: list[_Compared] = []
-    for o in outputs:
-        if o.name in reference:
-            exact = o.unit in EXACT_UNITS
-            tolerance = (0.0 if exact else o.tolerance) if judged else None
-            # A truth may have gaps; a float64 run that is no number is a fault.
-            there = np.asarray(judged | np.isfinite(reference[o.name]), dtype=np.bool_)
-            apart = _apart(o.unit, found[o.name], turned[o.name])
-            out.append((o.name, "words" if exact else o.unit, apart, there, tolerance))
-    if whole:
-        limits = [by_name[n].tolerance for n in QUATERNION] if judged else [None]
-        known = [x for x in limits if x is not None]
-        # An angle a differs by a/2 in the quaternion, whose length is at most twice a component's.
-        limit = math.degrees(4.0 * max(known)) if len(known) == len(limits) else None
-        there = np.asarray(judged | np.isfinite(r).all(axis=-1), dtype=np.bool_)
-        out.append((ATTITUDE, "deg", np.degrees(_angle(q, r)), there, limit))
+    out = []
+    with np.errstate(all="ignore"):  # a reference may be infinite
+        if whole:
+            q, r = (np.stack([x[n] for n in QUATERNION], axis=-1) for x in (found, reference))
+            sign = np.where((q * r).sum(axis=-1) < 0.0, -1.0, 1.0)
+            turned |= {n: reference[n] * sign for n in QUATERNION}
+        for o in outputs:
+            if o.name in reference:
+                exact = o.unit in EXACT_UNITS
+                tolerance = (0.0 if exact else o.tolerance) if judged else None
+                apart = _apart(o.unit, found[o.name], turned[o.name])
+                # A truth may have gaps; a float64 run that is no number is a fault.
+                there = judged | np.isfinite(turned[o.name])
+                unit = "words" if exact else o.unit
+                out.append(_difference(o.name, unit, apart, there, tolerance))
+        if whole:
+            limits = [by_name[n].tolerance for n in QUATERNION] if judged else [None]
+            known = [x for x in limits if x is not None]
+            # An angle a differs by a/2 in the quaternion, of length at most twice a component's.
+            limit = math.degrees(4.0 * max(known)) if len(known) == len(limits) else None
+            known_there = judged | np.isfinite(r).all(axis=-1)
+            out.append(_difference(ATTITUDE, "deg", np.degrees(_angle(q, r)), known_there, limit))
     return out
 
 
@@ -175,10 +155,12 @@ def _angle(q: FloatArray, r: FloatArray) -> FloatArray:
 
 
 def _difference(
-    name: str, unit: str, apart: FloatArray, there: npt.NDArray[np.bool_], tolerance: float | None
+    name: str, unit: str, apart: FloatArray, known: npt.ArrayLike, tolerance: float | None
 ) -> Difference:
+    there = np.broadcast_to(np.asarray(known, dtype=np.bool_), apart.shape)
+    curve = np.where(there, apart, np.nan)
     if not there.any():
-        return Difference(name, unit, 0, math.nan, math.nan, None, tolerance)
+        return Difference(name, unit, 0, math.nan, math.nan, None, tolerance, curve)
     seen = apart[there]
     broken = np.isnan(seen)
     k = int(np.argmax(broken if broken.any() else seen))
@@ -190,4 +172,5 @@ def _difference(
         float(np.sqrt(np.mean(seen**2))),
         int(np.flatnonzero(there)[k]),
         tolerance,
+        curve,
     )

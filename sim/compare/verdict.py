@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from boresight.firmware.build import CModel, WordRanges
-from boresight.model.declarations import Output
 from boresight.model.lowering.graph import LEAVES, Node
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
-from boresight.sim.compare.culprit import Culprit, find_culprit, outside
-from boresight.sim.compare.difference import Difference, differences, first_beyond
+from boresight.sim.compare.culprit import find_culprit
+from boresight.sim.compare.difference import Difference, differences
+from boresight.sim.compare.twin import outside
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.level import Run
+from boresight.sim.records.feed import Feed
 
-__all__ = ["Accuracy", "beyond_declared", "judge_accuracy"]
-
-FloatArray = npt.NDArray[np.float64]
+__all__ = ["Accuracy", "judge_accuracy"]
 
 
 @dataclass(frozen=True)
@@ -34,6 +33,9 @@ class Accuracy:
         Updates in which an operation was clamped.
     saturated : dict of str to int
         Updates by the name of the value that was clamped, with its line.
+    beyond_range : tuple of str
+        States that left their declared ranges though their words hold them: what was sized by the
+        range does not.
     clamped : dict of str to int
         Samples beyond the range of inputs that are declared to be clamped.
     culprit : str
@@ -43,13 +45,15 @@ class Accuracy:
     differences: tuple[Difference, ...]
     saturated_updates: int
     saturated: dict[str, int]
+    beyond_range: tuple[str, ...]
     clamped: dict[str, int]
     culprit: str
 
     @property
     def good(self) -> bool:
-        """Every output within its tolerance, and nothing saturated."""
-        return not self.saturated_updates and all(d.good for d in self.differences)
+        """Every output within its tolerance, nothing saturated, no state beyond its range."""
+        clean = not self.saturated_updates and not self.beyond_range
+        return clean and all(d.good for d in self.differences)
 
     def largest(self, output: str) -> float | None:
         """Largest difference of an output; None if it was not compared."""
@@ -62,6 +66,7 @@ class Accuracy:
             "outputs": [d.to_json() for d in self.differences],
             "saturated_updates": self.saturated_updates,
             "saturated": self.saturated,
+            "beyond_range": list(self.beyond_range),
             "clamped_inputs": self.clamped,
             "culprit": self.culprit,
             "source": "fixed against float64 (compiled), every sample, in the output's unit",
@@ -73,7 +78,11 @@ class Accuracy:
         if self.saturated_updates:
             names = ", ".join(f"{name} ({n})" for name, n in self.saturated.items())
             out.append(f"{self.saturated_updates} updates SATURATED: {names}")
-        return [*out, *([f"first wrong: {self.culprit}"] if self.culprit else [])]
+        return [
+            *out,
+            *self.beyond_range,
+            *([f"first wrong: {self.culprit}"] if self.culprit else []),
+        ]
 
     def lines(self) -> list[str]:
         """Everything, for people."""
@@ -81,77 +90,56 @@ class Accuracy:
         if self.clamped:
             names = ", ".join(f"{name} ({n})" for name, n in self.clamped.items())
             out.append(f"inputs clamped, as declared: {names}")
-        return out + [line for line in self.faults() if "BEYOND" not in line]
+        return out + self.faults()[sum(not d.good for d in self.differences) :]
 
 
-def judge_accuracy(
-    outputs: Sequence[Output],
-    found: Mapping[str, FloatArray],
-    reference: Mapping[str, FloatArray],
-    *,
-    program: Program,
-    nodes: dict[int, Node],
-    inputs: IntArray,
-    states: IntArray,
-    saturated: npt.NDArray[np.bool_],
-    clamped: dict[str, int],
-) -> Accuracy:
-    """Judge a fixed-point run.
+def judge_accuracy(build: Build, number: int, given: Feed, run: Run, reference: Run) -> Accuracy:
+    """Judge a fixed-point run of one of a build's estimators.
 
     Parameters
     ----------
-    outputs : sequence of Output
-    found, reference : mapping of str to float64 (n,)
-        Outputs in fixed point and in float64, by name, in their units.
-    program, nodes
-        As `Estimator.compile_traced` gives them.
-    inputs, states : int64 (n, n_inputs), (n, n_states)
-        Input words, and state words after each update.
-    saturated : bool (n,)
-    clamped : dict
-        See `sim.records.feed.Feed`.
+    given : Feed
+        What it was run on.
+    run : Run
+        The interpreter's, with states.
+    reference : Run
+        That of float64.
     """
+    program, nodes = build.programs[number], build.nodes[number]
+    inputs = given.words(program)
+    assert run.saturated is not None and run.states is not None
+    apart = tuple(differences(build.estimators[number].outputs, run.outputs, reference.outputs))
+    left = _beyond_declared(program, run.states)
+    saturated = int(run.saturated.sum())
+    if not saturated and not left and all(d.good for d in apart):
+        return Accuracy(apart, 0, {}, (), given.clamped, "")
+    seen = CModel(program).observe(inputs)
+    names = {
+        _named(program, nodes, n): int(count) for n, count in enumerate(seen.saturations) if count
+    }
+    steps = {step for step, _, _ in left}
+    steps |= {int(np.argmax(run.saturated))} if saturated else set()
+    steps |= {d.first_beyond for d in apart if d.first_beyond is not None}
+    ends = [step + 1 for step in sorted(steps)]
+    tried = (find_culprit(program, nodes, inputs[:n], run.states[:n]) for n in ends)
+    first = next(filter(None, tried), None)
+    culprit = str(first) if first else _coarse(program, nodes, seen, run.states)
+    # What saturates is said already.
+    texts = tuple(text for _, after, text in left if not seen.saturations[after])
+    return Accuracy(apart, saturated, names, texts, given.clamped, culprit)
 
-    def culprit_at(n: int) -> Culprit | None:
-        return find_culprit(program, nodes, inputs[:n], states[:n])
 
-    apart = tuple(differences(outputs, found, reference))
-    names: dict[str, int] = {}
-    culprit = ""
-    if saturated.any() or not all(d.good for d in apart):
-        seen = CModel(program).observe(inputs)
-        names = {
-            _named(program, nodes, n): int(count)
-            for n, count in enumerate(seen.saturations)
-            if count
-        }
-        wrong = first_beyond(outputs, found, reference)
-        steps = {wrong} if wrong is not None else set()
-        steps |= {int(np.argmax(saturated))} if saturated.any() else set()
-        first = next(filter(None, (culprit_at(step + 1) for step in sorted(steps))), None)
-        culprit = str(first) if first else _coarse(program, nodes, seen, states)
-    return Accuracy(apart, int(saturated.sum()), names, clamped, culprit)
-
-
-def beyond_declared(program: Program, states: IntArray) -> tuple[str, ...]:
-    """Warnings of states that left their declared ranges, which their words happen to hold.
-
-    Parameters
-    ----------
-    states : int64 (n, n_states)
-        State words after each update.
-    """
-    texts = []
-    for k, (state, _) in enumerate(program.states):
+def _beyond_declared(program: Program, states: IntArray) -> list[tuple[int, int, str]]:
+    """States that left their declared ranges: first step, the value that they become, text."""
+    out = []
+    for k, (state, after) in enumerate(program.states):
         value, reals = program.values[state], program.format(state).real(states[:, k])
         wrong = outside(reals, value)
         if wrong.any():
             step = int(np.argmax(wrong))
-            texts.append(
-                f"state {value.name} is {reals[step]:.6g} in step {step}, beyond its declared "
-                f"range [{value.low:g}, {value.high:g}]: widen it"
-            )
-    return tuple(texts)
+            said = f"state {value.name} is {reals[step]:.6g} in step {step}, BEYOND its declared "
+            out.append((step, after, f"{said}range [{value.low:g}, {value.high:g}]: widen it"))
+    return out
 
 
 def _named(program: Program, nodes: dict[int, Node], value: int) -> str:

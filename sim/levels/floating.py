@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,22 +9,23 @@ import numpy.typing as npt
 
 from boresight.firmware.floating.build import FloatCModel
 from boresight.firmware.floating.precision import DOUBLE
-from boresight.model.estimator import Estimator
-from boresight.sim.levels.level import Run
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.level import Level, Run
 
-__all__ = ["CompiledFloat", "NumpyFloat"]
+__all__ = ["LEVELS", "CompiledFloat", "NumpyFloat"]
 
 FloatArray = npt.NDArray[np.float64]
 
 
-class NumpyFloat:
+class NumpyFloat(Level):
     """The float reference: `Estimator.step` on numpy's float64."""
 
-    name = "numpy"
+    name, tools, exact = "numpy", ("numpy",), False
 
-    def __init__(self, estimator: Estimator, params: Mapping[str, float] | None = None) -> None:
-        self.estimator = estimator
-        self._params = SimpleNamespace(**estimator.param_values(params))
+    def __init__(self, build: Build, number: int = 0, tool: str | None = None) -> None:
+        super().__init__(build, number, tool)
+        self.estimator = build.estimators[number]
+        self._params = SimpleNamespace(**self.estimator.param_values(build.params[number]))
         self.reset()
 
     def reset(self) -> None:
@@ -48,32 +48,28 @@ class NumpyFloat:
         rows = [self.step(record) for record in records]
         return Run({o.name: np.array([r[o.name] for r in rows]) for o in self.estimator.outputs})
 
-    def close(self) -> None:
-        """Nothing is held."""
 
-
-class CompiledFloat:
+class CompiledFloat(Level):
     """Float64 compiled from C: the reference within rounding, thousands of times as fast."""
 
-    name = "float"
+    name, tools, exact = "float", ("gcc",), False
 
-    def __init__(self, estimator: Estimator, params: Mapping[str, float] | None = None) -> None:
-        self.estimator = estimator
-        self._model = FloatCModel(estimator, precision=DOUBLE, params=params)
+    def __init__(self, build: Build, number: int = 0, tool: str | None = None) -> None:
+        super().__init__(build, number, tool)
+        self._model = FloatCModel(
+            build.estimators[number], precision=DOUBLE, params=build.params[number]
+        )
 
     def reset(self) -> None:
         """Set the states to their start values."""
         self._model.reset()
 
-    def step(self, record: FloatArray) -> dict[str, float]:
-        """One update."""
-        row = self._model.update(record[None, :])[0]
-        return {o.name: float(v) for o, v in zip(self.estimator.outputs, row, strict=True)}
-
     def run(self, records: FloatArray) -> Run:
         """Updates, one after the other."""
         found = self._model.update(records).astype(np.float64)
-        return Run({o.name: found[:, k].copy() for k, o in enumerate(self.estimator.outputs)})
+        names = [o.name for o in self.build.estimators[self.number].outputs]
+        return Run({name: found[:, k].copy() for k, name in enumerate(names)})
 
-    def close(self) -> None:
-        """Nothing is held."""
+
+#: What `sim.levels.registry` finds here.
+LEVELS = (NumpyFloat, CompiledFloat)

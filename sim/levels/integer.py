@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -12,11 +12,16 @@ from boresight.model.estimator import input_words, param_words
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Program
-from boresight.sim.levels.level import Run, run_of_words
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.level import Level, Run, Seen, run_of_words
+from boresight.sim.records.segments import interpret
 
-__all__ = ["Emitted", "Interpreted", "words_of"]
+__all__ = ["LEVELS", "Emitted", "Interpreted", "words_of"]
 
 FloatArray = npt.NDArray[np.float64]
+
+#: Records from which on segments side by side are faster than one update after the other.
+_LONG = 16
 
 
 def words_of(program: Program, records: FloatArray) -> IntArray:
@@ -24,41 +29,54 @@ def words_of(program: Program, records: FloatArray) -> IntArray:
     return input_words(program, records[:, :, None])[:, :, 0]
 
 
-class Interpreted:
-    """The integer interpreter, one update after the other."""
+class Interpreted(Level):
+    """The integer interpreter: from a reset on in segments, else one update after the other."""
 
-    name = "fixed"
+    name, tools = "fixed", ("interpreter",)
 
-    def __init__(self, program: Program) -> None:
-        self.program = program
+    def __init__(self, build: Build, number: int = 0, tool: str | None = None) -> None:
+        super().__init__(build, number, tool)
         self.reset()
 
     def reset(self) -> None:
         """Set the states to their start words."""
-        self._machine = Interpreter(self.program)
+        self._machine, self._fresh = Interpreter(self.program), True
 
-    def step(self, record: FloatArray) -> dict[str, float]:
-        """One update."""
-        return {name: float(v[0]) for name, v in self.run(record[None, :]).outputs.items()}
+    def run(self, records: FloatArray, states: IntArray | None = None) -> Run:
+        """Updates, one after the other; ``states`` of another level: see `interpret`."""
+        words, program, fault = words_of(self.program, records), self.program, ""
+        fresh, self._fresh = self._fresh, False
+        if fresh and len(words) >= _LONG:
+            found = interpret(program, words, states=states)
+            for k, (state, _) in enumerate(program.states):
+                self._machine.values[state] = found.states[-1:, k]
+            if found.broken_at is not None:
+                fault = f"states differ from C after step {found.broken_at}"
+            return run_of_words(
+                program, found.outputs, found.saturated, states=found.states, fault=fault
+            )
+        rows = []
+        for row in words:
+            out, saturated = self._machine.update(row[:, None])
+            after = [self._machine.values[state][0] for state, _ in program.states]
+            rows.append((out[:, 0], bool(saturated[0]), after))
+        outputs, flags, seen = zip(*rows, strict=True)
+        return run_of_words(
+            program,
+            np.stack(outputs),
+            np.array(flags),
+            states=np.array(seen, dtype=np.int64).reshape(len(words), -1),
+        )
 
-    def run(self, records: FloatArray) -> Run:
-        """Updates, one after the other."""
-        found = [self._machine.update(w[:, None]) for w in words_of(self.program, records)]
-        words = np.stack([out[:, 0] for out, _ in found])
-        return run_of_words(self.program, words, np.array([bool(sat[0]) for _, sat in found]))
 
-    def close(self) -> None:
-        """Nothing is held."""
-
-
-class Emitted:
+class Emitted(Level):
     """The emitted C, compiled for this computer."""
 
-    name = "c"
+    name, tools = "c", ("gcc",)
 
-    def __init__(self, program: Program) -> None:
-        self.program = program
-        self._model = CModel(program)
+    def __init__(self, build: Build, number: int = 0, tool: str | None = None) -> None:
+        super().__init__(build, number, tool)
+        self._model = CModel(self.program)
 
     def set_params(self, values: Mapping[str, float]) -> None:
         """Write every parameter register; it stays so over a reset."""
@@ -69,14 +87,20 @@ class Emitted:
         """Set the states to their start words."""
         self._model.reset()
 
-    def step(self, record: FloatArray) -> dict[str, float]:
-        """One update."""
-        return {name: float(v[0]) for name, v in self.run(record[None, :]).outputs.items()}
-
     def run(self, records: FloatArray) -> Run:
         """Updates, one after the other."""
-        words, saturated = self._model.update(words_of(self.program, records))
-        return run_of_words(self.program, words, saturated)
+        words, saturated, states = self._model.trajectory(words_of(self.program, records))
+        return run_of_words(self.program, words, saturated, states=states)
 
-    def close(self) -> None:
-        """Nothing is held."""
+    def words_of_update(self, records: FloatArray) -> Sequence[Seen]:
+        """Every word of the last update."""
+        self.reset()
+        *before, last = words_of(self.program, records)
+        if before:
+            self._model.update(np.array(before))
+        found = self._model.values_of_update(last)
+        return [Seen(op.dest, found[op.dest]) for op in self.program.ops]
+
+
+#: What `sim.levels.registry` finds here.
+LEVELS = (Interpreted, Emitted)

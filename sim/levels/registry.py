@@ -1,31 +1,43 @@
-"""Levels by name."""
+"""Levels by name: every module of this package that has a tuple ``LEVELS`` adds to them."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import importlib
+import pkgutil
 
-from boresight.gateware.core import build_core
+import boresight.sim.levels
 from boresight.model.errors import InputError
-from boresight.model.estimator import Estimator, with_params
-from boresight.sim.levels.floating import CompiledFloat, NumpyFloat
-from boresight.sim.levels.integer import Emitted, Interpreted
+from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Level
-from boresight.sim.levels.rtl import Simulated
 
-__all__ = ["LEVELS", "make_level"]
+__all__ = ["LEVELS", "level_of", "make_level"]
+
+
+def found() -> dict[str, type[Level]]:
+    """All levels, in the order of their modules' names."""
+    names = [m.name for m in pkgutil.iter_modules(boresight.sim.levels.__path__)]
+    modules = [
+        importlib.import_module(f"boresight.sim.levels.{name}")
+        for name in sorted(names)
+        if name != "registry"
+    ]
+    return {level.name: level for m in modules for level in getattr(m, "LEVELS", ())}
+
 
 #: Float64 with numpy and compiled, integer interpreter, C, Verilog.
-LEVELS = ("numpy", "float", "fixed", "c", "rtl")
+LEVELS: dict[str, type[Level]] = found()
 
 
-def make_level(
-    name: str,
-    estimator: Estimator,
-    *,
-    config: str = "small",
-    word: int = 32,
-    params: Mapping[str, float] | None = None,
-) -> Level:
+def level_of(name: str) -> type[Level]:
+    """One of `LEVELS`; InputError if there is none of that name."""
+    if name not in LEVELS:
+        raise InputError.at(
+            "level", wanted=f"one of {', '.join(LEVELS)}", found=repr(name), fix="choose of these"
+        )
+    return LEVELS[name]
+
+
+def make_level(name: str, build: Build, number: int = 0) -> Level:
     """One of `LEVELS`, ready to run.
 
     Raises
@@ -35,17 +47,4 @@ def make_level(
     ToolMissing
         A compiler or simulator is not installed.
     """
-    if name not in LEVELS:
-        raise InputError.at(
-            "level", wanted=f"one of {', '.join(LEVELS)}", found=repr(name), fix="choose of these"
-        )
-    if name == "numpy":
-        return NumpyFloat(estimator, params)
-    if name == "float":
-        return CompiledFloat(estimator, params)
-    program = with_params(estimator.compile(word=word), estimator, params)
-    if name == "fixed":
-        return Interpreted(program)
-    if name == "c":
-        return Emitted(program)
-    return Simulated(build_core(program, config))
+    return level_of(name)(build, number)

@@ -2,59 +2,72 @@
 
 from __future__ import annotations
 
-import contextlib
-import subprocess
-import tempfile
-from pathlib import Path
+from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
 from boresight.gateware.core import Core
-from boresight.gateware.registers.core import PROGRAM
+from boresight.gateware.schedule.slots import Schedule
+from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import words_of
-from boresight.sim.levels.level import Run, run_of_words
-from boresight.sim.rtl.compiled import Compiled, build
+from boresight.sim.levels.level import Level, Run, Seen, run_of_words
+from boresight.sim.levels.live import LiveCore
 from boresight.sim.rtl.cosim import RtlSimulation
-from boresight.sim.rtl.memories import split_memories
-from boresight.sim.rtl.sharing import selection
-from boresight.sim.rtl.simulators import SimulationFailed
+from boresight.sim.rtl.replay import RtlRun
+from boresight.sim.rtl.sharing import rounds, run_in_turns
+from boresight.sim.rtl.simulators import SIMULATORS, available
 
-__all__ = ["Simulated"]
+__all__ = ["LEVELS", "Simulated"]
 
 FloatArray = npt.NDArray[np.float64]
 
-#: Cycles, in intervals, after which an update counts as hung.
-_PATIENCE = 4
+#: Cycles that Icarus runs beside Verilator: enough to see it agree, few enough to wait for.
+ICARUS_CYCLES = 10_000
 
 
-class Simulated:
-    """The core's Verilog, compiled by Verilator, with random start values.
+class Simulated(Level):
+    """The core's Verilog, with random start values.
 
     ``run`` replays records from the core's reset on in one go (`sim.rtl.cosim`); ``step`` feeds a
-    core that lives in a process of its own, started by the first step after `reset`.
-
-    Parameters
-    ----------
-    core : Core
-        Its program at hand runs.
-
-    Raises
-    ------
-    ToolMissing
-        Verilator, or what it needs, is not installed.
-    SimulationFailed
-        The build failed.
+    core that lives in a process of its own, started by the first step after `reset`. What cannot be
+    built or run raises ToolMissing or SimulationFailed then.
     """
 
-    name = "rtl"
+    name, tools = "rtl", SIMULATORS
 
-    def __init__(self, core: Core) -> None:
-        self._built: Compiled | None = None
-        self._process: subprocess.Popen[bytes] | None = None
-        self._folder: tempfile.TemporaryDirectory[str] | None = None
-        self.core, self.program = core, core.program
-        self._verilog = core.verilog(instances=False)
+    def __init__(self, build: Build, number: int = 0, tool: str | None = None) -> None:
+        self._live: LiveCore | None = None
+        super().__init__(build, number, tool)
+
+    @classmethod
+    def tools_of_check(cls, simulator: str | None) -> tuple[str, ...]:
+        """Verilator always (its absence is a failure), Icarus where it is; or the chosen one."""
+        if simulator is not None:
+            return (simulator,)
+        return ("verilator", *(["icarus"] if available("icarus") else []))
+
+    @cached_property
+    def core(self) -> Core:
+        """The core, with its program at hand."""
+        return self.build.core.select(self.number)
+
+    @cached_property
+    def simulation(self) -> RtlSimulation:
+        """For records."""
+        return RtlSimulation(self.core, simulator=self.tool)
+
+    @property
+    def schedule(self) -> Schedule:
+        """What its cycles must be."""
+        return self.core.schedule
+
+    @property
+    def most(self) -> int | None:
+        """What `ICARUS_CYCLES` are enough for."""
+        cycles = sum(part.schedule.interval for part in self.core.parts)
+        return max(1, ICARUS_CYCLES // cycles) if self.tool == "icarus" else None
 
     def reset(self) -> None:
         """Begin anew, with the states' start words."""
@@ -62,17 +75,9 @@ class Simulated:
 
     def close(self) -> None:
         """End the process."""
-        if self._process is not None:
-            assert self._process.stdin is not None and self._process.stdout is not None
-            self._process.kill()
-            self._process.wait()
-            with contextlib.suppress(OSError):  # what it has not read any more
-                self._process.stdin.close()
-            self._process.stdout.close()
-            self._process = None
-        if self._folder is not None:
-            self._folder.cleanup()
-            self._folder = None
+        if self._live is not None:
+            self._live.close()
+            self._live = None
 
     def __del__(self) -> None:
         """End the process."""
@@ -86,86 +91,69 @@ class Simulated:
         SimulationFailed
             Hung, an unknown value, or fewer words than expected.
         """
-        simulation = RtlSimulation(
-            self._verilog,
-            word=self.program.arithmetic.word,
-            n_inputs=len(self.program.inputs),
-            n_outputs=len(self.program.outputs),
-            lanes=self.core.machine.lanes,
-        )
-        found = simulation.run(
-            words_of(self.program, records),
-            max_interval=self.core.schedule.interval,
-            bus_writes=selection(self.core),
-        )
+        return self._run_of(self.simulation.run(words_of(self.program, records)))
+
+    def _run_of(self, found: RtlRun) -> Run:
+        late = (found.latency_cycles != np.array(self.schedule.latencies)).any()
         return run_of_words(
             self.program,
             found.outputs,
             found.saturated,
             latency_cycles=found.latency_cycles,
             interval_cycles=found.interval_cycles,
+            fault="output cycles differ from the schedule" if late else "",
         )
 
     def step(self, record: FloatArray) -> dict[str, float]:
-        """One update.
-
-        Raises
-        ------
-        SimulationFailed
-            The update did not end, gave another number of words, or took other cycles than the
-            schedule says; or the process has ended.
-        """
-        if self._process is None:
-            self._start()
-        process, n = self._process, len(self.program.outputs)
-        assert process is not None and process.stdin is not None and process.stdout is not None
-        try:
-            process.stdin.write(words_of(self.program, record[None, :]).astype("<i4").tobytes())
-            process.stdin.flush()
-        except OSError as error:
-            raise SimulationFailed("rtl: the simulation has ended") from error
-        head = process.stdout.read(4)
-        count = int(np.frombuffer(head, dtype="<i4")[0]) if len(head) == 4 else -1
-        rest = process.stdout.read(4 * (max(count, 0) + 2))
-        words = np.frombuffer(rest, dtype="<i4").astype(np.int64)
-        if count != n or len(words) != n + 2:
-            raise SimulationFailed(f"rtl: {n} output words expected, {count} came")
-        if words[-1] != self.core.schedule.interval:
-            raise SimulationFailed(
-                f"rtl: the update took {words[-1]} cycles, the schedule says "
-                f"{self.core.schedule.interval}"
-            )
-        sign = 1 << (self.program.arithmetic.word - 1)
-        signed = ((words[:n] & (2 * sign - 1)) ^ sign) - sign
-        outputs = run_of_words(self.program, signed[None, :], np.array([bool(words[n])])).outputs
+        """One update; SimulationFailed: see `LiveCore.update`."""
+        if self._live is None:
+            self._live = LiveCore(self.core)
+        words, saturated = self._live.update(words_of(self.program, record[None, :])[0])
+        outputs = run_of_words(self.program, words[None, :], np.array([saturated])).outputs
         return {name: float(value[0]) for name, value in outputs.items()}
 
-    def _start(self) -> None:
-        text, memories = split_memories(self._verilog)
-        word = self.program.arithmetic.word
-        here = Path(__file__)
-        if self._built is None:
-            self._built = build(
-                "live",
-                {"core.v": text, "live.sv": here.with_name("live.sv").read_text()},
-                parameters={"WORD": word},
-                main=here.with_name("live.cpp").read_text(),
+    def words_of_update(self, records: FloatArray) -> Sequence[Seen]:
+        """What the lanes write into their registers in the last update; the program runs alone.
+
+        Nothing of a program that reads others: alone it would read their start words.
+        """
+        if self.build.links[self.number]:
+            return ()
+        run = self.simulation.run(
+            words_of(self.program, records), trace=len(records) - 1, allow_unknown=True
+        )
+        schedule, sign = self.schedule, 1 << (self.program.arithmetic.word - 1)
+        landed = {
+            (schedule.ends[k].lane, schedule.write_cycle(k)): op.dest
+            for k, op in enumerate(schedule.program.ops)
+        }
+        seen = [
+            Seen(
+                landed.pop((w.lane, w.cycle)),
+                None if w.word is None else (w.word ^ sign) - sign,
+                w.cycle,
             )
-        self._folder = tempfile.TemporaryDirectory(prefix="boresight-live-")
-        for file, contents in memories.items():
-            (Path(self._folder.name) / file).write_text(contents)
-        several = len(self.core.parts) > 1
-        arguments = (
-            len(self.program.inputs),
-            word,
-            PROGRAM if several else -1,
-            self.core.number,
-            _PATIENCE * self.core.schedule.interval + 64,
-        )
-        self._process = subprocess.Popen(
-            [str(self._built.program), *map(str, arguments)],
-            cwd=self._folder.name,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-        )
+            for w in run.writes
+            if (w.lane, w.cycle) in landed
+        ]
+        missing = sorted(landed.items(), key=lambda x: x[0][1])
+        return [*seen, *(Seen(value, None, cycle) for (_, cycle), value in missing)]
+
+    @classmethod
+    def run_together(cls, levels: Sequence[Level], records: Sequence[FloatArray]) -> list[Run]:
+        """All programs of the core in turns, in random pieces of their records."""
+        if len(levels) == 1:
+            return super().run_together(levels, records)
+        made = [level for level in levels if isinstance(level, Simulated)]
+        build = made[0].build
+        words = [
+            words_of(x.program, own)[:, build.streamed(x.number)]
+            for x, own in zip(made, records, strict=True)
+        ]
+        turns = rounds([len(own) for own in words]) if any(build.links) else None
+        found = run_in_turns(made[0].simulation, words, turns=turns)
+        return [level._run_of(run) for level, run in zip(made, found, strict=True)]
+
+
+#: What `sim.levels.registry` finds here.
+LEVELS = (Simulated,)

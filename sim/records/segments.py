@@ -1,9 +1,9 @@
 """The integer interpreter over one long log: many segments at once.
 
 numpy is fast over many runs, not over many steps. So the log is cut into segments that run side by
-side; each starts from the state words that the C model had there. That is no short cut: every
-segment must end in exactly the state words the next one starts from, so by induction the
-interpreter's own run from the first sample is the same.
+side; each starts from the state words that another level, as a rule the C, had there. That is no
+short cut: every segment must end in exactly the state words the next one starts from, so by
+induction the interpreter's own run from the first sample is the same.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Program
 
-__all__ = ["SegmentedRun", "interpret", "with_state_outputs"]
+__all__ = ["SegmentedRun", "interpret"]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -42,20 +42,11 @@ class SegmentedRun:
     broken_at: int | None
 
 
-def with_state_outputs(program: Program) -> Program:
-    """The program with its next states as further outputs."""
-    names = tuple(f"next_{program.values[s].name}" for s, _ in program.states)
-    return dataclasses.replace(
-        program,
-        outputs=program.outputs + tuple(n for _, n in program.states),
-        output_names=program.output_names + names,
-    )
-
-
 def interpret(
     program: Program,
     inputs: IntArray,
     *,
+    states: IntArray | None = None,
     segments: int = 256,
     progress: Callable[[int, int], None] | None = None,
 ) -> SegmentedRun:
@@ -63,26 +54,26 @@ def interpret(
 
     Parameters
     ----------
+    states : int64 (steps, n_states), optional
+        State words after each step, of another level; by default the C is run for them.
     segments : int
         Segments that run side by side.
     progress : callable, optional
         Called with (steps done, steps in all) of the longest segment.
     """
     steps, n_out, n_states = len(inputs), len(program.outputs), len(program.states)
-    probe = with_state_outputs(program)
-    c_words, _ = CModel(probe).update(inputs)
-    c_states = c_words[:, n_out:]
+    seeds = CModel(program).trajectory(inputs)[2] if states is None else states
     count = max(1, min(segments, steps // 8))
     bounds = np.linspace(0, steps, count + 1).astype(int)
     starts, lengths = bounds[:-1], np.diff(bounds)
     machine = Interpreter(program, count)
     for k, (state, _) in enumerate(program.states):
         words = np.where(
-            starts == 0, program.values[state].initial, c_states[np.maximum(starts - 1, 0), k]
+            starts == 0, program.values[state].initial, seeds[np.maximum(starts - 1, 0), k]
         )
         machine.values[state] = words.astype(np.int64)
     outputs = np.zeros((steps, n_out), dtype=np.int64)
-    states = np.zeros((steps, n_states), dtype=np.int64)
+    after = np.zeros((steps, n_states), dtype=np.int64)
     saturated = np.zeros(steps, dtype=np.bool_)
     for j in range(int(lengths.max())):
         live = j < lengths
@@ -91,9 +82,9 @@ def interpret(
         outputs[rows[live]] = out[:, live].T
         saturated[rows[live]] = sat[live]
         for k, (state, _) in enumerate(program.states):
-            states[rows[live], k] = machine.values[state][live]
+            after[rows[live], k] = machine.values[state][live]
         if progress is not None:
             progress(j + 1, int(lengths.max()))
     ends = bounds[1:-1] - 1
-    wrong = ends[(states[ends] != c_states[ends]).any(axis=1)] if len(ends) else ends
-    return SegmentedRun(outputs, states, saturated, int(wrong[0]) if len(wrong) else None)
+    wrong = ends[(after[ends] != seeds[ends]).any(axis=1)] if len(ends) else ends
+    return SegmentedRun(outputs, after, saturated, int(wrong[0]) if len(wrong) else None)

@@ -4,47 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from importlib.resources import files
 from typing import Any
 
+from boresight.model.declarations import EXACT_UNITS
+from boresight.sim.pages import UNKNOWN, page
 from boresight.sim.report.chart import CHART_COLOURS, schedule_chart
-from boresight.sim.report.data import source_of
-from boresight.sim.report.plots import euler_plot, float_difference_plot, log_difference_plot
+from boresight.sim.report.plots import error_plot, log_difference_plot, output_plot
 from boresight.sim.report.schedule import KINDS
+from boresight.sim.report.sources import source_of
 
 __all__ = ["render_html"]
-
-#: What stands where nothing is known.
-UNKNOWN = "\N{EM DASH}"
-
-
-def number(x: Any, digits: int = 4) -> str:
-    """A number for people: thousands apart, no more digits than say something."""
-    if x is None:
-        return UNKNOWN
-    if x == 0 or 1e-3 <= abs(x) < 1e9:
-        whole = isinstance(x, int) or float(x).is_integer() or abs(x) >= 10 ** (digits - 1)
-        text = f"{x:,.0f}".replace(",", "\N{NARROW NO-BREAK SPACE}") if whole else f"{x:.{digits}g}"
-    else:
-        mantissa, exponent = f"{x:.{min(digits, 3) - 1}e}".split("e")
-        mantissa = mantissa.rstrip("0").rstrip(".")
-        text = f"{mantissa}\N{MULTIPLICATION SIGN}10" + str(int(exponent)).translate(_RAISED)
-    return text.replace("-", "\N{MINUS SIGN}")
-
-
-_RAISED = str.maketrans(
-    "-0123456789",
-    "\N{SUPERSCRIPT MINUS}"
-    + "".join(
-        chr(c) for c in (0x2070, 0xB9, 0xB2, 0xB3, 0x2074, 0x2075, 0x2076, 0x2077, 0x2078, 0x2079)
-    ),
-)
-
-
-def unit(text: str) -> str:
-    """A unit as people write it."""
-    text = "half turns" if text == "ht" else text
-    return text.replace("^2", "\N{SUPERSCRIPT TWO}").replace("uT", "\N{MICRO SIGN}T")
 
 
 def net_name(text: str) -> str:
@@ -75,20 +44,16 @@ def _range_bar(row: Mapping[str, Any]) -> dict[str, float] | None:
     return {"left": round(min(left, 99.0), 2), "width": round(max(right - left, 1.0), 2)}
 
 
-def _plots(log: Mapping[str, Any], k: int) -> dict[str, str | None]:
-    series = log["series"]
-    t = series["t_s"]
-    other = log["reference"] or "comparison"
+def _plots(log: Mapping[str, Any]) -> dict[str, str | None]:
+    series, other = log["series"], log["reference"] or "comparison"
+    outputs, turned = series["outputs"], series["vs_log_deg"]
+    along = "sample" if log["seconds"] is None else "time from the first sample, s"
+    t = (series["t"], along)
+    inexact = any(o["unit"] not in EXACT_UNITS for o in outputs.values())
     return {
-        "euler": euler_plot(t, series["fixed_deg"], series.get("log_deg"), other, salt=f"euler{k}")
-        if "fixed_deg" in series
-        else None,
-        "vs_float": float_difference_plot(t, series["vs_float_deg"], log["word"], salt=f"float{k}")
-        if "vs_float_deg" in series
-        else None,
-        "vs_log": log_difference_plot(t, series["vs_log_deg"], other, salt=f"log{k}")
-        if "vs_log_deg" in series
-        else None,
+        "outputs": output_plot(*t, outputs, other, salt="outputs"),
+        "errors": error_plot(*t, outputs, salt="errors") if inexact else None,
+        "vs_log": log_difference_plot(*t, turned, other, salt="log") if turned else None,
     }
 
 
@@ -127,30 +92,20 @@ def render_html(data: Mapping[str, Any]) -> str:
     ValueError
         If a number is not finite.
     """
-    import jinja2
-
     _finite(data)
-    environment = jinja2.Environment(
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
-    environment.globals["worst"] = _worst
-    environment.filters |= {"number": number, "unit": unit, "net_name": net_name}
-    template = environment.from_string(
-        files("boresight.sim.report").joinpath("report.html").read_text(encoding="utf-8")
-    )
     rows = data["numerics"]
-    return template.render(
+    return page(
+        "boresight.sim.report",
+        "report.html",
         d=data,
+        worst=_worst,
+        net_name=net_name,
         unknown=UNKNOWN,
         source=lambda path: source_of(data, path) or "",
         chart=schedule_chart(data["schedule"]),
         colours=CHART_COLOURS,
         kinds=KINDS,
-        plots=[_plots(log, k) for k, log in enumerate(data["accuracy"]["logs"])],
+        plots=[_plots(log) for log in data["accuracy"]["logs"]],
         tables=[
             (
                 "Inputs, parameters, states, outputs, and what needs attention",

@@ -2,108 +2,120 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import cycle
 from typing import Any
 
-from boresight.sim.plotting import COLOUR, figure_and_axes, legend, settings, svg
+import numpy as np
+import numpy.typing as npt
 
-__all__ = ["euler_plot", "float_difference_plot", "log_difference_plot"]
+from boresight.model.declarations import EXACT_UNITS
+from boresight.sim.plotting import COLOUR, INK, figure_and_axes, legend, settings, svg
 
-_STYLE = {"heading": "-", "pitch": "-", "roll": "-", "inclination": "-"}
+__all__ = ["error_plot", "log_difference_plot", "output_plot"]
 
-Curves = Mapping[str, Sequence[float | None]]
+Curve = Sequence[float | None]
+FloatArray = npt.NDArray[np.float64]
+
+#: What a plot by unit shows of each output: see `sim.report.accuracy`.
+Outputs = Mapping[str, Mapping[str, Any]]
+
+_DOTTED: dict[str, Any] = {"linestyle": (0, (1.5, 2.0)), "linewidth": 1.6, "alpha": 0.75}
+_CYCLE = ("heading", "pitch", "roll", "other", "sky", "amber", "grey")
 
 
-def _axes(height: float) -> tuple[Any, Any]:
-    figure, axes = figure_and_axes(height)
-    axes.set_xlabel("time from the first sample, s")
-    return figure, axes
-
-
-def _floats(curve: Sequence[float | None]) -> Any:
-    import numpy as np
-
+def _floats(curve: Curve) -> FloatArray:
     return np.array([np.nan if v is None else v for v in curve], dtype=np.float64)
 
 
-def _unwrapped(y: Any) -> Any:
+def _unwrapped(y: FloatArray) -> FloatArray:
     """A gap instead of a stroke across the plot where an angle passes +-180 deg."""
-    import numpy as np
-
     y = y.copy()
     y[1:][np.abs(np.diff(y)) > 180.0] = np.nan
     return y
 
 
-def _known(t: Any, y: Any) -> tuple[Any, Any]:
-    import numpy as np
-
+def _known(t: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
     good = np.isfinite(y)
     return t[good], y[good]
 
 
-def euler_plot(
-    times: Sequence[float | None],
-    fixed: Curves,
-    other: Curves | None,
-    other_name: str,
-    *,
-    salt: str,
-) -> str:
-    """Euler angles over time, and those of the log."""
+def _colours(names: Sequence[str]) -> dict[str, str]:
+    """A colour for each curve: its own, or the next one that nobody owns."""
+    rest = cycle(COLOUR[k] for k in _CYCLE if k not in names)
+    return {name: COLOUR[name] if name in COLOUR else next(rest) for name in names}
+
+
+def _panels(outputs: Outputs, along: str) -> tuple[Any, Iterator[tuple[Any, str, list[str]]]]:
+    """A figure with a panel for each unit: axes, unit, outputs in it; ``along`` names the time."""
+    units = list(dict.fromkeys(o["unit"] for o in outputs.values()))
+    figure, axes = figure_and_axes(2.4 * len(units), len(units), sharex=True, squeeze=False)
+    axes[-1, 0].set_xlabel(along)
+    named = ([n for n, o in outputs.items() if o["unit"] == unit] for unit in units)
+    return figure, zip(axes[:, 0], units, named, strict=True)
+
+
+def output_plot(times: Curve, along: str, outputs: Outputs, other: str, *, salt: str) -> str:
+    """Outputs over time, and where they are known their truths, which ``other`` names."""
+    shown = {name: o for name, o in outputs.items() if o["fixed"] is not None}
     with settings():
-        figure, axes = _axes(3.1)
+        figure, panels = _panels(shown, along)
         t = _floats(times)
-        for name, curve in fixed.items():
-            axes.plot(t, _unwrapped(_floats(curve)), color=COLOUR[name], label=name)
-        for name, curve in (other or {}).items():
-            where, y = _known(t, _floats(curve))
-            axes.plot(
-                where,
-                _unwrapped(y),
-                color=COLOUR[name],
-                linestyle=(0, (1.5, 2.0)),
-                linewidth=1.6,
-                alpha=0.75,
-                label=f"{name}, {other_name}",
-            )
-        axes.set_ylabel("angle, deg")
-        axes.set_ylim(-185.0, 185.0)
-        axes.set_yticks(range(-180, 181, 60))
-        legend(axes, 6)
+        for axes, unit, names in panels:
+            step = {"drawstyle": "steps-post"} if unit in EXACT_UNITS else {}
+            for name, colour in _colours(names).items():
+                y = _floats(shown[name]["fixed"])
+                axes.plot(t, _wrap(unit, y), color=colour, label=name, **step)
+                if shown[name]["truth"] is not None:
+                    where, y = _known(t, _floats(shown[name]["truth"]))
+                    axes.plot(where, _wrap(unit, y), color=colour, **_DOTTED)
+            if any(shown[name]["truth"] is not None for name in names):
+                axes.plot([], [], color=INK, label=other, **_DOTTED)
+            axes.set_ylabel(unit or "1")
+            legend(axes, 6)
         return svg(figure, salt)
 
 
-def _log_plot(
-    times: Sequence[float | None], curves: Curves, label: str, *, salt: str, lowest: float
-) -> str:
-    import numpy as np
+def _wrap(unit: str, y: FloatArray) -> FloatArray:
+    return _unwrapped(y) if unit == "deg" else y
 
+
+def error_plot(times: Curve, along: str, outputs: Outputs, *, salt: str) -> str:
+    """Fixed point against float64, with each output's tolerance."""
+    shown = {name: o for name, o in outputs.items() if o["unit"] not in EXACT_UNITS}
     with settings():
-        figure, axes = _axes(2.7)
+        figure, panels = _panels(shown, along)
         t = _floats(times)
-        for name, curve in curves.items():
-            y = _floats(curve)
-            y[y < lowest] = np.nan  # equal, as far as a curve can show
-            where, shown = _known(t, y)
-            axes.plot(
-                where, shown, color=COLOUR[name], linestyle=_STYLE[name], label=name, linewidth=0.9
-            )
-        axes.set_yscale("log")
-        axes.set_ylabel(label)
-        legend(axes, 3)
+        for axes, unit, names in panels:
+            for name, colour in _colours(names).items():
+                y = _floats(shown[name]["error"])
+                _draw_log(axes, t, y, colour, name)
+            limits = {shown[n]["tolerance"]: None for n in names}
+            for limit in (x for x in limits if x is not None):
+                style = {"color": INK, "linestyle": "--", "linewidth": 0.9}
+                axes.axhline(limit, label=f"tolerance {limit:.3g}", **style)
+            axes.set_yscale("log")
+            axes.set_ylabel("|fixed - float64|" + (f", {unit}" if unit else ""))
+            legend(axes, 6)
         return svg(figure, salt)
 
 
-def float_difference_plot(
-    times: Sequence[float | None], curves: Curves, word: int, *, salt: str
-) -> str:
-    """Fixed point against float64."""
-    return _log_plot(times, curves, f"|fixed (W = {word}) - float64|, deg", salt=salt, lowest=1e-12)
+def _draw_log(axes: Any, t: FloatArray, y: FloatArray, colour: str, name: str) -> None:
+    """A curve on a logarithmic axis: what is equal, as far as a curve can show, is a gap."""
+    y = np.where(y < 1e-15, np.nan, y)
+    axes.plot(*_known(t, y), color=colour, label=name, linewidth=0.9)
 
 
 def log_difference_plot(
-    times: Sequence[float | None], curves: Curves, other_name: str, *, salt: str
+    times: Curve, along: str, curves: Mapping[str, Curve], other: str, *, salt: str
 ) -> str:
-    """Fixed point against the log's attitude."""
-    return _log_plot(times, curves, f"difference to the {other_name}, deg", salt=salt, lowest=1e-6)
+    """Fixed point against the record's attitude."""
+    with settings():
+        figure, axes = figure_and_axes(2.7)
+        axes.set_xlabel(along)
+        for name, curve in curves.items():
+            _draw_log(axes, _floats(times), _floats(curve), COLOUR[name], name)
+        axes.set_yscale("log")
+        axes.set_ylabel(f"difference to the {other}, deg")
+        legend(axes, 3)
+        return svg(figure, salt)

@@ -7,65 +7,30 @@ import importlib.metadata
 import os
 import tempfile
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from boresight.disk.cache import Cache
+from boresight.gateware.core import Core
+from boresight.gateware.registers.core import PROGRAM
 from boresight.model.tools.failure import failure
 from boresight.model.words.fixed import IntArray
 from boresight.sim.rtl.memories import split_memories
+from boresight.sim.rtl.replay import (
+    BusWrite,
+    RtlRun,
+    bus_text,
+    input_text,
+    read_output,
+    register_writes,
+)
 from boresight.sim.rtl.simulators import BUILD_ARGS, TIMESCALE, SimulationFailed, require, version
 from boresight.sim.rtl.verilator import build_program, cocotb_environment
 
-__all__ = ["BusWrite", "RegisterWrite", "RtlRun", "RtlSimulation", "SimulationFailed", "quiet"]
-
-
-@dataclass(frozen=True)
-class BusWrite:
-    """A word for the bus, written before the first word of ``record`` is offered."""
-
-    record: int
-    address: int
-    word: int
-
-
-@dataclass(frozen=True)
-class RegisterWrite:
-    """A lane's write of a register: ``word`` None if it had unknown bits."""
-
-    lane: int
-    address: int
-    word: int | None
-    cycle: int
-
-
-@dataclass(frozen=True)
-class RtlRun:
-    """What the core did.
-
-    Attributes
-    ----------
-    outputs : int64 (steps, n_outputs)
-        Output words in stream order.
-    saturated : bool (steps,)
-        The update's saturation flag.
-    latency_cycles : int64 (steps, n_outputs)
-        Cycles from the first input word taken to each output word taken, both inclusive.
-    interval_cycles : int64 (steps,)
-        Cycles from the first input word taken until the next record could begin.
-    writes : tuple of RegisterWrite
-        Register writes of the traced update.
-    """
-
-    outputs: IntArray
-    saturated: npt.NDArray[np.bool_]
-    latency_cycles: IntArray
-    interval_cycles: IntArray
-    writes: tuple[RegisterWrite, ...] = ()
+__all__ = ["RtlSimulation", "SimulationFailed", "quiet"]
 
 
 class RtlSimulation:
@@ -76,10 +41,8 @@ class RtlSimulation:
 
     Parameters
     ----------
-    verilog : str
-        The core, module ``core``, for simulation.
-    word, n_inputs, n_outputs, lanes : int
-        Word width, words per record, lanes of the machine.
+    core : Core
+        The program at hand runs, unless `run` is told otherwise.
     simulator : str
         "verilator" or "icarus".
     cache : Path, optional
@@ -94,25 +57,16 @@ class RtlSimulation:
     """
 
     def __init__(
-        self,
-        verilog: str,
-        *,
-        word: int,
-        n_inputs: int,
-        n_outputs: int,
-        lanes: int,
-        simulator: str = "verilator",
-        cache: Path | None = None,
+        self, core: Core, *, simulator: str = "verilator", cache: Path | None = None
     ) -> None:
-        self.simulator = simulator
-        self.word, self.n_inputs, self.n_outputs = word, n_inputs, n_outputs
-        text, self._memories = split_memories(verilog)
+        self.core, self.simulator, self.word = core, simulator, core.machine.arithmetic.word
+        text, self._memories = split_memories(core.verilog(instances=False))
         # Names inside the core exist for each lane only: the harness is cut to the lanes there are.
         harness = Path(__file__).with_name("replay.sv").read_text()
-        harness = harness.replace("//SECOND", "" if lanes == 2 else "//")
+        harness = harness.replace("//SECOND", "" if core.machine.lanes == 2 else "//")
         require(simulator)
         tools = (version(simulator), importlib.metadata.version("cocotb"))
-        identity = repr((text, harness, simulator, tools, BUILD_ARGS[simulator], word))
+        identity = repr((text, harness, simulator, tools, BUILD_ARGS[simulator], self.word))
         self._entry = Cache(cache).get(
             f"rtl-{simulator}", identity, lambda folder: self._build(folder, text, harness)
         )
@@ -150,68 +104,77 @@ class RtlSimulation:
         self,
         inputs: IntArray,
         *,
-        max_interval: int,
+        numbers: IntArray | None = None,
+        bus_writes: Sequence[BusWrite] = (),
         stall: int = 0,
         trace: int | None = None,
         allow_unknown: bool = False,
-        bus_writes: Sequence[BusWrite] = (),
     ) -> RtlRun:
         """Feed input words (steps, n_inputs).
 
         Parameters
         ----------
-        max_interval : int
-            Cycles after which an update counts as hung (times 16 with stalls).
+        numbers : int (steps,), optional
+            The program of each record, when several take turns (`bus_writes` must select them);
+            what a record does not need of its row is left out. By default that at hand.
+        bus_writes : sequence of BusWrite
+            What the host writes meanwhile, in the order of records.
         stall : int
             0: input always there, output always taken. Otherwise the seed of a pattern of pauses.
         trace : int, optional
             Update whose register writes are recorded.
         allow_unknown : bool
             Return the register writes even when the run fails (to find out why).
-        bus_writes : sequence of BusWrite
-            What the host writes meanwhile, in the order of records.
 
         Raises
         ------
         SimulationFailed
             Hung, an unknown value (X), or fewer words than expected.
         """
-        steps = len(inputs)
-        if steps == 0:
+        from cocotb_tools.check_results import get_results
+
+        if not len(inputs):
             raise SimulationFailed("nothing to compare: no input records")
+        parts = self.core.parts
+        if numbers is None:
+            numbers = np.full(len(inputs), self.core.number)
+            if len(parts) > 1:
+                bus_writes = [BusWrite(0, PROGRAM, self.core.number), *bus_writes]
+        n_in, n_out = (
+            np.array([len(ports) for ports in counts])[numbers]
+            for counts in zip(
+                *((p.program.streamed, p.program.outputs) for p in parts), strict=True
+            )
+        )
+        cycles = int(np.array([p.schedule.interval for p in parts])[numbers].max())
+        limit = (len(inputs) + 4) * cycles * (16 if stall else 1) + 64 * len(bus_writes) + 1000
         with tempfile.TemporaryDirectory(prefix="boresight-rtl-") as name:
             folder = Path(name)
-            mask = (1 << self.word) - 1
-            (folder / "input.hex").write_text(
-                "\n".join(f"{int(w) & mask:x}" for w in inputs.ravel()) + "\n"
-            )
-            (folder / "bus.txt").write_text(
-                "".join(f"{w.record} {w.address:x} {w.word & mask:x}\n" for w in bus_writes)
-            )
+            (folder / "input.hex").write_text(input_text(inputs, n_in, self.word))
+            (folder / "bus.txt").write_text(bus_text(bus_writes, self.word))
             for file, text in self._memories.items():
                 (folder / file).write_text(text)
-            self._simulate(folder, steps, max_interval, stall, trace, len(bus_writes))
+            self._simulate(folder, len(inputs), limit, stall, trace)
             out_file = folder / "output.txt"
             lines = out_file.read_text().splitlines() if out_file.exists() else []
-            writes = _register_writes(lines)
+            writes = register_writes(lines)
             try:
-                return self._read(lines, folder / "results.xml", steps, writes)
-            except SimulationFailed:
-                if not allow_unknown:
-                    raise
-                none = np.zeros((0, self.n_outputs), dtype=np.int64)
-                return RtlRun(none, np.zeros(0, dtype=np.bool_), none, none[:, 0], writes)
+                tests, failed = get_results(folder / "results.xml")
+                if tests != 1:
+                    raise SimulationFailed(f"expected 1 bench to run, {tests} ran")
+                run = read_output(lines, n_out, self.word)
+                if failed:
+                    raise SimulationFailed("the bench failed")
+                return replace(run, writes=writes)
+            except SimulationFailed as error:
+                if allow_unknown:
+                    none = np.zeros((0, 0), dtype=np.int64)
+                    return RtlRun(none, np.zeros(0, dtype=np.bool_), none, none.ravel(), writes)
+                raise SimulationFailed(f"{self.simulator}: {error}") from None
 
     def _simulate(
-        self,
-        folder: Path,
-        steps: int,
-        max_interval: int,
-        stall: int,
-        trace: int | None,
-        writes: int,
+        self, folder: Path, steps: int, limit: int, stall: int, trace: int | None
     ) -> None:
-        limit = (steps + 4) * max_interval * (16 if stall else 1) + 64 * writes + 1000
         root = str(Path(__file__).parents[2])
         with quiet(folder / "run.log", f"{self.simulator} run"):
             self._runner().test(
@@ -227,7 +190,6 @@ class RtlSimulation:
                     "+input=input.hex",
                     "+bus=bus.txt",
                     "+output=output.txt",
-                    f"+n_in={self.n_inputs}",
                     f"+steps={steps}",
                     f"+stall={stall}",
                     f"+trace={-1 if trace is None else trace}",
@@ -243,60 +205,6 @@ class RtlSimulation:
                     "PYTHONPATH": os.pathsep.join([root, os.environ.get("PYTHONPATH", "")]),
                 },
             )
-
-    def _read(
-        self, lines: list[str], results: Path, steps: int, writes: tuple[RegisterWrite, ...]
-    ) -> RtlRun:
-        from cocotb_tools.check_results import get_results
-
-        tests, failed = get_results(results)
-        if tests != 1:
-            raise SimulationFailed(f"{self.simulator}: expected 1 bench to run, {tests} ran")
-        outputs = np.zeros((steps, self.n_outputs), dtype=np.int64)
-        latency = np.zeros((steps, self.n_outputs), dtype=np.int64)
-        seen = np.zeros((steps, self.n_outputs), dtype=np.bool_)
-        saturated = np.zeros(steps, dtype=np.bool_)
-        interval = np.full(steps, -1, dtype=np.int64)
-        sign = 1 << (self.word - 1)
-        for line in lines:
-            kind, *rest = line.split()
-            if (
-                kind == "X"
-                or (kind == "O" and set("xz") & set(rest[2].lower()))
-                or (kind == "U" and set("xz") & set(rest[1].lower()))
-            ):
-                raise SimulationFailed(f"{self.simulator}: unknown value (X): {line}")
-            if kind == "O":
-                k, j = int(rest[0]), int(rest[1])
-                if k >= steps or j >= self.n_outputs:
-                    raise SimulationFailed(f"{self.simulator}: unexpected output word: {line}")
-                outputs[k, j] = (int(rest[2], 16) ^ sign) - sign
-                latency[k, j] = int(rest[3]) + 1
-                seen[k, j] = True
-            elif kind == "U":
-                saturated[int(rest[0])] = rest[1] == "1"
-                interval[int(rest[0])] = int(rest[2])
-        if failed or not seen.all() or (interval < 0).any():
-            k = int(np.argmin(seen.all(axis=1) & (interval >= 0)))
-            raise SimulationFailed(f"{self.simulator}: update {k} of {steps} did not complete")
-        return RtlRun(outputs, saturated, latency, interval, writes)
-
-
-def _register_writes(lines: list[str]) -> tuple[RegisterWrite, ...]:
-    writes = []
-    for line in lines:
-        kind, *rest = line.split()
-        if kind == "R":
-            known = not set("xz") & set((rest[2] + rest[3]).lower())
-            writes.append(
-                RegisterWrite(
-                    int(rest[1]),
-                    int(rest[2], 16) if known else -1,
-                    int(rest[3], 16) if known else None,
-                    int(rest[4]),
-                )
-            )
-    return tuple(writes)
 
 
 @contextlib.contextmanager

@@ -1,6 +1,6 @@
 // Replays a log through the core and writes down what comes out.
 //
-// Input file: one word (hex) per line, n_in lines per record. Bus writes, if any: lines `record
+// Input file: one word (hex) per line, bit WORD set in the last of a record. Bus writes, if any: lines `record
 // address data` (address and data hex), done in order before the first word of that record is
 // offered. Output file: lines
 //   O record word data cycle     an output word was taken; cycle counts from the record's first input word
@@ -17,11 +17,11 @@ module replay #(
     input wire rst /*verilator public_flat_rw*/,
     output reg done /*verilator public_flat_rw*/
 );
-    integer fin, fout, fbus, n_in, steps, stall, scanned, trace;
+    integer fin, fout, fbus, steps, stall, scanned, trace;
     string in_name, out_name, bus_name;
 
     reg [31:0] lfsr;
-    reg [WORD-1:0] word, upcoming;
+    reg [WORD:0] word, upcoming;
     integer in_record, in_word, out_record, out_word, cycle, update;
     reg counting;
     integer w_record, w_next_record;
@@ -34,7 +34,7 @@ module replay #(
     wire i_ready, o_valid;
     wire [WORD:0] o_payload;
     wire saturated;
-    wire in_last = in_word == n_in - 1;
+    wire in_last = word[WORD];
     wire w_waits = in_word == 0 && w_record == in_record;
     wire w_stb = w_waits && !counting && !rst;
     wire i_valid = offer && in_record < steps && !w_waits;
@@ -45,7 +45,7 @@ module replay #(
 
     core dut (
         .clk(clk), .rst(rst),
-        .i__payload({in_last, word}), .i__valid(i_valid), .i__ready(i_ready),
+        .i__payload(word), .i__valid(i_valid), .i__ready(i_ready),
         .o__payload(o_payload), .o__valid(o_valid), .o__ready(o_ready),
         .bus__addr(w_addr), .bus__w_data(w_data), .bus__w_stb(w_stb),
         .bus__w_ack(w_ack), .bus__r_data(), .saturated_update(saturated)
@@ -75,7 +75,6 @@ module replay #(
         done = 0;
         if (!$value$plusargs("input=%s", in_name)) begin $display("no input"); $finish; end
         if (!$value$plusargs("output=%s", out_name)) begin $display("no output"); $finish; end
-        if (!$value$plusargs("n_in=%d", n_in)) n_in = 1;
         if (!$value$plusargs("steps=%d", steps)) steps = 0;
         if (!$value$plusargs("stall=%d", stall)) stall = 0;
         if (!$value$plusargs("trace=%d", trace)) trace = -1;
@@ -92,12 +91,12 @@ module replay #(
         next_write;
     end
 
-    // Register writes of one record, to find the first value that differs.
-    always @(posedge clk) if (!rst && !done && update == trace) begin
+    // Register writes of one record, from its first word on, to find the first value that differs.
+    always @(posedge clk) if (!rst && !done && counting && update == trace) begin
         if (dut.operands.w_en__0 !== 1'b0)
             $fwrite(fout, "R %0d 0 %h %h %0d\n", update, dut.operands.w_addr__0, dut.operands.w_data__0, cycle);
     end
-    //SECOND always @(posedge clk) if (!rst && !done && update == trace) begin
+    //SECOND always @(posedge clk) if (!rst && !done && counting && update == trace) begin
     //SECOND     if (dut.operands.w_en__1 !== 1'b0)
     //SECOND         $fwrite(fout, "R %0d 1 %h %h %0d\n", update, dut.operands.w_addr__1, dut.operands.w_data__1, cycle);
     //SECOND end

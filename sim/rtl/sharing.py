@@ -13,12 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from boresight.gateware.core import Core
 from boresight.gateware.registers.core import PROGRAM
 from boresight.model.words.fixed import IntArray
-from boresight.sim.rtl.cosim import BusWrite, RtlRun, RtlSimulation
+from boresight.sim.rtl.cosim import RtlSimulation
+from boresight.sim.rtl.replay import BusWrite, RtlRun
 
-__all__ = ["Turn", "deal", "run_in_turns", "selection"]
+__all__ = ["Turn", "completed", "deal", "rounds", "run_in_turns"]
 
 
 @dataclass(frozen=True)
@@ -28,11 +28,6 @@ class Turn:
     number: int
     start: int
     stop: int
-
-
-def selection(core: Core) -> tuple[BusWrite, ...]:
-    """What the host writes to run the program at hand."""
-    return (BusWrite(0, PROGRAM, core.number),) if len(core.parts) > 1 else ()
 
 
 def deal(counts: Sequence[int], *, seed: int = 0, longest: int = 40) -> list[Turn]:
@@ -48,29 +43,53 @@ def deal(counts: Sequence[int], *, seed: int = 0, longest: int = 40) -> list[Tur
     return turns
 
 
+def rounds(counts: Sequence[int], *, seed: int = 0) -> list[Turn]:
+    """Turns of one record: record k of every stream, in a random order, before record k + 1 of any.
+
+    The first records of the streams come in the same order however many follow.
+    """
+    rng, turns = random.Random(seed), []
+    for k in range(max(counts)):
+        order = list(range(len(counts)))
+        rng.shuffle(order)
+        turns += [Turn(number, k, k + 1) for number in order if k < counts[number]]
+    return turns
+
+
+def completed(counts: Sequence[int], number: int, *, seed: int = 0) -> list[IntArray]:
+    """How many records each stream has done when each one of stream ``number`` begins."""
+    done = [0] * len(counts)
+    rows = []
+    for turn in rounds(counts, seed=seed):
+        if turn.number == number:
+            rows.append(tuple(done))
+        done[turn.number] += 1
+    return list(np.array(rows, dtype=np.int64).reshape(-1, len(counts)).T)
+
+
 def run_in_turns(
-    core: Core,
     simulation: RtlSimulation,
     streams: Sequence[IntArray],
     *,
     seed: int = 0,
     stall: int = 0,
     longest: int = 40,
+    turns: Sequence[Turn] | None = None,
 ) -> list[RtlRun]:
-    """Run every program of a core on its own stream, in turns.
+    """Run every program of a core on its own stream, in turns; one whose stream has ended stops.
 
     Now and then the host also writes a number that no program has, which must change nothing.
 
     Parameters
     ----------
-    core : Core
-        Its programs must have equally long records.
     simulation : RtlSimulation
         Of that core.
     streams : sequence of int (steps, n_inputs)
-        Input records of each program.
+        Input records of each program, with as many words as it takes.
     seed, longest : int
         See `deal`.
+    turns : sequence of Turn, optional
+        By default, those of `deal`.
     stall : int
         See `RtlSimulation.run`.
 
@@ -79,25 +98,23 @@ def run_in_turns(
     list of RtlRun
         For each program, as if it had run alone.
     """
-    turns = deal([len(s) for s in streams], seed=seed, longest=longest)
-    rng = random.Random(seed)
-    owners: list[int] = []
-    writes = []
-    for turn in turns:
-        record = len(owners)
-        writes.append(BusWrite(record, PROGRAM, turn.number))
+    rng, parts = random.Random(seed), simulation.core.parts
+    widest = max(s.shape[1] for s in streams)
+    rows, writes = [], []
+    numbers: list[int] = []
+    for turn in turns or deal([len(s) for s in streams], seed=seed, longest=longest):
+        writes.append(BusWrite(len(numbers), PROGRAM, turn.number))
         if rng.random() < 0.25:
-            writes.append(BusWrite(record, PROGRAM, rng.choice((len(core.parts), -1))))
-        owners += [turn.number] * (turn.stop - turn.start)
-    words = np.concatenate([streams[t.number][t.start : t.stop] for t in turns])
+            writes.append(BusWrite(len(numbers), PROGRAM, rng.choice((len(parts), -1))))
+        piece = streams[turn.number][turn.start : turn.stop]
+        rows.append(np.pad(piece, ((0, 0), (0, widest - piece.shape[1]))))
+        numbers += [turn.number] * len(piece)
     run = simulation.run(
-        words,
-        max_interval=max(p.schedule.interval for p in core.parts) + 64,
-        stall=stall,
-        bus_writes=writes,
+        np.concatenate(rows), numbers=np.array(numbers), stall=stall, bus_writes=writes
     )
-    rows = [np.array(owners) == k for k in range(len(streams))]
-    return [
-        RtlRun(run.outputs[r], run.saturated[r], run.latency_cycles[r], run.interval_cycles[r])
-        for r in rows
-    ]
+    out = []
+    for k, part in enumerate(parts):
+        own, n_out = np.array(numbers) == k, len(part.program.outputs)
+        words, latency = run.outputs[own, :n_out], run.latency_cycles[own, :n_out]
+        out.append(RtlRun(words, run.saturated[own], latency, run.interval_cycles[own]))
+    return out

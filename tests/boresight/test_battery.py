@@ -46,25 +46,15 @@ def begin(*_: object, **__: object) -> Any:
     raise Reached
 
 
-#: Where the work of the verbs begins: all but the first are needed after `Estimator.compile` only
-#: where a program comes from elsewhere.
+#: Where the work of the verbs begins, besides `Estimator.compile_traced`.
 SEAMS = (
-    "boresight.sim.compare.divergence.CModel",
-    "boresight.sim.compare.divergence.build_core",
+    "boresight.sim.levels.integer.CModel",
+    "boresight.sim.levels.build.build_shared_core",
     "boresight.verbs.accuracy.benchmark",
     "boresight.verbs.covariance.covariance_trial",
     "boresight.verbs.covariance.hostile",
-    "boresight.verbs.demo.read_record",
+    "boresight.verbs.demo.bundled",
     "boresight.verbs.doctor.doctor",
-)
-
-
-#: Where a core is built.
-CORES = (
-    "boresight.sim.compare.check.build_core",
-    "boresight.sim.compare.divergence.build_core",
-    "boresight.verbs.check.shared_core",
-    "boresight.sim.levels.registry.build_core",
 )
 
 
@@ -73,22 +63,21 @@ def understood(monkeypatch):
     """Verbs end in `Reached` where their work begins."""
     for name in SEAMS:
         monkeypatch.setattr(name, begin)
-    monkeypatch.setattr(Estimator, "compile", begin)
+    monkeypatch.setattr(Estimator, "compile_traced", begin)
     monkeypatch.setattr(Ma2014, "run", begin)
 
 
 @pytest.fixture
 def quick(monkeypatch):
     """Programs are compiled once each; what needs a core, or C of its own, counts as understood."""
-    compiled = functools.cache(Estimator.compile)
-    known = functools.cache(lambda of, word: compiled(of(), word=word))
+    traced = functools.cache(Estimator.compile_traced)
+    known = functools.cache(lambda of, word: traced(of(), word=word))
 
-    def compile_once(self: Estimator, *, word: int = 32) -> Program:
+    def trace_once(self: Estimator, *, word: int = 32) -> tuple[Program, Any]:
         return known(type(self), word if word in (18, 32) else 32)
 
-    monkeypatch.setattr(Estimator, "compile", compile_once)
-    for place in CORES:
-        monkeypatch.setattr(place, begin)
+    monkeypatch.setattr(Estimator, "compile_traced", trace_once)
+    monkeypatch.setattr("boresight.sim.levels.build.build_shared_core", begin)
 
 
 def snapshot(folder: Path) -> dict[str, object]:

@@ -61,7 +61,7 @@ FILES: dict[str, Verb] = {
         main,
         ["check", "mekf", "log.csv", "--reproducer"],
         "log.csv",
-        "boresight.verbs.check.check_log",
+        "boresight.verbs.check.Check.run",
     ),
     "make_synthetic": (
         make_synthetic.main,
@@ -82,13 +82,13 @@ FOLDERS: dict[str, Verb] = {
         main,
         ["compile", "mekf", "--board", "mimas", "-q", "-o"],
         "firmware/mekf.c",
-        "boresight.verbs.compile.shared_core",
+        "boresight.sim.levels.build.build_shared_core",
     ),
     "report": (
         main,
         ["report", "mekf", "log.csv", "-q", "-o"],
         "report.html",
-        "boresight.verbs.report.core_for",
+        "boresight.verbs.report.Check.run",
     ),
     "accuracy": (
         main,
@@ -112,7 +112,7 @@ FOLDERS: dict[str, Verb] = {
         main,
         ["demo", "-q", "-o"],
         "core-fast/firmware/mekf.c",
-        "boresight.verbs.demo.shared_core",
+        "boresight.sim.levels.build.build_shared_core",
     ),
     "firmware": (
         firmware.main,
@@ -421,7 +421,7 @@ def test_the_default_reproducer_steps_aside(home: Path, monkeypatch: Any, capsys
         given.append(reproducer)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("boresight.verbs.check.check_log", work)
+    monkeypatch.setattr("boresight.verbs.check.Check.run", work)
     assert main(["check", "mekf", "log.csv"]) == 130
     assert given and (home / "reproducer.json").read_text() == "user"
     assert (home / "reproducer-2.json").read_text() == "difference"

@@ -15,6 +15,7 @@ import boresight
 from boresight import loop as module
 from boresight.cli import main
 from boresight.loop import loop_text, simulate_world, world_of
+from boresight.sim.levels.integer import Emitted
 
 FILES = """
 from boresight import Estimator, Input, Output, State, World
@@ -107,18 +108,14 @@ def test_floats_part_and_that_is_good() -> None:
 def test_integer_levels_that_part_are_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = module.make_level
 
-    class Wrong:
+    class Wrong(Emitted):
         """The C with one wrong answer."""
 
-        def __init__(self, level: Any) -> None:
-            self.level, self.name, self.count, self.closed = level, level.name, 0, False
-
-        def reset(self) -> None:
-            self.level.reset()
+        count, closed = 0, False
 
         def step(self, record: Any) -> Any:
             self.count += 1
-            out = self.level.step(record)
+            out = super().step(record)
             return {**out, "u": out["u"] + 2.0**-20} if self.count == 9 else out
 
         def close(self) -> None:
@@ -126,12 +123,11 @@ def test_integer_levels_that_part_are_a_failure(monkeypatch: pytest.MonkeyPatch)
 
     made: list[Wrong] = []
 
-    def odd(name: str, *args: Any, **options: Any) -> Any:
-        level = whole(name, *args, **options)
+    def odd(name: str, build: Any) -> Any:
         if name == "c":
-            made.append(Wrong(level))
+            made.append(Wrong(build))
             return made[-1]
-        return level
+        return whole(name, build)
 
     monkeypatch.setattr(module, "make_level", odd)
     data = simulated(on="fixed", against="c")

@@ -16,7 +16,13 @@ PAGE = Path(__file__).parents[2] / "docs" / "estimators.md"
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     blocks = re.findall(r"```(python|csv)\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.S)
-    files = dict(zip(("track.py", "log.csv", "cart.py"), (text for _, text in blocks), strict=True))
+    files = dict(
+        zip(
+            ("track.py", "log.csv", "cart.py", "facing.py"),
+            (text for _, text in blocks),
+            strict=True,
+        )
+    )
     for name, text in files.items():
         (tmp_path / name).write_text(text)
     monkeypatch.chdir(tmp_path)
@@ -29,6 +35,8 @@ def folder(tmp_path, monkeypatch):
         "run track.py log.csv --on float",
         "check track.py log.csv --levels fixed,c",
         "compile track.py -o build",
+        "accuracy track.py log.csv",
+        "tune track.py log.csv -o track.json",
         "simulate cart.py:Cart track.py:Track --on c --against fixed --steps 100",
     ],
 )

@@ -86,8 +86,14 @@ def test_random_programs_against_interpreter(seed: int, word: int, cache: Path) 
     np.testing.assert_array_equal(flags, saturated[:, 0])
     model.reset()
     interpreter = Interpreter(program)
-    for row in rows[:20]:
+    again, flagged, states = model.trajectory(rows[:20])
+    np.testing.assert_array_equal(again, got[:20])
+    np.testing.assert_array_equal(flagged, flags[:20])
+    assert states.shape == (20, len(program.states)) and states.dtype == np.int64
+    model.reset()
+    for row, after in zip(rows[:20], states, strict=True):
         interpreter.update(row[:, None])
+        assert [int(interpreter.values[n][0]) for n, _ in program.states] == after.tolist()
         words = [int(w[0]) for w in interpreter.values_before_commit()]
         assert model.values_of_update(row) == dict(enumerate(words))
 
@@ -159,7 +165,7 @@ def test_refusals(cache: Path, corner: Callable[[int], Program]) -> None:
         model.update([1, 2])
     with pytest.raises(ValueError, match=r"^inputs must have at least one row$"):
         model.observe(np.empty((0, 2), dtype=np.int64))
-    with pytest.raises(ValueError, match=r"^inputs must have shape \(2,\), not \(1, 2\)$"):
+    with pytest.raises(ValueError, match=r"^inputs must have shape \(n, 2\), not \(1, 1, 2\)$"):
         model.values_of_update([[1, 2]])
     with pytest.raises(ValueError, match=r"^inputs must fit 24 bits$"):
         model.update([[1, 1 << 23]])

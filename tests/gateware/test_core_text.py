@@ -12,7 +12,7 @@ import pytest
 from boresight.gateware.core import Core
 from boresight.gateware.core_text import core_ports, core_text
 from boresight.model.estimators import estimator
-from boresight.sim.compare.check_shared import shared_core
+from boresight.sim.levels.build import Build
 from boresight.sim.rtl.simulators import available
 
 INSTANCES = pytest.mark.parametrize("instances", [True, False])
@@ -20,7 +20,7 @@ INSTANCES = pytest.mark.parametrize("instances", [True, False])
 
 @cache
 def core_of(*names: str, word: int = 32) -> Core:
-    return shared_core([estimator(n) for n in names], config="small", word=word)
+    return Build(*(estimator(n) for n in names), config="small", word=word).core
 
 
 @INSTANCES

@@ -17,7 +17,7 @@ from boresight.gateware.microcode.assemble import decode
 from boresight.gateware.registers.core import PROGRAM
 from boresight.model.estimators import estimator
 from boresight.model.words.interpreter import Interpreter
-from boresight.sim.compare.check_shared import shared_core
+from boresight.sim.levels.build import Build
 from boresight.sim.rtl.simulators import available
 from boresight.sim.rtl.verilator import build_program
 from tests.support.compiler_calls import compiler_calls
@@ -33,7 +33,7 @@ RECORDS = 10
 @cache
 def core_of(name: str) -> Core:
     names, config = CORES[name]
-    return shared_core([estimator(n) for n in names], config=config)
+    return Build(*(estimator(n) for n in names), config=config).core
 
 
 @dataclass

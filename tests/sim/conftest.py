@@ -2,26 +2,24 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
-import numpy as np
 import pytest
 
-from boresight.firmware.build import CModel
 from boresight.gateware.core import Core, build_core
 from boresight.gateware.synthesis.area import Area
 from boresight.gateware.synthesis.delays import Delay
 from boresight.gateware.synthesis.device import XC6SLX9
 from boresight.gateware.synthesis.estimate import Estimate
 from boresight.gateware.synthesis.timing import PathPoint, Timing, TimingPath
-from boresight.model.estimator import input_words
 from boresight.model.estimators.complementary import Complementary
+from boresight.sim.compare.check import Check
+from boresight.sim.compare.results import CheckResult, LevelResult
+from boresight.sim.levels.build import Build
 from boresight.sim.records.bundled import bundled
-from boresight.sim.records.feed import feed
-from boresight.sim.records.files import read_record
-from boresight.sim.report.accuracy import Replay
-from boresight.sim.report.data import assemble
-from boresight.sim.report.extremes import Extremes, observe
+from boresight.sim.records.record import Record
+from boresight.sim.report.data import report_data
 
 STEPS = 300
 
@@ -34,31 +32,6 @@ def core() -> Core:
 @pytest.fixture(scope="session")
 def small_core() -> Core:
     return build_core(Complementary().compile(), "small", urgent=3, restarts=1)
-
-
-@pytest.fixture(scope="session")
-def words(core: Core) -> np.ndarray:
-    estimator = Complementary()
-    real = feed(estimator, read_record(bundled("synthetic_60s"))).inputs[:STEPS]
-    return input_words(core.program, real[:, :, None])[:, :, 0]
-
-
-@pytest.fixture(scope="session")
-def replay(core: Core, words: np.ndarray) -> Replay:
-    log, estimator = read_record(bundled("synthetic_60s")), Complementary()
-    reference = estimator.run_float(feed(estimator, log).inputs[:STEPS, :, None]).outputs
-    return Replay.of_words(
-        core.program,
-        log,
-        CModel(core.program).update(words)[0],
-        reference={k: v[:, 0] for k, v in reference.items()},
-        truth=True,
-    )
-
-
-@pytest.fixture(scope="session")
-def extremes(core: Core, words: np.ndarray) -> Extremes:
-    return observe(core.program, {"synthetic_60s": words})
 
 
 @pytest.fixture(scope="session")
@@ -142,40 +115,25 @@ def estimate() -> Estimate:
 
 
 @pytest.fixture(scope="session")
-def verification(core: Core) -> list[dict[str, Any]]:
-    latency, interval = core.schedule.latency, core.schedule.interval
-    return [
-        {"level": "c", "simulator": "gcc", "n_total": STEPS, "n_mismatch": 0, "seconds": 0.25},
-        {
-            "level": "rtl",
-            "simulator": "verilator",
-            "n_total": STEPS,
-            "n_mismatch": 0,
-            "seconds": 3.5,
-            "cycles_predicted": latency,
-            "cycles_min": latency,
-            "cycles_max": latency,
-            "interval_predicted": interval,
-            "interval_max": interval,
-        },
-    ]
+def checked() -> CheckResult:
+    """The interpreter and the C on a bundled log with truth."""
+    build = Build(Complementary(), config="fast")
+    record = Record.of(bundled("synthetic_60s")).head(STEPS)
+    (result,) = Check(build, levels=("fixed", "c")).run(record)
+    return result
 
 
 @pytest.fixture(scope="session")
-def report(
-    core: Core,
-    estimate: Estimate,
-    verification: list[dict[str, Any]],
-    replay: Replay,
-    extremes: Extremes,
-) -> dict[str, Any]:
+def check(checked: CheckResult, core: Core) -> CheckResult:
+    """With an RTL level that nobody ran."""
+    latency, interval = core.schedule.latency, core.schedule.interval
+    cycles = {"cycles_predicted": latency, "cycles_min": latency, "cycles_max": latency}
+    intervals = {"interval_predicted": interval, "interval_max": interval}
+    rtl = LevelResult("rtl", "verilator", STEPS, 0, 3.5, **cycles, **intervals)
+    return dataclasses.replace(checked, levels=(checked.levels[1], rtl))
+
+
+@pytest.fixture(scope="session")
+def report(core: Core, estimate: Estimate, check: CheckResult) -> dict[str, Any]:
     """A report with every part; tests must not change it."""
-    return assemble(
-        core,
-        estimate=estimate,
-        verification=verification,
-        replays=[replay],
-        extremes=extremes,
-        firmware={"updates_per_s": 4.5e6, "source": "measured: boresight bench"},
-        command="boresight report complementary <log>",
-    )
+    return report_data(core, check, area=estimate, command="boresight report complementary <log>")

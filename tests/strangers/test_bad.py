@@ -24,7 +24,7 @@ CASES = {
     ),
     "Integrator": (
         {"rate": 9.0 + 0.1 * _NOISE},
-        "state angle (bad.py, line 34): 45.1059 does not fit its range [-45, 45]",
+        "state angle (bad.py, line 34): 45.1948 does not fit its range [-45, 45]",
     ),
     "NarrowState": ({"force": 6.0 + 0.1 * _NOISE}, "does not fit its range [-2, 2]"),
     "Hope": (
@@ -93,14 +93,15 @@ def test_the_culprit_is_named(name: str, tmp_path, capsys, monkeypatch) -> None:
     assert result["accuracy"]["culprit"] and result["accuracy"]["culprit"] in first
 
 
-def test_a_state_beyond_its_range_is_told_even_where_its_word_holds_it(tmp_path, capsys) -> None:
+def test_a_state_beyond_its_range_fails_even_where_its_word_holds_it(tmp_path, capsys) -> None:
     log = _log(tmp_path / "log.csv", {"rate": np.full(600, 9.0)})
-    assert main(["check", f"{BAD}:Integrator", str(log), "--levels", "fixed,c"]) == 0
+    assert main(["check", f"{BAD}:Integrator", str(log), "--levels", "fixed,c"]) == 1
     text = capsys.readouterr().out
-    assert "state angle is 45.09 in step 500, beyond its declared range [-45, 45]" in text
+    assert "state angle is 45.18 in step 501, BEYOND its declared range [-45, 45]" in text
+    assert "first wrong: step 501, value state angle (bad.py, line 34): 45.18 does" in text
 
 
 def test_a_state_within_its_range_is_not(tmp_path, capsys) -> None:
     log = _log(tmp_path / "log.csv", {"rate": np.full(500, 9.0)})
     assert main(["check", f"{BAD}:Integrator", str(log), "--levels", "fixed,c"]) == 0
-    assert "declared range" not in capsys.readouterr().out
+    assert "BEYOND" not in capsys.readouterr().out

@@ -20,7 +20,8 @@ import pytest
 import boresight
 from boresight.cli import main
 from boresight.model.resolve import estimator_of
-from boresight.sim.compare.check import check
+from boresight.sim.compare.check import Check
+from boresight.sim.levels.build import Build
 from boresight.sim.records.record import Record
 from tests.support.strangers import PROGRAMS, STRANGERS, csv
 
@@ -84,8 +85,9 @@ def test_check_is_good(name: str) -> None:
 def test_long_runs(name: str) -> None:
     estimator, (columns, _) = estimator_of(f"{PROGRAMS}/{name}"), STRANGERS[name](100_000)
     record = Record.of(columns)
-    long = check(estimator, record, levels=("fixed", "c"))
-    rtl = check(estimator, record, steps=2_000, levels=("rtl",), simulator="verilator")
+    build = Build(estimator)
+    (long,) = Check(build, levels=("fixed", "c")).run(record)
+    (rtl,) = Check(build, levels=("rtl",), simulator="verilator").run(record.head(2_000))
     for result in (long, rtl):
         print(name, *(x.line() for x in result.levels), *result.accuracy.lines(), sep="\n    ")
         assert result.good

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from importlib.resources import files
 from typing import Any
 
 from boresight.sim.attitude import ma2014 as paper
 from boresight.sim.experiments.experiment import Target, grouped
 from boresight.sim.experiments.ma2014 import world
 from boresight.sim.experiments.ma2014.plots import plots
-from boresight.sim.report.html import number, unit
-from boresight.sim.worlds.devices import FACTS, TABLE_2
+from boresight.sim.pages import page
+from boresight.sim.worlds.devices import FACTS
 
 __all__ = ["render"]
 
@@ -21,25 +20,13 @@ _SHOWN = ("gyro", "mag_acc", "ekf_quaternion", "complementary")
 
 def render(details: Mapping[str, Any], targets: Sequence[Target]) -> str:
     """HTML text of what was measured and judged: no script, printable."""
-    import jinja2
-
-    environment = jinja2.Environment(
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
-    environment.filters |= {"number": number, "unit": unit}
-    template = environment.from_string(
-        files("boresight.sim.experiments.ma2014").joinpath("page.html").read_text(encoding="utf-8")
-    )
-    return template.render(
+    return page(
+        "boresight.sim.experiments.ma2014",
+        "page.html",
         d=details,
         plots=plots(details),
         paper=paper,
         world=world,
-        noise=TABLE_2,
         facts=FACTS,
         shown=_SHOWN,
         targets=targets,

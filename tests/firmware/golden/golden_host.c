@@ -19,8 +19,7 @@
 size_t golden_size(void);
 void golden_set_param(golden_t *self, size_t number, int32_t word);
 void golden_run(golden_t *self, size_t n_updates, const int32_t *inputs,
-    int32_t *outputs, uint8_t *saturated);
-void golden_words(golden_t *self, const int32_t *inputs, int32_t *words);
+    int32_t *outputs, uint8_t *saturated, int32_t *states);
 void golden_observe(golden_t *self, size_t n_updates, const int32_t *inputs,
     int32_t *low, int32_t *high, int64_t *low_at, int64_t *high_at,
     int64_t *saturations);
@@ -43,9 +42,10 @@ void golden_set_param(golden_t *const self, const size_t number, const int32_t w
     }
 }
 
-// Runs updates: inputs[n_updates][1] -> outputs[n_updates][2], saturated[n_updates].
+// Runs updates: inputs[n_updates][1] -> outputs[n_updates][2], saturated[n_updates],
+// and, unless it is NULL, states[n_updates][1]: the words after each update.
 void golden_run(golden_t *const self, const size_t n_updates, const int32_t *const inputs,
-    int32_t *const outputs, uint8_t *const saturated) {
+    int32_t *const outputs, uint8_t *const saturated, int32_t *const states) {
     (void) inputs;
     (void) outputs;
     golden_in_t in = {0};
@@ -56,6 +56,9 @@ void golden_run(golden_t *const self, const size_t n_updates, const int32_t *con
         outputs[k * 2u + 0u] = out.angle_ht;
         outputs[k * 2u + 1u] = out.smooth;
         saturated[k] = out.saturated ? 1u : 0u;
+        if (states != NULL) {
+            states[k * 1u + 0u] = self->state.angle_ht;
+        }
     }
 }
 
@@ -113,12 +116,6 @@ static void golden_every_word(golden_t *const self, const int32_t *const inputs,
     words[6] = v6_smooth; // smooth: fixed<32,5>, rad/s, [-16, 16]
     (void) saturated;
     self->state.angle_ht = v4_turned_ht;
-}
-
-// Runs one update and gives all its words[7]; states: the words before the update.
-void golden_words(golden_t *const self, const int32_t *const inputs, int32_t *const words) {
-    int64_t saturations[7] = {0};
-    golden_every_word(self, inputs, words, saturations);
 }
 
 // Runs updates: inputs[n_updates][1]; for each of the 7 values: narrows low and high to

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from boresight.core_files import write_system
 from boresight.gateware.boards.board import BOARDS
 from boresight.gateware.boards.ise import pins, write_ise_project
 from boresight.gateware.boards.top import records_design
@@ -16,7 +17,6 @@ from boresight.gateware.core import Core
 from boresight.gateware.system.programs import system_core
 from boresight.model.errors import InputError
 from boresight.model.tools.folders import yosys_environment
-from boresight.verbs.compile import write_system
 
 FILES = [
     "README.txt",

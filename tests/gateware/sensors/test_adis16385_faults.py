@@ -70,7 +70,7 @@ def test_seen_and_survived(bench: ReaderBench, name: str) -> None:
     assert bool(restarts) == (name in RESTARTS)
     if name in RESTARTS:
         assert restarts[0] <= FROM + max(
-            bound + READER.bad_limit * PERIOD, READER.detection_cycles()
+            bound + READER.settings.bad_limit * PERIOD, READER.detection_cycles()
         )
         assert true(happened)
         # While the fault lasts the reader tries again and again; in vain.

@@ -4,6 +4,9 @@ import pytest
 from amaranth.back import rtlil
 
 from boresight.gateware.core import Core
+from boresight.gateware.sensors.adis16385 import Adis16385
+from boresight.gateware.sensors.adis16385_setup import Timing
+from boresight.gateware.sensors.hmr3300 import Hmr3300
 from boresight.gateware.system.attitude_system import AttitudeSystem, system_design
 from boresight.gateware.system.programs import system_core
 from boresight.model.errors import InputError
@@ -43,8 +46,8 @@ def test_identity_follows_programs_and_configuration(core: Core) -> None:
             {"clock_hz": 50e6},
             {"host_baud": 115_200},
             {"wishbone": True},
-            {"inertial": {"stall_s": 20e-6}},
-            {"compass": {"baud": 9600}},
+            {"inertial": Adis16385(clock_hz=100e6, timing=Timing(stall_s=20e-6))},
+            {"compass": Hmr3300(clock_hz=100e6, baud=9600)},
         )
     }
     assert len(builds) == 6

@@ -11,7 +11,7 @@ import pytest
 from boresight.firmware.build import CModel
 from boresight.gateware.core import build_core
 from boresight.model.errors import InputError
-from boresight.model.estimator import input_words
+from boresight.model.estimator import input_words, with_params
 from boresight.model.estimators.ekf_bias import BIAS_UNIT, STATUS_BITS, EkfBias
 from boresight.sim.accuracy.peers import PEERS
 from boresight.sim.attitude.accuracy import attitude_error
@@ -24,12 +24,10 @@ from boresight.sim.attitude.rotation import (
     rotate,
     rotation_vector_to_quaternion,
 )
-from boresight.sim.compare.check import with_params
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
 from boresight.sim.records.nine_axis import NineAxis
-from boresight.sim.records.segments import with_state_outputs
 
 GRAVITY = 9.80665
 FIELD = np.array([0.0, 18.0, -45.0])
@@ -75,25 +73,27 @@ def run_float(x: Any, params: Any = None) -> Any:
 
 
 def machine(params: Any = None) -> CModel:
-    """The C model with parameters, and its states as further outputs."""
+    """The C model with parameters."""
     e = EkfBias()
-    return CModel(with_state_outputs(with_params(e.compile(word=32), e, params)))
+    return CModel(with_params(e.compile(word=32), e, params))
 
 
 def run_c(x: Any, params: Any = None) -> Any:
-    """Outputs (steps, runs) and final states (runs,) by name, of records (steps, 10, runs)."""
+    """Outputs and, as next_NAME, states (steps, runs), of records (steps, 10, runs)."""
     m = machine(params)
     p = m.program
     columns = []
     for k in range(x.shape[2]):
         m.reset()
-        out, saturated = m.update(input_words(p, x[:, :, k : k + 1])[:, :, 0])
+        out, saturated, states = m.trajectory(input_words(p, x[:, :, k : k + 1])[:, :, 0])
         assert not saturated.any()
-        columns.append(out)
+        columns.append(np.concatenate([out, states], axis=1))
     words = np.stack(columns, axis=2)
+    names = [*p.output_names, *(f"next_{p.values[s].name}" for s, _ in p.states)]
+    values = [*p.outputs, *(s for s, _ in p.states)]
     return {
         name: p.format(n).real(words[:, k])
-        for k, (name, n) in enumerate(zip(p.output_names, p.outputs, strict=True))
+        for k, (name, n) in enumerate(zip(names, values, strict=True))
     }
 
 

@@ -12,7 +12,6 @@ from boresight.model.estimators.mekf_interface import PAIRS, covariance_name
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
-from boresight.sim.records.segments import with_state_outputs
 
 STEPS = 4000
 PROGRAM = Mekf().compile()
@@ -68,22 +67,21 @@ def _cases() -> list[dict[str, float]]:
 
 @pytest.mark.parametrize("kind", ["slow", "quick", "full"])
 def test_p_stays_positive_and_nothing_saturates_at_legal_extremes(kind: str) -> None:
-    program = with_state_outputs(PROGRAM)
-    model = CModel(program)
+    model = CModel(PROGRAM)
     x = _inputs()[kind]
-    words = input_words(program, x[:, :, None])[:, :, 0]
+    words = input_words(PROGRAM, x[:, :, None])[:, :, 0]
     names = [s.name for s in Mekf.states]
-    at = {n: len(PROGRAM.outputs) + k for k, n in enumerate(names)}
+    at = {n: k for k, n in enumerate(names)}
     lsb = PROGRAM.format(PROGRAM.states[names.index("p_ee")][0]).lsb
     for case in _cases():
         model.reset()
         for number, word in param_words(PROGRAM, Mekf().param_values(case)).items():
             model.set_param(PROGRAM.values[number].name, word)
-        out, saturated = model.update(words)
+        _, saturated, states = model.trajectory(words)
         assert not saturated.any(), case
-        p = np.zeros((len(out), 6, 6))
+        p = np.zeros((len(states), 6, 6))
         for i, j in PAIRS:
-            p[:, i, j] = p[:, j, i] = out[:, at[covariance_name(i, j)]] * lsb
+            p[:, i, j] = p[:, j, i] = states[:, at[covariance_name(i, j)]] * lsb
         variance = np.einsum("nii->ni", p)
         assert variance.min() > 0.0, case
         sd = np.sqrt(variance[::50])

@@ -1,4 +1,4 @@
-"""The proof itself: it passes on the shipped filter and fails on every kind of fault."""
+"""The proof itself: it passes on the shipped filters and fails on every kind of fault."""
 
 from __future__ import annotations
 
@@ -8,27 +8,40 @@ import re
 import numpy as np
 import pytest
 
-import boresight.sim.compare.check
-import boresight.sim.records.segments
 from boresight.disk.output import OutputFile
+from boresight.gateware.core import Core
+from boresight.gateware.microcode.assemble import decode, encode
 from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator, Input, Output, State
 from boresight.model.estimators import estimator
-from boresight.model.estimators.complementary import Complementary
-from boresight.sim.compare.check import LevelResult, check, compare_rtl
-from boresight.sim.compare.divergence import load_reproducer, replay_reproducer
+from boresight.sim.compare.check import EXACT, Check
+from boresight.sim.compare.reproducer import load_reproducer, replay_reproducer
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.integer import CModel
 from boresight.sim.records.bundled import bundled
-from boresight.sim.records.files import read_record
-from boresight.sim.rtl.cosim import RtlRun
+from boresight.sim.records.record import Record
+
+NAMES = ("complementary", "complementary_as_printed")
 
 
 @pytest.fixture(scope="module")
 def log():
-    return read_record(bundled("ximu_walk"))
+    return Record.of(bundled("ximu_walk"))
+
+
+def checked(log, steps, *names, reproducer=None, build=None, **options):
+    """Results of the first records."""
+    build = build or Build(*(estimator(n) for n in names or NAMES[:1]))
+    return Check(build, **options).run(log.head(steps), reproducer=reproducer)
+
+
+def test_levels_of_a_check():
+    assert EXACT == ("fixed", "c", "rtl")
 
 
 @pytest.mark.parametrize("config", ["small", "fast"])
 def test_all_levels_agree_on_recorded_data(log, config):
-    result = check(estimator("complementary"), log, config=config, steps=1500)
+    (result,) = checked(log, 1500, build=Build(estimator("complementary"), config=config))
     assert result.good
     levels = {(r.level, r.simulator): r for r in result.levels}
     assert levels["fixed", "interpreter"].n_total == 1500
@@ -40,33 +53,31 @@ def test_all_levels_agree_on_recorded_data(log, config):
     assert result.accuracy.saturated_updates == 0
 
 
-def test_as_printed_agrees_too(log):
-    result = check(estimator("complementary_as_printed"), log, steps=200, simulator="verilator")
-    assert result.good
+def faulty(name, pattern, change, config="small"):
+    """A build whose core's Verilog has a fault."""
 
+    class Faulty(Core):
+        def verilog(self, *, instances):
+            out, count = re.subn(pattern, change, super().verilog(instances=instances))
+            assert count, "the fault must be there"
+            return out
 
-def fault(pattern, change):
-    def hook(verilog):
-        out, count = re.subn(pattern, change, verilog)
-        assert count, "the fault must be there"
-        return out
-
-    return hook
+    build = Build(estimator(name), config=config)
+    core = build.core
+    build.core = Faulty(**{f.name: getattr(core, f.name) for f in dataclasses.fields(core)})
+    return build
 
 
 def test_a_wrong_table_word_is_found_by_name_step_and_cycle(log, tmp_path):
     file = tmp_path / "reproducer.json"
-    hook = fault(
-        r"(tables0\[(?:5\d\d|[6-9]\d\d)\] = 32'd)(\d+);", lambda m: f"{m[1]}{int(m[2]) ^ 64};"
-    )
-    result = check(
-        estimator("complementary"),
-        log,
+    build = faulty(
+        "complementary",
+        r"(tables0\[(?:5\d\d|[6-9]\d\d)\] = 32'd)(\d+);",
+        lambda m: f"{m[1]}{int(m[2]) ^ 64};",
         config="fast",
-        steps=30,
-        simulator="verilator",
-        verilog_hook=hook,
-        reproducer=OutputFile(file, "check"),
+    )
+    (result,) = checked(
+        log, 30, build=build, simulator="verilator", reproducer=OutputFile(file, "check")
     )
     assert not result.good
     rtl = result.levels[-1]
@@ -77,210 +88,251 @@ def test_a_wrong_table_word_is_found_by_name_step_and_cycle(log, tmp_path):
         rtl.divergence,
     )
     data = load_reproducer(file)
-    assert data["level"] == "rtl" and len(data["inputs"]) == 1
+    assert data["level"] == "rtl" and len(data["inputs"]) == 1 and data["config"] == "fast"
     assert data["step"] == rtl.first_wrong
     assert replay_reproducer(file) == []  # the core itself is sound
 
 
-def test_a_late_output_fails_even_with_right_words(log):
-    # One more word in the ROM: the program is a cycle longer than the schedule says.
-    result = check(estimator("complementary"), log, steps=5, simulator="verilator", levels=("rtl",))
-    level = result.levels[0]
-    assert level.good
-    assert not LevelResult(**{**vars(level), "cycles_max": level.cycles_max + 1}).good
-    assert not LevelResult(**{**vars(level), "interval_max": level.interval_max + 1}).good
-    assert not LevelResult(**{**vars(level), "n_total": 0}).good
-
-
 def test_a_hanging_core_fails(log):
     # A program that never asks for input.
-    hook = fault(r"(    rom0\[\d+\] = 54'[dh])[0-9a-f]+;", r"\g<1>0;")
-    result = check(
-        estimator("complementary"),
-        log,
-        steps=3,
-        simulator="verilator",
-        levels=("rtl",),
-        verilog_hook=hook,
-    )
+    build = faulty("complementary", r"(    rom0\[\d+\] = 54'[dh])[0-9a-f]+;", r"\g<1>0;")
+    (result,) = checked(log, 3, build=build, simulator="verilator", levels=("rtl",))
     assert not result.good
     assert result.levels[0].error
 
 
-def test_a_wrong_c_model_is_found_by_name(log, monkeypatch):
-    class Wrong(boresight.sim.compare.check.CModel):
-        def update(self, inputs):
-            out, flags = super().update(inputs)
-            out[7, 0] ^= 1
-            return out, flags
+def wrong_c(monkeypatch, change):
+    """Let the C go wrong: ``change(outputs, saturated, states)`` in place."""
+    whole = CModel.trajectory
 
-    monkeypatch.setattr(boresight.sim.compare.check, "CModel", Wrong)
-    result = check(estimator("complementary"), log, steps=20, levels=("c",))
+    def trajectory(self, inputs):
+        found = whole(self, inputs)
+        change(*found)
+        return found
+
+    monkeypatch.setattr(CModel, "trajectory", trajectory)
+
+
+def test_a_wrong_c_model_is_found(log, monkeypatch, tmp_path):
+    def change(outputs, saturated, states):
+        outputs[7, 0] ^= 1
+
+    wrong_c(monkeypatch, change)
+    file = tmp_path / "reproducer.json"
+    (result,) = checked(log, 20, levels=("c",), reproducer=OutputFile(file, "check"))
     assert not result.good
-    assert result.levels[0].n_mismatch == 1
-    assert result.levels[0].divergence.startswith("c: first difference in value")
+    assert (result.levels[0].n_mismatch, result.levels[0].first_wrong) == (1, 7)
+    assert result.levels[0].divergence == "c: outputs differ, step 7, all values equal"
+    assert load_reproducer(file)["step"] == 7
+
+
+def test_a_c_model_wrong_in_an_operation_is_found_by_name(log, monkeypatch):
+    wrong_c(monkeypatch, lambda outputs, saturated, states: outputs.__ixor__(1))
+    whole = CModel.values_of_update
+
+    def values(self, inputs):
+        found = whole(self, inputs)
+        number = self.program.find("residual")
+        return found | {number: found[number] + 5}
+
+    monkeypatch.setattr(CModel, "values_of_update", values)
+    (result,) = checked(log, 20, levels=("c",))
+    assert re.fullmatch(
+        r"c: first difference in value residual, step 0: wanted -?\d+, found -?\d+",
+        result.levels[0].divergence,
+    )
 
 
 def test_a_c_model_wrong_in_a_state_alone_fails(log, monkeypatch):
     """Its outputs and its flag are right; a later update would show it, or none."""
 
-    class Wrong(boresight.sim.compare.check.CModel):
-        def update(self, inputs):
-            out, flags = super().update(inputs)
-            out[19, n_outputs:] ^= 1  # nothing but the states, in the last update
-            return out, flags
+    def change(outputs, saturated, states):
+        states[19] ^= 1  # in the last update
 
-    n_outputs = len(estimator("complementary").compile().outputs)
-    monkeypatch.setattr(boresight.sim.compare.check, "CModel", Wrong)
-    result = check(estimator("complementary"), log, steps=20, levels=("c",))
+    wrong_c(monkeypatch, change)
+    (result,) = checked(log, 20, levels=("c",))
     assert not result.good
     assert (result.levels[0].n_mismatch, result.levels[0].first_wrong) == (1, 19)
 
 
 def test_a_c_model_wrong_in_its_flag_alone_fails(log, monkeypatch):
-    class Wrong(boresight.sim.compare.check.CModel):
-        def update(self, inputs):
-            out, flags = super().update(inputs)
-            flags[5] ^= True
-            return out, flags
+    def change(outputs, saturated, states):
+        saturated[5] ^= True
 
-    monkeypatch.setattr(boresight.sim.compare.check, "CModel", Wrong)
-    result = check(estimator("complementary"), log, steps=20, levels=("c",))
+    wrong_c(monkeypatch, change)
+    (result,) = checked(log, 20, levels=("c",))
     assert (result.levels[0].n_mismatch, result.levels[0].first_wrong) == (1, 5)
 
 
-@pytest.fixture(scope="module")
-def rtl_run(core):
-    """A run as the schedule says, and what the interpreter would have said."""
-    rows, n = 6, len(core.program.outputs)
-    words = np.arange(rows * n).reshape(rows, n)
-    run = RtlRun(
-        words.copy(),
-        np.zeros(rows, dtype=bool),
-        np.tile(core.schedule.latencies, (rows, 1)),
-        np.full(rows, core.schedule.interval),
-    )
-    return run, words, np.zeros(rows, dtype=bool)
+@pytest.mark.parametrize("levels", [("fixed",), ("c",), ()])
+def test_segments_must_join(log, monkeypatch, levels):
+    """Whatever was asked for: what has no sound judge proves nothing."""
 
+    def change(outputs, saturated, states):
+        states[7, -1] ^= 1  # the last step of the first of twelve segments
 
-def changed(run, name, place, by):
-    """The run with one number of one array another."""
-    array = getattr(run, name).copy()
-    array[place] = array[place] + by if array.dtype != bool else not array[place]
-    return dataclasses.replace(run, **{name: array})
-
-
-def test_rtl_as_the_schedule_says_is_good(core, rtl_run):
-    run, words, flags = rtl_run
-    level = compare_rtl(core, Complementary(), run, words, flags, "verilator")
-    assert level.good and level.n_total == 6 and level.first_wrong is None
-
-
-def test_rtl_with_a_wrong_word_or_flag_fails(core, rtl_run):
-    run, words, flags = rtl_run
-    last = len(core.program.outputs) - 1
-    for name, place in (("outputs", (3, 0)), ("outputs", (3, last)), ("saturated", 3)):
-        wrong = changed(run, name, place, 1)
-        level = compare_rtl(core, Complementary(), wrong, words, flags, "verilator")
-        assert not level.good
-        assert (level.n_mismatch, level.first_wrong) == (1, 3)
-
-
-@pytest.mark.parametrize("by", [-1, 1])
-def test_every_output_must_come_in_its_cycle(core, rtl_run, by):
-    """Also those that are not urgent, whose cycles no figure shows."""
-    run, words, flags = rtl_run
-    for output in range(len(core.program.outputs)):
-        late = changed(run, "latency_cycles", (2, output), by)
-        level = compare_rtl(core, Complementary(), late, words, flags, "verilator")
-        assert not level.good and level.n_mismatch == 0
-        assert level.error == "output cycles differ from the schedule"
-
-
-def test_an_update_may_not_take_longer_than_the_interval(core, rtl_run):
-    run, words, flags = rtl_run
-    late = changed(run, "interval_cycles", 4, 1)
-    assert not compare_rtl(core, Complementary(), late, words, flags, "verilator").good
-
-
-def test_segments_must_join(log, monkeypatch):
-    class Wrong(boresight.sim.records.segments.CModel):
-        def update(self, inputs):
-            out, flags = super().update(inputs)
-            out[7, -1] ^= 1  # the last step of the first of twelve segments
-            return out, flags
-
-    monkeypatch.setattr(boresight.sim.records.segments, "CModel", Wrong)
-    result = check(estimator("complementary"), log, steps=96, levels=("fixed",))
-    assert not result.good
-    assert "after step" in result.levels[0].divergence
+    wrong_c(monkeypatch, change)
+    (result,) = checked(log, 96, levels=levels)
+    assert not result.good and not result.levels[0].good
+    assert result.levels[0].level == "fixed"
+    assert result.levels[0].error == "states differ from C after step 7"
+    if "c" in levels:
+        assert result.levels[1].first_wrong == 7
 
 
 def test_missing_simulator_fails(log, monkeypatch):
     monkeypatch.setattr(
         "boresight.sim.rtl.simulators._missing", lambda name: f"{name} not found: install it"
     )
-    result = check(estimator("complementary"), log, steps=3, simulator="icarus", levels=("rtl",))
-    assert not result.good
-    assert result.levels[0].error == "icarus not found: install it"
-    assert result.levels[0].line().endswith("FAILED    icarus not found: install it")
+    results = checked(log, 3, *NAMES, simulator="icarus", levels=("rtl",))
+    for result in results:
+        assert not result.good
+        assert result.levels[0].error == "icarus not found: install it"
+        assert result.levels[0].line().endswith("FAILED    icarus not found: install it")
+    assert len(results) == 2
 
 
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"levels": ("rtl", "silicon")}, r"^levels: wanted some of .*, found 'silicon'; .*$"),
+        ({"levels": ("rtl", "silicon")}, r"^levels: wanted one of .*, found 'silicon'; .*$"),
+        ({"levels": ("numpy",)}, r"^levels: wanted one of fixed, c, rtl, found 'numpy'; .*$"),
         ({"simulator": "modelsim"}, r"^simulator: wanted one of .*, found 'modelsim'; .*$"),
-        ({"steps": 0}, r"^steps: wanted 1 or more, found 0; .*$"),
-        ({"word": 17}, r"^word: wanted 18 to 32 bits, found 17; .*$"),
-        ({"params": {"kp_roll_per_s": -1.0}}, r"^parameter kp_roll_per_s: wanted 0 to 32 1/s, .*$"),
-        ({"params": {"kp_roll_per_s": float("nan")}}, r"^parameter kp_roll_per_s: wanted .*nan.*$"),
-        ({"params": {"gain": 1.0}}, r"^parameter gain: wanted one of .*, found 'gain'; .*$"),
     ],
 )
-def test_bad_options_are_refused(log, options, message):
+def test_bad_options_are_refused(options, message):
     with pytest.raises(InputError, match=message):
-        check(estimator("complementary"), log, **{"steps": 3, **options})
-
-
-def test_parameters_reach_every_level(log):
-    plain = check(estimator("complementary"), log, steps=60, simulator="verilator")
-    moved = check(
-        estimator("complementary"),
-        log,
-        steps=60,
-        simulator="verilator",
-        params={"kp_roll_per_s": 4.0, "declination_ht": 0.1},
-    )
-    assert moved.good
-    assert not np.array_equal(plain.outputs, moved.outputs)
+        Check(Build(estimator("complementary")), **options)
 
 
 @pytest.mark.parametrize("word", [18, 24])
 def test_other_widths(log, word):
-    result = check(estimator("complementary"), log, word=word, steps=300, levels=("fixed", "c"))
+    build = Build(estimator("complementary"), word=word)
+    (result,) = checked(log, 300, build=build, levels=("fixed", "c"))
     assert result.exact
     assert result.accuracy.good == (word > 18)
     assert ("rounding" in result.accuracy.culprit) == (word == 18)
 
 
-def test_stalls_change_no_word(log):
-    from boresight.gateware.core import build_core
-    from boresight.model.estimator import input_words
-    from boresight.sim.records.feed import feed
-    from boresight.sim.records.segments import interpret
-    from boresight.sim.rtl.cosim import RtlSimulation
+# -- several estimators ---------------------------------------------------------------------------
 
-    e = estimator("complementary")
-    program = e.compile()
-    words = input_words(program, feed(e, log).inputs[:60, :, None])[:, :, 0]
-    core = build_core(program, "small", urgent=e.urgent)
-    run = RtlSimulation(
-        core.verilog(instances=False),
-        word=32,
-        n_inputs=len(program.inputs),
-        n_outputs=len(program.outputs),
-        lanes=1,
-    ).run(words, max_interval=core.schedule.interval, stall=9)
-    assert np.array_equal(run.outputs, interpret(program, words).outputs)
-    assert run.interval_cycles.min() > core.schedule.interval
+
+@pytest.fixture(scope="module")
+def both():
+    return Build(*(estimator(n) for n in NAMES))
+
+
+def test_all_agree_in_turns(log, both):
+    told = []
+    results = checked(log, 250, build=both, simulator="verilator", progress=told.append)
+    assert [r.estimator for r in results] == list(NAMES)
+    for number, result in enumerate(results):
+        assert result.good
+        assert [x.level for x in result.levels] == ["fixed", "c", "rtl"]
+        rtl = result.levels[-1]
+        assert (rtl.n_total, rtl.n_mismatch) == (250, 0)
+        assert rtl.cycles_predicted == both.core.select(number).schedule.latency
+        assert rtl.interval_predicted == both.core.select(number).schedule.interval
+    assert not (results[0].fixed.words == results[1].fixed.words).all()
+    assert told == [
+        f"{what}, 500 updates of 2 programs"
+        for what in ("float64", "c in gcc", "rtl in verilator", "integer interpreter")
+    ]
+
+
+class Gain(Estimator):
+    """Two words in, one out; a state."""
+
+    inputs = (Input("z", -1.0, 1.0), Input("k", -1.0, 1.0))
+    states = (State("y", -4.0, 4.0),)
+    outputs = (Output("y", tolerance=1e-6),)
+
+    def step(self, x, u, p):
+        """A leaky sum."""
+        y = 0.5 * x.y + u.k * u.z
+        return {"y": y}, {"y": y}
+
+
+class Count(Estimator):
+    """One word in, three out."""
+
+    inputs = (Input("z", -1.0, 1.0),)
+    states = (State("n", 0.0, 8.0),)
+    outputs = (Output("n"), Output("square"), Output("z"))
+
+    def step(self, x, u, p):
+        """Half of what it had, and one."""
+        n = 0.5 * x.n + 1.0
+        return {"n": n}, {"n": n, "square": u.z * u.z, "z": 0.25 * u.z}
+
+
+def test_records_of_any_lengths_take_turns():
+    """Words in and out, and how many records: what runs out stops. One build, many logs."""
+    checking = Check(Build(Gain(), Count()), simulator="verilator")
+    rng = np.random.default_rng(3)
+    for n, m in ((150, 90), (1, 120)):
+        first = Record.of({"z": rng.uniform(-1, 1, n), "k": rng.uniform(-1, 1, n)})
+        second = Record.of({"z": rng.uniform(-1, 1, m)})
+        results = checking.run(first, second)
+        assert [r.levels[-1].n_total for r in results] == [n, m]
+        assert all(r.good for r in results), [r.lines() for r in results]
+        assert [r.fixed.words.shape for r in results] == [(n, 1), (m, 3)]
+
+
+def test_everything_is_made_once(monkeypatch):
+    """However many logs there are."""
+    from boresight.sim.levels import build as module
+    from boresight.sim.levels import rtl
+
+    made = []
+    for place, name in ((module, "build_shared_core"), (rtl, "RtlSimulation")):
+        whole = getattr(place, name)
+        monkeypatch.setattr(
+            place, name, lambda *a, whole=whole, name=name, **k: made.append(name) or whole(*a, **k)
+        )
+    whole_run = CModel._updates
+    monkeypatch.setattr(CModel, "_updates", lambda *a: made.append("run of the C") or whole_run(*a))
+    checking = Check(Build(Gain()), simulator="verilator")
+    for n in (20, 30):
+        (result,) = checking.run(Record.of({"z": np.linspace(-1, 1, n), "k": np.ones(n)}))
+        assert result.good
+    assert sorted(made) == ["RtlSimulation", "build_shared_core", "run of the C", "run of the C"]
+
+
+def test_programs_that_share_states_fail(log, both):
+    """Microcode that the checker would have refused: one's states live where the other's do."""
+    core = both.core
+    image, machine = core.image, core.machine
+    first, second = (
+        [part.allocation.addresses()[n] for pair in part.schedule.program.states for n in pair]
+        for part in core.parts
+    )
+    there = dict(zip(second, first, strict=True))
+    base = image.bases[1]
+    rom = list(image.rom)
+    for k in range(base, base + image.lengths[1]):
+        word = decode(machine, rom[k])
+        for field in ("a_addr0", "b_addr0", "dest0"):
+            if not (field == "b_addr0" and word["table0"]):
+                word[field] = there.get(word[field], word[field])
+        rom[k] = encode(machine, word)
+    wrong = Build(*both.estimators)
+    wrong.core = dataclasses.replace(core, image=dataclasses.replace(image, rom=rom))
+    results = checked(log, 60, build=wrong, simulator="verilator", levels=("rtl",))
+    bad = [r.levels[-1] for r in results if not r.good]
+    assert bad
+    for level in bad:  # each is right alone
+        assert level.n_mismatch > 0
+        assert level.divergence == (
+            f"rtl: outputs differ, step {level.first_wrong}, with 2 programs in turns"
+        )
+
+
+def test_parameters_are_of_their_estimator(log):
+    values = {"kp_roll_per_s": 4.0, "declination_ht": 0.1}
+    moved = Build(*(estimator(n) for n in NAMES), params=[None, values])
+    results = checked(log, 30, build=moved, levels=("fixed", "c"))
+    plain = checked(log, 30, *NAMES, levels=("fixed", "c"))
+    assert all(r.good for r in results)
+    assert (results[0].fixed.words == plain[0].fixed.words).all()
+    assert not (results[1].fixed.words == plain[1].fixed.words).all()

@@ -11,13 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from boresight.model.estimator import Output
-from boresight.sim.compare.difference import (
-    ATTITUDE,
-    QUATERNION,
-    Difference,
-    differences,
-    first_beyond,
-)
+from boresight.sim.compare.difference import ATTITUDE, QUATERNION, Difference, differences
 
 NAN, INF = float("nan"), float("inf")
 
@@ -113,9 +107,7 @@ def test_infinite_references_are_beyond(unit: str) -> None:
     for reference in (INF, -INF):
         output = Output("y", unit, tolerance=1e300)
         assert not apart(output, [0.0, 0.0], [0.0, reference]).good
-        assert first_beyond(
-            [output], {"y": np.zeros(2)}, {"y": np.array([0.0, reference])}
-        ) == 1  # fmt: skip
+        assert apart(output, [0.0, 0.0], [0.0, reference]).first_beyond == 1
 
 
 def test_no_reference_at_all() -> None:
@@ -212,4 +204,16 @@ def test_first_beyond(found: dict[str, list[float]], wanted: int | None) -> None
     outputs = (Output("a", "m", tolerance=2.0), Output("b", "flags"), Output("shown"))
     values = {n: np.array(v) for n, v in found.items()} | {"shown": np.full(3, 99.0)}
     reference = {n: np.zeros(3) for n in values}
-    assert first_beyond(outputs, values, reference) == wanted
+    made = differences(outputs, values, reference)
+    steps = [d.first_beyond for d in made if d.first_beyond is not None]
+    assert min(steps, default=None) == wanted
+    assert made[2].first_beyond is None
+
+
+def test_distances_of_every_sample() -> None:
+    made = apart(Output("y", "m", tolerance=2.0), [1.0, 5.0, 0.0], [1.0, 3.0, 1.0])
+    assert made.apart.tolist() == [0.0, 2.0, 1.0]
+    gap = apart(Output("y", "m"), [1.0, 5.0, 0.0], [1.0, NAN, 1.0], judged=False)
+    assert np.array_equal(gap.apart, [0.0, NAN, 1.0], equal_nan=True)
+    none = apart(Output("y", "m"), [1.0], [NAN], judged=False)
+    assert np.isnan(none.apart).tolist() == [True]

@@ -1,20 +1,19 @@
-"""The core's Verilog as a level, live in a process of its own."""
+"""The core's Verilog as a level: replayed, live, and asked for its words."""
 
 from __future__ import annotations
 
-import subprocess
-from pathlib import Path
-from types import SimpleNamespace
+import dataclasses
 from typing import Any
 
 import numpy as np
 import pytest
 
-from boresight.gateware.core import build_core
 from boresight.model.estimator import Estimator, Input, Output, State
-from boresight.sim.levels.integer import Interpreted
+from boresight.model.words.interpreter import Interpreter
+from boresight.sim.levels import rtl as module
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.integer import Interpreted, words_of
 from boresight.sim.levels.rtl import Simulated
-from boresight.sim.rtl.simulators import SimulationFailed
 
 
 class Leaky(Estimator):
@@ -29,61 +28,103 @@ class Leaky(Estimator):
         return {"y": y}, {"y": y, "sum": y - 3.0 * u.v}
 
 
-def running(process: subprocess.Popen[bytes]) -> bool:
-    return process.poll() is None
+RECORDS = np.random.default_rng(3).uniform(-1, 1, (60, 2)) * [2.0, 1.0]
 
 
-def test_live_core() -> None:
-    """One build: words, cycles, resets, and the process's end."""
-    core = build_core(Leaky().compile(word=18), "small")
-    records = np.random.default_rng(3).uniform(-1, 1, (60, 2)) * [2.0, 1.0]
-    wanted = Interpreted(core.program).run(records)
+def test_live_and_replayed() -> None:
+    """One build: words, cycles, resets."""
+    build = Build(Leaky(), word=18)
+    wanted = Interpreted(build).run(RECORDS)
     assert wanted.saturated is not None and wanted.words is not None
     assert (wanted.words < 0).any() and wanted.saturated.any() and not wanted.saturated.all()
+    with Simulated(build) as level:
+        level.close()  # nothing to close yet
+        for _ in range(2):  # the second time after a reset in the middle
+            for k in range(20):
+                assert level.step(RECORDS[k]) == {n: v[k] for n, v in wanted.outputs.items()}
+            level.reset()
+        found = [level.step(record) for record in RECORDS]
+        for name, values in wanted.outputs.items():
+            assert [step[name] for step in found] == values.tolist()
+        assert level._live is not None
+        process = level._live.process
+    assert process.poll() is not None and level._live is None
+    run = level.run(RECORDS)  # from the reset on
+    assert run.words is not None and np.array_equal(run.words, wanted.words)
+    assert run.saturated is not None and np.array_equal(run.saturated, wanted.saturated)
+    assert run.fault == "" and run.states is None
+    assert run.latency_cycles is not None and run.interval_cycles is not None
+    assert (run.latency_cycles == level.schedule.latencies).all()
+    assert (run.interval_cycles == level.schedule.interval).all()
+    together = Simulated.run_together([level], [RECORDS])[0].words
+    assert together is not None and np.array_equal(together, wanted.words)
 
-    level = Simulated(core)
-    level.close()  # nothing to close yet
-    for _ in range(2):  # the second time after a reset in the middle
-        for k in range(20):
-            assert level.step(records[k]) == {n: v[k] for n, v in wanted.outputs.items()}
-        level.reset()
-    found = [level.step(record) for record in records]
-    for name, values in wanted.outputs.items():
-        assert [step[name] for step in found] == values.tolist()
 
-    process, folder = level._process, Path(str(level._folder and level._folder.name))
-    assert process is not None and running(process) and folder.is_dir()
-    level.close()
-    assert not running(process) and not folder.exists()
-    assert level._process is None and level._folder is None
-    level.close()
+def test_every_word_of_an_update() -> None:
+    """Named by where and when the lanes write."""
+    level = Simulated(Build(Leaky(), word=18))
+    program = level.schedule.program
+    machine = Interpreter(program)
+    for row in words_of(level.program, RECORDS[:7]):
+        machine.update(row[:, None])
+    wanted = machine.values_before_commit()
+    seen = level.words_of_update(RECORDS[:7])
+    assert {s.value for s in seen} == {op.dest for op in program.ops}
+    assert all(s.word == wanted[s.value][0] for s in seen)
+    cycles = [s.cycle for s in seen]
+    assert None not in cycles and cycles == sorted(cycles, key=lambda c: c or 0)
+    # What does not come where the schedule says is told last, in the order in which it should.
+    whole = level.simulation.run
 
-    # Another schedule than the core's: its cycles are counted, so it shows.
-    schedule = SimpleNamespace(interval=core.schedule.interval + 1)
-    level.core = SimpleNamespace(schedule=schedule, parts=core.parts, number=core.number)  # type: ignore[assignment]
-    took = f"took {core.schedule.interval} cycles, the schedule says {core.schedule.interval + 1}$"
-    with pytest.raises(SimulationFailed, match=f"^rtl: the update {took}"):
-        level.step(records[0])
-    level.close()
-    # One that is far too short: the update does not end in time.
-    schedule.interval = -15
-    with pytest.raises(SimulationFailed, match="^rtl: 2 output words expected, -1 came$"):
-        level.step(records[0])
-    process = level._process
-    assert process is not None
-    process.kill()
-    process.wait()
-    with pytest.raises(SimulationFailed, match="^rtl: the simulation has ended$"):
-        level.step(records[0])
-    level.close()
+    def without_the_first(*args: Any, **options: Any) -> Any:
+        run = whole(*args, **options)
+        return dataclasses.replace(run, writes=run.writes[2:])
+
+    level.simulation.run = without_the_first  # type: ignore[method-assign]
+    less = level.words_of_update(RECORDS[:7])
+    assert sorted(s.value for s in less) == sorted(s.value for s in seen)
+    lost = [s for s in less if s.word is None]
+    assert less[len(less) - len(lost) :] == lost and 1 <= len(lost) <= 2
+    assert [s.cycle for s in lost] == cycles[: len(lost)]
+
+
+class Other(Leaky):
+    """Beside the first one in a core."""
+
+
+def test_every_word_of_the_first_update_of_a_shared_core() -> None:
+    """What the core does until the program is selected does not count."""
+    build = Build(Leaky(), Other(), word=18)
+    for number in (0, 1):
+        level = Simulated(build, number)
+        machine = Interpreter(level.schedule.program)
+        machine.update(words_of(level.program, RECORDS[:1]).T)
+        wanted = machine.values_before_commit()
+        seen = level.words_of_update(RECORDS[:1])
+        assert seen and all(s.word == wanted[s.value][0] for s in seen)
+
+
+def test_which_simulators_a_check_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    for there, wanted in ((True, ("verilator", "icarus")), (False, ("verilator",))):
+        monkeypatch.setattr(module, "available", lambda name, there=there: there)
+        assert Simulated.tools_of_check(None) == wanted
+        assert Simulated.tools_of_check("icarus") == ("icarus",)
+
+
+def test_icarus_is_not_waited_for() -> None:
+    build = Build(Leaky(), word=18)
+    cycles = build.core.schedule.interval
+    assert Simulated(build).most is None
+    assert Simulated(build, tool="icarus").most == module.ICARUS_CYCLES // cycles > 1
 
 
 def test_what_was_never_made_is_closed_quietly() -> None:
-    class Broken:
-        program = None
-
-        def verilog(self, instances: bool) -> str:
+    class Broken(Build):
+        @property
+        def core(self) -> Any:
             raise OSError("no room")
 
+    level = Simulated(Broken(Leaky()))
     with pytest.raises(OSError, match="no room"):
-        Simulated(Broken())  # type: ignore[arg-type]
+        level.run(RECORDS)
+    level.close()

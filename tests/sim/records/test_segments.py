@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-import boresight.sim.records.segments
+from boresight.firmware.build import CModel
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Program
-from boresight.sim.records.segments import interpret, with_state_outputs
+from boresight.sim.records.segments import interpret
 from tests.support.random_program import random_inputs, random_program
 
 
@@ -20,15 +20,6 @@ def program() -> Program:
 @pytest.fixture(scope="module")
 def inputs(program: Program) -> np.ndarray:
     return np.array(random_inputs(program, 5, 300))
-
-
-def test_next_states_as_outputs(program: Program) -> None:
-    probe = with_state_outputs(program)
-    assert probe.outputs == (*program.outputs, *(after for _, after in program.states))
-    assert probe.output_names[: len(program.outputs)] == program.output_names
-    assert probe.output_names[len(program.outputs) :] == tuple(
-        f"next_{program.values[state].name}" for state, _ in program.states
-    )
 
 
 @pytest.mark.parametrize("steps, segments", [(1, 256), (7, 256), (8, 1), (100, 7), (300, 256)])
@@ -54,15 +45,15 @@ def test_as_one_run(program: Program, inputs: np.ndarray, steps: int, segments: 
 def test_a_wrong_state_is_placed(
     program: Program, inputs: np.ndarray, steps: int, at: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The C model goes wrong in a state at the end of a segment: the next one starts from it."""
-
-    class Wrong(boresight.sim.records.segments.CModel):
-        def update(self, words):
-            out, flags = super().update(words)
-            out[end, -1] ^= 1
-            return out, flags
+    """The other level is wrong in a state at the end of a segment: the next starts from it."""
 
     bounds = np.linspace(0, steps, steps // 8 + 1).astype(int)
     end = int(bounds[bounds > at][0]) - 1
-    monkeypatch.setattr(boresight.sim.records.segments, "CModel", Wrong)
+    states = interpret(program, inputs[:steps]).states
+    wrong = states.copy()
+    wrong[end, -1] ^= 1
+    assert interpret(program, inputs[:steps], states=wrong).broken_at == end
+    assert interpret(program, inputs[:steps], states=states).broken_at is None
+    broken = CModel.trajectory
+    monkeypatch.setattr(CModel, "trajectory", lambda *a: (*broken(*a)[:2], wrong))
     assert interpret(program, inputs[:steps]).broken_at == end

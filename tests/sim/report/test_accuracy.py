@@ -3,96 +3,142 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 import pytest
 
-from boresight.gateware.core import Core
-from boresight.model.errors import InputError
+from boresight.model.declarations import QUATERNION
+from boresight.model.estimator import Estimator, Input, Output, State
 from boresight.sim.attitude.accuracy import attitude_rmse
 from boresight.sim.attitude.outputs import attitude_of, euler_deg_of
-from boresight.sim.records.nine_axis import NineAxis
-from boresight.sim.records.record import Column, Record
-from boresight.sim.report.accuracy import ANGLES, BINS, Replay, accuracy_section
+from boresight.sim.compare.check import Check
+from boresight.sim.compare.results import CheckResult
+from boresight.sim.levels.build import Build
+from boresight.sim.records.record import Record
+from boresight.sim.report.accuracy import ANGLES, BINS, accuracy_section
 
 
-def section(core: Core, *replays: Replay) -> tuple[dict, list[str]]:
+def section(check: CheckResult | None, *, truth: bool = True) -> tuple[dict[str, Any], list[str]]:
     warnings: list[str] = []
-    return accuracy_section(core.program, replays, warnings.append), warnings
+    return accuracy_section(check, warnings.append, truth=truth), warnings
 
 
-def test_figures(core: Core, replay: Replay) -> None:
-    found, warnings = section(core, replay)
+def test_figures(checked: CheckResult) -> None:
+    found, warnings = section(checked)
     assert warnings == []
-    assert replay.reference is not None
-    apart = np.abs(euler_deg_of(replay.fixed) - euler_deg_of(replay.reference))
+    fixed, reference = checked.fixed.outputs, checked.floating.outputs
+    apart = np.abs(euler_deg_of(fixed) - euler_deg_of(reference))
     apart = np.minimum(apart, 360.0 - apart).max(axis=1)
     assert found["vs_float_max_deg"] == pytest.approx(apart.max(), rel=1e-5)
     assert found["vs_float_max_sample"] == int(apart.argmax())
-    assert found["vs_float_until_80_deg"] == found["vs_float_max_deg"] > 0
-    rmse = attitude_rmse(attitude_of(replay.fixed), NineAxis.of(replay.log).attitude[: len(replay)])
+    q = attitude_of(checked.given.truth)
+    rmse = attitude_rmse(attitude_of(fixed), q)
     assert found["rmse_deg"] == pytest.approx(rmse._asdict(), rel=1e-5)
     assert found["float_rmse_deg"]["total"] == pytest.approx(rmse.total, rel=1e-4)
-    assert (found["dataset"], found["samples"]) == ("synthetic_60s", len(replay))
+    assert (found["dataset"], found["samples"]) == ("synthetic_60s", 300)
+    assert found["seconds"] == pytest.approx(2.99)
     assert found["reference"] == "truth"
-    only, _ = section(core, dataclasses.replace(replay, truth=False))
-    assert only["reference"] == "comparison"
+    assert section(checked, truth=False)[0]["reference"] == "comparison"
+    assert found["verdict"] == checked.accuracy.to_json()
 
 
-def test_curves(core: Core, replay: Replay) -> None:
-    series = section(core, replay)[0]["logs"][0]["series"]
-    assert series["samples_per_point"] == 1
+def test_curves(checked: CheckResult) -> None:
+    series = section(checked)[0]["logs"][0]["series"]
+    assert series["samples_per_point"] == 1 and series["t"][:2] == [0.0, 0.01]
     for k, name in enumerate(ANGLES):
-        np.testing.assert_allclose(
-            series["fixed_deg"][name], euler_deg_of(replay.fixed)[:, k], rtol=1e-4, atol=1e-4
-        )
-    # The truth has the angles in the same order as the outputs.
-    last = [series["log_deg"][name][-1] - series["fixed_deg"][name][-1] for name in ANGLES]
-    assert np.abs(last).max() < 6.0
+        curve = series["outputs"][name]
+        euler = euler_deg_of(checked.fixed.outputs)[:, k]
+        np.testing.assert_allclose(curve["fixed"], euler, rtol=1e-4, atol=1e-4)
+        # The truth has the angles in the same order as the outputs.
+        assert abs(curve["truth"][-1] - curve["fixed"][-1]) < 6.0
+        assert curve["unit"] == "deg" and curve["tolerance"] is None
+    shown = {name: o["unit"] for name, o in series["outputs"].items()}
+    assert shown["qw"] == "" and shown["status"] == "bits" and shown["attitude"] == "deg"
+    (qw,) = (d for d in checked.accuracy.differences if d.output == "qw")
+    assert max(series["outputs"]["qw"]["error"]) == pytest.approx(qw.largest, rel=1e-4)
+    assert series["outputs"]["qw"]["tolerance"] == qw.tolerance == 5e-5
 
 
-def test_long_logs_are_binned_without_losing_peaks(core: Core, replay: Replay) -> None:
-    n = 4999
-    fixed = {name: np.resize(x, n) for name, x in replay.fixed.items()}
-    reference = {name: x.copy() for name, x in fixed.items()}
-    reference["roll"][1234] += 0.25
-    log = Record(replay.log.name, {"t": Column(np.arange(n) * 0.01)})
-    found, warnings = section(core, Replay(log, fixed, reference))
-    assert warnings == ["accuracy: synthetic_60s has no attitude to compare with"]
+class Heading(Estimator):
+    """Any outputs: an angle, something that is known, and a word."""
+
+    inputs = (Input("u", -1.0, 1.0, "ht"), Input("v", -4.0, 4.0, "m"))
+    states = (State("held", -4.0, 4.0, "m"),)
+    outputs = (
+        Output("angle", "ht", tolerance=1e-6),
+        Output("held", "m", tolerance=1e-6),
+        Output("word", "bits"),
+    )
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        """As they are."""
+        return {"held": u.v}, {"angle": 1.0 * u.u, "held": x.held, "word": 0.0 * u.v + 1.0}
+
+
+def looked_at(n: int, **more: Any) -> CheckResult:
+    columns = {"u": np.linspace(-0.5, 0.5, n), "v": np.sin(np.arange(n))} | more
+    (check,) = Check(Build(Heading()), levels=("fixed",)).run(Record.of(columns))
+    return check
+
+
+def test_long_logs_are_binned_without_losing_peaks() -> None:
+    check = looked_at(4999)
+    apart = [d.apart.copy() for d in check.accuracy.differences]
+    apart[0][1234] = 0.25
+    accuracy = dataclasses.replace(
+        check.accuracy,
+        differences=tuple(
+            dataclasses.replace(d, apart=x)
+            for d, x in zip(check.accuracy.differences, apart, strict=True)
+        ),
+    )
+    found, warnings = section(dataclasses.replace(check, accuracy=accuracy))
     series = found["logs"][0]["series"]
-    assert len(series["t_s"]) <= BINS and series["samples_per_point"] == 5
-    assert found["vs_float_max_deg"] == max(series["vs_float_deg"]["roll"]) == 45.0
-    assert found["vs_float_max_sample"] == 1234
-    assert found["rmse_deg"] is None and found["reference"] is None
+    assert len(series["t"]) <= BINS and series["samples_per_point"] == 5
+    assert max(series["outputs"]["angle"]["error"]) == 45.0
+    assert series["outputs"]["angle"]["error"].index(45.0) == 1234 // 5
+    assert series["outputs"]["angle"]["tolerance"] == pytest.approx(1.8e-4)
+    assert found["seconds"] is None and series["t"][1] == 5.0  # samples
+    assert warnings == []
 
 
-def test_gaps_in_the_reference_are_null(core: Core, replay: Replay) -> None:
-    log = NineAxis.of(replay.log)
-    q = log.attitude.copy()
-    q[10:20] = np.nan
-    gapped = dataclasses.replace(replay, log=dataclasses.replace(log, q=q).record())
-    found, _ = section(core, gapped)
-    curve = found["logs"][0]["series"]["vs_log_deg"]["heading"]
-    assert [k for k, v in enumerate(curve) if v is None] == list(range(10, 20))
+def test_truths_of_any_outputs() -> None:
+    held = np.append(0.0, np.sin(np.arange(99)))
+    check = looked_at(100, held_true=held + 0.5, t=0.1 * np.arange(100))
+    found, _ = section(check)
+    (row,) = found["truth"]
+    assert (row["output"], row["unit"], row["samples"], row["tolerance"]) == (
+        "held",
+        "m",
+        100,
+        None,
+    )
+    assert row["max"] == pytest.approx(0.5, abs=1e-6) and row["float_rms"] == pytest.approx(0.5)
+    curves = found["logs"][0]["series"]["outputs"]
+    assert curves["held"]["truth"][0] == 0.5 and curves["angle"]["truth"] is None
+    assert found["reference"] == "truth" and found["rmse_deg"] is None
+    assert found["vs_float_max_deg"] is None and found["logs"][0]["series"]["vs_log_deg"] is None
+
+
+def test_gaps_in_the_reference_are_null(checked: CheckResult) -> None:
+    truth = {n: v.copy() for n, v in checked.given.truth.items()}
+    for name in QUATERNION:
+        truth[name][10:20] = np.nan
+    given = dataclasses.replace(checked.given, truth=truth)
+    found, _ = section(dataclasses.replace(checked, given=given))
+    series = found["logs"][0]["series"]
+    for curve in (series["vs_log_deg"]["heading"], series["outputs"]["roll"]["truth"]):
+        assert [k for k, v in enumerate(curve) if v is None] == list(range(10, 20))
     assert found["rmse_deg"]["total"] > 0
 
 
-def test_missing_parts_are_null_and_named(core: Core, replay: Replay) -> None:
-    found, warnings = section(core)
+def test_missing_parts_are_null_and_named(checked: CheckResult) -> None:
+    found, warnings = section(None)
     assert warnings == ["accuracy: no log was run"]
     assert found.pop("logs") == [] and set(found.values()) == {None}
-    found, warnings = section(core, dataclasses.replace(replay, reference=None))
-    assert warnings == ["accuracy: no float64 run of synthetic_60s to compare with"]
-    assert found["vs_float_max_deg"] is None and found["float_rmse_deg"] is None
-    assert found["rmse_deg"] is not None
-
-
-def test_outputs_must_fit_the_log(replay: Replay) -> None:
-    with pytest.raises(
-        InputError,
-        match=r"^outputs must all have one shape \(n,\), n 1 to 6000, "
-        r"not \[\(2,\), \(3,\)\]$",
-    ):
-        Replay(replay.log, {"pitch": np.zeros(2), "roll": np.zeros(3)})
-    with pytest.raises(InputError, match=r"^outputs must .* not \[\(6001,\)\]$"):
-        Replay(replay.log, {"pitch": np.zeros(6001)})
+    given = dataclasses.replace(checked.given, truth={})
+    found, warnings = section(dataclasses.replace(checked, given=given))
+    assert warnings == ["accuracy: synthetic_60s has no attitude to compare with"]
+    assert found["reference"] is None and found["truth"] == [] and found["rmse_deg"] is None
+    assert found["vs_float_attitude_max_deg"] > 0.0

@@ -13,12 +13,14 @@ import pytest
 
 from boresight.gateware.core import Core
 from boresight.gateware.synthesis.estimate import Estimate
-from boresight.model.estimators.complementary import Complementary
-from boresight.sim.compare.check import check
-from boresight.sim.records.bundled import bundled
-from boresight.sim.records.files import read_record
-from boresight.sim.report.data import assemble, measure_c, report_data, source_of
-from boresight.sim.report.extremes import Extremes
+from boresight.model.estimator import Estimator, Input, Output, State
+from boresight.sim.compare.check import Check
+from boresight.sim.compare.results import CheckResult, LevelResult
+from boresight.sim.levels.build import Build
+from boresight.sim.records.record import Record
+from boresight.sim.report.data import measure_c, report_data
+from boresight.sim.report.html import render_html
+from boresight.sim.report.sources import source_of
 
 #: The fields of the contract.
 FIELDS = {
@@ -99,7 +101,7 @@ def test_complete_and_plain_json(report: dict[str, Any], core: Core) -> None:
 
 
 def test_every_number_has_a_source(report: dict[str, Any], core: Core) -> None:
-    for data in (report, assemble(core)):
+    for data in (report, report_data(core)):
         found = dict(numbers({k: v for k, v in data.items() if k != "sources"}))
         assert len(found) > 1000
         assert [path for path in found if not source_of(data, path)] == []
@@ -148,7 +150,7 @@ def test_resources(report: dict[str, Any]) -> None:
 
 
 def test_what_is_missing_is_null_and_named(core: Core) -> None:
-    data = assemble(core)
+    data = report_data(core)
     t, r = data["timing"], data["resources"]
     assert [r[k] for k in ("lut", "reg", "dsp", "blkmem", "source", "command")] == [None] * 6
     assert set(r["percent"].values()) == {None} and r["more"] == {}
@@ -173,40 +175,21 @@ def test_another_filter_has_no_published_time(core: Core) -> None:
         core.parts[0], program=dataclasses.replace(core.program, name="other")
     )
     other = dataclasses.replace(core, parts=(part,))
-    t = assemble(other)["timing"]
+    t = report_data(other)["timing"]
     assert t["paper_us"] is None and t["paper_cycles"] is None and t["speedup"] is None
 
 
-def test_levels_that_failed_are_warned_about(core: Core) -> None:
-    latency = core.schedule.latency
-    levels = [
-        {"level": "c", "simulator": "gcc", "n_total": 9, "n_mismatch": 2, "seconds": 1.0},
-        {
-            "level": "rtl",
-            "simulator": "icarus",
-            "n_total": 9,
-            "n_mismatch": 0,
-            "seconds": 1.0,
-            "error": "not found",
-        },
-        {
-            "level": "rtl",
-            "simulator": "verilator",
-            "n_total": 9,
-            "n_mismatch": 0,
-            "seconds": 1.0,
-            "cycles": {"predicted": latency, "min": latency, "max": latency + 1},
-        },
-        {
-            "level": "fixed",
-            "simulator": "interpreter",
-            "n_total": 0,
-            "n_mismatch": 0,
-            "seconds": 0.0,
-        },
-    ]
-    data = assemble(core, verification=levels)
+def test_levels_that_failed_are_warned_about(core: Core, check: CheckResult) -> None:
+    rtl = check.levels[1]
+    levels = (
+        LevelResult("c", "gcc", 9, 2, 1.0),
+        LevelResult("rtl", "icarus", 9, 0, 1.0, error="not found"),
+        dataclasses.replace(rtl, cycles_max=core.schedule.latency + 1),
+        LevelResult("fixed", "interpreter", 0, 0, 0.0),
+    )
+    data = report_data(core, dataclasses.replace(check, levels=levels))
     assert [v["good"] for v in data["verification"]] == [False] * 4
+    latency = core.schedule.latency
     for text in (
         "verification: c (gcc) failed, 2 of 9 updates differ",
         "verification: rtl (icarus) failed: not found",
@@ -216,63 +199,60 @@ def test_levels_that_failed_are_warned_about(core: Core) -> None:
         assert text in data["warnings"]
 
 
-def test_a_level_cannot_call_itself_good(core: Core) -> None:
-    level = {
-        "level": "c",
-        "simulator": "gcc",
-        "n_total": 9,
-        "n_mismatch": 1,
-        "seconds": 1.0,
-        "good": True,
-    }
-    assert assemble(core, verification=[level])["verification"][0]["good"] is False
+class Narrow(Estimator):
+    """Saturates, leaves its range, and is wrong for it."""
+
+    inputs = (Input("u", -4.0, 4.0, ""),)
+    states = (State("y", -1.0, 1.0, ""), State("z", -1.0, 1.0, ""))
+    outputs = (Output("y", "", tolerance=1e-6),)
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        """Sum."""
+        return {"y": x.y + u.u, "z": 0.25 * u.u + 0.25}, {"y": x.y}
 
 
-def test_saturations_are_named(core: Core, extremes: Extremes) -> None:
-    values = list(extremes.values)
-    n = core.program.find("residual")
-    values[n] = dataclasses.replace(values[n], saturations=4)
-    data = assemble(core, extremes=dataclasses.replace(extremes, values=tuple(values)))
-    assert "numerics: 4 saturations, in residual" in data["warnings"]
+def test_what_is_wrong_is_named() -> None:
+    build = Build(Narrow())
+    record = Record.of({"u": np.array([0.0, 4.0, 4.0])})
+    (check,) = Check(build, levels=("fixed",)).run(record)
+    data = report_data(build.core, check)
+    assert "numerics: 2 saturations, in sum_3" in data["warnings"]
+    faults = [w for w in data["warnings"] if w.startswith("accuracy: ")]
+    assert faults == [f"accuracy: {line}" for line in check.accuracy.faults()]
+    assert any("state z is 1.25 in step 1, BEYOND its declared range [-1, 1]" in w for w in faults)
+    assert data["accuracy"]["verdict"]["beyond_range"] == list(check.accuracy.beyond_range)
+    page = render_html(data)
+    assert "State z is 1.25" in page and "2 updates saturated" in page
 
 
-def test_extremes_of_another_program_are_refused(core: Core, extremes: Extremes) -> None:
-    other = dataclasses.replace(extremes, program=dataclasses.replace(core.program, name="other"))
-    with pytest.raises(ValueError, match=r"^extremes must belong to program [0-9a-f]{12}, not "):
-        assemble(core, extremes=other)
+def test_a_check_of_another_program_is_refused(core: Core, check: CheckResult) -> None:
+    other = dataclasses.replace(check, build=Build(Narrow()))
+    with pytest.raises(ValueError, match=r"^check must belong to program [0-9a-f]{12}, not "):
+        report_data(core, other)
 
 
 def test_same_inputs_same_report(core: Core, estimate: Estimate) -> None:
-    first, second = (json.dumps(assemble(core, estimate=estimate)) for _ in range(2))
+    first, second = (json.dumps(report_data(core, area=estimate)) for _ in range(2))
     assert first == second
     assert all(math.isfinite(x) for _, x in numbers(json.loads(first)))
 
 
-def test_from_a_check(core: Core, estimate: Estimate) -> None:
-    log, estimator = read_record(bundled("ximu_walk")), Complementary()
-    result = check(estimator, log, config="fast", steps=60, levels=("fixed", "c"), core=core)
-    data = report_data(core, estimator, area=estimate, check=result, log=log, comparison=True)
+def test_from_a_check(core: Core, estimate: Estimate, checked: CheckResult) -> None:
+    data = report_data(core, checked, area=estimate, comparison=True)
     assert [(v["level"], v["n_total"], v["good"]) for v in data["verification"]] == [
-        ("fixed", 60, True),
-        ("c", 60, True),
+        ("fixed", 300, True),
+        ("c", 300, True),
     ]
     assert data["accuracy"]["reference"] == "comparison"
-    apart = [result.accuracy.largest(name) or 0.0 for name in ("pitch", "roll", "heading")]
+    apart = [checked.accuracy.largest(name) or 0.0 for name in ("pitch", "roll", "heading")]
     assert data["accuracy"]["vs_float_max_deg"] == pytest.approx(180.0 * max(apart), rel=1e-5)
-    assert data["accuracy"]["vs_float_until_80_deg"] <= data["accuracy"]["vs_float_max_deg"]
     row = next(r for r in data["numerics"] if r["signal"] == "az")
-    assert row["observed_max"]["log"] == "ximu_walk" and row["observed_max"]["sample"] < 60
+    assert row["observed_max"]["log"] == "synthetic_60s" and row["observed_max"]["sample"] < 300
     assert data["firmware"]["updates_per_s"] > 1000
-    assert "60 updates" in (source_of(data, "firmware.updates_per_s") or "")
+    assert "300 updates" in (source_of(data, "firmware.updates_per_s") or "")
     assert not any(w.startswith(("numerics", "accuracy", "firmware")) for w in data["warnings"])
 
 
-def test_a_check_needs_its_log(core: Core) -> None:
-    with pytest.raises(ValueError, match=r"^check and log must be given together$"):
-        report_data(core, Complementary(), log=read_record(bundled("ximu_walk")))
-    assert report_data(core, Complementary()) == assemble(core)
-
-
-def test_rate_of_the_c(core: Core, words: np.ndarray) -> None:
-    found = measure_c(core.program, words, seconds=0.001)
+def test_rate_of_the_c(core: Core, check: CheckResult) -> None:
+    found = measure_c(core.program, check.given.words(core.program), seconds=0.001)
     assert found["updates_per_s"] > 1000 and found["source"].startswith("measured: ")

@@ -6,26 +6,40 @@ import dataclasses
 
 import pytest
 
+from boresight.firmware.build import CModel, WordRanges
 from boresight.gateware.core import Core
 from boresight.model.words.program import Kind
-from boresight.sim.report.extremes import Extreme, Extremes
+from boresight.sim.compare.results import CheckResult
 from boresight.sim.report.numerics import numerics_section
+from boresight.sim.report.observed import Observed
 
 
-def test_a_row_for_every_value_but_constants(core: Core, extremes: Extremes) -> None:
+@pytest.fixture(scope="module")
+def observed(core: Core, check: CheckResult) -> Observed:
+    words = check.given.words(core.program)
+    errors = {core.program.find("residual"): 1.23456}
+    return Observed("synthetic_60s", words, CModel(core.program).observe(words), errors)
+
+
+def test_a_row_for_every_value_but_constants(core: Core, observed: Observed) -> None:
     program = core.program
-    rows = numerics_section(program, extremes)
+    rows = numerics_section(program, observed)
     numbers = [n for n, v in enumerate(program.values) if v.kind is not Kind.CONST]
     assert [r["signal"] for r in rows] == [program.values[n].name for n in numbers]
     for n, row in zip(numbers, rows, strict=True):
-        seen = extremes.values[n]
+        low, high, low_at, high_at, saturations = (int(x[n]) for x in observed.ranges)
         assert row["format"] == str(program.format(n))
-        assert row["observed_min"]["log"] == "synthetic_60s"
-        assert row["observed_min"]["value"] == pytest.approx(seen.low.value, rel=1e-6)
-        assert row["observed_max"]["sample"] == seen.high.sample
-        assert row["saturations"] == seen.saturations
+        for end, word, at in (("min", low, low_at), ("max", high, high_at)):
+            seen = row[f"observed_{end}"]
+            assert seen["log"] == "synthetic_60s" and seen["sample"] == at
+            assert seen["value"] == pytest.approx(program.format(n).real(word), rel=1e-6)
+        assert row["saturations"] == saturations
+        assert row["error_lsb"] == (1.23 if row["signal"] == "residual" else None)
         blank = row["overflow"] == "WRAP" or row["kind"] == "param"
         assert (row["headroom_bits"] is None) == blank
+        if not blank:  # so many times it doubles and still fits
+            largest, limit = max(-low, high + 1, 1), 1 << (program.arithmetic.word - 1)
+            assert largest * 2 ** row["headroom_bits"] == pytest.approx(limit, rel=0.004)
     heading = next(r for r in rows if r["signal"] == "heading_ht")
     assert (heading["overflow"], heading["state"], heading["unit"]) == ("WRAP", "wraps", "ht")
     assert [r["output"] for r in rows if r["output"]] == [
@@ -37,19 +51,17 @@ def test_without_a_log_nothing_is_observed(core: Core) -> None:
     for row in numerics_section(core.program, None):
         assert row["state"] in ("ok", "wraps")
         assert row["range_source"]
-        for key in ("observed_min", "observed_max", "headroom_bits", "saturations"):
+        for key in ("observed_min", "observed_max", "headroom_bits", "error_lsb", "saturations"):
             assert row[key] is None
 
 
-def test_attention(core: Core, extremes: Extremes) -> None:
+def test_attention(core: Core, observed: Observed) -> None:
     program = core.program
 
     def state(name: str, word: int, saturations: int = 0) -> str:
-        values = list(extremes.values)
-        n = program.find(name)
-        extreme = Extreme(word, float(program.format(n).real(word)), "a", 0)
-        values[n] = dataclasses.replace(values[n], high=extreme, saturations=saturations)
-        changed = dataclasses.replace(extremes, values=tuple(values))
+        n, ranges = program.find(name), [x.copy() for x in observed.ranges]
+        ranges[1][n], ranges[4][n] = word, saturations
+        changed = dataclasses.replace(observed, ranges=WordRanges(*ranges))
         return next(r["state"] for r in numerics_section(program, changed) if r["signal"] == name)
 
     assert state("gx", 2**30 - 1) == "ok"
@@ -72,5 +84,6 @@ def test_attention(core: Core, extremes: Extremes) -> None:
     # The declared end itself, not clamped: that is what the range says.
     assert state("mx", int(program.format(program.find("mx")).quantise(255.9))) == "tight"
     flag = program.find("roll_unknown")
-    assert extremes.values[flag].low.value == program.values[flag].low == -1.0
+    least = program.format(flag).real(int(observed.ranges.low[flag]))
+    assert least == program.values[flag].low == -1.0
     assert state("roll_unknown", 0) == "ok"

@@ -3,49 +3,76 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
+from typing import Any
 
-from boresight.sim.report.plots import euler_plot, float_difference_plot, log_difference_plot
+from boresight.sim.report.plots import error_plot, log_difference_plot, output_plot
 
 T = [0.0, 0.1, 0.2, 0.3]
-CURVES = {
-    "heading": [170.0, 179.0, -179.0, -170.0],
-    "pitch": [1.0, None, 3.0, 4.0],
-    "roll": [0.0, 0.0, 0.0, 0.0],
+TIME = "time from the first sample, s"
+
+
+def output(unit: str, fixed: Any = (1.0, None, 3.0, 4.0), **more: Any) -> dict[str, Any]:
+    return {
+        "unit": unit,
+        "fixed": fixed,
+        "truth": None,
+        "error": [1e-9] * 4,
+        "tolerance": None,
+    } | more
+
+
+OUTPUTS = {
+    "heading": output("deg", [170.0, 179.0, -179.0, -170.0], truth=[170.0, None, -179.0, -170.0]),
+    "speed": output("m/s", tolerance=0.25),
+    "gain": output("", error=[0.0, None, 1e-3, 2e-3], tolerance=0.5),
+    "attitude": output("deg", None, tolerance=0.125),
+    "status": output("bits", [0.0, 1.0, 1.0, 0.0]),
 }
 
 
-def test_plots() -> None:
-    texts = [
-        (euler_plot(T, CURVES, CURVES, "truth", salt="a"), ["angle, deg", "roll, truth"]),
-        (euler_plot(T, CURVES, None, "truth", salt="a"), ["angle, deg"]),
-        (float_difference_plot(T, CURVES, 24, salt="b"), ["|fixed (W = 24) - float64|, deg"]),
-        (
-            log_difference_plot(
-                T,
-                {"heading": [1.0, 2.0, None, 3.0], "inclination": [None] * 4},
-                "comparison",
-                salt="c",
-            ),
-            ["difference to the comparison, deg"],
-        ),
-    ]
-    for svg, words in texts:
-        assert ET.fromstring(svg).attrib["class"] == "plot"
-        assert "http" not in svg and "metadata" not in svg and "xmlns" not in svg
-        shown = {t.text for t in ET.fromstring(svg).iter("text")}
-        assert {"time from the first sample, s", *words} <= shown
+def texts(svg: str) -> list[str]:
+    assert ET.fromstring(svg).attrib["class"] == "plot"
+    assert "http" not in svg and "metadata" not in svg and "xmlns" not in svg
+    return [t.text or "" for t in ET.fromstring(svg).iter("text")]
+
+
+def test_a_panel_for_each_unit() -> None:
+    shown = texts(output_plot(T, TIME, OUTPUTS, "truth", salt="a"))
+    assert {TIME, "deg", "m/s", "1", "bits", "heading", "speed", "gain", "status"} <= set(shown)
+    assert "attitude" not in shown and shown.count("truth") == 1
+    assert "sample" in texts(output_plot(T, "sample", OUTPUTS, "truth", salt="a"))
+
+
+def test_errors_with_tolerances() -> None:
+    shown = texts(error_plot(T, TIME, OUTPUTS, salt="b"))
+    assert {"attitude", "tolerance 0.125", "tolerance 0.25", "tolerance 0.5"} <= set(shown)
+    assert {f"|fixed - float64|{u}" for u in (", deg", ", m/s", "")} <= set(shown)
+    assert "status" not in shown
+
+
+def test_no_two_curves_of_a_panel_look_alike() -> None:
+    """One that has no colour of its own leaves those that others have."""
+    svg = error_plot(T, TIME, {"heading": OUTPUTS["heading"], "attitude": output("deg")}, salt="b")
+    drawn = [p.attrib["style"] for p in ET.fromstring(svg).iter("path") if "style" in p.attrib]
+    colours = {s.split("stroke: ")[1][:7] for s in drawn if "stroke-width: 0.9" in s}
+    assert len(colours) == 2
+
+
+def test_difference_to_the_log() -> None:
+    curves = {"heading": [1.0, 2.0, None, 3.0], "inclination": [None] * 4}
+    shown = texts(log_difference_plot(T, TIME, curves, "comparison", salt="c"))
+    assert {TIME, "difference to the comparison, deg", "heading"} <= set(shown)
 
 
 def test_same_data_same_text() -> None:
-    first = euler_plot(T, CURVES, CURVES, "truth", salt="a")
-    assert euler_plot(T, CURVES, CURVES, "truth", salt="a") == first
+    first = output_plot(T, TIME, OUTPUTS, "truth", salt="a")
+    assert output_plot(T, TIME, OUTPUTS, "truth", salt="a") == first
 
 
 def test_an_angle_that_wraps_leaves_a_gap() -> None:
-    straight = euler_plot(T, {"heading": [10.0, 20.0, 30.0, 40.0]}, None, "", salt="a")
-    wrapped = euler_plot(T, {"heading": CURVES["heading"]}, None, "", salt="a")
-
-    def strokes(svg: str) -> int:
+    def strokes(unit: str) -> int:
+        one = {"heading": output(unit, OUTPUTS["heading"]["fixed"])}
+        svg = output_plot(T, TIME, one, "", salt="a")
         line = next(
             p.attrib["d"]
             for p in ET.fromstring(svg).iter("path")
@@ -53,5 +80,5 @@ def test_an_angle_that_wraps_leaves_a_gap() -> None:
         )
         return line.count("L")
 
-    assert strokes(straight) == 3
-    assert strokes(wrapped) < 3
+    assert strokes("m") == 3
+    assert strokes("deg") < 3

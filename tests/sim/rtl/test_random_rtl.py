@@ -78,16 +78,10 @@ def test_interpreter_c_and_rtl_agree(config, word, simulator, seeds, steps, odd)
         assert np.array_equal(c_flags, flags), f"seed {seed}: C saturation"
         core = build_core(program, config, restarts=0)
         simulation = RtlSimulation(
-            core.verilog(instances=False),
-            word=word,
-            n_inputs=len(program.inputs),
-            n_outputs=len(program.outputs),
-            lanes=core.machine.lanes,
-            simulator=simulator,
-            cache=odd if simulator == "icarus" else None,
+            core, simulator=simulator, cache=odd if simulator == "icarus" else None
         )
         for stall in (0, seed + 1):
-            run = simulation.run(inputs, max_interval=core.schedule.interval + 64, stall=stall)
+            run = simulation.run(inputs, stall=stall)
             assert np.array_equal(run.outputs, wanted), f"seed {seed}: RTL, stall {stall}"
             assert np.array_equal(run.saturated, flags), f"seed {seed}: RTL saturation"
             if stall == 0:

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import dataclasses
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from boresight.gateware.core import build_shared_core
 from boresight.model.words.interpreter import Interpreter
-from boresight.sim.compare.check import simulation_of
-from boresight.sim.rtl.cosim import BusWrite
-from boresight.sim.rtl.sharing import deal, run_in_turns, selection
+from boresight.sim.rtl.cosim import RtlSimulation
+from boresight.sim.rtl.replay import BusWrite
+from boresight.sim.rtl.sharing import completed, deal, rounds, run_in_turns
 from boresight.sim.rtl.simulators import available
-from tests.support.random_program import random_inputs, random_programs
+from tests.support.random_program import random_inputs, random_program
 
 
 @pytest.mark.parametrize("counts", [(5,), (100, 3, 0), (40, 40, 40, 40)])
@@ -36,14 +36,18 @@ def test_deal_gives_every_record_once_and_in_order(counts):
 )
 def test_random_programs_in_turns(config, word, count, simulator):
     """Words, flags and cycles of each program are those of the program alone."""
-    programs = random_programs(count, count, word=word, n_ops=30, n_states=4)
+    programs = [  # with records of different lengths, in and out
+        random_program(k, word=word, n_states=4, n_inputs=5 - k, n_outputs=1 + k)
+        for k in range(count)
+    ]
+    programs = [replace(p, table_memory=programs[0].table_memory) for p in programs]
     core = build_shared_core(programs, config, restarts=0)
     if not available(simulator):
         pytest.skip(f"needs {simulator}")
-    simulation = simulation_of(core, simulator, core.verilog(instances=False))
+    simulation = RtlSimulation(core, simulator=simulator)
     streams = [np.array(random_inputs(p, k, 30 + k)) for k, p in enumerate(programs)]
     for stall in (0, 5):
-        runs = run_in_turns(core, simulation, streams, seed=stall, stall=stall, longest=5)
+        runs = run_in_turns(simulation, streams, seed=stall, stall=stall, longest=5)
         for number, (program, stream, run) in enumerate(zip(programs, streams, runs, strict=True)):
             out, saturated = Interpreter(program).run(stream[:, :, None])
             assert np.array_equal(run.outputs, out[:, :, 0]), f"{number}, stall {stall}"
@@ -60,17 +64,33 @@ def test_random_programs_in_turns(config, word, count, simulator):
     first, _ = model.run(stream[:9, :, None])
     model.params[programs[number].find(name)] = 12345
     second, _ = model.run(stream[9:, :, None])
-    run = simulation.run(
-        stream,
-        max_interval=one.schedule.interval,
-        bus_writes=[*selection(one), BusWrite(9, address, 12345)],
+    run = RtlSimulation(one, simulator=simulator).run(
+        stream, bus_writes=[BusWrite(9, address, 12345)]
     )
     assert np.array_equal(run.outputs, np.concatenate([first, second])[:, :, 0])
     assert (run.interval_cycles == one.schedule.interval).all()
 
 
-def test_selection():
-    core = build_shared_core(random_programs(1, 2), "small", restarts=0)
-    assert selection(core.select(1)) == (BusWrite(0, 516, 1),)
-    alone = dataclasses.replace(core, parts=core.parts[:1])
-    assert selection(alone) == ()
+def test_rounds_of_records_stay_the_same_when_streams_are_cut():
+    turns = rounds((5, 3, 4))
+    assert sorted((t.number, t.start, t.stop) for t in turns) == [
+        (number, k, k + 1) for number, count in enumerate((5, 3, 4)) for k in range(count)
+    ]
+    assert [t.start for t in turns] == sorted(t.start for t in turns)
+    assert len({tuple(t.number for t in turns[k : k + 3]) for k in (0, 3, 6)}) > 1
+    for most in (1, 2, 4):
+        cut = rounds([min(most, n) for n in (5, 3, 4)])
+        assert cut == [t for t in turns if t.start < most]
+
+
+def test_completed_counts_the_turns_before():
+    counts = (5, 3, 4)
+    for number in range(3):
+        done = completed(counts, number)
+        before = [0, 0, 0]
+        seen = []
+        for turn in rounds(counts):
+            if turn.number == number:
+                seen.append(list(before))
+            before[turn.number] += 1
+        assert np.array(seen).T.tolist() == [row.tolist() for row in done]

@@ -12,6 +12,7 @@ import pytest
 
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output, State
+from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.records.feed import feed
 from boresight.sim.records.text import format_csv, parse_csv
@@ -59,7 +60,7 @@ class Plant(World):
 
 
 def closed(world: World, level: str = "numpy", **options: Any) -> Loop:
-    return close_loop(world, Half(), make_level(level, Half()), **options)
+    return close_loop(world, Half(), make_level(level, Build(Half())), **options)
 
 
 def test_by_hand() -> None:
@@ -96,14 +97,14 @@ def test_what_it_saw_is_a_log() -> None:
         given = feed(Half(), again)
         assert np.array_equal(given.inputs, found.inputs)
         assert np.array_equal(given.truth["u"], found.truth["u"], equal_nan=True)
-        replayed = make_level(level, Half()).run(given.inputs).outputs
+        replayed = make_level(level, Build(Half())).run(given.inputs).outputs
         for name, values in found.outputs.items():
             assert np.array_equal(replayed[name], values)
     assert found.record(Half(), "loop").place(2, "z") == "loop, z[2]"
 
 
 def test_a_loop_starts_both_anew() -> None:
-    plant, level = Plant(), make_level("numpy", Half())
+    plant, level = Plant(), make_level("numpy", Build(Half()))
     first = close_loop(plant, Half(), level)
     second = close_loop(plant, Half(), level)
     assert np.array_equal(first.inputs, second.inputs)
@@ -183,14 +184,6 @@ def test_worlds_without_records() -> None:
         closed(World())
 
 
-def test_names_of_worlds() -> None:
-    class Called(World):
-        name = "mine"
-
-    assert (World.name, Plant.name, Called.name) == ("world", "plant", "mine")
-    assert World().start() is None
-
-
 def loop_of(level: str, inputs: Any, **outputs: Any) -> Loop:
     table = np.array(inputs, dtype=np.float64)
     named = {n: np.array(v, dtype=np.float64) for n, v in outputs.items()}
@@ -239,7 +232,8 @@ def test_integer_levels_never_part_and_floats_do() -> None:
             return state, {**out, "u": -u.z / 3.0}
 
     loops = {
-        n: close_loop(Plant(40), Third(), make_level(n, Third())) for n in ("fixed", "c", "float")
+        n: close_loop(Plant(40), Third(), make_level(n, Build(Third())))
+        for n in ("fixed", "c", "float")
     }
     assert parting(Third(), loops["fixed"], loops["c"]) is None
     near = parting(Third(), loops["c"], loops["float"])

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Final
 
 from boresight.gateware.sensors.adis16385 import Adis16385
 from boresight.gateware.sensors.adis16385_flags import EVENTS, FLAG_MEANINGS
+from boresight.gateware.sensors.adis16385_setup import Settings, Timing
 from boresight.gateware.verilog import to_verilog
 from boresight.sim.devices.adis16385 import FAULTS, device_text
 from boresight.sim.rtl.compiled import build
@@ -18,7 +19,6 @@ __all__ = ["PERIOD", "SCALED", "Happened", "ReaderBench", "Sample", "log_text", 
 #: A reader whose waits are short, for simulation: half period 3 cycles, stall 30, a sample each
 #: 2000 cycles.
 SCALED: Final[Mapping[str, float]] = {
-    "clock_hz": 1e6,
     "sclk_hz": 1e6 / 6,
     "stall_s": 30e-6,
     "startup_s": 3e-3,
@@ -90,8 +90,11 @@ class Happened:
 
 
 def scaled_reader(**changes: Any) -> Adis16385:
-    """The reader for simulation: `SCALED`, with changes."""
-    return Adis16385(**{**SCALED, **changes})
+    """The reader for simulation: `SCALED`, with changes of timing or settings."""
+    times = {f.name for f in fields(Timing)}
+    timing = Timing(**{**SCALED, **{k: v for k, v in changes.items() if k in times}})
+    settings = Settings(**{k: v for k, v in changes.items() if k not in times})
+    return Adis16385(clock_hz=1e6, timing=timing, settings=settings)
 
 
 def log_text(samples: Iterable[Sequence[int]]) -> str:

@@ -67,7 +67,7 @@ class Contract:
     now_set: set[str] = field(default_factory=set)
 
     def __post_init__(self) -> None:
-        self.chances = self.reader.bad_limit
+        self.chances = self.reader.settings.bad_limit
         self.idle_from = self.reader.spi.stall_cycles - 1
 
     # -- helpers --------------------------------------------------------------------------------
@@ -87,7 +87,7 @@ class Contract:
         if self.running:
             self.runs_until = cause
         self.state, self.waits_since = "reset", cause
-        self.chances = self.reader.bad_limit
+        self.chances = self.reader.settings.bad_limit
         self._flag(cause + 1, running=False)
 
     def _bad(self, cause: int) -> None:
@@ -158,7 +158,7 @@ class Contract:
         if sent != self.command():
             raise ContractBroken(f"{rises}: sent {sent:04x}, wanted {self.command():04x}")
         judged = rises + 1
-        known = (self.reader.identity, *self.taken)
+        known = (self.reader.settings.identity, *self.taken)
         if self.state == "start":
             check = {1: 0, 9: 0, 10: 1, 11: 2, 12: 3}.get(self.frame)
             if check is not None:
@@ -203,7 +203,7 @@ class Contract:
             return
         self.turn = (self.turn + 1) % 4
         diag = self.words[7]
-        invalid = bool(diag & self.reader.invalid_mask)
+        invalid = bool(diag & self.reader.settings.invalid_mask)
         self._flag(judged + 1, link_error=invalid or doubtful)
         if invalid or doubtful:
             self._event(judged, "link_error")
@@ -214,18 +214,18 @@ class Contract:
         over = any(
             abs(word) >= limit
             for words, limit in (
-                (self.words[:3], self.reader.gyro_limit),
-                (self.words[3:6], self.reader.accel_limit),
+                (self.words[:3], self.reader.settings.gyro_limit),
+                (self.words[3:6], self.reader.settings.accel_limit),
             )
             for word in words
         )
-        alarm = bool(diag & self.reader.alarm_mask)
+        alarm = bool(diag & self.reader.settings.alarm_mask)
         for name, on in (("over_range", over), ("alarm", alarm)):
             if on:
                 self._event(judged, name)
         self._flag(judged + 1, alarm=alarm, over_range=over, overrun=self.skipped)
         self.skipped = False
-        self.chances = self.reader.bad_limit
+        self.chances = self.reader.settings.bad_limit
         self.samples.append(
             (judged + 1, self.stamp, self.number, tuple(word & 0xFFFF for word in self.words))
         )

@@ -1,0 +1,126 @@
+"""A file that shows a difference again: a program, the states before it, one record."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from boresight.disk.output import OutputFile
+from boresight.gateware.machine import CONFIGS
+from boresight.model.errors import InputError
+from boresight.model.words.check import check_program
+from boresight.model.words.fixed import IntArray
+from boresight.model.words.interpreter import Interpreter
+from boresight.model.words.program import Program
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.registry import LEVELS
+from boresight.sim.records.reading import kind_of, read_json
+from boresight.sim.rtl.simulators import SimulationFailed
+
+__all__ = ["load_reproducer", "replay_reproducer", "write_reproducer"]
+
+_WANTED = "a reproducer of `boresight check`"
+
+
+def write_reproducer(
+    file: OutputFile, at_step: Program, record: IntArray, step: int, *, config: str, level: str
+) -> None:
+    """Write the program with the states before ``step``, the record (n_inputs,), the right words.
+
+    See `sim.compare.divergence.program_at`.
+    """
+    outputs, saturated = Interpreter(at_step).update(record[:, None])
+    file.write(
+        json.dumps(
+            {
+                "boresight_reproducer": 1,
+                "level": level,
+                "config": config,
+                "step": int(step),
+                "inputs": [[int(w) for w in record]],
+                "outputs": [[int(w) for w in outputs[:, 0]]],
+                "saturated": [bool(saturated[0])],
+                "program": json.loads(at_step.to_json()),
+            },
+            indent=1,
+        )
+        + "\n"
+    )
+
+
+def load_reproducer(path: Path) -> dict[str, Any]:
+    """Read a reproducer file, with the program under ``program``.
+
+    Raises
+    ------
+    InputError
+        It cannot be read, is something else, or holds a program that no core could run.
+    """
+    data = read_json(path, _WANTED)
+    if not isinstance(data, dict):
+        found = kind_of(data)
+    elif data.get("boresight_reproducer") != 1:
+        found = "another kind of JSON"
+    else:
+        try:
+            data["program"] = Program.from_json(json.dumps(data.get("program")))
+            check_program(data["program"])
+            _check_record(data)
+            return data
+        except (AttributeError, KeyError, TypeError):
+            found = "a program that lacks something, or has too much"
+        except ValueError as error:
+            found = str(error)
+    raise InputError.at(
+        str(path), wanted=_WANTED, found=found, fix="give the file that boresight check wrote"
+    )
+
+
+def _check_record(data: dict[str, Any]) -> None:
+    """Raise ValueError unless there is one record of words in and out, for a known machine."""
+    program: Program = data["program"]
+    low, high = program.arithmetic.min_int, program.arithmetic.max_int
+    for key, count in (("inputs", len(program.inputs)), ("outputs", len(program.outputs))):
+        rows = data.get(key)
+        if not (
+            isinstance(rows, list)
+            and len(rows) == 1
+            and isinstance(rows[0], list)
+            and len(rows[0]) == count
+            and all(type(word) is int and low <= word <= high for word in rows[0])
+        ):
+            raise ValueError(f"no record of {count} words in {key}")
+    if data.get("config") not in list(CONFIGS):
+        raise ValueError(f"the config {kind_of(data.get('config'))}")
+
+
+class _Saved(Build):
+    """The program of a reproducer: there is no estimator."""
+
+    def __init__(self, program: Program, config: str) -> None:
+        super().__init__(config=config, word=program.arithmetic.word)
+        self.programs = [program]
+
+
+def replay_reproducer(path: Path, *, simulator: str = "verilator") -> list[str]:
+    """Run a reproducer on every level; a line per level that differs (none: it is mended)."""
+    data = load_reproducer(path)
+    program: Program = data["program"]
+    build = _Saved(program, data["config"])
+    given = np.array(data["inputs"], dtype=np.int64)
+    wanted = np.array(data["outputs"], dtype=np.int64)
+    record = np.stack([program.format(n).real(given[:, k]) for k, n in enumerate(program.inputs)])
+    lines = []
+    for kind in (level for level in LEVELS.values() if level.exact):
+        tool = simulator if simulator in kind.tools else None
+        try:
+            with kind(build, tool=tool) as level:
+                words = level.run(record.T).words
+                if words is None or not np.array_equal(words, wanted):
+                    lines.append(f"{kind.name}: outputs differ")
+        except SimulationFailed as error:
+            lines.append(f"{kind.name}: {error}")
+    return lines

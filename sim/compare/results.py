@@ -1,0 +1,168 @@
+"""What a check found: a verdict for each level, and all of them for one estimator on one record."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass, field
+from typing import Any
+
+from boresight.sim.compare.verdict import Accuracy
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.level import Level, Run
+from boresight.sim.records.feed import Feed
+
+__all__ = ["CheckResult", "LevelResult", "compare"]
+
+
+@dataclass(frozen=True)
+class LevelResult:
+    """One level's verdict.
+
+    ``n_mismatch`` counts updates whose outputs, states or saturation flag differ and
+    ``first_wrong`` is the first of them; ``error`` says why a level could not run (that fails
+    too). Cycles are None for levels without a clock.
+    """
+
+    level: str
+    simulator: str
+    n_total: int
+    n_mismatch: int
+    seconds: float
+    cycles_predicted: int | None = None
+    cycles_min: int | None = None
+    cycles_max: int | None = None
+    interval_predicted: int | None = None
+    interval_max: int | None = None
+    error: str = ""
+    divergence: str = ""
+    first_wrong: int | None = None
+
+    @property
+    def good(self) -> bool:
+        """Ran, compared something, and found no difference in words or cycles."""
+        return (
+            not self.error
+            and self.n_total > 0
+            and self.n_mismatch == 0
+            and self.cycles_min == self.cycles_predicted == self.cycles_max
+            and self.interval_predicted == self.interval_max
+        )
+
+    def line(self) -> str:
+        """One line for people."""
+        name = f"{self.level:8s} {self.simulator:12s}"
+        if self.error:
+            return f"{name} FAILED    {self.error}"
+        text = f"{name} [{self.n_mismatch}/{self.n_total}] mismatches"
+        if self.cycles_predicted is not None:
+            counted = (
+                f"{self.cycles_min}"
+                if self.cycles_min == self.cycles_max
+                else f"{self.cycles_min}..{self.cycles_max}"
+            )
+            text += (
+                f"   cycles predicted {self.cycles_predicted}, counted {counted}"
+                f"; interval predicted {self.interval_predicted}, counted {self.interval_max}"
+            )
+        return f"{text}   {self.seconds:.1f} s" + (
+            f"\n         {self.divergence}" if self.divergence else ""
+        )
+
+
+def compare(level: Level, run: Run, wanted: Run, seconds: float = 0.0) -> LevelResult:
+    """A level by its words, flags, states if it shows them, and cycles if it has a clock.
+
+    ``wanted`` is the interpreter's run, of at least as many records.
+    """
+    assert run.words is not None and wanted.words is not None
+    assert run.saturated is not None and wanted.saturated is not None
+    n = len(run.words)
+    wrong = (run.words != wanted.words[:n]).any(axis=1) | (run.saturated != wanted.saturated[:n])
+    if run.states is not None and wanted.states is not None:
+        wrong |= (run.states != wanted.states[:n]).any(axis=1)
+    cycles: dict[str, Any] = {}
+    if (plan := level.schedule) is not None:
+        assert run.latency_cycles is not None and run.interval_cycles is not None
+        counted = run.latency_cycles[:, : plan.urgent].max(axis=1)
+        cycles = {
+            "cycles_predicted": plan.latency,
+            "cycles_min": int(counted.min()),
+            "cycles_max": int(counted.max()),
+            "interval_predicted": plan.interval,
+            "interval_max": int(run.interval_cycles.max()),
+        }
+    first = int(wrong.argmax()) if wrong.any() else None
+    return LevelResult(
+        level.name,
+        level.tool,
+        n,
+        int(wrong.sum()),
+        seconds,
+        error=run.fault,
+        first_wrong=first,
+        **cycles,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class CheckResult:
+    """All levels on one record, and the float comparison that goes with them.
+
+    Attributes
+    ----------
+    build, number
+        What was checked: which of its estimators.
+    given : Feed
+        What it ran on.
+    levels : tuple of LevelResult
+    accuracy : Accuracy
+    fixed, floating : Run
+        The interpreter's, with which every level was compared, and float64's.
+    """
+
+    build: Build = field(repr=False)
+    number: int
+    given: Feed = field(repr=False)
+    levels: tuple[LevelResult, ...]
+    accuracy: Accuracy
+    fixed: Run = field(repr=False)
+    floating: Run = field(repr=False)
+
+    @property
+    def estimator(self) -> str:
+        """Name of the estimator."""
+        return self.build.estimators[self.number].name
+
+    @property
+    def exact(self) -> bool:
+        """Every level ran and equals the integer model."""
+        return bool(self.levels) and all(level.good for level in self.levels)
+
+    @property
+    def good(self) -> bool:
+        """Every level is exact, and fixed point is as near to float64 as its author accepts."""
+        return self.exact and self.accuracy.good
+
+    def lines(self) -> list[str]:
+        """Everything, for people."""
+        return [
+            f"{self.estimator} on {self.given.record.name}, {self.build.config}, "
+            f"W = {self.build.word}",
+            *(f"  {level.line()}" for level in self.levels),
+            *(f"  {text}" for text in self.accuracy.lines()),
+            *(f"  warning: {text}" for text in self.given.warnings),
+        ]
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain data for --json."""
+        return {
+            "estimator": self.estimator,
+            "log": self.given.record.name,
+            "config": self.build.config,
+            "word": self.build.word,
+            "good": self.good,
+            "exact": self.exact,
+            "accuracy": self.accuracy.to_json(),
+            "warnings": list(self.given.warnings),
+            "verification": [{**dataclasses.asdict(x), "good": x.good} for x in self.levels],
+        }

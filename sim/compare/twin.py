@@ -1,0 +1,187 @@
+"""Float64 twins of a program's values, each computed from the *words* that it reads.
+
+Every operation is so judged by itself, whatever errors came before it. The words of all updates are
+made at once: the states before each are known.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.model.lowering.graph import LEAVES, Node
+from boresight.model.words.fixed import IntArray
+from boresight.model.words.interpreter import Interpreter
+from boresight.model.words.program import Program, Value
+
+__all__ = ["CHUNK", "Twin", "outside", "rounding_errors", "twins"]
+
+FloatArray = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
+
+#: Updates whose words are held at a time.
+CHUNK = 4096
+#: Least significant bits that rounding, tables and constants explain.
+ROUNDING_LSB = 64.0
+#: And as much of a value's magnitude, or of the terms of a sum: 2^(this - W).
+RELATIVE_BITS = 8
+#: Share of a declared range by which rounding may leave it, or a limit of 1 a range to 0.999.
+RANGE_SLACK = 2e-3
+
+
+class Twin:
+    """Some updates of a program.
+
+    Parameters
+    ----------
+    program, nodes
+        As `Estimator.compile_traced` gives them.
+    words : list of int64 (n,)
+        Words by value number.
+    first : int
+        Number of the first of these updates.
+    """
+
+    def __init__(
+        self, program: Program, nodes: dict[int, Node], words: list[IntArray], first: int = 0
+    ) -> None:
+        self.program, self.nodes, self.words, self.first = program, nodes, words, first
+        self.value_of = {node.number: number for number, node in reversed(nodes.items())}
+
+    def real(self, value: int) -> FloatArray:
+        """A value's words in its unit."""
+        return self.program.format(value).real(self.words[value])
+
+    def argument(self, node: Node) -> FloatArray:
+        """A node as the program holds it: its word, or, where it is part of another, computed."""
+        if node.number in self.value_of:
+            return self.real(self.value_of[node.number])
+        return self.computed(node)
+
+    def computed(self, node: Node) -> FloatArray:
+        """A node from its arguments."""
+        if node.kind == "const":
+            return np.full(len(self.words[0]), node.value)
+        if node.kind in LEAVES:
+            return self.real(self.value_of[node.number])
+        args = [self.argument(a) for a in node.args]
+        return np.asarray(_COMPUTE[node.kind](node, args), dtype=np.float64)
+
+    def apart(self, value: int) -> tuple[FloatArray, FloatArray]:
+        """How far a value is from its twin, and how large the twin or its terms are."""
+        node = self.nodes[value]
+        with np.errstate(all="ignore"):
+            twin = self.computed(node)
+            apart = np.abs(twin - self.real(value))
+            apart = np.where(np.isinf(twin), 0.0, apart)  # 1/0: as large as it gets
+            if node.kind == "wrap" or node.unit == "ht":
+                apart = np.abs((apart + 1.0) % 2.0 - 1.0)
+            return apart, np.maximum(self._size(node), np.abs(twin))
+
+    def leaves(self, value: int) -> BoolArray:
+        """In which updates a value is further from its twin than rounding explains."""
+        apart, size = self.apart(value)
+        lsb = math.ldexp(1.0, -self.program.values[value].frac)
+        relative = math.ldexp(1.0, RELATIVE_BITS - self.program.arithmetic.word)
+        return ~(apart <= ROUNDING_LSB * lsb + relative * size)
+
+    def beyond(self, value: int) -> BoolArray:
+        """In which updates a value is outside the range its author declared, if one did.
+
+        Its word may hold that; what was sized by the range does not.
+        """
+        said = self.program.values[self.declared(value)]
+        if not said.range_source.startswith("declared"):
+            return np.zeros(1, dtype=np.bool_)
+        return outside(self.real(value), said)
+
+    def declared(self, value: int) -> int:
+        """The state that a value becomes; the value itself where it becomes none."""
+        return next((state for state, after in self.program.states if after == value), value)
+
+    def parts(self, node: Node) -> list[Node]:
+        """The node and those that are computed as part of it, arguments first."""
+        out: list[Node] = []
+        for arg in node.args:
+            if arg.number not in self.value_of and arg.kind != "const":
+                out += self.parts(arg)
+        return [*out, node]
+
+    def _size(self, node: Node) -> FloatArray:
+        """Magnitude of the terms of a sum, since they may cancel."""
+        if node.kind != "sum":
+            return np.zeros(1)
+        return np.asarray(sum(np.abs(self.argument(a)) for a in node.args), dtype=np.float64)
+
+
+def twins(
+    program: Program, nodes: dict[int, Node], inputs: IntArray, states: IntArray
+) -> Iterator[Twin]:
+    """All updates, in chunks of `CHUNK`.
+
+    Parameters
+    ----------
+    inputs : int64 (n, n_inputs)
+        Input words.
+    states : int64 (n, n_states)
+        State words after each update.
+    """
+    initial = [[program.values[state].initial for state, _ in program.states]]
+    before = np.concatenate([np.array(initial, dtype=np.int64), states[:-1]])
+    for first in range(0, len(inputs), CHUNK):
+        some = slice(first, first + CHUNK)
+        machine = Interpreter(program, len(inputs[some]))
+        for k, (state, _) in enumerate(program.states):
+            machine.values[state] = before[some, k]
+        machine.update(inputs[some].T)
+        yield Twin(program, nodes, machine.values_before_commit(), first)
+
+
+def rounding_errors(
+    program: Program, nodes: dict[int, Node], inputs: IntArray, states: IntArray
+) -> dict[int, float]:
+    """Largest distance of each operation's word from its twin, in the word's last bits.
+
+    Updates whose twin is no finite number are left out; see `twins` for the arguments.
+    """
+    out: dict[int, float] = {}
+    for twin in twins(program, nodes, inputs, states):
+        for op in program.ops:
+            if op.dest in nodes:
+                apart, size = twin.apart(op.dest)
+                seen = apart[np.isfinite(apart) & np.isfinite(size)]
+                lsb = math.ldexp(1.0, -program.values[op.dest].frac)
+                out[op.dest] = max(out.get(op.dest, 0.0), float(seen.max(initial=0.0)) / lsb)
+    return out
+
+
+def outside(values: FloatArray, said: Value) -> BoolArray:
+    """Which values lie outside a declared range by more than rounding."""
+    slack = RANGE_SLACK * (said.high - said.low)
+    return (values < said.low - slack) | (values > said.high + slack)
+
+
+def _sum(node: Node, args: list[FloatArray]) -> FloatArray:
+    return np.asarray(sum(s * a for s, a in zip(node.signs, args, strict=True)), dtype=np.float64)
+
+
+#: Each kind of node in float64.
+_COMPUTE: dict[str, Callable[[Node, list[FloatArray]], object]] = {
+    "sum": _sum,
+    # 0 times 1/0 is 0, as in the words and in the reference, whose roots have a floor.
+    "mul": lambda node, a: np.where((a[0] == 0.0) | (a[1] == 0.0), 0.0, a[0] * a[1]),
+    "select": lambda node, a: np.where(a[0] < 0.0, a[1], a[2]),
+    "flip": lambda node, a: np.where(a[0] < 0.0, -a[1], a[1]),
+    "abs": lambda node, a: np.abs(a[0]),
+    "wrap": lambda node, a: (a[0] + 1.0) % 2.0 - 1.0,
+    "bounded": lambda node, a: a[0],
+    "saturated": lambda node, a: np.clip(a[0], -node.value, node.value),
+    "sin": lambda node, a: np.sin(np.pi * (a[0] + 0.5 * node.quarter)),
+    "asin": lambda node, a: np.arcsin(a[0]) / np.pi,
+    # As `ops.rsqrt` of zero; of what is negative there is none.
+    "rsqrt": lambda node, a: np.where(a[0] < 0.0, np.nan, 1.0 / np.sqrt(np.maximum(a[0], 1e-300))),
+    "reciprocal": lambda node, a: 1.0 / a[0],
+}

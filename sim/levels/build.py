@@ -1,0 +1,157 @@
+"""What levels are made from: estimators that share one core, and how they become one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from graphlib import TopologicalSorter
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.gateware.core import Core, build_shared_core
+from boresight.model.estimator import Estimator, with_params
+from boresight.model.linking import first_word, held, linked_estimators
+from boresight.model.lowering.graph import Node
+from boresight.model.words.program import Program
+from boresight.sim.rtl.sharing import completed
+
+__all__ = ["Build"]
+
+FloatArray = npt.NDArray[np.float64]
+
+
+class Build:
+    """Estimators and everything that decides their words; made of it once, when first asked for.
+
+    Parameters
+    ----------
+    estimators : Estimator
+        In the order of their numbers in the core; one is the common case.
+    config : str
+        Configuration of the core.
+    word : int
+        Width, bits.
+    params : sequence of mapping or None, optional
+        Parameter values of each; by default as declared.
+    urgent : int, optional
+        Leading outputs whose latency counts first, of all; by default each one's own.
+    restarts : int, optional
+        Effort of the scheduler.
+
+    Raises
+    ------
+    InputError
+        A parameter that there is not, or out of range; a link that does not fit its source.
+    """
+
+    def __init__(
+        self,
+        *estimators: Estimator,
+        config: str = "small",
+        word: int = 32,
+        params: Sequence[Mapping[str, float] | None] | None = None,
+        urgent: int | None = None,
+        restarts: int | None = None,
+    ) -> None:
+        self.config, self.word, self.urgent, self.restarts = config, word, urgent, restarts
+        #: Inputs that one of them gives to another have the format of their source.
+        self.estimators = tuple(linked_estimators(estimators, word=word))
+        self.params = tuple(params or [None] * len(estimators))
+        for estimator, values in zip(estimators, self.params, strict=True):
+            estimator.param_values(values)
+
+    @cached_property
+    def _traced(self) -> list[tuple[Program, dict[int, Node]]]:
+        return [e.compile_traced(word=self.word) for e in self.estimators]
+
+    @cached_property
+    def programs(self) -> list[Program]:
+        """The program of each estimator."""
+        return [
+            with_params(program, e, values)
+            for (program, _), e, values in zip(
+                self._traced, self.estimators, self.params, strict=True
+            )
+        ]
+
+    @property
+    def nodes(self) -> list[dict[int, Node]]:
+        """The traced nodes of each program; see `Estimator.compile_traced`."""
+        return [nodes for _, nodes in self._traced]
+
+    @cached_property
+    def core(self) -> Core:
+        """The core that holds them all, the first at hand.
+
+        Raises
+        ------
+        InputError
+            Unknown configuration.
+        ScheduleError
+            The programs do not fit into one core.
+        """
+        own = [p.urgent if self.urgent is None else self.urgent for p in self.programs]
+        return build_shared_core(self.programs, self.config, urgents=own, restarts=self.restarts)
+
+    @cached_property
+    def links(self) -> list[dict[int, tuple[int, str]]]:
+        """For each estimator the inputs that another one gives: by column, whose, which output."""
+        numbers = {e.name: k for k, e in enumerate(self.estimators)}
+        sources = [[i.source.partition(".") for i in e.inputs] for e in self.estimators]
+        return [
+            {
+                column: (numbers[of], output)
+                for column, (of, _, output) in enumerate(own)
+                if of in numbers
+            }
+            for own in sources
+        ]
+
+    @property
+    def order(self) -> list[int]:
+        """The estimators' numbers, each behind those that it reads."""
+        before = {k: {other for other, _ in own.values()} for k, own in enumerate(self.links)}
+        return list(TopologicalSorter(before).static_order())
+
+    def streamed(self, number: int) -> list[int]:
+        """Columns of an estimator's inputs that come with its record."""
+        columns = range(len(self.estimators[number].inputs))
+        return [k for k in columns if k not in self.links[number]]
+
+    def filled(
+        self,
+        number: int,
+        records: FloatArray,
+        outputs: Mapping[int, Mapping[str, FloatArray]],
+        counts: Sequence[int],
+        *,
+        clamp: bool = False,
+    ) -> FloatArray:
+        """Records of an estimator with what others keep when each of its updates begins.
+
+        They take turns as `sim.rtl.sharing.rounds` says.
+
+        Parameters
+        ----------
+        records : float64 (n, n_inputs)
+            Columns of linked inputs hold anything.
+        outputs : mapping
+            What the others gave, by their numbers.
+        counts : sequence of int
+            Records of each estimator.
+        clamp : bool
+            To the declared range, as the program does by itself.
+        """
+        if not self.links[number]:
+            return records
+        done = completed(counts, number)
+        records = records.copy()
+        for column, (other, name) in self.links[number].items():
+            program = self.programs[other]
+            form = program.format(program.outputs[program.output_names.index(name)])
+            first = float(form.real(first_word(program, name)))
+            seen = held(outputs[other][name], done[other], first)
+            declared = self.estimators[number].inputs[column]
+            records[:, column] = np.clip(seen, declared.low, declared.high) if clamp else seen
+        return records

@@ -1,0 +1,73 @@
+"""Where every number of a report comes from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from boresight.gateware.synthesis.device import Device
+from boresight.gateware.synthesis.estimate import Estimate
+from boresight.gateware.synthesis.timing import NOTE
+from boresight.sim.report.timing import PAPER
+
+__all__ = ["source_of", "sources", "tool_of"]
+
+
+def source_of(data: Mapping[str, Any], path: str) -> str | None:
+    """Source of the number at ``path`` (keys with dots): that of its nearest named ancestor."""
+    sources: Mapping[str, str] = data["sources"]
+    parts = path.split(".")
+    for k in range(len(parts), 0, -1):
+        if ".".join(parts[:k]) in sources:
+            return sources[".".join(parts[:k])]
+    return None
+
+
+def tool_of(estimate: Estimate) -> str:
+    """Name and version of the synthesis tool, without how it was built."""
+    name, _, build = estimate.version.partition(" (")
+    return f"{name} ({build.split(',')[0].rstrip(')')})" if build else name
+
+
+def sources(
+    data: Mapping[str, Any], estimate: Estimate | None, observed: str, device: Device
+) -> dict[str, str]:
+    """What each part of the report rests on; `source_of` looks a number up.
+
+    ``observed`` says on how many updates of what the ranges were observed; empty: not at all.
+    """
+    schedule = "schedule: predicted when the core was compiled, re-proven by its checker"
+    counted = "measured: boresight check"
+    found = {
+        "word": "chosen when the program was compiled",
+        "target": "chosen when the report was made",
+        "timing": schedule,
+        "timing.interval_cycles_counted": counted,
+        "timing.latency_cycles.min": counted,
+        "timing.latency_cycles.max": counted,
+        "timing.update_us": f"{schedule}; at the target's clock",
+        "timing.updates_per_s": f"{schedule}; at the target's clock",
+        "timing.paper_us": PAPER,
+        "timing.paper_cycles": PAPER,
+        "timing.speedup": "paper_us / update_us, the latter at the target's clock",
+        "resources.available": device.resources["lut"].source,
+        "resources.percent": "part of what the device has",
+        "schedule": schedule,
+        "numerics": "range: compiled (range_source)"
+        + (f"; observed: measured on the C model, {observed}" if observed else ""),
+        "accuracy": "measured: the fixed-point program, the float64 reference and the log, sample "
+        "by sample",
+        "verification": f"{counted}; each level against the integer interpreter",
+        "firmware": "counted in the emitted C; memory as its structures declare it",
+    }
+    if estimate is not None:
+        made = f"estimate, {tool_of(estimate)}: {estimate.command}"
+        found |= {
+            "resources": made,
+            "timing.fmax_mhz": f"static timing of that netlist, {NOTE}; {made}",
+            "timing.update_us_at_fmax": f"latency over fmax_mhz: {NOTE}",
+            "timing.critical_path": f"static timing of that netlist, {NOTE}; {made}",
+        }
+    if data["firmware"]["source"] is not None:
+        found["firmware.updates_per_s"] = str(data["firmware"]["source"])
+    return found

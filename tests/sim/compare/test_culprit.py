@@ -1,0 +1,105 @@
+"""The operation that is to blame, wherever in a run it stands."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+
+from boresight.model import ops
+from boresight.model.estimator import Estimator
+from boresight.sim.compare import twin as module
+from boresight.sim.compare.culprit import Culprit
+from tests.support.faulty import (
+    HERE,
+    All,
+    Base,
+    Bounded,
+    NegativeRoot,
+    Root,
+    Sine,
+    Slow,
+    Sums,
+    look,
+)
+
+
+@pytest.mark.parametrize("word", [18, 32])
+@pytest.mark.parametrize(
+    "estimator, inputs, step, text",
+    [
+        (Bounded, [0.0, 4.0, 4.0], 1, rf"step 1, value total {HERE}: saturates: 4\.5 does not fit "
+         r"its range \[-2, 2\]; widen the range \(declared: by hand\) or limit the value"),
+        (NegativeRoot, [1.0, 0.5, -2.0, -3.0], 2, rf"step 2, value bounded_\d+, bounded {HERE}: "
+         r"rsqrt: argument -2 is negative; keep u at 0 or above"),
+        (Sine, [0.1, 0.5, 0.8], 2, rf"step 2, value asin_\d+, asin {HERE}: asin: argument 0\.8 is "
+         r"outside 0 to 0\.7188; limit u"),
+        (Sine, [0.1, -0.5, 0.8], 1, rf"step 1, value asin_\d+, asin {HERE}: asin: argument -0\.5 "),
+        (Sums, [1.0, 2.0, 4.0, 0.0], 1, rf"step 1, value state y {HERE}: 1\.25 does not "
+         r"fit its range \[-1, 1\]; widen the range \(declared\) or limit the value"),
+        (Sums, [-4.0, -2.0, -4.0], 2, rf"step 2, value state y {HERE}: saturates: -2 does"),
+    ],
+)  # fmt: skip
+def test_culprits(
+    estimator: type[Estimator], inputs: list[float], step: int, text: str, word: int
+) -> None:
+    found = look(estimator(), inputs, word)
+    assert found is not None and found.step == step
+    assert re.match(text, str(found)), str(found)
+    assert look(estimator(), inputs[:step], word) is None
+
+
+def test_below_the_floor_of_a_function() -> None:
+    found = str(look(Root(), [1.0, 0.1, 1e-3]))
+    assert re.match(rf"step 2, value bounded_\d+, bounded {HERE}: rsqrt: argument ", found)
+    assert found.endswith(
+        "e-08 of full scale is below the floor 2^-22; scale power up, or declare a narrower range "
+        "than [0, 16]"
+    )
+
+
+@pytest.mark.parametrize("word", [18, 32])
+def test_nobody_is_to_blame_for_rounding(word: int) -> None:
+    inputs = np.random.default_rng(5).uniform(-4.0, 4.0, 300).tolist()
+    assert look(All(), inputs, word) is None
+    assert look(Slow(), inputs, word) is None
+
+
+def test_nothing_times_the_root_of_nothing_is_nothing() -> None:
+    class Direction(Base):
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            return {"y": x.y}, {"y": ops.bounded(u.u * ops.rsqrt(u.u * u.u), -2.0, 2.0, "")}
+
+    assert look(Direction(), [1.0, 0.0, -1.0]) is None
+
+
+@pytest.mark.parametrize("chunk", [1, 2, 3, 4096])
+def test_all_updates_are_looked_at(chunk: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """However long ago it was, and with the states that were there."""
+    monkeypatch.setattr(module, "CHUNK", chunk)
+    assert getattr(look(Bounded(), [4.0, 0.0, 0.0, 0.0, 4.0]), "step", None) == 0
+    found = look(Sums(), [1.0, 0.0, 0.0, 2.0, 0.0])
+    assert found is not None and (found.step, found.value) == (3, "state y")
+    assert look(Sums(), [1.0, 0.0, 0.0, 0.5]) is None
+    found = look(Root(), [1.0, 0.5, 0.25, 0.01])
+    assert found is not None and found.step == 3 and "has only 12 significant bits" in found.why
+    assert look(Root(), [1.0, 0.5, 0.01, 0.0145]) is None  # 13 bits, in the last update
+
+
+def test_of_several_in_one_update_the_first_of_the_program() -> None:
+    class Two(Base):
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            first = ops.named("first", ops.bounded(1.0 * u.u, -1.0, 1.0, "hope"))
+            return {"y": x.y}, {"y": ops.named("then", ops.bounded(4.0 * first, -2.0, 2.0, ""))}
+
+    assert getattr(look(Two(), [0.25, 3.0]), "value", "") == "first"
+    assert getattr(look(Two(), [0.25, 0.75, 3.0]), "value", "") == "then"
+
+
+def test_texts_of_culprits() -> None:
+    assert str(Culprit(3, "v", "f.py, line 2", "why", "cure")) == (
+        "step 3, value v (f.py, line 2): why; cure"
+    )
+    assert str(Culprit(3, "v", "", "why", "cure")) == "step 3, value v: why; cure"

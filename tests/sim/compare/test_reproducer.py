@@ -1,0 +1,58 @@
+"""A reproducer shows a difference again on every level, until it is mended."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from boresight.disk.output import OutputFile
+from boresight.firmware.build import CModel
+from boresight.sim.compare.divergence import program_at
+from boresight.sim.compare.reproducer import load_reproducer, replay_reproducer, write_reproducer
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.rtl import Simulated
+from boresight.sim.rtl.simulators import SimulationFailed
+from tests.support.faulty import All, words_and_states
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    build, inputs = Build(All(), word=24), [0.5, -3.0, 2.5]
+    words, states = words_and_states(build, inputs)
+    path = tmp_path / "reproducer.json"
+    at_step = program_at(build.programs[0], states, 2)
+    write_reproducer(OutputFile(path, "check"), at_step, words[2], 2, config="fast", level="rtl")
+    return path
+
+
+def test_what_it_holds(file: Path) -> None:
+    data = load_reproducer(file)
+    assert (data["step"], data["level"], data["config"]) == (2, "rtl", "fast")
+    build = Build(All(), word=24)
+    _, states = words_and_states(build, [0.5, -3.0, 2.5])
+    (state,) = (data["program"].values[s] for s, _ in data["program"].states)
+    assert state.initial == states[1, 0] != build.programs[0].values[0].initial
+    found, flags = CModel(build.programs[0]).update(words_and_states(build, [0.5, -3.0, 2.5])[0])
+    assert data["outputs"] == [found[2].tolist()] and data["saturated"] == [bool(flags[2])]
+
+
+def test_sound_levels_differ_in_nothing(file: Path) -> None:
+    assert replay_reproducer(file) == []
+
+
+def test_levels_that_differ_are_named(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    data = json.loads(file.read_text())
+    data["outputs"][0][0] ^= 1
+    file.write_text(json.dumps(data))
+
+    def broken(self: Simulated, records: Any) -> Any:
+        assert self.tool == "icarus"
+        raise SimulationFailed("no such thing")
+
+    monkeypatch.setattr(Simulated, "run", broken)
+    assert replay_reproducer(file, simulator="icarus") == [
+        "fixed: outputs differ", "c: outputs differ", "rtl: no such thing",
+    ]  # fmt: skip

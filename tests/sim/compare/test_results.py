@@ -1,0 +1,130 @@
+"""A level by its words, flags, states and cycles."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+
+from boresight.gateware.core import Core
+from boresight.model.estimators.complementary import Complementary
+from boresight.sim.compare.results import CheckResult, LevelResult, compare
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.integer import Emitted
+from boresight.sim.levels.level import Run, run_of_words
+from boresight.sim.levels.rtl import Simulated
+from boresight.sim.rtl.replay import RtlRun
+
+
+@pytest.fixture(scope="module")
+def level(core: Core) -> Simulated:
+    build = Build(Complementary(), config="fast")
+    build.core = core  # type: ignore[misc]
+    return Simulated(build)
+
+
+@pytest.fixture(scope="module")
+def rtl_run(core: Core) -> RtlRun:
+    """A run as the schedule says."""
+    rows, n = 6, len(core.program.outputs)
+    return RtlRun(
+        np.arange(rows * n).reshape(rows, n),
+        np.zeros(rows, dtype=bool),
+        np.tile(core.schedule.latencies, (rows, 1)),
+        np.full(rows, core.schedule.interval),
+    )
+
+
+@pytest.fixture(scope="module")
+def wanted(core: Core, rtl_run: RtlRun) -> Run:
+    """What the interpreter would have said, of one record more."""
+    words = np.concatenate([rtl_run.outputs, rtl_run.outputs[:1]])
+    return run_of_words(core.program, words, np.zeros(7, dtype=bool), states=np.ones((7, 2)))
+
+
+def changed(run: RtlRun, name: str, place: Any, by: int) -> RtlRun:
+    """The run with one number of one array another."""
+    array = getattr(run, name).copy()
+    array[place] = array[place] + by if array.dtype != bool else not array[place]
+    return dataclasses.replace(run, **{name: array})
+
+
+def test_as_the_schedule_says_is_good(level: Simulated, rtl_run: RtlRun, wanted: Run) -> None:
+    result = compare(level, level._run_of(rtl_run), wanted, 2.5)
+    assert result.good and (result.n_total, result.first_wrong) == (6, None)
+    assert (result.level, result.simulator, result.seconds) == ("rtl", "verilator", 2.5)
+    assert result.cycles_predicted == level.schedule.latency
+    assert result.interval_predicted == level.schedule.interval
+
+
+def test_a_wrong_word_or_flag_fails(level: Simulated, rtl_run: RtlRun, wanted: Run) -> None:
+    last = rtl_run.outputs.shape[1] - 1
+    for name, place in (("outputs", (3, 0)), ("outputs", (3, last)), ("saturated", 3)):
+        result = compare(level, level._run_of(changed(rtl_run, name, place, 1)), wanted)
+        assert not result.good
+        assert (result.n_mismatch, result.first_wrong) == (1, 3)
+
+
+def test_a_wrong_state_fails_where_it_is_shown(core: Core, wanted: Run) -> None:
+    level = Emitted(Build(Complementary()))
+    assert wanted.states is not None
+    states = wanted.states.copy()
+    states[4, 1] = 0
+    result = compare(level, dataclasses.replace(wanted, states=states), wanted)
+    assert not result.good and (result.n_mismatch, result.first_wrong) == (1, 4)
+    assert result.cycles_predicted is None
+    assert compare(level, dataclasses.replace(wanted, states=None), wanted).good
+
+
+@pytest.mark.parametrize("by", [-1, 1])
+def test_every_output_must_come_in_its_cycle(
+    level: Simulated, rtl_run: RtlRun, wanted: Run, by: int
+) -> None:
+    """Also those that are not urgent, whose cycles no figure shows."""
+    for output in range(rtl_run.outputs.shape[1]):
+        late = level._run_of(changed(rtl_run, "latency_cycles", (2, output), by))
+        result = compare(level, late, wanted)
+        assert not result.good and result.n_mismatch == 0
+        assert result.error == "output cycles differ from the schedule"
+
+
+def test_an_update_may_not_take_longer(level: Simulated, rtl_run: RtlRun, wanted: Run) -> None:
+    late = level._run_of(changed(rtl_run, "interval_cycles", 4, 1))
+    assert not compare(level, late, wanted).good
+
+
+def test_a_level_that_proves_nothing_fails() -> None:
+    good = LevelResult("rtl", "icarus", 5, 0, 1.0, 9, 9, 9, 12, 12)
+    assert good.good
+    for wrong in (
+        {"cycles_max": 10}, {"cycles_min": 8}, {"interval_max": 13}, {"n_total": 0},
+        {"n_mismatch": 1}, {"error": "why"},
+    ):  # fmt: skip
+        assert not dataclasses.replace(good, **wrong).good
+
+
+def test_lines() -> None:
+    good = LevelResult("rtl", "icarus", 5, 0, 1.0, 9, 9, 9, 12, 12)
+    said = "rtl      icarus       [0/5] mismatches   cycles predicted 9, counted 9; interval "
+    assert good.line() == said + "predicted 12, counted 12   1.0 s"
+    late = dataclasses.replace(good, cycles_max=10, divergence="c: first").line()
+    assert "counted 9..10;" in late and late.endswith("1.0 s\n         c: first")
+    assert (
+        LevelResult("c", "gcc", 5, 2, 0.0).line()
+        == "c        gcc          [2/5] mismatches   0.0 s"
+    )
+
+
+def test_no_level_is_no_proof(checked: CheckResult) -> None:
+    assert checked.good and checked.exact
+    none = dataclasses.replace(checked, levels=())
+    assert not none.exact and not none.good
+    text = checked.lines()
+    assert text[0] == "complementary on synthetic_60s, fast, W = 32"
+    assert text[1:3] == [f"  {x.line()}" for x in checked.levels]
+    assert text[3:] == [f"  {line}" for line in checked.accuracy.lines()]
+    plain = checked.to_json()
+    assert plain["good"] and plain["log"] == "synthetic_60s" and plain["word"] == 32
+    assert [v["good"] for v in plain["verification"]] == [True, True]

@@ -1,0 +1,133 @@
+"""Float64 twins: thresholds, chunks, rounding."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from boresight.model.estimator import Estimator, Input, Output, State
+from boresight.model.words.interpreter import Interpreter
+from boresight.sim.compare import twin as module
+from boresight.sim.compare.twin import Twin, outside, rounding_errors, twins
+from boresight.sim.levels.build import Build
+from tests.support.faulty import All, Bounded, NegativeRoot, words_and_states
+
+
+class Terms(Estimator):
+    """A product, and a sum whose terms cancel."""
+
+    inputs = (Input("a", -1.0, 1.0), Input("b", -1.0, 1.0))
+    states = (State("y", -4.0, 4.0),)
+    outputs = (Output("product"), Output("sum"))
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        """Both."""
+        return {"y": x.y}, {"product": u.a * u.b, "sum": 0.75 * u.a - 0.7 * u.b}
+
+
+def twin_of(a: float, b: float, output: str, moved: int, word: int = 18) -> tuple[Twin, int]:
+    """A twin of one update in which an output's word is ``moved`` by so many last bits."""
+    build = Build(Terms(), word=word)
+    (program,) = build.programs
+    machine = Interpreter(program)
+    inputs = [int(program.format(n).quantise(v)) for n, v in zip(program.inputs, (a, b))]  # noqa: B905
+    machine.update(np.array(inputs)[:, None])
+    words = [w.copy() for w in machine.values_before_commit()]
+    value = program.outputs[program.output_names.index(output)]
+    words[value] += moved
+    return Twin(program, build.nodes[0], words), value
+
+
+@pytest.mark.parametrize("word", [18, 32])
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_so_many_last_bits_are_rounding(word: int, sign: int) -> None:
+    """64, where the value is too small for its own share to count."""
+    for moved, wrong in ((63, False), (65, True)):
+        twin, value = twin_of(2.0**-10, 2.0**-7, "product", sign * moved, word)
+        lsb = math.ldexp(1.0, -twin.program.values[value].frac)
+        if word == 32:  # the twin is 2^-17: its share is less than half a bit
+            assert twin.apart(value)[1][0] * 2.0 ** (8 - word) < 0.5 * lsb
+        assert twin.leaves(value).tolist() == [wrong]
+
+
+@pytest.mark.parametrize("word", [18, 32])
+def test_so_large_a_share_is_rounding(word: int) -> None:
+    """2^(8 - W) of the value on top: a product of 1 in bits of 2^-(W - 1) has 128 more of them."""
+    twin, value = twin_of(0.5, 1.0, "product", 0, word)
+    frac = twin.program.values[value].frac
+    share = 2.0 ** (8 - word) * 0.5 * 2.0**frac
+    assert share >= 32.0
+    for moved, wrong in ((int(64 + share) - 2, False), (int(64 + share) + 2, True)):
+        twin, value = twin_of(0.5, 1.0, "product", -moved, word)
+        assert twin.leaves(value).tolist() == [wrong]
+
+
+def test_terms_that_cancel_count_as_large_as_they_are() -> None:
+    twin, value = twin_of(0.7, 0.75, "sum", 0)
+    apart, size = twin.apart(value)
+    assert size[0] == pytest.approx(2 * 0.525, abs=1e-3) and apart[0] < 1e-4
+    share = int(2.0 ** (8 - 18) * size[0] * 2.0 ** twin.program.values[value].frac)
+    assert share > 60
+    for moved, wrong in ((64 + share - 2, False), (64 + share + 2, True)):
+        twin, value = twin_of(0.7, 0.75, "sum", moved)
+        assert twin.leaves(value).tolist() == [wrong]
+
+
+def test_what_is_no_number_has_left() -> None:
+    build = Build(NegativeRoot())
+    words, states = words_and_states(build, [0.7, -2.0])
+    (twin,) = twins(build.programs[0], build.nodes[0], words, states)
+    value = build.programs[0].outputs[0]
+    assert twin.leaves(value).tolist() == [False, True]
+    errors = rounding_errors(build.programs[0], build.nodes[0], words, states)
+    assert 0.0 < errors[value] < 64.0  # of the first update alone
+
+
+@pytest.mark.parametrize(
+    "x, wrong", [(-1.0, False), (1.0, False), (1.0039, False), (1.0041, True), (-1.0041, True)]
+)
+def test_two_thousandths_of_a_range_are_rounding(x: float, wrong: bool) -> None:
+    (program,) = Build(Bounded()).programs
+    said = program.values[program.states[0][0]]
+    assert (said.low, said.high) == (-1.0, 1.0)
+    assert outside(np.array([x]), said).tolist() == [wrong]
+
+
+def test_chunks_are_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    """States go on from one chunk to the next; every update is there once."""
+    build = Build(All())
+    (program,), (nodes,) = build.programs, build.nodes
+    inputs = np.random.default_rng(3).uniform(-4.0, 4.0, 50).tolist()
+    words, states = words_and_states(build, inputs)
+    (whole,) = twins(program, nodes, words, states)
+    wanted = rounding_errors(program, nodes, words, states)
+    assert set(wanted) == {op.dest for op in program.ops if op.dest in nodes}
+    assert 0.0 < max(wanted.values()) < 64.0
+    monkeypatch.setattr(module, "CHUNK", 8)
+    parts = list(twins(program, nodes, words, states))
+    assert [p.first for p in parts] == list(range(0, 50, 8))
+    for value in range(len(program.values)):
+        joined = np.concatenate([p.words[value] for p in parts])
+        assert np.array_equal(joined, whole.words[value])
+    assert rounding_errors(program, nodes, words, states) == wanted
+
+
+def test_rounding_in_last_bits() -> None:
+    """Against the words and float64 by hand."""
+    build = Build(Terms(), word=18)
+    (program,) = build.programs
+    reals = np.random.default_rng(1).uniform(-1.0, 1.0, (40, 2))
+    formats = [program.format(n) for n in program.inputs]
+    words = np.stack([f.quantise(reals[:, k]) for k, f in enumerate(formats)], axis=1)
+    states = np.zeros((40, 1), dtype=np.int64)
+    exact = np.prod([f.real(words[:, k]) for k, f in enumerate(formats)], axis=0)
+    product = program.outputs[0]
+    machine = Interpreter(program, 40)
+    machine.update(words.T)
+    apart = np.abs(program.format(product).real(machine.values[product]) - exact)
+    found = rounding_errors(program, build.nodes[0], words, states)[product]
+    assert found == pytest.approx(apart.max() / program.format(product).lsb)
+    assert 0.3 < found <= 0.5 + 1e-9

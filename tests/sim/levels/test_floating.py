@@ -1,0 +1,65 @@
+"""Float64: numpy as written, compiled C, and how near they are."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from boresight.firmware.floating.build import FloatCModel
+from boresight.firmware.floating.precision import DOUBLE
+from boresight.model.estimator import Estimator, Input, Output, Param, State
+from boresight.model.estimators import ESTIMATORS, estimator
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.floating import CompiledFloat, NumpyFloat
+from boresight.sim.records.bundled import bundled
+from boresight.sim.records.feed import feed
+from boresight.sim.records.files import read_record
+
+
+@pytest.mark.parametrize("log", ["ximu_walk", "synthetic_60s"])
+@pytest.mark.parametrize("name", sorted(ESTIMATORS))
+def test_compiled_float64_is_the_reference_within_rounding(name: str, log: str) -> None:
+    records = feed(estimator(name), read_record(bundled(log)).head(300)).inputs
+    reference = estimator(name).run_float(records[:, :, None]).outputs
+    found = CompiledFloat(Build(estimator(name))).run(records).outputs
+    assert list(found) == [o.name for o in estimator(name).outputs]
+    for o in estimator(name).outputs:
+        assert found[o.name].dtype == np.float64
+        apart = np.abs(found[o.name] - reference[o.name][:, 0])
+        if o.unit == "ht":
+            apart = np.abs((apart + 1.0) % 2.0 - 1.0)
+        assert apart.max() <= 1e-12, o.name
+
+
+def test_numpy_is_the_reference() -> None:
+    records = feed(estimator("complementary"), read_record(bundled("ximu_walk")).head(40)).inputs
+    found = NumpyFloat(Build(estimator("complementary")))
+    reference = estimator("complementary").run_float(records[:, :, None]).outputs
+    for name, values in found.run(records).outputs.items():
+        assert np.array_equal(values, reference[name][:, 0])
+
+
+class Third(Estimator):
+    """What single precision does not hold."""
+
+    inputs = (Input("z", 0.0, 4.0, ""),)
+    params = (Param("k", 1.0 / 3.0, 0.0, 1.0),)
+    states = (State("x", -9.0, 9.0, "", 0.1),)
+    outputs = (Output("y"), Output("sum"))
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        total = x.x + p.k * u.z
+        return {"x": total}, {"y": 0.7 * u.z, "sum": total}
+
+
+def test_double_precision_throughout() -> None:
+    z, k = 1.1, 0.3
+    level = CompiledFloat(Build(Third(), params=[{"k": k}]))
+    assert level.step(np.array([z])) == {"y": 0.7 * z, "sum": 0.1 + k * z}
+    level.reset()  # keeps the parameters
+    assert level.step(np.array([z]))["sum"] == 0.1 + k * z
+    assert CompiledFloat(Build(Third())).step(np.array([z]))["sum"] == 0.1 + z * (1.0 / 3.0)
+    with pytest.raises(ValueError, match=r"^inputs must have shape \(n, 1\), not \(3, 2\)$"):
+        FloatCModel(Third(), precision=DOUBLE).update(np.zeros((3, 2)))

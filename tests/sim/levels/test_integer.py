@@ -1,0 +1,104 @@
+"""The integer interpreter and the emitted C: the same words."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from boresight.model.estimator import Estimator, Input, Output, State
+from boresight.model.estimators import estimator
+from boresight.model.words.interpreter import Interpreter
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.integer import Emitted, Interpreted, words_of
+from boresight.sim.records.bundled import bundled
+from boresight.sim.records.feed import feed
+from boresight.sim.records.files import read_record
+
+
+class Leaky(Estimator):
+    """A low pass; ``sum`` saturates beyond 4."""
+
+    inputs = (Input("u", -2.0, 2.0, "m"), Input("v", -1.0, 1.0, "m"))
+    states = (State("y", -2.0, 2.0, "m", 1.0),)
+    outputs = (Output("y", "m"), Output("sum", "m"))
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        y = x.y + 0.5 * (u.u - x.y)
+        return {"y": y}, {"y": y, "sum": y - 3.0 * u.v}
+
+
+RECORDS = np.random.default_rng(4).uniform(-1.0, 1.0, (50, 2))
+
+
+def test_a_long_run_is_one_update_after_the_other() -> None:
+    """In segments, and going on from there, whatever came before."""
+    build, slow = Build(Leaky()), Interpreted(Build(Leaky()))
+    rows = [slow.run(record[None, :]) for record in RECORDS]
+    level = Interpreted(build)
+    for _ in range(2):
+        long, rest = level.run(RECORDS[:40]), level.run(RECORDS[40:])
+        for name in ("words", "saturated", "states"):
+            wanted = np.concatenate([getattr(r, name) for r in rows])
+            assert np.array_equal(np.concatenate([getattr(r, name) for r in (long, rest)]), wanted)
+        assert long.fault == rest.fault == ""
+        level.reset()
+    # The C shows the same states, and may lend them.
+    lent = Emitted(build).run(RECORDS)
+    assert lent.states is not None and np.array_equal(lent.states[:40], long.states)
+    wrong = lent.states.copy()
+    wrong[7, 0] ^= 1  # the last step of the first of six segments
+    assert level.run(RECORDS, wrong).fault == "states differ from C after step 7"
+
+
+def test_every_word_of_an_update() -> None:
+    level = Emitted(Build(Leaky()))
+    machine = Interpreter(level.program)
+    for n in (1, 7):
+        machine = Interpreter(level.program)
+        for row in words_of(level.program, RECORDS[:n]):
+            machine.update(row[:, None])
+        wanted = machine.values_before_commit()
+        seen = level.words_of_update(RECORDS[:n])
+        assert [s.value for s in seen] == [op.dest for op in level.program.ops]
+        assert all(s.word == wanted[s.value][0] and s.cycle is None for s in seen)
+
+
+def test_a_run_of_a_log() -> None:
+    """`Emitted` equals `Interpreted`, whole and step by step; words, values and saturation."""
+    records = feed(estimator("mekf"), read_record(bundled("ximu_walk")).head(200)).inputs
+    build = Build(estimator("mekf"))
+    (program,) = build.programs
+    slow, quick = Interpreted(build).run(records), Emitted(build).run(records)
+    assert slow.words is not None and slow.saturated is not None
+    assert np.array_equal(slow.words, quick.words)
+    assert np.array_equal(slow.saturated, quick.saturated)
+    for name, value in zip(program.output_names, program.outputs, strict=True):
+        assert np.array_equal(slow.outputs[name], quick.outputs[name])
+        k = program.output_names.index(name)
+        assert np.array_equal(quick.outputs[name], program.format(value).real(slow.words[:, k]))
+    level = Emitted(build)
+    for k, record in enumerate(records[:40]):
+        assert level.step(record) == {n: v[k] for n, v in quick.outputs.items()}
+
+
+class Narrow(Leaky):
+    """Its state cannot hold what it computes."""
+
+    states = (State("y", -0.5, 0.5, "m"),)
+
+
+@pytest.mark.parametrize("kind", [Interpreted, Emitted])
+def test_saturation_is_told(kind: Any) -> None:
+    found = kind(Build(Narrow())).run(np.array([[0.5, 0.0], [2.0, 0.0], [0.0, 0.0]]))
+    assert found.saturated.tolist() == [False, True, False]
+    assert found.saturated.dtype == np.bool_
+
+
+def test_words_clamp() -> None:
+    program = Leaky().compile(word=18)
+    assert words_of(program, np.array([[9.0, -9.0], [0.5, 0.25]])).tolist() == [
+        [131071, -131072],
+        [1 << 14, 1 << 14],
+    ]

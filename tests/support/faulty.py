@@ -1,0 +1,124 @@
+"""Small estimators that look right and are wrong in fixed point, or right and look wrong."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from boresight.model import ops
+from boresight.model.estimator import Estimator, Input, Output, State
+from boresight.model.words.fixed import IntArray
+from boresight.sim.compare.culprit import Culprit, find_culprit
+from boresight.sim.compare.verdict import Accuracy, judge_accuracy
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.floating import CompiledFloat
+from boresight.sim.levels.integer import Interpreted, words_of
+from boresight.sim.records.feed import feed
+from boresight.sim.records.record import Record
+
+__all__ = ["HERE", "judge", "look", "words_and_states"]
+
+#: A line of this file.
+HERE = r"\(faulty\.py, line \d+\)"
+
+
+class Base(Estimator):
+    inputs = (Input("u", -4.0, 4.0, ""),)
+    states: tuple[State, ...] = (State("y", -1.0, 1.0, "", 0.5),)
+    outputs = (Output("y", "", tolerance=1e-6),)
+
+
+class Sums(Base):
+    """Its state holds what lies in [-2, 2)."""
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        total = x.y + 0.25 * u.u
+        return {"y": total}, {"y": total}
+
+
+class Bounded(Base):
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        total = ops.named("total", ops.bounded(x.y + u.u, -2.0, 2.0, "by hand"))
+        return {"y": x.y}, {"y": total}
+
+
+class Root(Base):
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        root = ops.bounded(ops.rsqrt(ops.named("power", u.u * u.u)), 0.0, 4096.0, "")
+        return {"y": x.y}, {"y": root}
+
+
+class NegativeRoot(Base):
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        return {"y": x.y}, {"y": ops.bounded(ops.rsqrt(u.u + 0.0), 0.0, 64.0, "")}
+
+
+class Sine(Base):
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        return {"y": x.y}, {"y": ops.asin_ht(u.u)}
+
+
+class All(Base):
+    """Every kind of operation, each inside its domain."""
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        y = ops.clip(x.y + 0.125 * u.u, -1.0, 1.0)
+        sized = ops.absolute(u.u) + 0.5
+        out = (
+            ops.sincos_ht(u.u)[0] * ops.sincos_ht(3.0 * u.u)[1]
+            + 1.0 / sized
+            + ops.rsqrt(sized)
+            + ops.where(u.u < 0.25, y, -y)
+            + ops.wrap_ht(y + 0.75)
+            + ops.asin_ht(0.15 * ops.absolute(u.u))
+        )
+        return {"y": y}, {"y": out}
+
+
+class Slow(Base):
+    """What 18 bits of a wide range do not carry."""
+
+    states = (State("y", -256.0, 256.0, "", 0.5),)
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        y = x.y + 0.001 * (u.u - x.y)
+        return {"y": y}, {"y": y}
+
+
+class Snug(Slow):
+    states = (State("y", -1.0, 1.0, "", 0.9),)
+
+
+class Stateless(Base):
+    states = ()
+    outputs = (Output("y", "", tolerance=1e-12),)
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        return {}, {"y": 0.3 * u.u}
+
+
+def words_and_states(build: Build, inputs: list[float]) -> tuple[IntArray, IntArray]:
+    """Input words (n, 1), and state words after each update."""
+    records = np.array(inputs)[:, None]
+    states = Interpreted(build).run(records).states
+    assert states is not None
+    return words_of(build.programs[0], records), states
+
+
+def look(estimator: Estimator, inputs: list[float], word: int = 32) -> Culprit | None:
+    """Who is to blame for the last update."""
+    build = Build(estimator, word=word)
+    return find_culprit(build.programs[0], build.nodes[0], *words_and_states(build, inputs))
+
+
+def judge(
+    estimator: Estimator, inputs: list[float], word: int = 32, clamped: Any = None
+) -> Accuracy:
+    """The verdict on a run."""
+    build = Build(estimator, word=word)
+    given = feed(estimator, Record.of({"u": np.array(inputs)}))
+    given = dataclasses.replace(given, clamped=clamped or {})
+    run, reference = (level(build).run(given.inputs) for level in (Interpreted, CompiledFloat))
+    return judge_accuracy(build, 0, given, run, reference)
