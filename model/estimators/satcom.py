@@ -42,12 +42,12 @@ from boresight.model.algebra.covariance import (
     partly_turned,
 )
 from boresight.model.algebra.quaternion import increment, matrix, multiply, right_matrix, turn
+from boresight.model.declarations import GRAVITY
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.estimators import satcom_interface as interface
 from boresight.model.estimators.ekf_parts import (
     FLOOR_NOISE,
-    GRAVITY,
     TRACE_LIMIT,
     moved,
     normalised,

@@ -53,7 +53,7 @@ STATES = (
     State("qw", -1.0, BELOW, "", BELOW),
     *(State(f"q{axis}", -1.0, BELOW) for axis in "xyz"),
     *(State(f"bias_{axis}", -0.125, 0.125 * BELOW, "rad/s") for axis in "xyz"),
-    *covariance_states(6, lambda i: 0.064 if i < 3 else 0.2304),
+    *covariance_states(6, lambda i: 0.063504 if i < 3 else 0.2304),
     State("heading_pi", -1.0, BELOW, "ht"),
     State("drift", -0.25, 0.25 * BELOW, "rad/s"),
     State("since", 0.0, 1.0, "s"),

@@ -14,6 +14,7 @@ from boresight.model.estimators.satcom import Satcom as Filter
 from boresight.sim.experiments.experiment import Experiment, Result, Target
 from boresight.sim.experiments.satcom.flight import Flight, fly
 from boresight.sim.experiments.satcom.page import render
+from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.worlds.satcom import Fleet
 from boresight.sim.worlds.satcom_drive import RATE_HZ, drive
@@ -125,7 +126,8 @@ def case_figures(case: Case, fleet: Fleet, flight: Flight) -> dict[str, float]:
     error, loss = flight.error[SETTLED:], flight.loss_db[SETTLED:]
     rms = dict(zip(AXES, np.sqrt(np.mean(error**2, axis=(0, 1))).tolist(), strict=True))
     moving, said = fleet.drive.accelerated[SETTLED:], (flight.status[SETTLED:] & 1) != 0
-    reference = CompiledFloat(Filter(**case.options), case.params).run(flight.inputs).outputs
+    build = Build(Filter(**case.options), params=[case.params])
+    reference = CompiledFloat(build).run(flight.inputs).outputs
     apart = np.stack([flight.first[n] - reference[n] for n in AXES[:3]])
     apart = 180.0 * ((apart + 1.0) % 2.0 - 1.0)
     return {

@@ -14,6 +14,7 @@ from boresight.model.errors import InputError
 from boresight.model.estimator import input_words, with_params
 from boresight.model.estimators.satcom import Satcom
 from boresight.model.estimators.satcom_interface import BIAS_UNIT, STATUS_BITS
+from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.records.segments import with_state_outputs
 
@@ -307,7 +308,7 @@ def test_restart_forgets() -> None:
 
 
 def compiled(u: Any, level: str, params: Any) -> Any:
-    return make_level(level, Satcom(), params=params).run(u)
+    return make_level(level, Build(Satcom(), params=[params])).run(u)
 
 
 @pytest.mark.parametrize("seed", [1, 2])

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from boresight.gateware.core import build_core
 from boresight.model.estimators.satcom_pointing import SatcomPointing, direction
+from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 
 A, F = 6378137.0, 1.0 / 298.257223563
@@ -58,7 +59,7 @@ def draws(seed: int, n: int = 500) -> tuple[Rotation, Any, Any]:
 
 
 def run(u: Any, level: str = "float") -> Any:
-    found = make_level(level, SatcomPointing()).run(u)
+    found = make_level(level, Build(SatcomPointing())).run(u)
     assert found.saturated is None or not found.saturated.any()
     return np.stack([found.outputs[name] for name in NAMES], axis=1)
 

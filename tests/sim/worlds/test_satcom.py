@@ -7,6 +7,7 @@ import pytest
 
 from boresight.model.errors import InputError
 from boresight.model.estimators.satcom import Satcom
+from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.worlds.loop import close_loop, parting
 from boresight.sim.worlds.satcom import Fleet, OnTheMove, SensorErrors
@@ -107,7 +108,8 @@ def test_closed_loop_on_two_levels() -> None:
     """Integers part nowhere, and the antenna finds its satellite."""
     world = OnTheMove()
     loops = [
-        close_loop(world, Satcom(), make_level(n, Satcom()), steps=250) for n in ("c", "fixed")
+        close_loop(world, Satcom(), make_level(n, Build(Satcom())), steps=250)
+        for n in ("c", "fixed")
     ]
     assert parting(Satcom(), *loops) is None
     error = 180.0 * (loops[0].outputs["heading"] - loops[0].truth["heading"])[-50:]

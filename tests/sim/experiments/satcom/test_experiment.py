@@ -94,9 +94,4 @@ def test_run(monkeypatch, flown) -> None:
     for key in ("roll_deg", "pitch_deg", "heading_deg", "fixed_float_deg", "pointing_loss_db"):
         assert f"satcom_{key}" in result.figures
     json.dumps([result.figures, result.details], allow_nan=False)
-    page = result.pages["satcom.html"]
-    assert page.count("<svg") == 4 and page.count('class="bad">') == sum(
-        not t.good for t in result.targets
-    )
-    for text in (*verdicts, *(c.meaning for c in CASES.values())):
-        assert text.split(",")[0] in page
+    assert result.pages["satcom.html"].count('class="bad"') == list(verdicts.values()).count(False)

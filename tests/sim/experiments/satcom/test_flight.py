@@ -7,6 +7,7 @@ import pytest
 
 from boresight.model.estimators.satcom import Satcom
 from boresight.sim.experiments.satcom.flight import fly
+from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.worlds.loop import close_loop
 from boresight.sim.worlds.satcom import Fleet, OnTheMove
@@ -22,7 +23,7 @@ def short(seconds: float) -> Drive:
 def test_a_fleet_is_its_vehicles() -> None:
     fleet = Fleet(short(6.0), (3, 8))
     flight = fly(fleet, Satcom(), {"adapt": 50.0})
-    level = make_level("c", Satcom(), params={"adapt": 50.0})
+    level = make_level("c", Build(Satcom(), params=[{"adapt": 50.0}]))
     world = OnTheMove()
     world.fleet = Fleet(short(6.0), (3,))
     loop = close_loop(world, Satcom(), level)
