@@ -16,7 +16,6 @@ from boresight.model.estimators.satcom import Satcom
 from boresight.model.estimators.satcom_interface import BIAS_UNIT, STATUS_BITS
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
-from boresight.sim.records.segments import with_state_outputs
 
 GRAVITY = 9.80665
 DT = 0.02
@@ -357,10 +356,11 @@ def test_covariance_is_positive_under_hostile_input(mode: str) -> None:
         {"roll_sd": 1e-4, "pitch_sd": 1e-4, "heading_sd": 1e-4},
         {"roll_sd": 1.0, "pitch_sd": 1.0, "heading_sd": 1.0, "adapt": 1000.0},
     ):
-        program = with_state_outputs(with_params(Satcom().compile(), Satcom(), params))
-        words, saturated = CModel(program).update(input_words(program, u[:, :, None])[:, :, 0])
+        program = with_params(Satcom().compile(), Satcom(), params)
+        records = input_words(program, u[:, :, None])[:, :, 0]
+        _, saturated, words = CModel(program).trajectory(records)
         assert not saturated.any()
-        place = {name.removeprefix("next_"): k for k, name in enumerate(program.output_names)}
+        place = {program.values[s].name: k for k, (s, _) in enumerate(program.states)}
         P = np.zeros((len(u), 6, 6))
         for i in range(6):
             for j in range(i, 6):
