@@ -17,15 +17,14 @@ SINES = np.concatenate([EDGES, np.linspace(-1.0, 1.0, 4001), 1.0 - np.logspace(-
     "ours, theirs", [(asin_ht, np.arcsin), (acos_ht, np.arccos)], ids=["asin", "acos"]
 )
 def test_full_range(trace: Any, ours: Any, theirs: Any) -> None:
-    """Float64 within rounding; the word within its own resolution, sqrt(2 LSB) at the ends."""
+    """Float64 within rounding; the word within a few LSB, at the ends too."""
     traced = trace(ours, [(-1.0, 1.0)])
     (fixed,), (floating,), saturated = traced.run(SINES)
     exact = theirs(np.clip(SINES, -1.0, 1.0)) / np.pi
     assert not saturated.any()
     assert np.abs(ours(SINES) - exact).max() < 3e-9
     apart = np.abs(fixed - floating)
-    assert apart[np.abs(SINES) < 0.99].max() < 4e-9
-    assert apart.max() < 1e-5
+    assert apart.max() < 2e-9
     value = traced.program.values[traced.program.outputs[0]]
     assert (value.low, value.high) == ((0.0, 1.0) if ours is acos_ht else (-0.5, 0.5))
 

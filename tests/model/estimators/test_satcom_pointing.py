@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from boresight.gateware.core import build_core
+from boresight.gateware.core import build_core, build_shared_core
+from boresight.model.estimators.satcom import Satcom
 from boresight.model.estimators.satcom_pointing import SatcomPointing, direction
+from boresight.model.linking import linked_estimators
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 
@@ -125,6 +127,19 @@ def test_fixed_point_is_float64(seed: int) -> None:
     apart = np.abs(fixed - floating)[far]
     apart[:, :3] = np.minimum(apart[:, :3], 2.0 - apart[:, :3])
     assert apart[:, :3].max() < 2e-8 and apart[:, 3:6].max() < 1e-6 and not apart[:, 6].any()
+
+
+def test_reads_the_attitude_of_the_filter() -> None:
+    """Linked in one core, no format changes on the way; place and satellite come with the record."""
+    filter, pointing = linked_estimators([Satcom(), SatcomPointing()])
+    program = filter.compile()
+    for i in pointing.inputs[:7]:
+        output = program.outputs[program.output_names.index(i.source.removeprefix("satcom."))]
+        frac = i.given.frac if i.given else None
+        assert frac in (None, program.format(output).frac)
+    assert not any(i.source for i in pointing.inputs[7:])
+    core = build_shared_core([filter.compile(), pointing.compile()], "small")
+    assert [part.program.name for part in core.parts] == ["satcom", "satcom_pointing"]
 
 
 @pytest.mark.parametrize("config, interval", [("small", 270), ("fast", 250)])
