@@ -6,7 +6,8 @@ import re
 from collections.abc import Callable, Iterable, Iterator
 
 from boresight.firmware.layout import head
-from boresight.firmware.names import comment, identifier, literal, unique
+from boresight.firmware.names import identifier, literal, unique
+from boresight.model.tools.c_names import comment
 from boresight.model.words.check import check_complete
 from boresight.model.words.program import Kind, Negate, Op, Overflow, Program, Scale, Term, When
 

@@ -176,7 +176,6 @@ class CModel:
                 self.library,
                 set_param=(count, word),
                 run=(count, words, words, array_of(np.uint8), ctypes.c_void_p),
-                words=(words, words),
                 observe=(count, *3 * (words,), *3 * (numbers,)),
             )
 
@@ -259,13 +258,7 @@ class CModel:
         Find the first update that differs with `update`, come back to the one before it by
         `reset`, then compare these words in the order of the operations.
         """
-        words = self._checked(inputs, "inputs")
-        n_inputs = len(self.program.inputs)
-        if words.shape != (n_inputs,):
-            raise ValueError(f"inputs must have shape ({n_inputs},), not {words.shape}")
-        values = np.empty(len(self.program.values), dtype=np.int32)
-        self._call["words"](words, values)
-        return {number: int(word) for number, word in enumerate(values)}
+        return dict(enumerate(self.observe(np.asarray(inputs)[None]).low.tolist()))
 
     def observe(self, inputs: npt.ArrayLike) -> WordRanges:
         """Run n updates, at least one, and give the extremes of every value.

@@ -91,37 +91,33 @@ def emit_c(program: Program, *, prefix: str | None = None) -> dict[str, str]:
         If the program is incomplete or the prefix is no identifier.
     """
     body = Body(program, prefix=prefix)
-    p, name = program, body.name
+    p, name, brief = program, body.name, "Fixed-point estimator"
     after = [
         f"out->{member} = {body.word(n)};"
         for n, member in zip(p.outputs, body.output_members, strict=True)
     ]
     update = body.statements(after=[*after, "out->saturated = saturated;"])
+    members = {
+        "params": _members(body, body.params, body.param_members),
+        "state": _members(body, body.states, body.state_members),
+        "in": _members(body, p.inputs, body.input_members),
+        "out": _members(body, p.outputs, body.output_members),
+    }
+    members["out"].append("bool saturated; // a result of this update was clamped")
     return {
         f"{name}.h": header(
             name,
-            body.head(".h", "Fixed-point estimator: a word w stands for w * 2^-FRAC."),
+            body.head(".h", f"{brief}: a word w stands for w * 2^-FRAC."),
             includes="#include <stdbool.h>\n#include <stdint.h>",
             definitions=_constants(body),
-            members={
-                "params": _members(body, body.params, body.param_members),
-                "state": _members(body, body.states, body.state_members),
-                "in": _members(body, p.inputs, body.input_members),
-                "out": [
-                    *_members(body, p.outputs, body.output_members),
-                    "bool saturated; // a result of this update was clamped",
-                ],
-            },
+            members=members,
             number="int32_t",
             words=f": words of {p.arithmetic.word} bits, sign-extended",
             start="reset words",
         ),
         f"{name}.c": source(
             name,
-            body.head(
-                ".c",
-                f"Fixed-point estimator, {p.arithmetic.word}-bit words, {len(p.ops)} operations.",
-            ),
+            body.head(".c", f"{brief}, {p.arithmetic.word}-bit words, {len(p.ops)} operations."),
             before=[
                 banner("Definitions"),
                 definitions(p.arithmetic),

@@ -104,20 +104,6 @@ def _every_word(body: Body) -> str:
     )
 
 
-def _words(body: Body) -> str:
-    name, n = body.name, len(body.program.values)
-    return (
-        f"// Runs one update and gives all its words[{n}]; states: the words before the update.\n"
-    ) + block(
-        f"void {name}_words({name}_t *const self, const int32_t *const inputs, "
-        "int32_t *const words)",
-        [
-            f"int64_t saturations[{max(n, 1)}] = {{0}};",
-            f"{name}_every_word(self, inputs, words, saturations);",
-        ],
-    )
-
-
 def _observe(body: Body) -> str:
     name, n_in, n = body.name, len(body.program.inputs), len(body.program.values)
     track = [f"for (size_t n = 0u; n < {n}u; n++) {{"]
@@ -163,7 +149,6 @@ def host_source(body: Body) -> str:
         f"void {name}_set_param({name}_t *self, size_t number, int32_t word);\n"
         f"void {name}_run({name}_t *self, size_t n_updates, const int32_t *inputs,\n"
         "    int32_t *outputs, uint8_t *saturated, int32_t *states);\n"
-        f"void {name}_words({name}_t *self, const int32_t *inputs, int32_t *words);\n"
         f"void {name}_observe({name}_t *self, size_t n_updates, const int32_t *inputs,\n"
         "    int32_t *low, int32_t *high, int64_t *low_at, int64_t *high_at,\n"
         "    int64_t *saturations);",
@@ -173,7 +158,6 @@ def host_source(body: Body) -> str:
         _set_param(body),
         _run(body),
         _every_word(body),
-        _words(body),
         _observe(body),
         END,
     )

@@ -1,11 +1,13 @@
-"""Names of a program as C identifiers, words as C literals, texts as C comments."""
+"""Names of a program as C identifiers, words as C literals."""
 
 from __future__ import annotations
 
+import functools
 import re
-from collections.abc import Iterable
 
-__all__ = ["comment", "identifier", "literal", "unique"]
+from boresight.model.tools import c_names
+
+__all__ = ["identifier", "literal", "unique"]
 
 #: Words that may not name a member: keywords of C and C++, macros of the headers in use.
 _RESERVED_TEXT = """
@@ -32,51 +34,14 @@ def identifier(name: str) -> str:
     Letters, digits and underscores remain, everything else becomes an underscore; what would be
     reserved or begin with a digit gets the suffix or prefix that makes it legal.
     """
-    text = re.sub(r"[^A-Za-z0-9_]", "_", name).lstrip("_")
-    if not text:
-        return "unnamed"
-    if text[0].isdigit():
-        return f"n{text}"
-    if text in RESERVED or RESERVED_PATTERN.fullmatch(text):
-        return f"{text}_"
-    return text
+    text = c_names.identifier(name)
+    return f"{text}_" if text in RESERVED or RESERVED_PATTERN.fullmatch(text) else text
 
 
-def unique(names: Iterable[str], *, taken: Iterable[str] = (), fold: bool = False) -> list[str]:
-    """`identifier` of each name; the second of a kind gets ``_2``, the third ``_3`` and so on.
-
-    Parameters
-    ----------
-    names : iterable of str
-        Names in order.
-    taken : iterable of str
-        Identifiers that are in use already.
-    fold : bool
-        Names that differ in case only count as the same.
-    """
-
-    def key(x: str) -> str:
-        return x.upper() if fold else x
-
-    used = {key(x) for x in taken}
-    out: list[str] = []
-    for name in names:
-        base = identifier(name)
-        candidate, count = base, 1
-        while key(candidate) in used:
-            count += 1
-            candidate = f"{base}_{count}"
-        used.add(key(candidate))
-        out.append(candidate)
-    return out
+#: `model.tools.c_names.unique` of such identifiers.
+unique = functools.partial(c_names.unique, fold=False, make=identifier)
 
 
 def literal(word: int) -> str:
     """A word as an int32_t constant expression."""
     return "INT32_MIN" if word == -(2**31) else str(word)
-
-
-def comment(text: str) -> str:
-    """``text`` such that it can stand in any C comment: one line, no comment marks, trigraphs."""
-    plain = "".join(c if c.isprintable() and c not in "\\?" else "_" for c in text)
-    return plain.replace("*/", "*_").replace("/*", "_*")

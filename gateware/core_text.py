@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from boresight.gateware.core import Core
 from boresight.gateware.register_map import register_map
 from boresight.gateware.registers.model import Port, Streams
-from boresight.gateware.registers.names import comment
+from boresight.model.tools.c_names import comment
 from boresight.model.words.fixed import Format
 
 __all__ = ["core_ports", "core_text"]

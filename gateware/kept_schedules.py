@@ -60,11 +60,16 @@ def kept_schedule(
 
     def search(folder: Path) -> None:
         plan = schedule(program, machine, urgent=urgent, state_room=state_room)
+        found.append(plan)
         text = json.dumps([[astuple(slot) for slot in plan.slots], plan.gets, plan.length])
         (folder / _FILE).write_text(text, encoding="utf-8")
-        found.append(plan)
 
-    entry = Cache().get(f"schedule-{program.name}", identity, search)
+    try:
+        entry = Cache().get(f"schedule-{program.name}", identity, search)
+    except OSError:  # no room in the cache: a schedule can do without
+        return (
+            found[0] if found else schedule(program, machine, urgent=urgent, state_room=state_room)
+        )
     if found:
         return found[0]
     slots, gets, length = json.loads((entry.path / _FILE).read_text(encoding="utf-8"))

@@ -17,6 +17,7 @@ from boresight.model.words.fixed import Format
 
 __all__ = [
     "EXACT_UNITS",
+    "GRAVITY",
     "QUATERNION",
     "Given",
     "Input",
@@ -31,6 +32,8 @@ __all__ = [
 QUATERNION = ("qw", "qx", "qy", "qz")
 #: Units of words that are compared bit by bit, not as numbers.
 EXACT_UNITS = ("flags", "bits")
+#: The unit g, standard gravity, m/s^2.
+GRAVITY = 9.80665
 
 
 @dataclass(frozen=True)

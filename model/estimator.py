@@ -6,10 +6,8 @@ reference); `Estimator.compile` runs it once on tracing scalars and gives the `P
 
 from __future__ import annotations
 
-import traceback
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -22,6 +20,7 @@ from boresight.model.errors import InputError, closest
 from boresight.model.lowering.graph import Node
 from boresight.model.lowering.lower import lower
 from boresight.model.lowering.trace import Scalar, Trace, Tracer
+from boresight.model.step import checked
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import InPort, Kind, Link, Port, Program
 
@@ -305,67 +304,8 @@ class Estimator:
         )
 
     def checked_step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
-        """`step`, whose mistakes become one line with the place where they happened.
-
-        Raises
-        ------
-        InputError
-            It raises, or returns other than two dictionaries of numbers, one for each declared
-            state and output.
-        """
-        try:
-            result = self.step(x, u, p)
-        except InputError:
-            raise
-        except Exception as error:
-            raise InputError.at(
-                place_of(error),
-                wanted=f"a step of {self.name} that computes",
-                found=f"{type(error).__name__}: {error}".splitlines()[0],
-                fix="use + - * /, comparisons and boresight.ops",
-            ) from error
-        two = isinstance(result, tuple) and len(result) == 2
-        if not two or not all(isinstance(part, Mapping) for part in result):
-            kinds = " and ".join(type(part).__name__ for part in result) if two else ""
-            raise InputError.at(
-                f"step of {self.name}",
-                wanted="two dictionaries: next states, outputs",
-                found=kinds or type(result).__name__,
-                fix="return {states by name}, {outputs by name}",
-            )
-        self._check_returned("state", self.states, result[0])
-        self._check_returned("output", self.outputs, result[1])
-        return result
-
-    def _check_returned(
-        self, kind: str, declared: Sequence[State | Output], given: Mapping[str, Any]
-    ) -> None:
-        """Refuse what is missing, not declared, or no number."""
-        names = {d.name for d in declared}
-        for name in sorted(names ^ set(given)):
-            raise InputError.at(
-                f"step of {self.name}, {kind} {name}",
-                wanted=f"each declared {kind} once: {', '.join(d.name for d in declared)}",
-                found="none" if name in names else "one that is not declared",
-                fix=f"return it with the {kind}s, or change the declaration",
-            )
-        for name, value in given.items():
-            if not hasattr(value, "__truediv__"):
-                raise InputError.at(
-                    f"step of {self.name}, {kind} {name}",
-                    wanted="a number",
-                    found=f"a {type(value).__name__.lower()}",
-                    fix="of a condition, return ops.where(condition, 1.0, 0.0)",
-                )
-
-
-def place_of(error: BaseException) -> str:
-    """File and line where an error happened, outside the tracers' own files."""
-    here = Path(__file__).parent
-    own = (here, here / "lowering", here / "algebra", here.with_name("firmware"))
-    frames = traceback.extract_tb(error.__traceback__)
-    theirs = [f for f in frames if Path(f.filename).parent not in own] or frames
-    return f"{Path(theirs[-1].filename).name}, line {theirs[-1].lineno}"
+        """`step`, whose mistakes become one line: see `model.step.checked`."""
+        return checked(self.name, self.step, (x, u, p), self.states, self.outputs)
 
 
 def input_words(program: Program, inputs: FloatArray) -> npt.NDArray[np.int64]:

@@ -40,7 +40,7 @@ def unit(text: str) -> str:
     return text.replace("^2", "\N{SUPERSCRIPT TWO}").replace("uT", "\N{MICRO SIGN}T")
 
 
-def page(package: str, name: str, **given: Any) -> str:
+def page(package: str, name: str, /, **given: Any) -> str:
     """The text of the jinja2 template in file ``name`` of a package, filled with what is given.
 
     There are the filters ``number`` and ``unit``. What a template asks for and nobody gives is an

@@ -12,7 +12,8 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parent.parent
+from tests.support.tree import ROOT, imports, python_files
+
 ROOMS = ("model", "gateware", "firmware", "sim")
 MAY = {
     "model": {"model"},
@@ -24,63 +25,38 @@ MAY = {
 }
 
 
-def modules(path: Path) -> set[str]:
-    """Full names of all modules that a file imports."""
-    names = set()
-    for node in ast.walk(ast.parse(path.read_text())):
-        if isinstance(node, ast.Import):
-            names |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and not node.level:
-            module = node.module or ""
-            names |= (
-                {f"{module}.{a.name}" for a in node.names} if module == "boresight" else {module}
-            )
-    return names
-
-
 def rooms(path: Path) -> set[str]:
     """Our rooms that a file imports from; ``front`` is what lies in none of them."""
-    parts = [name.split(".") for name in modules(path)]
+    parts = [name.split(".") for name in imports(path)]
     inside = {p[1] if len(p) > 1 else "front" for p in parts if p[0] == "boresight"}
     return {room if room in (*ROOMS, "disk") else "front" for room in inside}
 
 
-def files_of(folder: str) -> list[Path]:
-    """Python files below a top folder, without what links lead to."""
-    found = [
-        path
-        for path in (ROOT / folder).rglob("*.py")
-        if not any(parent.is_symlink() for parent in path.parents)
-    ]
-    assert found
-    return found
-
-
 @pytest.mark.parametrize("folder", MAY)
 def test_import_rule(folder):
-    for path in files_of(folder):
+    for path in python_files(folder):
         wrong = rooms(path) - MAY[folder]
         assert not wrong, f"{path.relative_to(ROOT)} imports {sorted(wrong)}"
 
 
 def test_disk_needs_little():
     may = ("boresight.disk", "boresight.model.errors", "boresight.model.tools.folders")
-    for path in files_of("boresight/disk"):
-        ours = {name for name in modules(path) if name.startswith("boresight.")}
+    for path in python_files("boresight/disk"):
+        ours = {name for name in imports(path) if name.startswith("boresight.")}
         assert all(n.startswith(may) for n in ours), path
 
 
 @pytest.mark.parametrize("folder", [*MAY, "tests"])
 def test_one_import_name(folder):
-    for path in files_of(folder):
-        wrong = {name.split(".")[0] for name in modules(path)} & {*ROOMS}
+    for path in python_files(folder):
+        wrong = {name.split(".")[0] for name in imports(path)} & {*ROOMS}
         assert not wrong, f"{path.relative_to(ROOT)} imports {sorted(wrong)} without boresight."
 
 
 @pytest.mark.parametrize("folder", [*MAY, "tests"])
 def test_instruments_are_for_tests(folder):
-    for path in files_of(folder):
-        wrong = {name for name in modules(path) if name.split(".")[0] == "tests"}
+    for path in python_files(folder):
+        wrong = {name for name in imports(path) if name.split(".")[0] == "tests"}
         if folder == "tests":  # tests share what stands in `tests.support`, not each other
             mutants = (ROOT / "tests" / "mutants") in path.parents
             shared = {"tests.support", "tests.mutants"} if mutants else {"tests.support"}
@@ -90,7 +66,7 @@ def test_instruments_are_for_tests(folder):
 
 @pytest.mark.parametrize("folder", MAY)
 def test_imports_are_absolute(folder):
-    for path in files_of(folder):
+    for path in python_files(folder):
         tree = ast.walk(ast.parse(path.read_text()))
         assert not any(isinstance(node, ast.ImportFrom) and node.level for node in tree), path
 
@@ -108,8 +84,8 @@ def test_nothing_but_the_package_is_on_the_path_of_an_editable_install():
 
 def test_model_needs_numpy_and_mpmath_only():
     standard = set(sys.stdlib_module_names)
-    for path in files_of("model"):
-        top = {name.split(".")[0] for name in modules(path)}
+    for path in python_files("model"):
+        top = {name.split(".")[0] for name in imports(path)}
         # mpmath: constants and tables to the last bit, which numpy does not promise.
         more = {"mpmath"} if path.name == "rounded.py" else set()
         assert top <= standard | {"boresight", "numpy"} | more, path

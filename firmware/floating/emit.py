@@ -12,8 +12,9 @@ from collections.abc import Iterable
 from boresight.firmware.floating.precision import SINGLE, Precision
 from boresight.firmware.floating.text import Expressions, float_helpers
 from boresight.firmware.layout import banner, head, header, source
-from boresight.firmware.names import comment, identifier
+from boresight.firmware.names import identifier
 from boresight.model.estimator import Estimator, Input, Param, State
+from boresight.model.tools.c_names import comment
 
 __all__ = ["emit_float_c", "float_prefix"]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from boresight.gateware.registers.model import Register, RegisterMap
-from boresight.gateware.registers.names import comment, identifier, unique
+from boresight.model.tools.c_names import comment, identifier, unique
 from boresight.model.words.fixed import Format
 
 __all__ = ["to_header"]

@@ -10,7 +10,7 @@ import json
 from dataclasses import asdict, dataclass
 from enum import StrEnum
 
-from boresight.gateware.registers.names import unique
+from boresight.model.tools.c_names import unique
 
 __all__ = ["Access", "BitField", "Port", "Register", "RegisterMap", "Streams"]
 

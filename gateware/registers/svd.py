@@ -5,7 +5,7 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 
 from boresight.gateware.registers.model import Access, Register, RegisterMap
-from boresight.gateware.registers.names import identifier, unique
+from boresight.model.tools.c_names import identifier, unique
 
 __all__ = ["to_svd"]
 

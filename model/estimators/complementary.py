@@ -21,12 +21,12 @@ import math
 from typing import Any
 
 from boresight.model import ops
+from boresight.model.declarations import GRAVITY
 from boresight.model.estimator import Estimator, Param, State
 from boresight.model.estimators.nine_axis import INPUTS, OUTPUTS
 
 __all__ = ["STATUS_BITS", "Complementary", "ComplementaryAsPrinted", "per_sample_gains"]
 
-GRAVITY = 9.80665  #: m/s^2, standard gravity: scale of the levelling residual.
 SEC_LIMIT = 64.0  #: largest 1/cos(theta); reached at |theta| = 89.1 deg.
 HALF_STEP_LIMIT = 0.5  #: rad, roll step of the midpoint rule.
 HEADING_STEP_LIMIT = 0.25  #: half turns, heading step of one prediction.

@@ -46,11 +46,11 @@ from boresight.model.algebra.covariance import (
     updated_column,
 )
 from boresight.model.algebra.quaternion import dot, matrix, multiply, right_matrix, turn
+from boresight.model.declarations import GRAVITY
 from boresight.model.estimator import Estimator, Param, State
 from boresight.model.estimators.ekf_parts import (
     ALIGN_NOISE,
     ALIGN_P,
-    GRAVITY,
     INPUTS,
     OUTPUTS,
     P0,

@@ -32,7 +32,6 @@ __all__ = [
     "ALIGN_NOISE",
     "ALIGN_P",
     "FLOOR_NOISE",
-    "GRAVITY",
     "INPUTS",
     "NORM_FLOOR",
     "OUTPUTS",
@@ -57,7 +56,6 @@ __all__ = [
     "update",
 ]
 
-GRAVITY = 9.80665  #: m/s^2, standard gravity.
 #: Quaternion before the first alignment: half a turn away from no attitude people stand at.
 START = (0.53770572, 0.31260333, -0.28710306, 0.72850776)
 STEP_LIMIT = 0.125  #: largest process noise of one step, standard deviation times scale.

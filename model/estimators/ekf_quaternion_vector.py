@@ -28,11 +28,11 @@ from boresight.model.algebra.covariance import (
     symmetric,
 )
 from boresight.model.algebra.quaternion import conjugate_turn, dot, matrix, multiply
+from boresight.model.declarations import GRAVITY
 from boresight.model.estimator import Estimator, Param, State
 from boresight.model.estimators.ekf_parts import (
     ALIGN_NOISE,
     ALIGN_P,
-    GRAVITY,
     INPUTS,
     OUTPUTS,
     P0,

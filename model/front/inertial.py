@@ -6,12 +6,12 @@ import math
 from typing import Any
 
 from boresight.model import ops
+from boresight.model.declarations import GRAVITY
 from boresight.model.estimator import Estimator, Input, Output, Param, State
 from boresight.model.front.affine import AXES, counts, matrix_params, rows, vector_params
 
 __all__ = ["ACC_LIMIT", "DT_LIMIT", "GAP_S", "GYRO_LIMIT", "STAMP_BITS", "CalibrateInertial"]
 
-GRAVITY = 9.80665  #: m/s^2, standard gravity, of which the sensor's scale is a part.
 #: ADIS16385 at +-300 deg/s: 0.0125 deg/s and 0.25 mg per count (the maker's register map).
 GYRO_SCALE = math.radians(0.0125)
 ACC_SCALE = 0.25e-3 * GRAVITY

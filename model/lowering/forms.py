@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field, replace
 
 from boresight.model.words import tables
-from boresight.model.words.program import Negate, Scale, When
+from boresight.model.words.program import Negate, Scale, Term, When
 from boresight.model.words.rounded import binary_exponent
 
 __all__ = ["CONDITIONAL", "OPPOSITE", "Form", "Product"]
@@ -46,6 +46,20 @@ class Product:
     def times_one(self) -> bool:
         """Whether there is no second factor."""
         return self.b is None and self.coefficient is None
+
+    def term(self, shift: int, one: int | None) -> Term:
+        """The term with this shift; ``one`` is the second factor where there is no other."""
+        return Term(
+            self.a,
+            self.b if one is None else one,
+            shift,
+            self.coefficient,
+            self.negate,
+            self.when,
+            self.fraction_a,
+            self.fraction_b,
+            self.scale,
+        )
 
     def times_power(self, power: float) -> Product:
         """The product times a power of two of either sign."""

@@ -18,7 +18,7 @@ from boresight.model.errors import InputError
 from boresight.model.lowering.forms import Form, Product
 from boresight.model.words import tables
 from boresight.model.words.fixed import Arithmetic, Format
-from boresight.model.words.program import Kind, Negate, Op, Overflow, Scale, Term, Value, When
+from boresight.model.words.program import Kind, Negate, Op, Overflow, Scale, Value, When
 
 __all__ = ["Groups", "Target"]
 
@@ -101,10 +101,10 @@ class Groups:
         ``frac`` asks for a binary point (default: the finest that holds the range); with
         ``exact`` it must be met.
         """
-        if not (math.isfinite(target.low) and math.isfinite(target.high)):
+        if not math.isfinite(target.low + target.high):
             raise InputError(
-                f"{self.name}: value {target.name}: range [{target.low:g}, "
-                f"{target.high:g}] is not finite; declare it with model.ops.bounded"
+                f"{self.name}: value {target.name}: range [{target.low:g}, {target.high:g}] is not "
+                "finite; declare it with ops.bounded"
             )
         if frac is None:
             frac = Format.for_range(self.arith.word, target.low, target.high).frac
@@ -114,10 +114,10 @@ class Groups:
             if isinstance(placed, int):
                 alone = len(products) == 1 and form.constant == 0.0
                 if alone and products[placed].scale is not Scale.NONE:
-                    raise InputError(
-                        f"{self.name}: value {target.name} would pass 63 bits: a root "
-                        "or reciprocal in it varies too much for one format; declare "
-                        "its range with model.ops.bounded"
+                    raise self._too_large(
+                        target,
+                        "a root or reciprocal in it varies too much for one format; declare its "
+                        "range with ops.bounded",
                     )
                 products[placed] = self._separate(form, products[placed], target.name)
             elif placed is not None:
@@ -127,19 +127,21 @@ class Groups:
                 if worst is None:
                     return self._raised(replace(form, products=products), target, frac)
                 if products[worst].scale is not Scale.NONE:
-                    raise InputError(
-                        f"{self.name}: value {target.name} would pass 63 bits: a "
-                        "factor of it has no upper bound; declare the product's range "
-                        "with model.ops.bounded first"
+                    raise self._too_large(
+                        target,
+                        "a factor of it has no upper bound; declare the product's range with "
+                        "ops.bounded first",
                     )
                 products[worst] = self._separate(form, products[worst], target.name)
             elif frac > _COARSEST_FRAC:
                 frac -= 1
             else:
-                raise InputError(
-                    f"{self.name}: value {target.name} would pass 63 bits: no binary "
-                    "point keeps its terms inside the accumulator"
+                raise self._too_large(
+                    target, "no binary point keeps its terms inside the accumulator"
                 )
+
+    def _too_large(self, target: Target, why: str) -> InputError:
+        return InputError(f"{self.name}: value {target.name} would pass 63 bits: {why}")
 
     def _place(
         self, form: Form, products: Sequence[Product], frac: int
@@ -194,24 +196,13 @@ class Groups:
 
     def _append(self, form: Form, placed: Sequence[_Placed], target: Target, frac: int) -> int:
         terms = tuple(
-            Term(
-                p.a,
-                p.b if k.one is None else self.one(k.one),
-                k.shift,
-                p.coefficient,
-                p.negate,
-                p.when,
-                p.fraction_a,
-                p.fraction_b,
-                p.scale,
-            )
-            for k in placed
-            for p in (k.product,)
+            k.product.term(k.shift, None if k.one is None else self.one(k.one)) for k in placed
         )
         conditional = any(
             t.when is not When.ALWAYS or t.negate in (Negate.IF, Negate.UNLESS) for t in terms
         )
-        flag = form.flag if conditional else None
+        flag, flag_quarter = (form.flag if conditional else None) or (None, False)
+        index, index_quarter = form.index or (None, False)
         number = self.value(
             Value(target.name, Kind.OP, frac, target.low, target.high, target.source, target.unit)
         )
@@ -220,12 +211,12 @@ class Groups:
                 number,
                 terms,
                 target.overflow,
-                flag=flag[0] if flag else None,
-                flag_quarter=flag[1] if flag else False,
-                norm=form.norm if any(t.scale is not Scale.NONE for t in terms) else None,
-                index=form.index[0] if form.index else None,
-                index_quarter=form.index[1] if form.index else False,
-                table=form.table.block if form.table else None,
+                flag,
+                flag_quarter,
+                form.norm if any(t.scale is not Scale.NONE for t in terms) else None,
+                index,
+                index_quarter,
+                form.table.block if form.table else None,
             )
         )
         return number

@@ -23,7 +23,7 @@ __all__ = ["Condition", "Expression", "Scalar", "Trace", "Tracer", "finite"]
 _OWN = frozenset(str(Path(__file__).parents[k] / n) for k, n in ((0, "trace.py"), (1, "ops.py")))
 
 
-@dataclass(eq=False)
+@dataclass(eq=False, repr=False)
 class Expression:
     """One expression.
 
@@ -44,6 +44,9 @@ class Expression:
     args: tuple[Any, ...]
     data: tuple[Any, ...]
     line: str
+
+    def __repr__(self) -> str:
+        return f"a traced {self.kind}"
 
 
 _E = TypeVar("_E", bound=Expression)
@@ -142,7 +145,7 @@ class Tracer:
         """Conditions combined."""
         for arg in args:
             if not isinstance(arg, Condition):
-                raise TypeError(f"conditions combine with conditions, not with {arg!r}")
+                raise TypeError(f"& and | take conditions, not {arg!r}")
         return self._once(Condition, kind, args)
 
     def less(self, a: Scalar, b: Scalar) -> Condition:

@@ -13,8 +13,8 @@ import json
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, is_dataclass
 from enum import Enum, StrEnum
-from functools import cached_property
-from typing import Any
+from functools import cache, cached_property
+from typing import Any, get_args, get_origin, get_type_hints
 
 from boresight.model.words.fixed import Arithmetic, Format
 
@@ -248,41 +248,8 @@ class Program:
     @classmethod
     def from_json(cls, text: str) -> Program:
         """Inverse of `to_json`."""
-        d = json.loads(text)
-
-        def terms(listed: list[dict[str, Any]]) -> tuple[Term, ...]:
-            return tuple(
-                Term(
-                    **{
-                        **t,
-                        "negate": Negate(t["negate"]),
-                        "when": When(t["when"]),
-                        "scale": Scale(t["scale"]),
-                    }
-                )
-                for t in listed
-            )
-
-        return cls(
-            name=d["name"],
-            arithmetic=Arithmetic(**d["arithmetic"]),
-            values=tuple(Value(**{**v, "kind": Kind(v["kind"])}) for v in d["values"]),
-            ops=tuple(
-                Op(**{**o, "terms": terms(o["terms"]), "overflow": Overflow(o["overflow"])})
-                for o in d["ops"]
-            ),
-            inputs=tuple(d["inputs"]),
-            outputs=tuple(d["outputs"]),
-            output_names=tuple(d["output_names"]),
-            states=tuple((a, b) for a, b in d["states"]),
-            table_memory=tuple(d["table_memory"]),
-            ports=tuple(Port(**port) for port in d.get("ports", ())),
-            urgent=d.get("urgent"),
-            links=tuple(Link(**link) for link in d.get("links", ())),
-            in_ports=tuple(
-                InPort(port["missing"], tuple(port["flags"])) for port in d.get("in_ports", ())
-            ),
-        )
+        program: Program = _read(cls, json.loads(text))
+        return program
 
     @cached_property
     def digest(self) -> str:
@@ -312,6 +279,20 @@ def _plain(x: Any) -> Any:
         names = sorted(f.name for f in fields(x))
         return {name: _plain(getattr(x, name)) for name in names}
     return x
+
+
+@cache
+def _hints(of: type) -> dict[str, Any]:
+    return get_type_hints(of)
+
+
+def _read(of: Any, x: Any) -> Any:
+    """Inverse of `_plain`, where a type hint says what is wanted."""
+    if isinstance(of, type) and is_dataclass(of):
+        return of(**{name: _read(_hints(of)[name], y) for name, y in x.items()})
+    if get_origin(of) is tuple:
+        return tuple(_read(get_args(of)[0], y) for y in x)
+    return of(x) if isinstance(of, type) and issubclass(of, Enum) else x
 
 
 def _identity(value: Value) -> list[Any]:

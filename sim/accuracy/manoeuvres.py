@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from boresight.model.declarations import GRAVITY
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.sim.attitude.rotation import (
@@ -15,7 +16,6 @@ from boresight.sim.attitude.rotation import (
     rotation_vector_to_quaternion,
 )
 from boresight.sim.records.nine_axis import TRIADS
-from boresight.sim.worlds.devices import GRAVITY
 
 __all__ = ["MANOEUVRES", "WITHIN", "hostile", "manoeuvre", "within"]
 

@@ -6,7 +6,8 @@ Control 22(8), 2014, 2518. Angles in degrees, in the order pitch, roll, heading.
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, TypeAlias
 
 __all__ = [
     "AXES",
@@ -16,6 +17,7 @@ __all__ = [
     "FIG_6_DEG",
     "FIG_7_DEG",
     "FIXED_LIMIT_DEG",
+    "GAUSS_UT",
     "KI",
     "KP",
     "OPEN",
@@ -24,9 +26,13 @@ __all__ = [
     "PROTOTYPE_FIG_6_DEG",
     "RATIO",
     "TABLE_1",
+    "TABLE_2",
     "TABLE_3",
     "TIME_US",
+    "Table2",
 ]
+
+Vector: TypeAlias = tuple[float, float, float]
 
 AXES = ("pitch", "roll", "heading")
 
@@ -42,6 +48,27 @@ TABLE_1: tuple[dict[str, Any], ...] = tuple(
         ("z", 5.0, (0.0, 0.0, 0.0)),
     )
 )
+
+GAUSS_UT = 100.0  #: uT per gauss.
+
+
+@dataclass(frozen=True)
+class Table2:
+    """Table 2: gyro bias and noise variances, axes x, y, z."""
+
+    gyro_bias: Vector = (-0.0022, 0.006, 0.0006)  #: printed as rad; can only be rad/s
+    gyro: Vector = (1.5669e-5, 1.7842e-5, 2.1155e-6)  #: (rad/s)^2
+    accelerometer: Vector = (0.0179, 0.014, 1.0753e-4)  #: (m/s^2)^2
+    magnetometer_g: Vector = (2.1e-6, 2.06e-5, 5.8e-6)  #: G^2
+
+    @property
+    def magnetometer(self) -> Vector:
+        """The same in uT^2."""
+        x, y, z = (v * GAUSS_UT**2 for v in self.magnetometer_g)
+        return x, y, z
+
+
+TABLE_2 = Table2()
 
 #: Table 3: standard deviation of the difference to the reference unit [deg].
 TABLE_3 = {

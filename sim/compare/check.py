@@ -23,11 +23,10 @@ from boresight.sim.records.feed import Feed, feed
 from boresight.sim.records.record import Record
 from boresight.sim.rtl.simulators import SIMULATORS, SimulationFailed
 
-__all__ = ["CHECKED", "EXACT", "Check"]
+__all__ = ["EXACT", "Check"]
 
-#: Levels that can be checked, and those that are unless told otherwise.
+#: Levels that can be checked.
 EXACT = tuple(name for name, level in LEVELS.items() if level.exact)
-CHECKED = tuple(name for name in EXACT if LEVELS[name].checked)
 
 
 @dataclass(frozen=True)
@@ -50,7 +49,7 @@ class Check:
     build : Build
         Estimators in one core; where they are several, they take turns on the RTL.
     levels : sequence of str, optional
-        Which of `EXACT`; `CHECKED` by default. The integer interpreter, with which each is
+        Which of `EXACT`, all by default. The integer interpreter, with which each is
         compared, and float64 run in any case.
     simulator : str, optional
         Verilator or Icarus; by default Verilator, and Icarus too (not all updates) where it is.
@@ -67,7 +66,7 @@ class Check:
         self,
         build: Build,
         *,
-        levels: Sequence[str] = CHECKED,
+        levels: Sequence[str] = EXACT,
         simulator: str | None = None,
         progress: Callable[[str], None] | None = None,
     ) -> None:
@@ -137,12 +136,6 @@ class Check:
                 CheckResult(self.build, k, one, tuple(levels), accuracy, wanted, reference)
             )
         return results
-
-    def close(self) -> None:
-        """Give back what the levels hold."""
-        for levels in self._made.values():
-            for level in levels:
-                level.close()
 
     def _levels(self, kind: type[Level], tool: str | None = None) -> list[Level]:
         """A level for each estimator, made once."""

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from boresight.model.lowering.graph import Node
+from boresight.model.lowering.graph import ASIN_LIMIT, Node
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
 from boresight.sim.compare.twin import Twin, twins
@@ -164,8 +164,8 @@ def _function_fault(twin: Twin, node: Node, step: int) -> tuple[str, str] | None
     if node.kind == "rsqrt" and x < 0.0:
         return f"rsqrt: argument {x:.3g} is negative", f"keep {name} at 0 or above"
     if node.kind == "asin":
-        inside = 0.0 <= x <= 0.7188
-        said = f"asin: argument {x:.3g} is outside 0 to 0.7188"
+        inside = 0.0 <= x <= ASIN_LIMIT
+        said = f"asin: argument {x:.3g} is outside 0 to {ASIN_LIMIT}"
         return None if inside else (said, f"limit {name}")
     bits = twin.program.arithmetic.norm_max
     if x == 0.0 or abs(x) >= math.ldexp(full, -bits):

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.disk.output import OutputFile
+from boresight.model.declarations import GRAVITY
 from boresight.model.errors import InputError
 from boresight.sim.attitude.rotation import (
     quaternion_conjugate,
@@ -24,7 +25,6 @@ from boresight.sim.attitude.rotation import (
 from boresight.sim.records.files import content_of
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
-from boresight.sim.worlds.synthetic import GRAVITY
 
 __all__ = ["convert", "main"]
 

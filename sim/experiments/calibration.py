@@ -15,10 +15,9 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model.errors import InputError
+from boresight.model.estimator import FloatArray
 
 __all__ = ["nearest_rotation", "orthogonality_error", "triad_matrix"]
-
-FloatArray = npt.NDArray[np.float64]
 
 
 def triad_matrix(s: npt.ArrayLike, b: npt.ArrayLike) -> FloatArray:

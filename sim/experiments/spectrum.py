@@ -8,10 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model.errors import InputError
+from boresight.model.estimator import FloatArray
 
 __all__ = ["Spectrum", "line_amplitude", "share", "spectrum"]
-
-FloatArray = npt.NDArray[np.float64]
 
 
 class Spectrum(NamedTuple):

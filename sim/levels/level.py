@@ -82,8 +82,6 @@ class Level(ABC):
     tools: ClassVar[tuple[str, ...]]
     #: Whether it computes words, which must be those of the integer interpreter.
     exact: ClassVar[bool] = True
-    #: Whether a check runs it unless told otherwise.
-    checked: ClassVar[bool] = True
 
     def __init__(self, build: Build, number: int = 0, tool: str | None = None) -> None:
         self.build, self.number, self.tool = build, number, tool or self.tools[0]

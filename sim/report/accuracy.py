@@ -146,26 +146,23 @@ def _attitude(check: CheckResult) -> dict[str, Any]:
         "rmse_deg": None,
         "float_rmse_deg": None,
     }
-    q, mov = _reference(check)
-    if q is not None and (np.isfinite(q).all(axis=1) & (True if mov is None else mov)).any():
+    q, counts = _reference(check), check.given.counts
+    if q is not None and (np.isfinite(q).all(axis=1) & counts).any():
         for key, run in (("rmse_deg", check.fixed), ("float_rmse_deg", check.floating)):
-            rmse = attitude_rmse(attitude_of(run.outputs), q, mov)
+            rmse = attitude_rmse(attitude_of(run.outputs), q, counts)
             out[key] = {k: _number(v) for k, v in rmse._asdict().items()}
     return out
 
 
-def _reference(check: CheckResult) -> tuple[FloatArray | None, npt.NDArray[np.bool_] | None]:
-    """The record's attitude (n, 4), and which samples count, where it says so."""
-    if not all(name in check.given.truth for name in QUATERNION):
-        return None, None
-    columns = check.given.record.columns
-    mov = columns["mov"].values != 0.0 if "mov" in columns else None
-    return attitude_of(check.given.truth), mov
+def _reference(check: CheckResult) -> FloatArray | None:
+    """The record's attitude (n, 4)."""
+    there = all(name in check.given.truth for name in QUATERNION)
+    return attitude_of(check.given.truth) if there else None
 
 
 def _vs_log(check: CheckResult, bins: _Bins) -> dict[str, Any] | None:
     """Heading and inclination against the record's attitude."""
-    q, _ = _reference(check)
+    q = _reference(check)
     if q is None:
         return None
     error = attitude_error(attitude_of(check.fixed.outputs), q)

@@ -169,7 +169,7 @@ class RtlSimulation:
             except SimulationFailed as error:
                 if allow_unknown:
                     none = np.zeros((0, 0), dtype=np.int64)
-                    return RtlRun(none, np.zeros(0, dtype=np.bool_), none, none[:, 0], writes)
+                    return RtlRun(none, np.zeros(0, dtype=np.bool_), none, none.ravel(), writes)
                 raise SimulationFailed(f"{self.simulator}: {error}") from None
 
     def _simulate(

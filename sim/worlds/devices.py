@@ -10,12 +10,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from boresight.sim.worlds.triad import Triad, Vector
+from boresight.model.declarations import GRAVITY
+from boresight.sim.attitude.ma2014 import GAUSS_UT, TABLE_2
+from boresight.sim.worlds.triad import Triad
 
-__all__ = ["FACTS", "GRAVITY", "TABLE_2", "Fact", "Table2", "accelerometer", "gyro", "magnetometer"]
-
-GRAVITY = 9.80665  #: m/s^2, standard gravity.
-GAUSS_UT = 100.0  #: uT per gauss.
+__all__ = ["FACTS", "Fact", "accelerometer", "gyro", "magnetometer"]
 
 
 @dataclass(frozen=True)
@@ -75,51 +74,32 @@ def _value(device: str, name: str) -> float:
     return next(f.value for f in FACTS if (f.device, f.name) == (device, name))
 
 
-@dataclass(frozen=True)
-class Table2:
-    """Table 2 of the paper: gyro bias and noise variances, per axis x, y, z."""
-
-    gyro_bias: Vector = (-0.0022, 0.006, 0.0006)  #: printed as rad; can only be rad/s
-    gyro: Vector = (1.5669e-5, 1.7842e-5, 2.1155e-6)  #: (rad/s)^2
-    accelerometer: Vector = (0.0179, 0.014, 1.0753e-4)  #: (m/s^2)^2
-    magnetometer_g: Vector = (2.1e-6, 2.06e-5, 5.8e-6)  #: G^2
-
-    @property
-    def magnetometer(self) -> Vector:
-        """The same in uT^2."""
-        x, y, z = (v * GAUSS_UT**2 for v in self.magnetometer_g)
-        return x, y, z
-
-
-TABLE_2 = Table2()
-
-
-def gyro(table: Table2 = TABLE_2) -> Triad:
+def gyro() -> Triad:
     """ADIS16385, range 300 deg/s, [rad/s]: noise and bias of Table 2."""
     return Triad(
         _value("ADIS16385", "rate"),
         math.radians(_value("ADIS16385", "gyro_lsb")),
         math.radians(_value("ADIS16385", "gyro_range")),
-        variance=table.gyro,
-        bias=table.gyro_bias,
+        variance=TABLE_2.gyro,
+        bias=TABLE_2.gyro_bias,
     )
 
 
-def accelerometer(table: Table2 = TABLE_2) -> Triad:
+def accelerometer() -> Triad:
     """ADIS16385, [m/s^2]: noise of Table 2."""
     return Triad(
         _value("ADIS16385", "rate"),
         1e-3 * GRAVITY * _value("ADIS16385", "acc_lsb"),
         GRAVITY * _value("ADIS16385", "acc_range"),
-        variance=table.accelerometer,
+        variance=TABLE_2.accelerometer,
     )
 
 
-def magnetometer(table: Table2 = TABLE_2) -> Triad:
+def magnetometer() -> Triad:
     """HMR3300, [uT]: noise of Table 2."""
     return Triad(
         _value("HMR3300", "rate"),
         GAUSS_UT / _value("HMR3300", "counts_per_gauss"),
         GAUSS_UT * _value("HMR3300", "range"),
-        variance=table.magnetometer,
+        variance=TABLE_2.magnetometer,
     )

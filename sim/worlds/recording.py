@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from boresight.model.declarations import GRAVITY
 from boresight.model.errors import InputError
 from boresight.sim.attitude.rotation import turns_between
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
-from boresight.sim.worlds.devices import GRAVITY
 from boresight.sim.worlds.motion import StackedMotion
 from boresight.sim.worlds.triad import Triad
 

@@ -10,8 +10,7 @@ import pytest
 from boresight.cli import main
 from boresight.model.errors import InputError, shortened
 from boresight.model.estimators import ESTIMATORS
-from boresight.model.words.check import check_program
-from boresight.model.words.program import Program
+from tests.support.bad_files import changed
 
 HEADER = "t,gx,gy,gz,ax,ay,az,mx,my,mz\n"
 ROWS = "".join(f"{k / 100},0.01,0.02,0.03,0.1,0.2,9.8,1,20,-40\n" for k in range(20))
@@ -146,51 +145,6 @@ def test_a_reference_beyond_all_bounds(refused, tmp_path) -> None:
     assert "line 2, column qw: wanted a quaternion of norm 1, found norm" in refused(
         "run mekf log.csv"
     )
-
-
-def changed(data: dict, *path: object) -> dict:
-    """A copy of JSON with the value at a path replaced by the last of it."""
-    out = json.loads(json.dumps(data))
-    *way, key, value = path
-    at = out
-    for step in way:
-        at = at[step]
-    at[key] = value
-    return out
-
-
-@pytest.mark.parametrize(
-    ("path", "message"),
-    [
-        (("name", "a*/b"), "the name"),
-        (("name", 5), "a name that is no text"),
-        (("arithmetic", "headroom", 3), "an arithmetic that no core has"),
-        (("arithmetic", "word", 40), "word must be 18 to 32"),
-        (("values", 0, "frac", "1"), "value with frac '1'"),
-        (("values", 0, "frac", True), "value with frac 'True'"),
-        (("values", 0, "initial", 2**40), "words must be -131072 to 131071"),
-        (("values", 0, "kind", "const"), "inputs must list every value of kind input once"),
-        (("values", 0, "kind", "none"), "not a valid Kind"),
-        (("inputs", 0, 10**6), "a reference to no value"),
-        (("outputs", 0, 1.5), "a reference that is no number"),
-        (("outputs", []), "outputs without a name"),
-        (("ops", 0, "terms", []), "an operation without terms"),
-        (("ops", 0, "terms", 0, "shift", 32), "shift must be 0 to 31, not 32"),
-        (("ops", 0, "terms", 0, "a", -1), "a reference to no value"),
-        (("ops", 0, "terms", 0, "b", None), "a term must have either b or a coefficient"),
-        (("ops", 0, "dest", 0), "must be the only writer of a value of kind op, not of value 0"),
-        (("ops", 0, "table", 99), "must name a table below 3, not 99"),
-        (("ops", []), "a value that no operation gives"),
-        (("table_memory", [0] * 511), "a table that is none"),
-        (("states", 0, [0, 0]), "states must list every value of kind state once"),
-    ],
-)
-def test_programs_that_no_level_can_run(path, message: str) -> None:
-    program = ESTIMATORS["complementary"]().compile(word=18)
-    check_program(program)
-    data = json.loads(program.to_json())
-    with pytest.raises(ValueError, match=message):
-        check_program(Program.from_json(json.dumps(changed(data, *path))))
 
 
 def test_a_reproducer_is_checked_as_a_whole(tmp_path: Path, refused) -> None:

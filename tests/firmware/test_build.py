@@ -165,7 +165,7 @@ def test_refusals(cache: Path, corner: Callable[[int], Program]) -> None:
         model.update([1, 2])
     with pytest.raises(ValueError, match=r"^inputs must have at least one row$"):
         model.observe(np.empty((0, 2), dtype=np.int64))
-    with pytest.raises(ValueError, match=r"^inputs must have shape \(2,\), not \(1, 2\)$"):
+    with pytest.raises(ValueError, match=r"^inputs must have shape \(n, 2\), not \(1, 1, 2\)$"):
         model.values_of_update([[1, 2]])
     with pytest.raises(ValueError, match=r"^inputs must fit 24 bits$"):
         model.update([[1, 1 << 23]])

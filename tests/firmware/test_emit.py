@@ -47,13 +47,14 @@ MAIN = """
 #include "p_host.c"
 #include <stdio.h>
 int main(void) {
-    static int32_t inputs[@n_in@], outputs[@n_out@], words[@n_values@];
+    static int32_t inputs[@n_in@], outputs[@n_out@], words[2][@n_values@];
+    static int64_t counts[3][@n_values@];
     uint8_t saturated;
     p_t p;
     p_init(&p);
     while (fread(inputs, sizeof inputs, 1, stdin) == 1) {
         p_t copy = p;
-        p_words(&copy, inputs, words);
+        p_observe(&copy, 1, inputs, words[0], words[1], counts[0], counts[1], counts[2]);
         p_run(&p, 1, inputs, outputs, &saturated, NULL);
         fwrite(outputs, sizeof outputs, 1, stdout);
         fputc(saturated, stdout);

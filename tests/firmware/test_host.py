@@ -8,7 +8,7 @@ from boresight.model.words.program import Program
 def test_entry_points(odd_names: Program) -> None:
     text = host_source(Body(odd_names, prefix="odd"))
     assert text.index('#include "odd.c"') < text.index("size_t odd_size(void);")
-    for name in ("odd_size", "odd_set_param", "odd_run", "odd_words", "odd_observe"):
+    for name in ("odd_size", "odd_set_param", "odd_run", "odd_observe"):
         assert text.count(f" {name}(") == 2, "a declaration and a definition"
 
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from boresight.firmware.names import comment, identifier, literal, unique
+from boresight.firmware.names import identifier, literal, unique
 
 
 @pytest.mark.parametrize(
@@ -45,13 +45,6 @@ def test_unique_counts() -> None:
 def test_unique_is_unique(names: list[str], fold: bool) -> None:
     got = [x.upper() if fold else x for x in unique(names, taken=["a"], fold=fold)]
     assert len({*got, "A" if fold else "a"}) == len(names) + 1
-
-
-@given(st.text(alphabet=st.one_of(st.characters(), st.sampled_from("*/\\?\n"))))
-def test_comment_is_harmless(text: str) -> None:
-    got = comment(text)
-    assert got.isprintable()
-    assert not any(mark in got for mark in ("*/", "/*", "\\", "??"))
 
 
 def test_literal() -> None:

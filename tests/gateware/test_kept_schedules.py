@@ -84,15 +84,15 @@ def test_whatever_decides_it_is_in_the_key(
     assert len(searches) == 2
 
 
-@pytest.mark.parametrize("name", ["_SOURCES", "sys"])
-def test_another_version_of_us_or_of_python_searches_anew(
-    name: str, searches: list[str], monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    "name, value",
+    [("_SOURCES", "other"), ("sys.version", "4.0"), ("importlib.metadata.version", str)],
+)
+def test_another_version_of_what_decides_it_searches_anew(
+    name: str, value: object, searches: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     kept(random_program(1))
-    if name == "sys":
-        monkeypatch.setattr(kept_schedules.sys, "version", "4.0")
-    else:
-        monkeypatch.setattr(kept_schedules, name, "other")
+    monkeypatch.setattr(f"boresight.gateware.kept_schedules.{name}", value)
     kept(random_program(1))
     assert len(searches) == 2
 
@@ -149,3 +149,18 @@ def test_an_effort_of_ones_own_is_not_kept(folder: Path, searches: list[str]) ->
     assert not folder.exists() and not searches
     build_core(random_program(2), "small")
     assert searches == ["small"] and len(list(folder.glob("schedule-*"))) == 1
+
+
+@pytest.mark.parametrize("before", [True, False])
+def test_a_full_disk_is_no_obstacle(
+    before: bool, searches: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first = kept(random_program(3))
+
+    def full(_self: object, _name: str, _identity: str, make: Callable[[Path], None]) -> None:
+        if not before:
+            make(Path("/nowhere"))
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(cache.Cache, "get", full)
+    assert kept(random_program(3)) == first and len(searches) == 2

@@ -15,7 +15,7 @@ from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import Kind as ValueKind
 from boresight.model.words.program import Op, Program, Term, Value
 
-__all__ = ["captures", "csv_logs", "maps", "npz_logs", "parameters", "reproducers"]
+__all__ = ["captures", "changed", "csv_logs", "maps", "npz_logs", "parameters", "reproducers"]
 
 COLUMNS = ["t", "gx", "gy", "gz", "ax", "ay", "az", "mx", "my", "mz", "qw", "qx", "qy", "qz"]
 FIELDS = ["", " ", "nan", "inf", "-inf", "1e300", "-1e300", "1e999", "1e-320", "0x1", "1_0", "٣",
@@ -147,6 +147,17 @@ _TEXTS = st.sampled_from(
      b"\xef\xbb\xbf{}", b'{"kp_roll_per_s":1e999}', b'{"kp_roll_per_s":Infinity}', b"null", b"\0",
      b'"\\ud800"', b'{"\\ud800":1}']
 )  # fmt: skip
+
+
+def changed(data: Any, *path: Any) -> Any:
+    """A copy of JSON with the value at a path replaced by the last of it."""
+    out = json.loads(json.dumps(data))
+    *way, key, value = path
+    at = out
+    for step in way:
+        at = at[step]
+    at[key] = value
+    return out
 
 
 @st.composite

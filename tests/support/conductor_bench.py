@@ -75,9 +75,7 @@ def play(core: Core, script: Iterable[str], *, max_cycles: int = 20_000_000) -> 
     SimulationFailed
         It did not end in time.
     """
-    top = AttitudeCore(core=core)
-    verilog = to_verilog(top, "attitude_core", instances=False)
-    text, memories = split_memories(verilog)
+    top, text, memories = _made(core)
     word = core.machine.arithmetic.word
     bench = Path(__file__).with_name("conductor_bench.sv").read_text()
     run = build(
@@ -88,6 +86,19 @@ def play(core: Core, script: Iterable[str], *, max_cycles: int = 20_000_000) -> 
         max_cycles=max_cycles, files={**memories, "script.txt": "".join(f"{s}\n" for s in script)}
     )
     return _parse(run.stdout, word)
+
+
+#: What was made of a core, by its identity; the core is kept, so that nothing else gets it.
+_MADE: dict[int, tuple[Core, AttitudeCore, str, dict[str, str]]] = {}
+
+
+def _made(core: Core) -> tuple[AttitudeCore, str, dict[str, str]]:
+    """The core with its conductor, its Verilog and the contents of its memories."""
+    if id(core) not in _MADE:
+        top = AttitudeCore(core=core)
+        verilog = to_verilog(top, "attitude_core", instances=False)
+        _MADE[id(core)] = (core, top, *split_memories(verilog))
+    return _MADE[id(core)][1:]
 
 
 def _parse(text: str, word: int) -> Played:

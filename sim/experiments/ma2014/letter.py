@@ -9,13 +9,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.estimator import FloatArray
 from boresight.sim.attitude.rotation import wrap_rad
 
 __all__ = ["filter_to_the_letter", "mag_acc_angles"]
-
-FloatArray = npt.NDArray[np.float64]
 
 
 def mag_acc_angles(acc: FloatArray, mag: FloatArray, field: Sequence[float]) -> FloatArray:

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from boresight.firmware.build import CModel
-from boresight.model.estimator import Estimator, input_words, with_params
+from boresight.model.declarations import GRAVITY
+from boresight.model.estimator import Estimator, FloatArray, input_words, with_params
 from boresight.model.estimators import ESTIMATORS
 from boresight.model.estimators.complementary import per_sample_gains
 from boresight.model.words.program import Program
-from boresight.sim.attitude.ma2014 import KI, KP
+from boresight.sim.attitude.ma2014 import KI, KP, TABLE_2
 from boresight.sim.attitude.rotation import quaternion_to_euler, wrap_rad
 from boresight.sim.experiments.ma2014.letter import filter_to_the_letter, mag_acc_angles
 from boresight.sim.experiments.ma2014.world import AVERAGED, FIELD_UT, LEAD, LOOP_HZ
@@ -23,7 +23,6 @@ from boresight.sim.records.feed import feed
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
 from boresight.sim.records.segments import interpret
-from boresight.sim.worlds.devices import GRAVITY, TABLE_2
 
 __all__ = [
     "METHODS",
@@ -36,8 +35,6 @@ __all__ = [
     "score",
     "truth_deg",
 ]
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from boresight.sim.experiments.experiment import Target, grouped
 from boresight.sim.experiments.ma2014 import world
 from boresight.sim.experiments.ma2014.plots import plots
 from boresight.sim.pages import page
-from boresight.sim.worlds.devices import FACTS, TABLE_2
+from boresight.sim.worlds.devices import FACTS
 
 __all__ = ["render"]
 
@@ -27,7 +27,6 @@ def render(details: Mapping[str, Any], targets: Sequence[Target]) -> str:
         plots=plots(details),
         paper=paper,
         world=world,
-        noise=TABLE_2,
         facts=FACTS,
         shown=_SHOWN,
         targets=targets,

@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from boresight.gateware.core import build_core
+from boresight.model.estimator import FloatArray
 from boresight.model.estimators import ESTIMATORS
 from boresight.sim.attitude import ma2014 as paper
 from boresight.sim.attitude.rotation import matrix_to_quaternion, quaternion_to_rotation_vector
@@ -53,7 +53,6 @@ __all__ = [
     "timing",
 ]
 
-FloatArray = npt.NDArray[np.float64]
 Say = Callable[[str], None]
 
 #: Runs, at most, of the cases that only show what an error does.

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from boresight.sim.attitude.ma2014 import TABLE_1
+from boresight.sim.attitude.ma2014 import TABLE_1, TABLE_2
 from boresight.sim.records.record import Record
-from boresight.sim.worlds.devices import TABLE_2, accelerometer, gyro, magnetometer
+from boresight.sim.worlds.devices import accelerometer, gyro, magnetometer
 from boresight.sim.worlds.motion import StackedMotion, Swing
 from boresight.sim.worlds.recording import Sensors, record
 from boresight.sim.worlds.triad import Triad, misalignment, soft_iron

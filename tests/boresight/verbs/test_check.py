@@ -1,8 +1,10 @@
-"""Logs of `boresight check`: shared by all estimators, or one for each."""
+"""`boresight check`: its lines, its JSON; logs that all estimators share, or one for each."""
 
 from __future__ import annotations
 
+import importlib
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +12,16 @@ import pytest
 
 import boresight
 from boresight.cli import main
+from boresight.model.errors import InputError
 from tests.support.strangers import PROGRAMS, STRANGERS, csv
 
+#: The function has the module's name.
+module = importlib.import_module("boresight.verbs.check")
+
 BOTH = f"{PROGRAMS}/kalman.py,{PROGRAMS}/pi.py:Pi"
+HEADER = "t,gx,gy,gz,ax,ay,az,mx,my,mz\n"
+ROW = "{t},0.01,0.02,0.03,0.1,0.2,9.8,1,20,-40\n"
+GOOD = HEADER + "".join(ROW.format(t=k / 100) for k in range(20))
 
 
 @pytest.fixture
@@ -62,3 +71,37 @@ def test_a_shared_log_must_feed_all(logs: list[str], capsys: pytest.CaptureFixtu
     assert [r.estimator for r in results] == ["kalman", "pi"]
     assert all(len(r.given) == 30 for r in results)
     assert np.array_equal(results[0].given.inputs[:, 0], columns["dt"])
+
+
+@pytest.fixture
+def log(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text(GOOD)
+    return path
+
+
+def test_check_json_is_one_object(log, capsys):
+    assert main(["check", "complementary", str(log), "--levels", "fixed,c", "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["good"] is True
+    assert [v["n_mismatch"] for v in data["results"][0]["verification"]] == [0, 0]
+
+
+def test_check_prints_a_line_per_level(log, capsys):
+    assert main(["check", "complementary", str(log), "--levels", "fixed,c", "-q"]) == 0
+    text = capsys.readouterr().out
+    assert len(re.findall(r"\[0/20\] mismatches", text)) == 2
+    assert text.rstrip().endswith("good")
+
+
+def test_a_folder_stands_for_its_logs(tmp_path: Path) -> None:
+    for name in ("b.csv", "a.npz", "notes.txt", "deep/c.csv"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).touch()
+    found = module.log_files([tmp_path / "notes.txt", tmp_path])
+    assert [p.relative_to(tmp_path).as_posix() for p in found] == [
+        *("notes.txt", "a.npz", "b.csv", "deep/c.csv")
+    ]
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(InputError, match="empty: wanted a log, or a folder with .* without any; "):
+        module.log_files([tmp_path / "empty"])

@@ -53,3 +53,8 @@ def test_a_wrong_limit_is_one_line(cache, capsys, monkeypatch):
     monkeypatch.setenv("BORESIGHT_CACHE_MB", "plenty")
     assert main(["doctor", "-q"]) == 2
     assert capsys.readouterr().err.startswith("error: BORESIGHT_CACHE_MB: wanted megabytes")
+
+
+def test_all_tools_are_here(capsys):
+    assert main(["doctor", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["good"] is True

@@ -6,7 +6,6 @@ import csv
 import json
 import os
 import random
-import threading
 
 import pytest
 from amaranth.hdl import Module
@@ -14,94 +13,13 @@ from amaranth.lib import wiring
 from amaranth.sim import Simulator
 
 import boresight
-from boresight.board.line import Listener, RegisterTable, Reply
 from boresight.cli import main
 from boresight.gateware.boards.framer import Framer
-from boresight.gateware.boards.frames import END, Decoder, Kind, encode
 from boresight.gateware.bus.results import Results
-from boresight.gateware.system.attitude_frame import Attitude, attitude_of, text_line
+from boresight.gateware.system.attitude_frame import Attitude, attitude_of
 from boresight.gateware.system.attitude_output import AttitudeOutput, OutputMode
 from boresight.verbs.monitor import track_of
-
-REGISTERS = {
-    "programs": [],
-    "registers": [
-        {
-            "name": "clock_hz",
-            "address": 1026,
-            "access": "read-only",
-            "width": 32,
-            "reset": 50_000_000,
-        },
-        {
-            "name": "filter",
-            "address": 1041,
-            "access": "read-write",
-            "width": 2,
-            "reset": 0,
-            "names": ["slow", "fast"],
-        },
-        {
-            "name": "gain",
-            "address": 3,
-            "access": "write-only",
-            "frac": 30,
-            "unit": "1/s",
-            "minimum": -(2**30),
-            "maximum": 2**30,
-            "low": -1.0,
-            "high": 1.0,
-        },
-        {
-            "name": "temperature",
-            "address": 1038,
-            "access": "read-only",
-            "width": 16,
-            "signed": True,
-            "unit": "0.0678 degC",
-        },
-        {
-            "name": "result_pitch",
-            "address": 1296,
-            "access": "read-only",
-            "width": 32,
-            "frac": 31,
-            "signed": True,
-            "unit": "ht",
-        },
-        {
-            "name": "flags",
-            "address": 1033,
-            "access": "read-only",
-            "width": 8,
-            "fields": [
-                {"name": "running", "bit": 0, "width": 1},
-                {"name": "rate", "bit": 4, "width": 3},
-            ],
-        },
-    ],
-}
-
-
-def words_of(number: int, stamp: int, *, heading: int = 1 << 29, filter: int = 0) -> list[int]:
-    return [
-        number | filter << 16 | 1 << 19,
-        stamp,
-        1 << 28,
-        -(1 << 27),
-        heading,
-        1 << 29,
-        0,
-        0,
-        0,
-        3 << 23,
-    ]
-
-
-def frames(numbers, *, step: int = 100_000) -> bytes:
-    return b"".join(
-        encode(Kind.ATTITUDE, words_of(n % 65536, n * step % 2**32), word=32) for n in numbers
-    )
+from tests.support.serial_board import REGISTERS, SerialBoard, frames, words_of
 
 
 @pytest.fixture
@@ -126,49 +44,6 @@ def refused(capsys):
         return out.err
 
     return run
-
-
-class Board:
-    """The other end of a port: answers accesses from a dict, sends attitudes."""
-
-    def __init__(self, words: dict[int, int], *, deaf: int = 0, noise: bytes = b"") -> None:
-        self.words, self.deaf, self.noise = words, deaf, noise
-        self.written: list[tuple[int, int]] = []
-        self._master, slave = os.openpty()
-        self.port = os.ttyname(slave)
-        self._slave, self._stop = slave, threading.Event()
-        self._thread = threading.Thread(target=self._run)
-
-    def _run(self) -> None:
-        decoder, number = Decoder(word=32), 0
-        os.set_blocking(self._master, False)
-        while not self._stop.wait(0.005):
-            number += 8
-            os.write(self._master, frames([number]) + self.noise)
-            try:
-                data = os.read(self._master, 4096)
-            except BlockingIOError:
-                continue
-            for kind, words in decoder.feed(data):
-                if self.deaf:
-                    self.deaf -= 1
-                    continue
-                if kind is Kind.WRITE:
-                    self.words[words[0]] = words[1]
-                    self.written.append((words[0], words[1]))
-                    os.write(self._master, encode(kind, words[:1], word=32))
-                else:
-                    os.write(self._master, encode(kind, [self.words.get(words[0], 0)], word=32))
-
-    def __enter__(self) -> Board:
-        self._thread.start()
-        return self
-
-    def __exit__(self, *_) -> None:
-        self._stop.set()
-        self._thread.join()
-        os.close(self._master)
-        os.close(self._slave)
 
 
 @pytest.mark.parametrize("mode", [OutputMode.BINARY, OutputMode.TEXT])
@@ -245,7 +120,7 @@ def test_json(tmp_path, capsys) -> None:
 
 def test_port(registers) -> None:
     seen = []
-    with Board({}, noise=b"\x7f") as board:
+    with SerialBoard({}, noise=b"\x7f") as board:
         data = boresight.monitor(board.port, count=5, register_map=registers, each=seen.append)
     assert len(data["attitudes"]) == len(seen) == 5
     numbers = [a.number for a in seen]
@@ -253,7 +128,7 @@ def test_port(registers) -> None:
 
 
 def test_registers_by_name(registers, capsys) -> None:
-    with Board({1038: -5 & 0xFFFF, 1296: -(1 << 30), 1033: 0x31, 1041: 0}, deaf=1) as board:
+    with SerialBoard({1038: -5 & 0xFFFF, 1296: -(1 << 30), 1033: 0x31, 1041: 0}, deaf=1) as board:
         assert (
             main(
                 [
@@ -294,7 +169,7 @@ def test_registers_by_name(registers, capsys) -> None:
 
 
 def test_registers_and_attitudes_together(registers) -> None:
-    with Board({5: 77}) as board:
+    with SerialBoard({5: 77}) as board:
         data = boresight.monitor(board.port, reads=["5"], count=2)
     assert data["registers"] == {"5": {"word": 77, "value": 77, "unit": ""}}
     assert len(data["attitudes"]) == 2
@@ -351,34 +226,6 @@ def test_no_such_port_map_or_board(tmp_path, registers, refused) -> None:
         os.close(slave)
 
 
-def test_listener_takes_everything_apart() -> None:
-    words = words_of(7, 9)
-    text = text_line(words).encode()
-    reply = encode(Kind.READ, [-1], word=32)
-    listener = Listener()
-    got = list(
-        listener.feed(
-            b"rt\r\n"
-            + text
-            + text
-            + frames([7])
-            + reply
-            + b"nonsense\r\n"
-            + text
-            + bytes([END, END])
-            + b"\x02\xff\xc0"
-            + b"\xfe" * 300
-            + b"\xc0"
-            + encode(Kind.RECORD, [1], word=32)
-            + reply[1:]
-        )
-    )
-    kinds = [type(item) for item in got]
-    assert kinds == [Attitude, Attitude, Attitude, Reply, Attitude, Reply]
-    assert got[3] == Reply(Kind.READ, -1) and got[0].number == 7
-    assert listener.bad == 5  # a line, a short frame, two pieces of noise, a record
-
-
 def test_track() -> None:
     def at(number: int, stamp: int) -> Attitude:
         return attitude_of(words_of(number, stamp))
@@ -390,19 +237,3 @@ def test_track() -> None:
     assert track.time_s == (0.0, 1.0, 2.0, 5.0, 6.0)
     assert track.gaps == ((2, 2),) and track.missing == 2
     assert track_of([], clock_hz=1.0).missing == 0
-
-
-def test_formats_of_a_map(registers) -> None:
-    table = RegisterTable(registers)
-    assert table.clock_hz == 50e6 and table.formats[1] == (31, 27)
-    table.data["programs"] = [
-        {"outputs": [{"name": "qw", "frac": 20}, {"name": "status", "frac": 10}]}
-    ]
-    assert table.formats == {0: (20, 10)}
-
-
-def test_only_the_answer_to_this_write_counts() -> None:
-    other = encode(Kind.WRITE, [999], word=32)
-    with Board({}, deaf=1, noise=other) as board:
-        boresight.monitor(board.port, writes=["5=77"])
-        assert board.written == [(5, 77)]

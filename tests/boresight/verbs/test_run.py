@@ -265,3 +265,22 @@ def test_refused(
         p for p in before if p.suffix == ".csv"
     ]
     assert Path("log.csv").read_text() == LOG
+
+
+def test_a_row_per_row(capsys, tmp_path):
+    log, out = SYNTHETIC, tmp_path / "out.csv"
+    rows = {}
+    for level in ("float", "fixed", "c"):
+        assert (
+            main(["run", "complementary", str(log), "--on", level, "-o", str(out), "--steps", "20"])
+            == 0
+        )
+        lines = out.read_text().splitlines()
+        names = "pitch[deg],roll[deg],heading[deg],qw,qx,qy,qz,status[bits]"
+        assert lines[0] == f"t[s],{names}"
+        assert len(lines) == 21
+        rows[level] = lines
+    assert rows["fixed"] == rows["c"]
+    for a, b in zip(rows["float"][1:], rows["fixed"][1:], strict=True):
+        assert float(a.split(",")[3]) == pytest.approx(float(b.split(",")[3]), abs=1e-4)
+    capsys.readouterr()

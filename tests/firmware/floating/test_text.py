@@ -10,8 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from boresight.firmware.floating.precision import SINGLE
-from boresight.firmware.floating.text import Expressions, float_helpers
+from boresight.firmware.floating.text import Expressions, float_helpers, operation_counts
 from boresight.model import ops
+from boresight.model.estimators import ESTIMATORS
 from boresight.model.lowering.trace import Trace, Tracer
 
 
@@ -145,3 +146,9 @@ def test_helpers_that_are_called() -> None:
     assert float_helpers("clamp(1)").count("static inline") == 1
     assert "floorf" in float_helpers("x = wrap_half_turns(x)")
     assert float_helpers("unclamp(1)") == ""
+
+
+def test_functions_stay_functions() -> None:
+    counts = operation_counts(ESTIMATORS["complementary"]().trace())
+    assert (counts["sin"], counts["cos"], counts["atan2"]) == (3, 3, 1)
+    assert not {"const", "leaf", "named", "bounded"} & counts.keys()

@@ -20,7 +20,6 @@ size_t golden_size(void);
 void golden_set_param(golden_t *self, size_t number, int32_t word);
 void golden_run(golden_t *self, size_t n_updates, const int32_t *inputs,
     int32_t *outputs, uint8_t *saturated, int32_t *states);
-void golden_words(golden_t *self, const int32_t *inputs, int32_t *words);
 void golden_observe(golden_t *self, size_t n_updates, const int32_t *inputs,
     int32_t *low, int32_t *high, int64_t *low_at, int64_t *high_at,
     int64_t *saturations);
@@ -117,12 +116,6 @@ static void golden_every_word(golden_t *const self, const int32_t *const inputs,
     words[6] = v6_smooth; // smooth: fixed<32,5>, rad/s, [-16, 16]
     (void) saturated;
     self->state.angle_ht = v4_turned_ht;
-}
-
-// Runs one update and gives all its words[7]; states: the words before the update.
-void golden_words(golden_t *const self, const int32_t *const inputs, int32_t *const words) {
-    int64_t saturations[7] = {0};
-    golden_every_word(self, inputs, words, saturations);
 }
 
 // Runs updates: inputs[n_updates][1]; for each of the 7 values: narrows low and high to

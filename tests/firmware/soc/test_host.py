@@ -166,8 +166,9 @@ static void sample(uint32_t number, int32_t dt, int32_t field) {
 }
 static void show(void) {
     if (!attitude_take(&got)) { printf("none\\n"); return; }
-    printf("%u %u %d %d dt %d field %d missed %u\\n", (unsigned) got.header & 0xffffu, (unsigned) got.age,
-        (int) got.outputs[0], (int) got.outputs[7], (int) got.inputs[0], (int) got.inputs[4],
+    printf("%u %u %d %d dt %d field %d missed %u\\n",
+        (unsigned) got.header & 0xffffu, (unsigned) got.age, (int) got.outputs[0],
+        (int) got.outputs[7], (int) got.inputs[0], (int) got.inputs[4],
         (unsigned) attitude_missed());
 }
 int main(void) {

@@ -1,42 +1,73 @@
-"""``records.h``: what C is told of estimators of any records."""
+"""``records.h``: what the firmware is told of the estimators' records, number by number."""
+
+from __future__ import annotations
 
 import re
+from typing import Any
+
+import pytest
 
 from boresight.firmware.soc.records import records_header, sizes
-from boresight.model.declarations import Input, Output
-from boresight.model.estimator import Estimator
-from boresight.model.resolve import estimator_of
+from boresight.model.estimator import Estimator, Input, Output
+from boresight.model.estimators.complementary import Complementary
+from boresight.model.words.program import Program
 
 
-class Other(Estimator):
-    """An angle, bits and a number."""
+class Still(Estimator):
+    """No time step, a field whose first axis comes last, outputs of every kind."""
 
-    inputs = (Input("mz", -200.0, 200.0, "uT", missing=0.0), Input("x", -1.0, 1.0))
-    outputs = (Output("angle", "ht"), Output("mode", "flags"), Output("size"))
+    inputs = (
+        Input("my", -256.0, 255.9, "uT", missing=0.0),
+        Input("ax", -160.0, 160.0, "m/s^2"),
+        Input("mx", -256.0, 255.9, "uT", missing=0.0),
+    )
+    outputs = (Output("sum", "m/s^2"), Output("half", "ht"), Output("bits", "flags"))
 
-    def step(self, x, u, p):
-        return {}, {"angle": 0.5 * u.x, "mode": 0.0 * u.x + 3.0, "size": u.mz + u.x}
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        return {}, {"sum": u.ax + u.my, "half": u.mx * (1 / 512), "bits": u.ax * 0.5}
+
+
+@pytest.fixture(scope="module")
+def programs() -> list[Program]:
+    return [Complementary().compile(), Still().compile()]
+
+
+@pytest.fixture(scope="module")
+def text(programs: list[Program]) -> str:
+    return records_header(programs, outputs=0x10, inputs=0x20)
 
 
 def rows(text: str, name: str) -> list[list[str]]:
-    found = re.search(rf" {name}\[[^=]*= \{{(.*)\}};", text)
-    assert found is not None, name
-    inner = re.findall(r"\{([^}]*)\}", found[1]) or [found[1]]
-    return [[word.strip() for word in row.split(",")] for row in inner]
+    """Rows of a table; of a plain one, one row."""
+    found = re.search(rf"{name}(?:\[\d+\])+ = \{{(.*)\}};", text)
+    assert found
+    inner = re.findall(r"\{([^{}]*)\}", found[1]) or [found[1]]
+    return [row.split(", ") for row in inner]
 
 
-def test_tables() -> None:
-    programs = [estimator_of("mekf").compile(), Other().compile()]
+def test_sizes_are_those_of_the_longest(programs: list[Program], text: str) -> None:
     assert sizes(programs) == (10, 8)
-    text = records_header(programs, outputs=0x510, inputs=0x520)
-    assert "#define RECORD_OUTPUT_ADDR 1296u" in text and "#define RECORD_INPUTS 10u" in text
-    assert rows(text, "record_inputs") == [["10", "2"]]
+    for line in ("RECORD_INPUTS 10u", "RECORD_OUTPUTS 8u", "RECORD_INPUT_ADDR 32u",
+                 "RECORD_OUTPUT_ADDR 16u"):  # fmt: skip
+        assert f"#define {line}" in text
+    assert rows(text, "record_inputs") == [["10", "3"]]
     assert rows(text, "record_outputs") == [["8", "3"]]
+    assert "of the estimators complementary, still, by" in text
+
+
+def test_the_time_step_and_the_field_by_name(text: str) -> None:
     assert rows(text, "record_step") == [["0", "-1"]]
-    assert rows(text, "record_field") == [["UINT32_C(112)", "UINT32_C(1)"]]
-    assert rows(text, "record_in_frac")[1] == ["23", "30"]
-    fracs = [str(programs[1].values[n].frac) for n in programs[1].outputs]
-    assert rows(text, "record_out_frac")[1] == fracs
-    # Of an attitude heading, pitch, roll, status; of others all: angle, bits, number.
+    assert rows(text, "record_field") == [[f"UINT32_C({0b111 << 4})", f"UINT32_C({0b101})"]]
+
+
+def test_binary_points_are_the_programs(programs: list[Program], text: str) -> None:
+    for name, which in (("record_in_frac", "streamed"), ("record_out_frac", "outputs")):
+        wanted = [[str(p.values[n].frac) for n in getattr(p, which)] for p in programs]
+        assert rows(text, name) == wanted
+
+
+def test_a_line_says_of_an_attitude_its_angles_and_of_others_all(text: str) -> None:
+    """Heading, pitch, roll, status; angles, bits and numbers each in their way."""
+    assert rows(text, "record_said") == [["4", "3"]]
     assert rows(text, "record_place") == [["2", "0", "1", "7"], ["0", "1", "2"]]
-    assert rows(text, "record_kind") == [["0u", "0u", "0u", "1u"], ["0u", "1u", "2u"]]
+    assert rows(text, "record_kind") == [["0u", "0u", "0u", "1u"], ["2u", "0u", "1u"]]

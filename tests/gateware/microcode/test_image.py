@@ -6,7 +6,7 @@ import pytest
 
 from boresight.gateware.machine import CONFIGS
 from boresight.gateware.microcode.image import Image, rom_pieces
-from boresight.gateware.microcode.layout import lane_fields, microword_layout
+from boresight.gateware.microcode.layout import microword_layout
 
 MACHINE = CONFIGS["small"]
 LAYOUT = microword_layout(MACHINE)
@@ -54,23 +54,6 @@ def test_a_good_image() -> None:
 def test_bad_images(change, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         replace(GOOD, **change).check(MACHINE)
-
-
-@pytest.mark.parametrize("config", sorted(CONFIGS))
-def test_layout_is_that_of_the_machine(config: str) -> None:
-    machine = CONFIGS[config]
-    layout = microword_layout(machine)
-    assert layout.size == machine.word_bits
-    offset = 0
-    for f in machine.fields():
-        assert (layout[f.name].offset, layout[f.name].width) == (offset, f.width)
-        offset += f.width
-
-
-def test_fields_of_a_lane() -> None:
-    fields = lane_fields(CONFIGS["fast"])
-    assert fields["shift"].stage == 3 and fields["dest"].width == 8
-    assert "get" not in fields
 
 
 @pytest.mark.parametrize(

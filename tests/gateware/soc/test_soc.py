@@ -5,7 +5,6 @@ import sys
 import pytest
 
 from boresight.gateware.soc import cpu
-from boresight.gateware.soc.bus import ProcessorBus
 from boresight.gateware.soc.cpu import cpu_verilog
 from boresight.gateware.soc.memory import Ram
 from boresight.gateware.soc.system import Soc, soc_verilog
@@ -24,11 +23,6 @@ def test_verilog_of_all_parts() -> None:
 def test_memory_sizes(words: int) -> None:
     with pytest.raises(ValueError, match="^words must be a multiple of 256 up to 65536, not"):
         Ram(words=words)
-
-
-def test_address_bits() -> None:
-    with pytest.raises(ValueError, match="^addr_width must be 1 to 30, not 31$"):
-        ProcessorBus(addr_width=31)
 
 
 def test_missing_package_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,4 +1,4 @@
-"""The chain in integers: what a log becomes, and the way back that gives the same attitude."""
+"""What a record becomes at the sensors, and the way back that gives the same attitude."""
 
 from dataclasses import replace
 
@@ -7,8 +7,7 @@ import pytest
 
 from boresight.gateware.system.programs import FILTERS, system_estimators
 from boresight.model.errors import InputError
-from boresight.model.estimators.nine_axis import INPUTS
-from boresight.sim.board.chain import COUNTS, HEADING, NO_LINE, Samples, run_chain
+from boresight.sim.board.chain import COUNTS, HEADING, NO_LINE, run_chain
 from boresight.sim.board.front import quantise, words_as_record
 from boresight.sim.levels.level import outputs_of
 from boresight.sim.records.bundled import bundled
@@ -19,7 +18,6 @@ from boresight.verbs.run import run
 from tests.support.records import write_record
 
 STEPS = 600
-RECORD = tuple(i.name for i in INPUTS)
 
 
 @pytest.fixture(scope="module")
@@ -97,35 +95,3 @@ def test_boresight_run_gives_the_same_words(
     assert (result["q"] == np.stack([out[f"q{a}"] for a in "wxyz"], axis=1)).all()
     assert (result["euler_deg"][:, 0] == 180.0 * out["heading"]).all()
     assert (result["status"] == np.rint(out["status"])).all()
-
-
-def test_filters_in_turns_keep_their_states(programs, log) -> None:
-    """Every filter gives what it gives on its own updates alone; a change restarts it."""
-    given = quantise(log.record(), kind=COUNTS)
-    turns = replace(given, filter=np.arange(STEPS) // 50 % 4)
-    chain = run_chain(programs, turns)
-    assert np.flatnonzero(chain.restart).tolist() == list(range(0, STEPS, 50))
-    rows = turns.filter == 2
-    dt = chain.records[rows, RECORD.index("dt")]
-    assert (dt < 0).sum() == rows.sum() // 50
-    assert len(np.unique(chain.outputs[rows], axis=0)) > 100
-
-
-def test_a_line_is_fresh_for_its_update_only(programs) -> None:
-    n = 6
-    zeros = np.zeros((n, 3), dtype=np.int64)
-    values = zeros.copy()
-    values[2], values[4] = (900, 0, 0), (100, -200, 300)
-    given = Samples(
-        np.arange(n) * 97656,
-        np.zeros((n, 6), dtype=np.int64),
-        np.array([0, 0, HEADING, 0, COUNTS, 0]),
-        values,
-        np.arange(n) == 0,
-        np.zeros(n, dtype=np.int64),
-    )
-    field = run_chain(programs, given).records[:, 4:7] / 2.0**23
-    assert (field[[0, 1, 3, 5]] == 0).all()
-    # A compass that points east: the field, which points north, is to the left, along -x.
-    assert np.abs(field[2] - [-30.0, 0.0, 0.0]).max() < 1e-4
-    assert np.abs(field[4] - np.array([100, -200, 300]) / 45).max() < 1e-4

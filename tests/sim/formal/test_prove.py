@@ -6,13 +6,9 @@ import pytest
 from amaranth.hdl import Assert, Assume, Cover, Elaboratable, Module, Signal
 from amaranth.lib import memory
 
-from boresight.model.errors import InputError, ToolMissing
 from boresight.sim.formal import prove as runner
-from boresight.sim.formal import tools
-from boresight.sim.formal.__main__ import main
 from boresight.sim.formal.harness import fixed, reached, unknown
 from boresight.sim.formal.prove import Proof, ProofError, ProofTimeout, prove
-from boresight.sim.formal.registry import all_proofs, find_proofs
 
 
 class Counter(Elaboratable):
@@ -140,52 +136,3 @@ def test_yosys_refusal_is_told(monkeypatch) -> None:
     monkeypatch.setattr(runner, "_SCRIPT", "read_rtlil nothing.il\n")
     with pytest.raises(ProofError, match=r"^yosys did not take the harness: .*nothing\.il"):
         prove(proof())
-
-
-def test_missing_tools_say_what_to_install(monkeypatch) -> None:
-    monkeypatch.setattr(tools.shutil, "which", lambda name, path=None: None)
-    with pytest.raises(ToolMissing, match="^proofs need yosys-smtbmc: run 'pip install yowasp-yo"):
-        tools.find_tools()
-    monkeypatch.setattr(
-        tools.shutil, "which", lambda name, path=None: name if "smtbmc" in name else None
-    )
-    with pytest.raises(ToolMissing, match="^proofs need the solver yices-smt2: run 'pip inst"):
-        tools.find_tools()
-    with pytest.raises(ToolMissing, match="^proofs need the solver z3: run 'pip install z3-sol"):
-        tools.find_tools("z3")
-    with pytest.raises(ValueError, match="^solver must be one of yices, z3, not 'cvc5'$"):
-        tools.find_tools("cvc5")
-    assert main(["--short"]) == 2
-
-
-def test_registry() -> None:
-    proofs = all_proofs()
-    assert len({p.name for p in proofs}) == len(proofs) > 10
-    assert {p.name.partition(".")[0] for p in proofs} >= {
-        "uart",
-        "registers",
-        "sequencer",
-        "crc",
-        "bus",
-        "results",
-    }
-    assert all(p.claim and "." in p.name for p in proofs)
-    assert {p.name for p in find_proofs(["crc"])} == {"crc.frames"}
-    assert all(p.short for p in find_proofs([], short=True))
-    with pytest.raises(
-        InputError,
-        match=r"^NAME: wanted a proof or the part before its dot, "
-        r"found nothing; see python -m boresight.sim\.formal --list$",
-    ):
-        find_proofs(["nothing"])
-
-
-def test_command(capsys) -> None:
-    assert main(["crc.frames"]) == 0
-    out = capsys.readouterr().out
-    assert "[ 1/1] crc.frames proven  induction, k = 1" in out
-    assert out.splitlines()[-1].startswith("1 of 1 proven in ")
-    assert main(["--list", "crc"]) == 0
-    assert capsys.readouterr().out.startswith("crc.frames ")
-    assert main(["nothing"]) == 2
-    assert capsys.readouterr().err.startswith("error: NAME: wanted ")

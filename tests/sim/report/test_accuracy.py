@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from boresight.sim.attitude.feed import attitude_of, euler_deg_of
 
 from boresight.model.declarations import QUATERNION
 from boresight.model.estimator import Estimator, Input, Output, State
 from boresight.sim.attitude.accuracy import attitude_rmse
+from boresight.sim.attitude.outputs import attitude_of, euler_deg_of
 from boresight.sim.compare.check import Check
 from boresight.sim.compare.results import CheckResult
 from boresight.sim.levels.build import Build

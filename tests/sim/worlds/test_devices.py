@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from boresight.sim.worlds.devices import FACTS, GRAVITY, TABLE_2, accelerometer, gyro, magnetometer
+from boresight.model.declarations import GRAVITY
+from boresight.sim.attitude.ma2014 import TABLE_2
+from boresight.sim.worlds.devices import FACTS, accelerometer, gyro, magnetometer
 
 
 def test_gyro_has_24000_counts_each_way():

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from boresight.model.errors import InputError
+from boresight.sim.attitude.ma2014 import TABLE_2
 from boresight.sim.attitude.rotation import (
     quaternion_conjugate,
     quaternion_multiply,
@@ -16,7 +17,7 @@ from boresight.sim.attitude.rotation import (
     rotation_vector_to_quaternion,
 )
 from boresight.sim.records.nine_axis import NineAxis
-from boresight.sim.worlds.devices import TABLE_2, accelerometer, gyro, magnetometer
+from boresight.sim.worlds.devices import accelerometer, gyro, magnetometer
 from boresight.sim.worlds.motion import StackedMotion, Swing
 from boresight.sim.worlds.recording import Sensors, record
 from boresight.sim.worlds.triad import Triad

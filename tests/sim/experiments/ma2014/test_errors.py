@@ -15,7 +15,7 @@ def test_a_target_fails_by_its_band_and_by_nothing_else(data, find):
         ((0.070, 0.079, 0.13), (True, True, False)),
         ((0.070, math.nan, 0.112), (True, False, True)),
     ):
-        changed = deepcopy(data, find)
+        changed = deepcopy(data)
         changed["table_3"]["cases"]["noise"]["complementary"]["fixed"]["sd"]["pooled"] = value
         found = find(table_3(changed["table_3"]["cases"]), name)
         assert tuple(t.good for t in found) == verdicts

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from boresight.model.estimators import ESTIMATORS
+from boresight.sim.attitude.ma2014 import TABLE_2
 from boresight.sim.experiments.ma2014 import methods
 from boresight.sim.experiments.ma2014.methods import (
     count_mismatches,
@@ -16,7 +17,6 @@ from boresight.sim.experiments.ma2014.methods import (
     score,
 )
 from boresight.sim.experiments.ma2014.world import CASES, E1, E2, LOOP_HZ, make_log, noise_free_log
-from boresight.sim.worlds.devices import TABLE_2
 
 METHODS = {m.key: m for m in methods.METHODS}
 

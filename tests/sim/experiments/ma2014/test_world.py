@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from boresight.sim.attitude.ma2014 import TABLE_1, TABLE_3
+from boresight.sim.attitude.ma2014 import TABLE_1, TABLE_2, TABLE_3
 from boresight.sim.attitude.rotation import quaternion_to_euler
 from boresight.sim.experiments.ma2014.world import (
     CASES,
@@ -17,7 +17,6 @@ from boresight.sim.experiments.ma2014.world import (
     noise_free_log,
 )
 from boresight.sim.records.nine_axis import NineAxis
-from boresight.sim.worlds.devices import TABLE_2
 
 
 def test_stages_end_where_table_1_says():

@@ -1,8 +1,10 @@
 """Identifiers and comments out of any text."""
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from boresight.gateware.registers.names import comment, identifier, unique
+from boresight.model.tools.c_names import comment, identifier, unique
 
 
 @pytest.mark.parametrize(
@@ -38,3 +40,10 @@ def test_unique() -> None:
 )
 def test_comment(text: str, wanted: str) -> None:
     assert comment(text) == wanted
+
+
+@given(st.text(alphabet=st.one_of(st.characters(), st.sampled_from("*/\\?\n"))))
+def test_comment_is_harmless(text: str) -> None:
+    got = comment(text)
+    assert got.isprintable()
+    assert not any(mark in got for mark in ("*/", "/*", "\\", "??"))

@@ -1,4 +1,4 @@
-"""How the command line ends when nobody listens, when it is stopped, and when it has a bug."""
+"""How the command line ends when it is stopped, and when it has a bug."""
 
 from __future__ import annotations
 
@@ -17,49 +17,6 @@ from boresight.sim.records.bundled import bundled
 
 COMMAND = [sys.executable, "-m", "boresight"]
 LOG = str(bundled("synthetic_60s"))
-
-
-def shell(line: str, tmp_path: Path) -> tuple[int, str]:
-    """Exit code of the first command of a pipe, and what it said on stderr."""
-    script = f'{" ".join(COMMAND)} {line}; exit "${{PIPESTATUS[0]}}"'
-    done = subprocess.run(
-        ["bash", "-c", script], cwd=tmp_path, capture_output=True, text=True, check=False
-    )
-    return done.returncode, done.stderr
-
-
-@pytest.mark.parametrize(
-    ("line", "code", "words"),
-    [
-        ("list | exec 0<&-", 141, ""),
-        ("list --json | exec 0<&-", 141, ""),
-        ("run --help | exec 0<&-", 141, ""),
-        ("list > /dev/full", 2, "standard output: wanted a place that can be written, found no sp"),
-        ("list >&-", 2, "standard output: wanted a place that can be written, found closed"),
-        ("run mekf nosuch 2>&-", 2, ""),
-    ],
-)
-def test_nobody_listens(line: str, code: int, words: str, tmp_path) -> None:
-    got, said = shell(line, tmp_path)
-    assert got == code and words in said and said.count("\n") == bool(words), said
-
-
-def test_progress_is_never_worth_a_stop(tmp_path) -> None:
-    check = f"check complementary {LOG} --levels c --steps 20"
-    for deaf in ("2> >(exec 0<&-)", "2>&-", "2>/dev/full"):
-        code, said = shell(f"{check} {deaf} | tail -1 | grep -x good >&2", tmp_path)
-        assert code == 0 and said == "good\n"
-
-
-def test_names_that_the_terminal_cannot_show(tmp_path) -> None:
-    (tmp_path / "l\udcff\u00fcg.csv").write_bytes(
-        Path(LOG).read_bytes()[:4000].rpartition(b"\n")[0]
-    )
-    line = "run mekf l*g.csv -o ü.csv | cat >&2"
-    for encoding in ("ascii", "utf-8"):
-        code, said = shell(f"--version >/dev/null; PYTHONIOENCODING={encoding} "
-                           f"{' '.join(COMMAND)} {line}", tmp_path)  # fmt: skip
-        assert code == 0 and "rows to " in said and "Traceback" not in said
 
 
 def stopped(argv: list[str], tmp_path: Path, *, after: str, everybody: bool) -> tuple[int, str]:
@@ -127,7 +84,9 @@ def test_a_bug_says_that_it_is_one(monkeypatch, capsys) -> None:
     monkeypatch.setattr("boresight.verbs.list.list_estimators", broken)
     assert main(["list"]) == 3
     said = capsys.readouterr().err
-    assert said.startswith("error: a bug of Boresight, ZeroDivisionError: by nothing (test_ends.py")
+    assert said.startswith(
+        "error: a bug of Boresight, ZeroDivisionError: by nothing (test_failures.py"
+    )
     assert said.count("\n") == 1 and "BORESIGHT_DEBUG=1" in said
     monkeypatch.setenv("BORESIGHT_DEBUG", "1")
     assert main(["list"]) == 3

@@ -1,0 +1,323 @@
+"""Fusion: which nodes become groups of their own, and which part of the group that uses them.
+
+Every node that somebody needs as a word becomes one multiply-accumulate group; products, signs,
+selections and the last step of a function fuse into the group that consumes them.
+`model.lowering.groups` gives each group its shifts and its binary point.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+from boresight.model.errors import InputError
+from boresight.model.lowering.forms import CONDITIONAL, Form, Product
+from boresight.model.lowering.functions import Functions
+from boresight.model.lowering.graph import LEAVES, Graph, Node
+from boresight.model.lowering.groups import Groups, Target
+from boresight.model.words import tables
+from boresight.model.words.fixed import Arithmetic, Format
+from boresight.model.words.program import Kind, Negate, Overflow, Scale, Value, When
+from boresight.model.words.rounded import binary_exponent
+
+__all__ = ["Fusion"]
+
+#: Bits that the arguments of a reciprocal may span: those of the widest word.
+_WIDEST = Arithmetic(word=32).norm_max
+
+
+class Fusion:
+    """Turns nodes into words: each node at most once."""
+
+    def __init__(self, graph: Graph, arith: Arithmetic) -> None:
+        self.graph = graph
+        self.groups = Groups(graph.name, arith)
+        self._functions = Functions(self.groups)
+        self._of_node: dict[int, int] = {}
+        self._copies: dict[tuple[int, int], int] = {}
+
+    def holders(self, node: Node) -> list[int]:
+        """Values that hold a node: its own, then copies with other binary points."""
+        number = self._of_node.get(node.number)
+        copies = [copy for (of, _), copy in self._copies.items() if of == number]
+        return [] if number is None else [number, *copies]
+
+    def leaf(
+        self, node: Node, default: float = 0.0, meaning: str = "", frac: int | None = None
+    ) -> int:
+        """The value of an input, parameter or state; ``frac`` is the binary point it comes with."""
+        word = self.groups.arith.word
+        fmt = Format.declared(word, node.low, node.high, node.unit)
+        if frac is not None:
+            fmt = Format(word, frac)
+        number = self.groups.value(
+            Value(
+                node.label,
+                Kind(node.kind),
+                fmt.frac,
+                node.low,
+                node.high,
+                node.source,
+                node.unit,
+                int(fmt.quantise(default)),
+                meaning,
+            )
+        )
+        self._of_node[node.number] = number
+        return number
+
+    def word(self, node: Node, *, frac: int | None = None, odd: bool | None = None) -> int:
+        """The value that holds ``node``.
+
+        ``frac`` asks for an exact binary point, ``odd`` for an odd or even one.
+        """
+        number = self._of_node.get(node.number)
+        if number is None and node.kind == "const":
+            f = Format.for_range(self.groups.arith.word, node.value, node.value).frac
+            return self.groups.constant(node.value, f if frac is None else frac)
+        if number is None:
+            number = self._create(node, frac, odd)
+            self._of_node[node.number] = number
+        have = self.groups.frac(number)
+        want = have if frac is None else frac
+        if odd is not None and (want % 2 == 1) != odd:
+            want -= 1
+        if want == have:
+            return number
+        if (number, want) not in self._copies:
+            v = self.groups.values[number]
+            self._copies[number, want] = self.groups.group(
+                Form([Product(number)]),
+                Target(f"{v.name}_aligned", v.low, v.high, v.range_source, v.unit),
+                frac=want,
+                exact=True,
+            )
+        return self._copies[number, want]
+
+    def _create(self, node: Node, frac: int | None, odd: bool | None) -> int:
+        form = self.form(node, top=True)
+        word = self.groups.arith.word
+        if node.line and not math.isfinite(node.low + node.high):
+            raise InputError(
+                f"{node.line}: {self.groups.name}: the range [{node.low:g}, {node.high:g}] of "
+                f"{node.label} is not finite; declare it with ops.bounded, or use ops.clip"
+            )
+        if node.kind == "wrap":
+            target = Target(node.label, -1.0, 1.0, "half turns", "ht", Overflow.WRAP)
+            return self.groups.group(form, target, frac=word - 1, exact=True)
+        target = Target(node.label, node.low, node.high, node.source, node.unit)
+        if node.kind == "saturated":
+            return self.groups.group(
+                form,
+                replace(target, overflow=Overflow.CLIP),
+                frac=word - 1 - binary_exponent(node.value),
+                exact=True,
+            )
+        if frac is None and odd is not None and math.isfinite(node.low + node.high):
+            frac = Format.for_range(word, node.low, node.high).frac
+            if (frac % 2 == 1) != odd:
+                frac -= 1
+        return self.groups.group(form, target, frac=frac)
+
+    def form(self, node: Node, *, top: bool = False, wrapped: bool = False) -> Form:
+        """``node`` as terms of a sum. ``top``: of its own group. ``wrapped``: modulo 2 is free."""
+        if node.kind == "const":
+            return Form(constant=node.value)
+        if node.number in self._of_node or (not top and not self._fuses(node, wrapped)):
+            return Form([Product(self.word(node))])
+        build: Callable[[Node, bool], Form] = getattr(self, f"_form_{node.kind}")
+        return build(node, wrapped)
+
+    def _fuses(self, node: Node, wrapped: bool) -> bool:
+        """Whether ``node`` becomes part of the group that uses it."""
+        if node.name is not None or node.kind in (*LEAVES, "bounded", "saturated"):
+            return False
+        if node.kind == "wrap":
+            return wrapped and node.uses == 1
+        if node.kind == "mul" or (node.kind == "sum" and len(node.args) == 1):
+            return node.uses <= 2
+        if node.kind in ("rsqrt", "reciprocal"):
+            return False
+        return node.uses == 1
+
+    def _form_sum(self, node: Node, wrapped: bool) -> Form:
+        total = Form()
+        for arg, sign in zip(node.args, node.signs, strict=True):
+            form = self.form(arg, wrapped=wrapped)
+            if not total.joins(form):
+                form = Form([Product(self.word(arg))])
+            total.join(form, sign)
+        return total
+
+    def _form_mul(self, node: Node, wrapped: bool) -> Form:
+        args, power = self._peel(node)
+        if len(args) == 1 and self._fuses(args[0], False):
+            form = self.form(args[0])
+            form.constant *= power
+            form.products = [p.times_power(power) for p in form.products]
+            return form
+        form = Form()
+        factors: list[int] = []
+        exponent, scale, negate = 0, Scale.NONE, Negate.NO
+        for arg in args:
+            fresh = arg.number not in self._of_node
+            if (
+                fresh
+                and form.norm is None
+                and (arg.kind == "rsqrt" or (arg.kind == "reciprocal" and form.flag is None))
+            ):
+                number, more, form.norm = self._mantissa(arg)
+                exponent += more
+                scale = Scale.HALF if arg.kind == "rsqrt" else Scale.FULL
+                factors.append(number)
+                if arg.kind == "reciprocal" and arg.args[0].low < 0.0:
+                    form.flag = (form.norm, False)
+                    negate = CONDITIONAL[negate]
+            elif fresh and arg.kind == "abs" and form.flag is None:
+                factors.append(self.word(arg.args[0]))
+                form.flag = (factors[-1], False)
+                negate = CONDITIONAL[negate]
+            else:
+                factors.append(self.word(arg))
+        product = Product(
+            factors[0],
+            factors[1] if len(factors) > 1 else None,
+            exponent,
+            negate=negate,
+            scale=scale,
+        ).times_power(power)
+        form.products.append(replace(product, limit=max(-node.low, node.high)))
+        return form
+
+    def _peel(self, node: Node) -> tuple[list[Node], float]:
+        """Factors of a product, powers of two taken out of them (and of nested products)."""
+        args: list[Node] = []
+        power = 1.0
+        for arg in node.args:
+            while (
+                arg.kind == "mul"
+                and arg.name is None
+                and arg.number not in self._of_node
+                and _power_of_two(arg.args[1])
+            ):
+                power *= arg.args[1].value
+                arg = arg.args[0]
+            if _power_of_two(arg):
+                power *= arg.value
+            else:
+                args.append(arg)
+        return args, power
+
+    def _form_select(self, node: Node, wrapped: bool) -> Form:
+        condition, yes, no = node.args
+        flag = (self.word(condition), False)
+        total = Form(flag=flag)
+        for arg, when in ((yes, When.IF), (no, When.UNLESS)):
+            form = self.form(arg, wrapped=wrapped)
+            if form.flag is not None or form.norm is not None:
+                form = Form([Product(self.word(arg))])
+            if form.constant != 0.0:
+                form.products.append(self._constant(form.constant, node))
+            total.products += [replace(p, when=when) for p in form.products]
+        return total
+
+    def _constant(self, c: float, node: Node) -> Product:
+        """A constant under the flag of ``node``'s group, as fine as the accumulator can use."""
+        arith = self.groups.arith
+        bound = max(abs(node.low), abs(node.high), abs(c))
+        return Product(
+            self.groups.constant(
+                c,
+                min(
+                    Format.for_range(arith.word, c, c).frac,
+                    Format.for_range(arith.word, -bound, bound).frac + arith.guard,
+                ),
+            )
+        )
+
+    def _form_flip(self, node: Node, wrapped: bool) -> Form:
+        condition, arg = node.args
+        form = self.form(arg, wrapped=wrapped)
+        if form.flag is not None or form.norm is not None:
+            form = Form([Product(self.word(arg))])
+        if form.constant != 0.0:
+            form.products.append(self._constant(form.constant, node))
+            form.constant = 0.0
+        form.flag = (self.word(condition), False)
+        form.products = [replace(p, negate=CONDITIONAL[p.negate]) for p in form.products]
+        return form
+
+    def _form_abs(self, node: Node, wrapped: bool) -> Form:
+        number = self.word(node.args[0])
+        return Form([Product(number, negate=Negate.IF)], flag=(number, False))
+
+    def _form_wrap(self, node: Node, wrapped: bool) -> Form:
+        return self.form(node.args[0], wrapped=True)
+
+    def _form_bounded(self, node: Node, wrapped: bool) -> Form:
+        arg = node.args[0]
+        return self.form(
+            arg,
+            top=arg.uses == 1
+            and arg.name is None
+            and arg.kind not in ("wrap", "saturated", *LEAVES),
+        )
+
+    _form_saturated = _form_bounded
+
+    def _form_sin(self, node: Node, wrapped: bool) -> Form:
+        x = self.word(node.args[0], frac=self.groups.arith.word - 1)
+        products = self._functions.cubic(tables.SIN, x, node.quarter)
+        return Form([replace(p, negate=Negate.IF) for p in products], flag=(x, node.quarter))
+
+    def _form_asin(self, node: Node, wrapped: bool) -> Form:
+        x = self.word(node.args[0], frac=self.groups.arith.word - 2)
+        return Form(self._functions.cubic(tables.ASIN, x, False))
+
+    def _mantissa(self, node: Node) -> tuple[int, int, int]:
+        """(mantissa, exponent, normalised value) of an rsqrt or reciprocal node."""
+        odd = (self.groups.arith.word - 1) % 2 == 1 if node.kind == "rsqrt" else None
+        arg = node.args[0]
+        x = self.word(arg, odd=odd)
+        if node.kind == "reciprocal":
+            x = self._far_from_zero(arg, x)
+        return (*self._functions.mantissa(node.kind, x), x)
+
+    def _far_from_zero(self, arg: Node, x: int) -> int:
+        """The word ``x`` of a reciprocal's argument, at least what the word can normalise.
+
+        A range that the widest word could hold is limited from below where this one cannot, so
+        that an estimator is legal at every width or at none.
+        """
+        arith = self.groups.arith
+        smallest = min(abs(arg.low), abs(arg.high))
+        floor = math.ldexp(1.0, arith.guard - self.groups.frac(x))
+        if smallest >= floor:
+            return x
+        if arg.low <= 0.0 or arg.high > math.ldexp(smallest, _WIDEST):
+            raise InputError(
+                f"{self.groups.name}: reciprocal of {arg.label}: its range "
+                f"[{arg.low:g}, {arg.high:g}] must not span more than 2^{_WIDEST}; "
+                "clip it first"
+            )
+        g = self.graph
+        g.line = arg.line
+        limit = g.const(floor)
+        limited = g.select(g.less(arg, limit), limit, arg)
+        return self.word(g.bounded(limited, floor, arg.high, "what the word can normalise"))
+
+    def _form_rsqrt(self, node: Node, wrapped: bool) -> Form:
+        number, exponent, x = self._mantissa(node)
+        scale = Scale.HALF if node.kind == "rsqrt" else Scale.FULL
+        form = Form([Product(number, exponent=exponent, scale=scale)], norm=x)
+        if node.kind == "reciprocal" and node.args[0].low < 0.0:
+            form.flag = (x, False)
+            form.products = [replace(form.products[0], negate=Negate.IF)]
+        return form
+
+    _form_reciprocal = _form_rsqrt
+
+
+def _power_of_two(node: Node) -> bool:
+    return node.kind == "const" and math.frexp(abs(node.value))[0] == 0.5

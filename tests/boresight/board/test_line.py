@@ -1,0 +1,174 @@
+"""The host's end of the line: what the bytes say, registers by name, values as words."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+import boresight
+from boresight.board.line import BoardLine, Listener, RegisterTable, Reply
+from boresight.gateware.boards.frames import END, Kind, encode
+from boresight.gateware.system.attitude_frame import FORMATS, Attitude, text_line
+from boresight.model.errors import InputError
+from tests.support.serial_board import REGISTERS, SerialBoard, frames, words_of
+
+
+@pytest.fixture
+def table(tmp_path: Path) -> RegisterTable:
+    path = tmp_path / "registers.json"
+    path.write_text(json.dumps(REGISTERS))
+    return RegisterTable(path)
+
+
+def test_listener_takes_everything_apart() -> None:
+    words = words_of(7, 9)
+    text = text_line(words).encode()
+    reply = encode(Kind.READ, [-1], word=32)
+    listener = Listener()
+    got = list(
+        listener.feed(
+            b"rt\r\n"
+            + text
+            + text
+            + frames([7])
+            + reply
+            + b"nonsense\r\n"
+            + text
+            + bytes([END, END])
+            + b"\x02\xff\xc0"
+            + b"\xfe" * 300
+            + b"\xc0"
+            + encode(Kind.RECORD, [1], word=32)
+            + reply[1:]
+        )
+    )
+    kinds = [type(item) for item in got]
+    assert kinds == [Attitude, Attitude, Attitude, Reply, Attitude, Reply]
+    assert got[3] == Reply(Kind.READ, -1) and got[0].number == 7
+    assert listener.bad == 5  # a line, a short frame, two pieces of noise, a record
+
+
+def test_the_first_piece_may_have_begun_before() -> None:
+    """Half a frame is not counted as damaged, nor is a pause; a whole one behind it is read."""
+    for before in (b"alf a line\r\n", b"\x03alf a frame\xc0", bytes([END, END, END])):
+        listener = Listener()
+        assert [item.number for item in listener.feed(before + frames([7]))] == [7]
+        assert listener.bad == 0
+
+
+@pytest.mark.parametrize(("length", "bad"), [(256, 1), (257, 1), (258, 2)])
+def test_a_frame_has_an_end(length: int, bad: int) -> None:
+    """What goes on for more than 256 bytes is cut there, and the rest is another piece."""
+    listener = Listener()
+    list(listener.feed(bytes([END]) + b"\x02" * length + bytes([END])))
+    assert listener.bad == bad
+
+
+def test_a_byte_at_a_time() -> None:
+    data = frames([1, 2]) + text_line(words_of(3, 9)).encode() + frames([4])
+    listener = Listener()
+    got = [item for k in range(len(data)) for item in listener.feed(data[k : k + 1])]
+    assert [item.number for item in got] == [1, 2, 3, 4] and listener.bad == 0
+
+
+def test_formats_of_a_map(table: RegisterTable) -> None:
+    assert table.clock_hz == 50e6 and table.formats[1] == (31, 27)
+    table.data["programs"] = [
+        {"outputs": [{"name": "qw", "frac": 20}, {"name": "status", "frac": 10}]}
+    ]
+    assert table.formats == {0: (20, 10)}
+    table.data["programs"] = [{"outputs": [{"name": "qw", "frac": 20}]}]
+    assert table.formats == FORMATS
+    assert RegisterTable().clock_hz == 100e6 and RegisterTable().formats == FORMATS
+
+
+def test_registers_by_name_or_address(table: RegisterTable) -> None:
+    assert table.find("gain")["address"] == table.find("3")["address"] == 3
+    assert table.find("0x3")["name"] == "gain"
+    assert table.find("4095") == {"name": "4095", "address": 4095}
+    for name, found in (("-1", "found -1"), ("0x1000", "found 0x1000"), ("gians", "found 'gians'")):
+        with pytest.raises(InputError, match=f"^register {name}: wanted .*, {found}; registers.md"):
+            table.find(name)
+    assert RegisterTable().find("7") == {"name": "7", "address": 7}
+
+
+@pytest.mark.parametrize(
+    ("register", "text", "word"),
+    [
+        ({"width": 8}, "255", 255),
+        ({"width": 8, "signed": True}, "-128", -128),
+        ({"frac": 4}, "-1.55", -25),
+        ({"frac": -4}, "1e3", 62),
+        ({}, "0x7fffffff", 2**31 - 1),
+        ({"width": 2, "names": ["slow", "fast"]}, "fast", 1),
+        ({"width": 2, "names": ["slow", "fast"]}, "0", 0),
+        ({"minimum": -5, "maximum": 5}, "-5", -5),
+    ],
+)
+def test_words_of_values(register: dict, text: str, word: int) -> None:
+    assert RegisterTable().word_of({"name": "r", **register}, text) == word
+
+
+@pytest.mark.parametrize(
+    ("register", "text", "message"),
+    [
+        ({"width": 8}, "256", "wanted 0 to 255, found 256"),
+        ({"width": 8}, "-1", "wanted 0 to 255, found -1"),
+        ({"width": 8, "signed": True}, "-129", "wanted -128 to 255, found -129"),
+        ({"frac": 1, "minimum": -4, "maximum": 4}, "2.5", "wanted -2 to 2, found 2.5"),
+        ({"width": 2, "names": ["slow", "fast"]}, "2", "wanted 0 to 1, found 2"),
+        ({"names": ["slow"]}, "fast", "wanted a number or slow, found 'fast'"),
+        ({"frac": 4}, "inf", "wanted a number, found 'inf'"),
+        ({"frac": 4}, "nan", "wanted a number, found 'nan'"),
+        ({}, "1.5", "wanted a number, found '1.5'"),
+        ({"access": "read-only"}, "1", "wanted a register that can be written, found read-only"),
+    ],
+)
+def test_values_that_no_word_is(register: dict, text: str, message: str) -> None:
+    with pytest.raises(InputError, match=f"^--write r: {re.escape(message)}; "):
+        RegisterTable().word_of({"name": "r", **register}, text)
+
+
+@pytest.mark.parametrize(
+    ("register", "word", "value"),
+    [
+        ({}, 0xFFFFFFFF, 0xFFFFFFFF),
+        ({"width": 8}, 0x1FF, 0xFF),
+        ({"width": 8, "signed": True}, 0x80, -128),
+        ({"width": 8, "signed": True}, 0x7F, 127),
+        ({"frac": 4, "signed": True}, 2**32 - 8, -0.5),
+        ({"names": ["slow", "fast"]}, 1, "fast"),
+        ({"names": ["slow", "fast"]}, 2, 2),
+        ({"fields": [{"name": "a", "bit": 4, "width": 3}]}, 0xF5F, {"a": 5}),
+    ],
+)
+def test_values_of_words(register: dict, word: int, value: object) -> None:
+    assert RegisterTable().value_of(register, word) == value
+
+
+def test_only_the_answer_to_this_write_counts() -> None:
+    other = encode(Kind.WRITE, [999], word=32)
+    with SerialBoard({}, deaf=1, noise=other) as board:
+        boresight.monitor(board.port, writes=["5=77"])
+        assert board.written == [(5, 77)]
+
+
+def test_a_capture_is_read_to_its_end_and_written_never(tmp_path: Path) -> None:
+    capture = tmp_path / "capture.bin"
+    capture.write_bytes(frames([1, 2]))
+    with BoardLine(str(capture), baud=9600, listener=Listener()) as line:
+        items = list(line.items(silence_s=0.0))
+        assert all(isinstance(item, Attitude) for item in items) and len(items) == 2
+        with pytest.raises(InputError, match="wanted a serial port to read or write .* a file;"):
+            line.access(Kind.READ, [5])
+
+
+@pytest.mark.parametrize(
+    ("source", "found"), [("", "a folder"), (".", "a folder"), ("none", "no such file")]
+)
+def test_what_is_no_line(source: str, found: str) -> None:
+    with pytest.raises(InputError, match=f"wanted a serial port, or a file of .*, found {found}"):
+        BoardLine(source, baud=9600, listener=Listener())

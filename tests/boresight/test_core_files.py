@@ -1,0 +1,34 @@
+"""Names of the files of a core; test_files.py and verbs/test_compile.py find them written."""
+
+from __future__ import annotations
+
+from boresight.core_files import core_files, project_files
+
+REGISTERS = {"registers.h", "registers.json", "registers.md", "registers.svd"}
+
+
+def test_one_program_needs_no_name_in_its_files() -> None:
+    names = core_files(["my-filter"])
+    assert len(names) == len(set(names))
+    assert set(names) - REGISTERS == {
+        *("core.v", "core_sim.v", "report.json"),
+        *("microcode.lst", "program.json", "schedule.json"),
+        *(f"firmware/my_filter{end}" for end in (".c", ".h", "_host.c")),
+    }
+
+
+def test_several_have() -> None:
+    more = set(core_files(["a", "b-c"])) - set(core_files(["a"]))
+    listings = {f"{kind}-{name}" for kind in ("microcode", "program", "schedule") for name in
+                ("a", "b-c")}  # fmt: skip
+    assert {name.partition(".")[0] for name in more if "/" not in name} == listings
+    assert {name for name in more if "/" in name} == {
+        f"firmware/b_c{end}" for end in (".c", ".h", "_host.c")
+    }
+
+
+def test_only_the_system_has_registers_of_its_own() -> None:
+    records, system = (set(project_files("papilio_pro", system=x)) for x in (False, True))
+    assert system - records == {f"ise-papilio_pro/{name}" for name in REGISTERS}
+    assert records < system and len(records) == 9
+    assert {name.partition("/")[0] for name in system} == {"ise-papilio_pro"}

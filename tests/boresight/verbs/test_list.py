@@ -1,0 +1,50 @@
+"""`boresight list`: what there is, for people and as JSON."""
+
+from __future__ import annotations
+
+import json
+
+from boresight.cli import main
+from boresight.model.estimators import ESTIMATORS
+from boresight.verbs.list import list_estimators
+
+
+def test_names_as_json(capsys):
+    assert main(["list", "--json"]) == 0
+    names = [e["name"] for e in json.loads(capsys.readouterr().out)["estimators"]]
+    assert names == [
+        "complementary",
+        "complementary_as_printed",
+        "ekf_bias",
+        "ekf_quaternion",
+        "ekf_quaternion_vector",
+        "mekf",
+    ]
+
+
+def test_interfaces_are_the_estimators_own() -> None:
+    data = list_estimators()
+    assert data["configs"] == [{"name": "small", "lanes": 1}, {"name": "fast", "lanes": 2}]
+    for shown, e in zip(data["estimators"], ESTIMATORS.values(), strict=True):
+        assert shown["summary"] == e.summary
+        for key, declared in (("inputs", e.inputs), ("parameters", e.params)):
+            assert [(x["name"], x["low"], x["high"], x["unit"]) for x in shown[key]] == [
+                (x.name, x.low, x.high, x.unit) for x in declared
+            ]
+        assert [(p["default"], p["meaning"]) for p in shown["parameters"]] == [
+            (p.default, p.meaning) for p in e.params
+        ]
+        assert [(o["name"], o["unit"]) for o in shown["outputs"]] == [
+            (o.name, o.unit) for o in e.outputs
+        ]
+
+
+def test_text(capsys) -> None:
+    assert main(["list"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    heads = [line.partition(":")[0] for line in lines if not line.startswith(" ")]
+    assert heads == [*ESTIMATORS, "configurations"]
+    assert len(lines) == len(heads) + sum(len(e.params) for e in ESTIMATORS.values())
+    assert lines[-1] == "configurations: small (1 lane), fast (2 lanes)"
+    row = next(line for line in lines if "kp_pitch_per_s" in line)
+    assert row.split(maxsplit=3)[2:] == ["1/s", "[0, 32]"]

@@ -1,0 +1,49 @@
+"""What the `Mekf` shows of itself: names, the packed covariance, status bits."""
+
+import numpy as np
+import pytest
+
+from boresight.model.estimators.mekf_interface import (
+    AXES,
+    PAIRS,
+    PARAMS,
+    START,
+    STATES,
+    STATUS_BITS,
+    covariance_name,
+)
+
+
+def test_half_a_covariance_is_all_of_it() -> None:
+    """Each pair of the six error states once, the lower number first, each a state of its own."""
+    assert sorted(PAIRS) == [(i, j) for i in range(6) for j in range(6) if i <= j]
+    names = [covariance_name(i, j) for i, j in PAIRS]
+    assert names[:2] == ["p_ee", "p_en"] and names[-1] == "p_zz"
+    kept = {s.name: s for s in STATES}
+    assert set(names) == {name for name in kept if name.startswith("p_")}
+    assert len(kept) == len(STATES) and AXES == ("e", "n", "u", "x", "y", "z")
+
+
+def test_the_start_is_far_from_half_a_turn_of_any_axis() -> None:
+    assert np.linalg.norm(START) == pytest.approx(1.0, abs=1e-4)
+    assert min(np.abs(START)) > 0.25
+    assert tuple(s.initial for s in STATES[:4]) == START
+
+
+def test_every_parameter_says_what_it_does() -> None:
+    assert all(p.meaning and p.unit for p in PARAMS)
+    assert len({p.name for p in PARAMS}) == len(PARAMS)
+
+
+def test_every_bit_is_documented() -> None:
+    words = (
+        "aligning",
+        "heading not aligned",
+        "accelerometer",
+        "no magnetometer",
+        "field odd",
+        "at rest",
+    )
+    assert list(STATUS_BITS) == list(range(len(words)))
+    for text, word in zip(STATUS_BITS.values(), words, strict=True):
+        assert word in text

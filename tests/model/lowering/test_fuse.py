@@ -1,0 +1,87 @@
+"""What fuses into one group, and where a function's argument must lie."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from boresight.model import ops
+from boresight.model.errors import InputError
+from boresight.model.words.fixed import Arithmetic, Format
+from boresight.model.words.program import Negate
+
+
+def test_products_fuse_into_their_sum(trace: Any) -> None:
+    t = trace(lambda a, b: a * b - 0.5 * b + ops.absolute(a) + 0.25, [(-1.0, 1.0)] * 2)
+    (op,) = t.program.ops
+    assert len(op.terms) == 4 and op.flag == t.program.inputs[0]
+    assert [term.negate for term in op.terms] == [Negate.NO, Negate.YES, Negate.IF, Negate.NO]
+
+
+def test_two_flags_do_not_fuse(trace: Any) -> None:
+    t = trace(lambda a, b: ops.absolute(a) + ops.absolute(b), [(-1.0, 0.9)] * 2)
+    assert len(t.program.ops) == 2
+    fixed, floats, _ = t.run([-0.5, 0.5, -0.5], [-0.25, 0.25, 0.25])
+    assert np.array_equal(fixed[0], floats[0])
+
+
+def test_a_moved_binary_point_is_shared(trace: Any) -> None:
+    """[0, 1] needs an odd binary point for the root: one copy serves all its users."""
+    t = trace(
+        lambda a, b: (b * ops.rsqrt(a + 0.0), ops.sqrt(a), ops.rsqrt(a) * (a * b)),
+        [(0.01, 1.0), (-1.0, 1.0)],
+    )
+    assert [v.name for v in t.program.values].count("x0_aligned") == 1
+    assert not any(v.name == "x0_aligned_2" for v in t.program.values)
+
+
+def test_a_root_of_a_fresh_sum_has_an_even_exponent(trace: Any) -> None:
+    t = trace(
+        lambda a, b: ops.bounded(ops.rsqrt(a + b), 1.0, 8.0, "sum >= 1/50"), [(0.01, 0.5)] * 2
+    )
+    fixed, floats, saturated = t.run([0.01, 0.4, 0.5], [0.01, 0.5, 0.5])
+    assert np.abs(fixed[0] / floats[0] - 1.0).max() < 2.0**-26
+    assert not saturated.any()
+
+
+@pytest.mark.parametrize("high", [0.2, 0.3, 0.5, 0.9, 1.8, 3.6])
+def test_a_fresh_sum_has_its_roots_binary_point(trace: Any, high: float) -> None:
+    """It is chosen once: nothing is moved afterwards, and no finer one is left unused."""
+    t = trace(
+        lambda a, b: ops.bounded(ops.rsqrt(a + b), 0.3, 8.0, "sum >= 1/50"), [(0.01, high)] * 2
+    )
+    assert not any("aligned" in v.name for v in t.program.values)
+    total = t.program.values[t.program.ops[0].dest]
+    finest = Format.for_range(32, 0.02, 2 * high).frac
+    assert total.frac == finest - (finest + 1) % 2
+
+
+@pytest.mark.parametrize("word", [18, 32])
+def test_a_reciprocals_range_may_not_pass_what_can_be_normalised(trace: Any, word: int) -> None:
+    most = Arithmetic(word=32).norm_max
+    trace(lambda a: 1.0 / a, [(2.0 ** (1 - most), 1.0)], word)
+    for low, high in ((2.0 ** (-2 - most), 1.0), (-1.0, -(2.0 ** (-2 - most)))):
+        with pytest.raises(
+            InputError,
+            match=r"^test: reciprocal of x0: its range \[.*\] must not "
+            rf"span more than 2\^{most}; clip it first$",
+        ):
+            trace(lambda a: 1.0 / a, [(low, high)], word)
+
+
+def test_a_narrow_word_limits_a_reciprocal_that_a_wide_one_holds(trace: Any) -> None:
+    """1/x of x in [2^-16, 1): an 18-bit word counts arguments below 2^-13 as that."""
+    x = np.array([2.0**-16, 2.0**-14, 2.0**-10, 0.25, 0.75])
+    for word, floor in ((18, 2.0**-13), (32, 0.0)):
+        t = trace(lambda a: 1.0 / a, [(2.0**-16, 0.999)], word)
+        fixed, _, saturated = t.run(x)
+        want = 1.0 / np.maximum(x, floor)
+        assert (np.abs(fixed[0] - want) < 3.0 * t.formats()[0].lsb + 2.0 ** (3 - word) * want).all()
+        assert not saturated.any()
+
+
+def test_the_root_of_a_negative_constant_is_refused_by_name(trace: Any) -> None:
+    with pytest.raises(
+        InputError, match=r"^test_fuse\.py, line \d+: test: the range \[0, inf\] of rsqrt_"
+    ):
+        trace(lambda x: ops.sqrt(x - x - 1.0), [(0.0, 1.0)])

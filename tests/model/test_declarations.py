@@ -1,0 +1,56 @@
+"""What an estimator declares, by itself: ranges, values inside them, names."""
+
+import math
+import re
+from typing import Any
+
+import pytest
+
+from boresight.model.declarations import Input, Output, Param, State, check_declared
+from boresight.model.errors import InputError
+
+
+def test_the_ends_of_a_range_belong_to_it() -> None:
+    for value in (-1.0, 1.0):
+        Param("k", value, -1.0, 1.0)
+        State("x", -1.0, 1.0, initial=value)
+        Input("z", -1.0, 1.0, missing=value)
+    Input("z", -1.0, 1.0, missing="hold")
+    assert Output("y", tolerance=0.0).tolerance == 0.0
+
+
+@pytest.mark.parametrize(
+    ("valid_of", "flags"), [((), ()), ("gx", ("gx",)), (("gx", "gy"), ("gx", "gy"))]
+)
+def test_inputs_whose_validity_one_tells(valid_of: Any, flags: tuple[str, ...]) -> None:
+    assert Input("new", 0.0, 1.0, valid_of=valid_of).flags == flags
+
+
+@pytest.mark.parametrize(
+    "make, message",
+    [
+        (lambda: Param("k", 2.0, 0.0, 1.0), "parameter k: wanted default in [0, 1], found 2; "),
+        (lambda: State("x", -1.0, 1.0, "m", 3.0), "state x: wanted initial value in [-1, 1]"),
+        (lambda: Input("z", 1.0, 1.0, "m"), "input z: wanted a finite range with low < high"),
+        (lambda: Input("z", 0.0, math.inf, "m"), "input z: wanted a finite range"),
+        (lambda: Input("z", 0.0, 1.0, "m", missing=2.0), "input z: wanted missing in [0, 1]"),
+        (lambda: Input("z", 0.0, 1.0, "m", missing="last"), "input z: wanted missing=NUMBER"),
+        (lambda: Output("y", "m", tolerance=-1.0), "output y: wanted a tolerance of 0 or more"),
+        (lambda: Output("y", "m", tolerance=math.nan), "output y: wanted a tolerance of 0 or more"),
+    ],
+)
+def test_declarations_that_contradict_themselves(make: Any, message: str) -> None:
+    with pytest.raises(InputError, match=f"^{re.escape(message)}"):
+        make()
+
+
+def test_names_are_identifiers_and_of_one_group_each_its_own() -> None:
+    same = (Output("a"), Output("b"))
+    check_declared("estimator e", ("input", (Input("a", 0.0, 1.0),)), ("output", same))
+    with pytest.raises(InputError, match="^estimator e: wanted each output once, found a twice; "):
+        check_declared("estimator e", ("output", (*same, Output("a"))))
+    for name in ("", "1a", "a-b"):
+        with pytest.raises(
+            InputError, match=f"^estimator e: wanted output names of letters, .*, found '{name}'; "
+        ):
+            check_declared("estimator e", ("output", (*same, Output(name))))

@@ -1,0 +1,101 @@
+"""Steps that raise, or return other than what is declared: one line each."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+
+from boresight.model import ops
+from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator, Input, Output, Param, State
+
+
+class Leaky(Estimator):
+    """A leaky integrator."""
+
+    inputs = (Input("u", -2.0, 2.0, ""), Input("v", -2.0, 2.0, ""))
+    params = (Param("rate", 0.5, 0.0, 1.0, "", ""),)
+    states = (State("y", -4.0, 4.0, ""),)
+    outputs = (Output("y", ""), Output("sum", ""))
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        y = ops.bounded(x.y + p.rate * (u.u - x.y), -4.0, 4.0, "")
+        return {"y": y}, {"y": y, "sum": y + u.v}
+
+
+def test_step_must_return_what_is_declared() -> None:
+    class Wrong(Leaky):
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            return {"y": x.y}, {"z": x.y}
+
+    class Stateless(Leaky):
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            return {}, {"y": x.y, "sum": x.y}
+
+    class Single(Leaky):
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            return {"y": x.y}
+
+    for wrong, message in (
+        (Wrong, "step of wrong, output sum: wanted each declared output once: y, sum, found none"),
+        (Stateless, "step of stateless, state y: wanted each declared state once: y, found none"),
+        (Single, "step of single: wanted two dictionaries: next states, outputs, found dict"),
+    ):
+        with pytest.raises(InputError, match=f"^{re.escape(message)}; "):
+            wrong().compile()
+
+
+def test_an_if_on_a_traced_value_is_refused() -> None:
+    class Branching(Leaky):
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            y = u.u if x.y < 0.0 else x.y
+            return {"y": y}, {"y": y, "sum": y}
+
+    with pytest.raises(
+        InputError,
+        match=r"^test_step\.py, line \d+: wanted a step of branching that computes, found "
+        r"TypeError: a traced.*truth value: use ops\.where; ",
+    ):
+        Branching().compile()
+
+
+@pytest.mark.parametrize(
+    "found, line",
+    [
+        ("TypeError: must be real number, not ", lambda x: math.sin(x.y)),
+        ("ZeroDivisionError: ", lambda x: x.y / 0.0),
+        ("AttributeError: ", lambda x: x.z),
+        (
+            "ValueError: a range must be finite and ordered, not ",
+            lambda x: ops.bounded(x.y, 1, 0, ""),
+        ),
+        ("ValueError: limit must be a power of two, not 3.0", lambda x: ops.saturated(x.y, 3.0)),
+        ("TypeError: & and [|] take conditions, not a traced leaf; ", lambda x: (x.y < 1) & x.y),
+        ("TypeError: ", lambda x: ops.where(x.y < 1.0, x.y < 0.0, 1.0)),
+        ("TypeError: ", lambda x: ops.where(x.y, 1.0, 0.0)),
+        ("TypeError: ", lambda x: np.tanh(x.y)),
+    ],
+)
+def test_what_cannot_be_recorded_is_refused_with_its_line(found: str, line: Any) -> None:
+    class Odd(Leaky):
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            return {"y": line(x)}, {"y": x.y, "sum": x.y}
+
+    with pytest.raises(
+        InputError,
+        match=rf"^test_step\.py, line \d+: wanted a step of odd that computes, found {found}",
+    ):
+        Odd().compile()
+
+
+def test_conditions_are_no_results() -> None:
+    class Truth(Leaky):
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            return {"y": x.y}, {"y": x.y, "sum": x.y < 0.0}
+
+    with pytest.raises(InputError, match="^step of truth, output sum: wanted a number, found"):
+        Truth().compile()

@@ -1,0 +1,60 @@
+"""Inline SVG: the same text for the same data, nothing from outside, no mark of the tool."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+
+from boresight.sim import plotting
+from boresight.sim.plotting import COLOUR, INK, figure_and_axes, legend, settings, svg
+
+
+def drawn(salt: str = "one", **keywords) -> str:
+    with settings():
+        figure, axes = figure_and_axes(2.0, **keywords)
+        for one in getattr(axes, "flat", [axes]):
+            one.plot((0.0, 1.0), (1.0, 0.0), color=COLOUR["roll"], label="a & b")
+        return svg(figure, salt)
+
+
+def test_an_element_for_html() -> None:
+    text = drawn()
+    assert text == drawn()
+    assert text.startswith('<svg class="plot" role="img" viewBox="0 0 748.8 144">')
+    assert text.endswith("</svg>") and text.count("<svg") == 1
+    for outside in ("xmlns", "xlink", "<metadata", "<?xml", "<!DOCTYPE", "http", "Matplotlib v"):
+        assert outside not in text, outside
+    assert "\n " not in text
+    assert INK in text and COLOUR["roll"].lower() in text
+
+
+def test_names_inside_hang_on_the_salt() -> None:
+    """Two plots of one page must not share the names of their clip paths."""
+    assert drawn("one") != drawn("two")
+    assert len(drawn("one")) == len(drawn("two"))
+
+
+def test_rows_and_columns() -> None:
+    with settings():
+        _, axes = figure_and_axes(3.0, 2, 3, sharex=True)
+    assert axes.shape == (2, 3)
+    for one in axes.flat:
+        assert not one.spines["top"].get_visible() and one.spines["left"].get_visible()
+        assert one.xaxis.get_gridlines()[0].get_visible()
+
+
+def test_text_stays_text() -> None:
+    with settings():
+        figure, axes = figure_and_axes(2.0)
+        axes.plot((0.0, 1.0), (1.0, 0.0), label="heading & pitch")
+        legend(axes, 2)
+        text = svg(figure, "x")
+    assert ">heading &amp; pitch</text>" in text
+
+
+def test_variables_are_left_as_they_were(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(plotting, "matplotlib_environment", lambda: {"MPLCONFIGDIR": "/tmp"})
+    monkeypatch.delenv("MPLCONFIGDIR", raising=False)
+    settings()
+    assert "MPLCONFIGDIR" not in os.environ

@@ -1,0 +1,29 @@
+"""What a world has without being told."""
+
+from __future__ import annotations
+
+import pytest
+
+from boresight.sim.worlds.world import World
+
+
+class Plant(World):
+    pass
+
+
+class Called(Plant):
+    name = "mine"
+
+
+class Again(Called):
+    pass
+
+
+def test_names_of_worlds() -> None:
+    assert [w.name for w in (World, Plant, Called, Again)] == ["world", "plant", "mine", "again"]
+
+
+def test_a_world_has_no_start_of_its_own_and_no_record() -> None:
+    assert Plant().start() is None
+    with pytest.raises(NotImplementedError):
+        Plant().record(None)

@@ -1,0 +1,138 @@
+"""A board at the other end of a serial line, and its register map."""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Iterable
+from typing import Any
+
+from boresight.gateware.boards.frames import Decoder, Kind, encode
+
+__all__ = ["REGISTERS", "SerialBoard", "frames", "words_of"]
+
+#: As `boresight compile` writes it, a register of each kind.
+REGISTERS: dict[str, Any] = {
+    "programs": [],
+    "registers": [
+        {
+            "name": "clock_hz",
+            "address": 1026,
+            "access": "read-only",
+            "width": 32,
+            "reset": 50_000_000,
+        },
+        {
+            "name": "filter",
+            "address": 1041,
+            "access": "read-write",
+            "width": 2,
+            "reset": 0,
+            "names": ["slow", "fast"],
+        },
+        {
+            "name": "gain",
+            "address": 3,
+            "access": "write-only",
+            "frac": 30,
+            "unit": "1/s",
+            "minimum": -(2**30),
+            "maximum": 2**30,
+            "low": -1.0,
+            "high": 1.0,
+        },
+        {
+            "name": "temperature",
+            "address": 1038,
+            "access": "read-only",
+            "width": 16,
+            "signed": True,
+            "unit": "0.0678 degC",
+        },
+        {
+            "name": "result_pitch",
+            "address": 1296,
+            "access": "read-only",
+            "width": 32,
+            "frac": 31,
+            "signed": True,
+            "unit": "ht",
+        },
+        {
+            "name": "flags",
+            "address": 1033,
+            "access": "read-only",
+            "width": 8,
+            "fields": [
+                {"name": "running", "bit": 0, "width": 1},
+                {"name": "rate", "bit": 4, "width": 3},
+            ],
+        },
+    ],
+}
+
+
+def words_of(number: int, stamp: int, *, heading: int = 1 << 29, filter: int = 0) -> list[int]:
+    """Words of an update."""
+    return [
+        number | filter << 16 | 1 << 19,
+        stamp,
+        1 << 28,
+        -(1 << 27),
+        heading,
+        1 << 29,
+        0,
+        0,
+        0,
+        3 << 23,
+    ]
+
+
+def frames(numbers: Iterable[int], *, step: int = 100_000) -> bytes:
+    """Frames of updates of these numbers."""
+    return b"".join(
+        encode(Kind.ATTITUDE, words_of(n % 65536, n * step % 2**32), word=32) for n in numbers
+    )
+
+
+class SerialBoard:
+    """The other end of a port: answers accesses from a dict, sends attitudes."""
+
+    def __init__(self, words: dict[int, int], *, deaf: int = 0, noise: bytes = b"") -> None:
+        self.words, self.deaf, self.noise = words, deaf, noise
+        self.written: list[tuple[int, int]] = []
+        self._master, slave = os.openpty()
+        self.port = os.ttyname(slave)
+        self._slave, self._stop = slave, threading.Event()
+        self._thread = threading.Thread(target=self._run)
+
+    def _run(self) -> None:
+        decoder, number = Decoder(word=32), 0
+        os.set_blocking(self._master, False)
+        while not self._stop.wait(0.005):
+            number += 8
+            os.write(self._master, frames([number]) + self.noise)
+            try:
+                data = os.read(self._master, 4096)
+            except BlockingIOError:
+                continue
+            for kind, words in decoder.feed(data):
+                if self.deaf:
+                    self.deaf -= 1
+                    continue
+                if kind is Kind.WRITE:
+                    self.words[words[0]] = words[1]
+                    self.written.append((words[0], words[1]))
+                    os.write(self._master, encode(kind, words[:1], word=32))
+                else:
+                    os.write(self._master, encode(kind, [self.words.get(words[0], 0)], word=32))
+
+    def __enter__(self) -> SerialBoard:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stop.set()
+        self._thread.join()
+        os.close(self._master)
+        os.close(self._slave)
