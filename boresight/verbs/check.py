@@ -14,7 +14,7 @@ from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import Outcome, model_options, params_of, progress_of
 from boresight.sharing import estimator_names, params_of_each
-from boresight.sim.compare.check import CHECKED, EXACT, Check
+from boresight.sim.compare.check import EXACT, Check
 from boresight.sim.compare.reproducer import load_reproducer, replay_reproducer
 from boresight.sim.compare.results import CheckResult
 from boresight.sim.levels.build import Build
@@ -106,7 +106,7 @@ def check(
     config: str = "small",
     word: int = 32,
     steps: int | None = None,
-    levels: Sequence[str] = CHECKED,
+    levels: Sequence[str] = EXACT,
     simulator: str | None = None,
     params: Mapping[str, Any] | None = None,
     reproducer: str | Path | None = None,
@@ -159,7 +159,6 @@ def check(
         if each is not None:
             for result in found:
                 each(result)
-    checking.close()
     if target is not None and target.written:
         tell(f"the difference, to run again: {reproducer}")
     return results
@@ -180,7 +179,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     )
     model_options(parser)
     parser.add_argument("--steps", type=int, help="leading samples of each log")
-    parser.add_argument("--levels", default=",".join(CHECKED), help=f"some of {','.join(EXACT)}")
+    parser.add_argument("--levels", default=",".join(EXACT), help=f"some of {','.join(EXACT)}")
     parser.add_argument("--simulator", help="verilator or icarus; default: what is there")
     parser.add_argument(
         "--reproducer",

@@ -114,7 +114,7 @@ def replay_reproducer(path: Path, *, simulator: str = "verilator") -> list[str]:
     wanted = np.array(data["outputs"], dtype=np.int64)
     record = np.stack([program.format(n).real(given[:, k]) for k, n in enumerate(program.inputs)])
     lines = []
-    for kind in (level for level in LEVELS.values() if level.exact and level.checked):
+    for kind in (level for level in LEVELS.values() if level.exact):
         tool = simulator if simulator in kind.tools else None
         try:
             with kind(build, tool=tool) as level:
