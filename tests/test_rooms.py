@@ -33,7 +33,6 @@ ROOM_CIRCLES: set[tuple[str, ...]] = set()
 LONG: set[str] = {
     "gateware/bus/core_registers.py: elaborate",
     "gateware/sensors/hmr3300.py: elaborate",
-    "gateware/system/system_registers.py: system_registers",
     "sim/board/trace.py: read_trace",
 }
 
