@@ -33,7 +33,6 @@ ROOM_CIRCLES: set[tuple[str, ...]] = set()
 LONG: set[str] = {
     "boresight/verbs/tune.py: tune",
     "gateware/sensors/hmr3300.py: elaborate",
-    "gateware/system/system_registers.py: system_registers",
     "sim/board/trace.py: read_trace",
     "sim/worlds/synthetic.py: synthetic_log",
 }
