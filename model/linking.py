@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Collection, Sequence
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from boresight.model.declarations import Given
 from boresight.model.errors import InputError, closest
@@ -107,7 +109,7 @@ def first_word(program: Program, output: str) -> int:
     return int(program.format(number).quantise(min(max(first, value.low), value.high)))
 
 
-def held(words: IntArray, done: IntArray, first: int) -> IntArray:
+def held(words: npt.NDArray[Any], done: IntArray, first: float) -> npt.NDArray[Any]:
     """What each update of a reader sees of an output.
 
     Parameters
@@ -116,8 +118,8 @@ def held(words: IntArray, done: IntArray, first: int) -> IntArray:
         The output's words, or values, after each update of the program that gives it.
     done : int (m,)
         How many of those were complete when each of the reader's updates began.
-    first : int
-        The word before the first one (`first_word`).
+    first : number
+        What there is before the first one (`first_word`).
 
     Returns
     -------

@@ -51,24 +51,27 @@ def groups() -> dict[str, list[str]]:
     return {"ours": ours, "published": list(PEERS), "all": [*ours, *PEERS]}
 
 
-def chosen(*names: Named) -> tuple[list[Named], list[str]]:
-    """Estimators and peers of names, each one or several with commas, and of `groups`.
+def chosen(names: Named | Sequence[Named]) -> tuple[list[Named], list[str]]:
+    """Estimators and peers of names; a text holds one or several with commas, and of `groups`.
 
     Raises
     ------
     InputError
-        A name twice.
+        A name twice, or none.
     """
     known = groups()
     every: list[Named] = []
-    for name in names:
+    for name in [names] if isinstance(names, str | Estimator | type) else names:
         for text in split_names(name) if isinstance(name, str) else [name]:
             every += known.get(text, [text]) if isinstance(text, str) else [text]
-    for k, name in enumerate(every):
-        if isinstance(name, str) and name in every[:k]:
-            raise InputError.at(
-                "estimators", wanted="each once", found=f"{name} twice", fix="leave one out"
-            )
+    twice = [n for k, n in enumerate(every) if isinstance(n, str) and n in every[:k]]
+    if twice or not every:
+        raise InputError.at(
+            "estimators",
+            wanted="at least one, each once",
+            found=f"{twice[0]} twice" if twice else "none",
+            fix=f"name some, or one of {', '.join(known)}",
+        )
     peers = [n for n in every if isinstance(n, str) and n in PEERS]
     return [n for n in every if n not in peers], peers
 
@@ -203,6 +206,17 @@ def _near(results: Sequence[Result]) -> list[dict[str, Any]]:
     return rows
 
 
+def _rows(
+    estimators: Sequence[Estimator], results: Sequence[Result], trials: Sequence[Trial]
+) -> list[dict[str, Any]]:
+    """A row for each estimator and level."""
+    held: dict[tuple[str, str], list[Result]] = {}
+    for r in results:
+        held.setdefault((r.estimator, r.level), []).append(r)
+    known: dict[str, Estimator] = {e.name: e for e in estimators}
+    return [_row(known.get(n, n), level, found, trials) for (n, level), found in held.items()]
+
+
 def _row(
     estimator: Estimator | str, level: str, results: Sequence[Result], trials: Sequence[Trial]
 ) -> dict[str, Any]:
@@ -294,16 +308,8 @@ def accuracy(
         The package of a published filter is not here.
     """
     say = progress or (lambda text: None)
-    single = isinstance(names, str | Estimator | type)
-    named, peers = chosen(*([names] if single else names))  # type: ignore[misc]
+    named, peers = chosen(names)
     ours = [estimator_of(n) for n in named]
-    if not ours and not peers:
-        raise InputError.at(
-            "estimators",
-            wanted="at least one",
-            found="none",
-            fix=f"name some, or {', '.join(groups())}",
-        )
     check_word(word)
     check_number("jobs", 1 if jobs is None else jobs, 1, JOBS_MOST)
     if peers:
@@ -323,21 +329,9 @@ def accuracy(
     def work() -> dict[str, Any]:
         if not logs:
             say("no log named: the bundled ones")
-        results = benchmark(
-            ours,
-            peers,
-            trials,
-            params=params,
-            word=word,
-            with_float=floating,
-            jobs=jobs,
-            progress=progress,
-        )
-        held: dict[tuple[str, str], list[Result]] = {}
-        for r in results:
-            held.setdefault((r.estimator, r.level), []).append(r)
-        by_name: dict[str, Estimator] = {e.name: e for e in ours}
-        rows = [_row(by_name.get(n, n), level, rs, trials) for (n, level), rs in held.items()]
+        numbers: dict[str, Any] = {"params": params, "word": word, "with_float": floating}
+        results = benchmark(ours, peers, trials, **numbers, jobs=jobs, progress=progress)
+        rows = _rows(ours, results, trials)
         return {
             "source": SOURCE,
             "word": word,

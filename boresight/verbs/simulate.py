@@ -22,6 +22,7 @@ from boresight.model.resolve import Named, estimator_of, names_of_entry_points
 from boresight.model.words.fixed import Format
 from boresight.model.words.program import Value
 from boresight.options import Outcome, model_options, params_of, progress_of
+from boresight.parameters import parse_settings
 from boresight.sim.board.build import Board, make_board
 from boresight.sim.board.faults import (
     COMPASS_FAULTS,
@@ -423,7 +424,7 @@ def call(args: Namespace) -> Outcome:
         config=args.config,
         seconds=args.seconds,
         source=args.source,
-        feed=numbers_of(args.feed),
+        feed=parse_settings(args.feed, "--feed"),
         output=output,
         progress=progress_of(args),
     )
@@ -464,26 +465,6 @@ def _refuse_options_of_worlds(args: Namespace) -> None:
                 found="the simulation of the board",
                 fix=f"name a world, FILE.py:Class, or leave {option} out",
             )
-
-
-def numbers_of(given: Sequence[str]) -> dict[str, float]:
-    """Values by name, of texts NAME=VALUE.
-
-    Raises
-    ------
-    InputError
-        One is of another form.
-    """
-    numbers = {}
-    for text in given:
-        name, _, value = text.partition("=")
-        try:
-            numbers[name] = float(value)
-        except ValueError:
-            raise InputError.at(
-                "--feed", wanted="NAME=VALUE", found=repr(text), fix="as in --feed target=0.5"
-            ) from None
-    return numbers
 
 
 def _call_world(args: Namespace) -> Outcome:

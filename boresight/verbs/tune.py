@@ -21,7 +21,7 @@ from boresight.options import Outcome, number_options, params_of, progress_of
 from boresight.parameters import parse_settings
 from boresight.sim.accuracy.figures import units_of
 from boresight.sim.accuracy.scoring import Scorer
-from boresight.sim.accuracy.search import deal_folds, tunable
+from boresight.sim.accuracy.search import Tuned, deal_folds, tunable
 from boresight.sim.accuracy.tuning import Fold, Objective, Tuning, detuned, means, weights_of
 from boresight.sim.records.bundled import is_comparison
 from boresight.sim.records.feed import Feed, feed
@@ -113,15 +113,11 @@ def tune(
     tests = deal_folds(len(trials), count, seed) if count != 1 else []
     say(f"{estimator.name}: {len(trials)} trials, {sum(map(len, trials)):,} samples; C")
     scorer = Scorer(estimator, trials, word=word, jobs=jobs)
-    before = scorer.scores(given)
-    objective = Objective.of(chosen, means(before))
+    objective = Objective.of(chosen, means(scorer.scores(given)))
     tuning = Tuning(scorer, moving, detuned(given, moving, detune), objective, rounds, say)
-    every = range(len(trials))
-    tuned = tuning.search(every, "all trials")
+    tuned = tuning.search(range(len(trials)), "all trials")
     held = tuning.folds(tests)
     say("sensitivities")
-    after = tuning.scores(tuned.values, every)
-    labels = [t.record.name for t in trials]
     data: dict[str, Any] = {
         "estimator": estimator.name,
         "parameters": {**tuning.start, **tuned.values},
@@ -129,7 +125,27 @@ def tune(
         "source": SOURCE,
         "units": units,
         "weights": chosen,
-        "error": {"given": _figures(means(before)), "tuned": _figures(means(after))},
+        **_errors(tuning, given, tuned.values),
+        **_search(tuning, given, tuned, detune),
+        "without_truth": left_out,
+        "sensitivity": [
+            {k: _or_none(v) if k.startswith("at_") else v for k, v in asdict(s).items()}
+            for s in tuning.around(tuned.values)
+        ],
+        "cross_validation": _cross(held, [t.record.name for t in trials], objective, seed)
+        if held
+        else None,
+    }
+    if target is not None:
+        target.write(json.dumps(data, indent=1) + "\n")
+    return data
+
+
+def _search(
+    tuning: Tuning, given: Mapping[str, float], tuned: Tuned, detune: float
+) -> dict[str, Any]:
+    """What moved, from where to where, and how."""
+    return {
         "tuned_parameters": [
             {
                 **{key: getattr(p, key) for key in ("name", "unit", "low", "high")},
@@ -137,31 +153,34 @@ def tune(
                 "start": tuning.start[p.name],
                 "tuned": tuned.values[p.name],
             }
-            for p in moving
+            for p in tuning.params
         ],
         "search": {
             "method": "pattern search (Hooke and Jeeves) in the logarithm",
             "rounds": len(tuned.history) - 1,
-            "rounds_most": rounds,
+            "rounds_most": tuning.rounds,
             "detune": detune,
             "evaluations": tuned.evaluations,
             "start": _or_none(tuned.start),
             "history": [_or_none(h) for h in tuned.history],
         },
-        "trials": [
-            {"trial": label, "given": _figures(a), "tuned": _figures(b)}
-            for label, a, b in zip(labels, before, after, strict=True)
-        ],
-        "without_truth": left_out,
-        "sensitivity": [
-            {k: _or_none(v) if k.startswith("at_") else v for k, v in asdict(s).items()}
-            for s in tuning.around(tuned.values)
-        ],
-        "cross_validation": _cross(held, labels, objective, seed) if held else None,
     }
-    if target is not None:
-        target.write(json.dumps(data, indent=1) + "\n")
-    return data
+
+
+def _errors(
+    tuning: Tuning, given: Mapping[str, float], tuned: Mapping[str, float]
+) -> dict[str, Any]:
+    """What the errors were, over all trials and of each."""
+    trials = tuning.scorer.feeds
+    sets = {"given": given, "tuned": tuned}
+    scores = {key: tuning.scores(values, range(len(trials))) for key, values in sets.items()}
+    return {
+        "error": {key: _figures(means(found)) for key, found in scores.items()},
+        "trials": [
+            {"trial": t.record.name, **{key: _figures(found[k]) for key, found in scores.items()}}
+            for k, t in enumerate(trials)
+        ],
+    }
 
 
 def _check_numbers(

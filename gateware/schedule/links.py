@@ -81,7 +81,8 @@ def tied(programs: Sequence[Program]) -> list[Program]:
                 )
             made[owner.name] = owner
             links.append(replace(link, state=state))
-        made[program.name] = replace(made[program.name], links=tuple(links))
+        if links:
+            made[program.name] = replace(made[program.name], links=tuple(links))
     return [made[p.name] for p in programs]
 
 

@@ -6,17 +6,16 @@ module             what it holds
 attitude_system    `AttitudeSystem`: all of it, on pins
 attitude_core      the core and its conductor
 conductor          samples through the core's programs, results away
+conductor_words    the words of the conductor
 programs, plan     the core's programs, and what the conductor is told of them
-results            memory of results for several readers
+feed               where the words of records come from, by the names of inputs
 attitude_output    frames or lines of text for the host
 attitude_text      what stands where in a line, degrees by additions
 attitude_frame     frames and lines in software
 bridge             the host's serial line
-wishbone           a Wishbone slave
-bus_arbiter        several initiators on the register bus
 system_bus         the address map
-system_registers   the declaration of the registers
-csr                registers in hardware, from their declaration
-counters           counters of events
+system_registers   the declaration of the system's own registers
+system_map         everything on the bus
+system_text        what a project's README says of it
 ================== ============================================================
 """

@@ -25,7 +25,8 @@ from boresight.gateware.system.attitude_output import AttitudeOutput
 from boresight.gateware.system.bridge import Bridge
 from boresight.gateware.system.programs import core_plan
 from boresight.gateware.system.system_bus import ADDRESS_BITS, SystemBus
-from boresight.gateware.system.system_registers import system_map, system_registers
+from boresight.gateware.system.system_map import system_map
+from boresight.gateware.system.system_registers import system_registers
 from boresight.gateware.system.system_text import system_text
 from boresight.model.errors import InputError
 

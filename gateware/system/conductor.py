@@ -8,6 +8,7 @@ from amaranth.hdl import Cat, Const, Module, Mux, Signal, Value
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
+from boresight.gateware.bus.feed_registers import FeedRegisters
 from boresight.gateware.bus.results import ResultPort, Results
 from boresight.gateware.engine.engine import word_layout
 from boresight.gateware.system.conductor_words import (
@@ -25,7 +26,6 @@ from boresight.gateware.system.conductor_words import (
     table,
 )
 from boresight.gateware.system.feed import first_word
-from boresight.gateware.system.feed_registers import FeedRegisters
 from boresight.gateware.system.plan import Plan
 
 __all__ = ["HEADER", "OUTPUTS", "RAWS", "RECORDS", "STAMP", "Conductor", "header_layout"]
@@ -45,7 +45,7 @@ class Conductor(wiring.Component):
     another filter is chosen, and after a gap (`model.front.inertial.GAP_S`).
 
     Words of a record that no sensor gives come from registers, whose words an update takes all
-    together (`gateware.system.feed_registers`).
+    together (`gateware.bus.feed_registers`).
 
     A sample that comes while the last one is worked at is dropped, one that comes during the field
     waits. If the core does not finish a job within `patience` the job is given up: one word with

@@ -2,7 +2,7 @@
 
 The conductor has a memory of words; a record is a list of places in it. Sensors' words stand there
 as the programs before the estimators gave them; words that never change are in it from the start;
-and inputs that no sensor gives are registers of the bus (`gateware.system.feed_registers`).
+and inputs that no sensor gives are registers of the bus (`gateware.bus.feed_registers`).
 """
 
 from __future__ import annotations

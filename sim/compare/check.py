@@ -109,7 +109,10 @@ class Check:
         """
         estimators = self.build.estimators
         own = records * len(estimators) if len(records) == 1 else records
-        given = [feed(e, record) for e, record in zip(estimators, own, strict=True)]
+        given = [
+            feed(e, record, linked=self.build.links[k])
+            for k, (e, record) in enumerate(zip(estimators, own, strict=True))
+        ]
         for text in {text: None for one in given for text in one.warnings}:
             self.progress(f"warning: {text}")
         self._say("float64", given)
@@ -161,18 +164,25 @@ class Check:
         return _Attempt(kind, tool, levels, runs, seconds, error)
 
     def _interpret(
-        self, attempts: Sequence[_Attempt], given: Sequence[Feed]
+        self, attempts: Sequence[_Attempt], given: list[Feed]
     ) -> tuple[list[Level], list[Run], float]:
-        """The interpreter's runs, from the states that another level has shown if any has."""
+        """The interpreter's runs, from the states that another level has shown if any has.
+
+        What one estimator reads of another is in ``given`` then.
+        """
         shown = next((x.runs for x in attempts if x.runs and x.runs[0].states is not None), None)
         self._say("integer interpreter", given)
-        start, runs = time.perf_counter(), []
-        judges = self._levels(Interpreted)
-        for k, (judge, one) in enumerate(zip(judges, given, strict=True)):
+        start, runs = time.perf_counter(), dict[int, Run]()
+        judges, counts = self._levels(Interpreted), [len(one) for one in given]
+        for k in self.build.order:
+            judge, outputs = judges[k], {n: run.outputs for n, run in runs.items()}
             assert isinstance(judge, Interpreted)
+            inputs = self.build.filled(k, given[k].inputs, outputs, counts)
+            given[k] = dataclasses.replace(given[k], inputs=inputs)
             judge.reset()
-            runs.append(judge.run(one.inputs, None if shown is None else shown[k].states))
-        return judges, runs, time.perf_counter() - start
+            runs[k] = judge.run(inputs, None if shown is None else shown[k].states)
+        seconds = time.perf_counter() - start
+        return judges, [runs[k] for k in range(len(judges))], seconds
 
     def _judged(
         self, tried: _Attempt, k: int, given: Feed, wanted: Run, reproducer: OutputFile | None

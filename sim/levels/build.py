@@ -4,13 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
+from graphlib import TopologicalSorter
+
+import numpy as np
+import numpy.typing as npt
 
 from boresight.gateware.core import Core, build_shared_core
 from boresight.model.estimator import Estimator, with_params
+from boresight.model.linking import first_word, held, linked_estimators
 from boresight.model.lowering.graph import Node
 from boresight.model.words.program import Program
+from boresight.sim.rtl.sharing import completed
 
 __all__ = ["Build"]
+
+FloatArray = npt.NDArray[np.float64]
 
 
 class Build:
@@ -34,7 +42,7 @@ class Build:
     Raises
     ------
     InputError
-        A parameter that there is not, or out of range.
+        A parameter that there is not, or out of range; a link that does not fit its source.
     """
 
     def __init__(
@@ -46,8 +54,9 @@ class Build:
         urgent: int | None = None,
         restarts: int | None = None,
     ) -> None:
-        self.estimators, self.config, self.word = estimators, config, word
-        self.urgent, self.restarts = urgent, restarts
+        self.config, self.word, self.urgent, self.restarts = config, word, urgent, restarts
+        #: Inputs that one of them gives to another have the format of their source.
+        self.estimators = tuple(linked_estimators(estimators, word=word))
         self.params = tuple(params or [None] * len(estimators))
         for estimator, values in zip(estimators, self.params, strict=True):
             estimator.param_values(values)
@@ -84,3 +93,65 @@ class Build:
         """
         own = [p.urgent if self.urgent is None else self.urgent for p in self.programs]
         return build_shared_core(self.programs, self.config, urgents=own, restarts=self.restarts)
+
+    @cached_property
+    def links(self) -> list[dict[int, tuple[int, str]]]:
+        """For each estimator the inputs that another one gives: by column, whose, which output."""
+        numbers = {e.name: k for k, e in enumerate(self.estimators)}
+        sources = [[i.source.partition(".") for i in e.inputs] for e in self.estimators]
+        return [
+            {
+                column: (numbers[of], output)
+                for column, (of, _, output) in enumerate(own)
+                if of in numbers
+            }
+            for own in sources
+        ]
+
+    @property
+    def order(self) -> list[int]:
+        """The estimators' numbers, each behind those that it reads."""
+        before = {k: {other for other, _ in own.values()} for k, own in enumerate(self.links)}
+        return list(TopologicalSorter(before).static_order())
+
+    def streamed(self, number: int) -> list[int]:
+        """Columns of an estimator's inputs that come with its record."""
+        columns = range(len(self.estimators[number].inputs))
+        return [k for k in columns if k not in self.links[number]]
+
+    def filled(
+        self,
+        number: int,
+        records: FloatArray,
+        outputs: Mapping[int, Mapping[str, FloatArray]],
+        counts: Sequence[int],
+        *,
+        clamp: bool = False,
+    ) -> FloatArray:
+        """Records of an estimator with what others keep when each of its updates begins.
+
+        They take turns as `sim.rtl.sharing.rounds` says.
+
+        Parameters
+        ----------
+        records : float64 (n, n_inputs)
+            Columns of linked inputs hold anything.
+        outputs : mapping
+            What the others gave, by their numbers.
+        counts : sequence of int
+            Records of each estimator.
+        clamp : bool
+            To the declared range, as the program does by itself.
+        """
+        if not self.links[number]:
+            return records
+        done = completed(counts, number)
+        records = records.copy()
+        for column, (other, name) in self.links[number].items():
+            program = self.programs[other]
+            form = program.format(program.outputs[program.output_names.index(name)])
+            first = float(form.real(first_word(program, name)))
+            seen = held(outputs[other][name], done[other], first)
+            declared = self.estimators[number].inputs[column]
+            records[:, column] = np.clip(seen, declared.low, declared.high) if clamp else seen
+        return records

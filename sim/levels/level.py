@@ -127,12 +127,18 @@ class Level(ABC):
 
     @classmethod
     def run_together(cls, levels: Sequence[Level], records: Sequence[FloatArray]) -> list[Run]:
-        """Every estimator of a build on records of its own, each from a reset on."""
-        out = []
-        for level, own in zip(levels, records, strict=True):
-            level.reset()
-            out.append(level.run(own))
-        return out
+        """Every estimator of a build on records of its own, each from a reset on.
+
+        Those that read what others keep run behind them (`Build.filled`).
+        """
+        build, counts = levels[0].build, [len(own) for own in records]
+        runs: dict[int, Run] = {}
+        for k in build.order:
+            outputs = {n: run.outputs for n, run in runs.items()}
+            own = build.filled(k, records[k], outputs, counts, clamp=not cls.exact)
+            levels[k].reset()
+            runs[k] = levels[k].run(own)
+        return [runs[k] for k in range(len(levels))]
 
     def close(self) -> None:  # noqa: B027
         """Give back what it holds."""

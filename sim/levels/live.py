@@ -47,7 +47,7 @@ class LiveCore:
         for file, contents in memories.items():
             (Path(self.folder.name) / file).write_text(contents)
         arguments = (
-            len(core.program.inputs),
+            len(core.program.streamed),
             word,
             PROGRAM if len(core.parts) > 1 else -1,
             core.number,

@@ -16,7 +16,7 @@ from boresight.sim.levels.level import Level, Run, Seen, run_of_words
 from boresight.sim.levels.live import LiveCore
 from boresight.sim.rtl.cosim import RtlSimulation
 from boresight.sim.rtl.replay import RtlRun
-from boresight.sim.rtl.sharing import run_in_turns
+from boresight.sim.rtl.sharing import rounds, run_in_turns
 from boresight.sim.rtl.simulators import SIMULATORS, available
 
 __all__ = ["LEVELS", "Simulated"]
@@ -113,7 +113,12 @@ class Simulated(Level):
         return {name: float(value[0]) for name, value in outputs.items()}
 
     def words_of_update(self, records: FloatArray) -> Sequence[Seen]:
-        """What the lanes write into their registers in the last update; the program runs alone."""
+        """What the lanes write into their registers in the last update; the program runs alone.
+
+        Nothing of a program that reads others: alone it would read their start words.
+        """
+        if self.build.links[self.number]:
+            return ()
         run = self.simulation.run(
             words_of(self.program, records), trace=len(records) - 1, allow_unknown=True
         )
@@ -140,8 +145,13 @@ class Simulated(Level):
         if len(levels) == 1:
             return super().run_together(levels, records)
         made = [level for level in levels if isinstance(level, Simulated)]
-        words = [words_of(x.program, own) for x, own in zip(made, records, strict=True)]
-        found = run_in_turns(made[0].simulation, words)
+        build = made[0].build
+        words = [
+            words_of(x.program, own)[:, build.streamed(x.number)]
+            for x, own in zip(made, records, strict=True)
+        ]
+        turns = rounds([len(own) for own in words]) if any(build.links) else None
+        found = run_in_turns(made[0].simulation, words, turns=turns)
         return [level._run_of(run) for level, run in zip(made, found, strict=True)]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -63,8 +64,8 @@ class Feed:
         return input_words(program, self.inputs[:, :, None])[:, :, 0]
 
 
-def feed(estimator: Estimator, record: Record) -> Feed:
-    """Find, convert and check an estimator's inputs.
+def feed(estimator: Estimator, record: Record, *, linked: Collection[int] = ()) -> Feed:
+    """Find, convert and check an estimator's inputs; those in ``linked`` others give, not it.
 
     Raises
     ------
@@ -80,6 +81,9 @@ def feed(estimator: Estimator, record: Record) -> Feed:
     place = {i.name: k for k, i in enumerate(estimator.inputs)}
     for k, declared in enumerate(estimator.inputs):
         if declared.flags:
+            continue
+        if k in linked:
+            inputs[:, k] = 0.0
             continue
         values = _values(estimator, record, declared)
         new[:, k] = ~np.isnan(values)

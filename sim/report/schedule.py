@@ -95,7 +95,7 @@ def schedule_section(core: Core) -> dict[str, Any]:
         "cycles": s.length,
         "chart": {
             "slots": slots,
-            "gets": [[c, names[n]] for c, n in zip(s.gets, s.program.inputs, strict=True)],
+            "gets": [[c, names[n]] for c, n in zip(s.gets, s.program.streamed, strict=True)],
             "outputs": [
                 [x.cycle, s.program.output_names[x.emit], s.latencies[x.emit]]
                 for x in s.slots

@@ -142,7 +142,9 @@ class RtlSimulation:
                 bus_writes = [BusWrite(0, PROGRAM, self.core.number), *bus_writes]
         n_in, n_out = (
             np.array([len(ports) for ports in counts])[numbers]
-            for counts in zip(*((p.program.inputs, p.program.outputs) for p in parts), strict=True)
+            for counts in zip(
+                *((p.program.streamed, p.program.outputs) for p in parts), strict=True
+            )
         )
         cycles = int(np.array([p.schedule.interval for p in parts])[numbers].max())
         limit = (len(inputs) + 4) * cycles * (16 if stall else 1) + 64 * len(bus_writes) + 1000

@@ -18,7 +18,7 @@ from boresight.model.words.fixed import IntArray
 from boresight.sim.rtl.cosim import RtlSimulation
 from boresight.sim.rtl.replay import BusWrite, RtlRun
 
-__all__ = ["Turn", "deal", "run_in_turns"]
+__all__ = ["Turn", "completed", "deal", "rounds", "run_in_turns"]
 
 
 @dataclass(frozen=True)
@@ -43,6 +43,30 @@ def deal(counts: Sequence[int], *, seed: int = 0, longest: int = 40) -> list[Tur
     return turns
 
 
+def rounds(counts: Sequence[int], *, seed: int = 0) -> list[Turn]:
+    """Turns of one record: record k of every stream, in a random order, before record k + 1 of any.
+
+    The first records of the streams come in the same order however many follow.
+    """
+    rng, turns = random.Random(seed), []
+    for k in range(max(counts)):
+        order = list(range(len(counts)))
+        rng.shuffle(order)
+        turns += [Turn(number, k, k + 1) for number in order if k < counts[number]]
+    return turns
+
+
+def completed(counts: Sequence[int], number: int, *, seed: int = 0) -> list[IntArray]:
+    """How many records each stream has done when each one of stream ``number`` begins."""
+    done = [0] * len(counts)
+    rows = []
+    for turn in rounds(counts, seed=seed):
+        if turn.number == number:
+            rows.append(tuple(done))
+        done[turn.number] += 1
+    return list(np.array(rows, dtype=np.int64).reshape(-1, len(counts)).T)
+
+
 def run_in_turns(
     simulation: RtlSimulation,
     streams: Sequence[IntArray],
@@ -50,6 +74,7 @@ def run_in_turns(
     seed: int = 0,
     stall: int = 0,
     longest: int = 40,
+    turns: Sequence[Turn] | None = None,
 ) -> list[RtlRun]:
     """Run every program of a core on its own stream, in turns; one whose stream has ended stops.
 
@@ -63,6 +88,8 @@ def run_in_turns(
         Input records of each program, with as many words as it takes.
     seed, longest : int
         See `deal`.
+    turns : sequence of Turn, optional
+        By default, those of `deal`.
     stall : int
         See `RtlSimulation.run`.
 
@@ -75,7 +102,7 @@ def run_in_turns(
     widest = max(s.shape[1] for s in streams)
     rows, writes = [], []
     numbers: list[int] = []
-    for turn in deal([len(s) for s in streams], seed=seed, longest=longest):
+    for turn in turns or deal([len(s) for s in streams], seed=seed, longest=longest):
         writes.append(BusWrite(len(numbers), PROGRAM, turn.number))
         if rng.random() < 0.25:
             writes.append(BusWrite(len(numbers), PROGRAM, rng.choice((len(parts), -1))))

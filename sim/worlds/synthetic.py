@@ -114,14 +114,13 @@ def synthetic_log(
     _require("max_pitch_deg", max_pitch_deg, "in (0, 89]", 0 < max_pitch_deg <= 89)
     _require("acceleration", acceleration, "a number of 0 or more", acceleration >= 0)
     _require("gravity", gravity, "a number above 0", gravity > 0)
-    if not isinstance(mag_every, int) or mag_every < 1:
-        raise InputError(f"mag_every must be an integer of 1 or more, not {mag_every!r}")
-    if not isinstance(seed, int) or seed < 0:
-        raise InputError(f"seed must be an integer of 0 or more, not {seed!r}")
+    every = isinstance(mag_every, int) and mag_every >= 1
+    _require("mag_every", mag_every, "an integer of 1 or more", every)
+    _require("seed", seed, "an integer of 0 or more", isinstance(seed, int) and seed >= 0)
     if np.shape(field_ut) != (3,) or not np.all(np.isfinite(field_ut)) or not np.any(field_ut):
         raise InputError(f"field_ut must be three finite numbers, not all 0, not {field_ut!r}")
-    if through_vertical:
-        _require("seconds", seconds, "10 or more to pass the vertical", seconds >= 10)
+    vertical = "10 or more to pass the vertical"
+    _require("seconds", seconds, vertical, seconds >= 10 or not through_vertical)
     count = round(seconds * rate_hz)
     if not 2 <= count <= _LARGEST_LOG:
         raise InputError(f"seconds * rate_hz must be 2 to {_LARGEST_LOG} samples, not {count!r}")

@@ -1,109 +1,113 @@
-"""The text of `boresight accuracy` for figures made by hand; test_accuracy.py runs it for real."""
+"""The figures of `boresight accuracy` as text."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from boresight.accuracy_text import accuracy_text
-from boresight.sim.compare.difference import ATTITUDE
 
 
-def trial(name: str, **error: float) -> dict[str, Any]:
-    return {"trial": name, "error": error}
+def near(output: str, unit: str, apart: float | None, tolerance: float | None) -> dict[str, Any]:
+    good = tolerance is None or (apart is not None and apart <= tolerance)
+    return {"output": output, "unit": unit, "apart": apart, "tolerance": tolerance, "good": good}
 
 
-def log(name: str, reference: str = "truth") -> dict[str, Any]:
-    return {"trial": name, "reference": reference}
-
-
-def attitude(name: str, total: float | None, **more: Any) -> dict[str, Any]:
-    mean = None if total is None else {"total": total, "heading": 2.0, "inclination": 0.5}
+def row(name: str, level: str, errors: dict[str, Any], **more: Any) -> dict[str, Any]:
+    mean = next(iter(errors.values()))
     return {
-        **{"estimator": name, "level": "published", "kind": "published", "attitude": True},
-        **{"mean": mean, "mean_by_folder": {"f": mean}, "vs_float": [], "saturated_updates": 0},
-        **{"trials": [trial("a", total=1.25), trial("b", total=2.5)], **more},
+        "estimator": name,
+        "level": level,
+        "kind": "peer" if level == "package" else "ours",
+        "attitude": "total" in mean,
+        "units": dict.fromkeys(mean, "deg" if "total" in mean else "m"),
+        "mean": mean,
+        "mean_by_folder": {"f": mean},
+        "vs_float": [],
+        "saturated_updates": None if level == "package" else 1234,
+        "trials": [{"trial": t, "error": e} for t, e in errors.items()],
+        **more,
     }
 
 
-OURS = attitude(
-    "mine",
-    1.88,
-    level="fixed",
-    kind="ours",
-    saturated_updates=1234,
-    vs_float=[
-        {"output": ATTITUDE, "apart": 1.5e-5, "unit": "deg", "tolerance": 0.01, "good": True},
-        {"output": "status", "apart": 7.0, "unit": "bits", "tolerance": None, "good": True},
-    ],
-)
-FLOAT = attitude("mine", 1.9, level="float", kind="ours")
+def data(
+    *rows: dict[str, Any], references: str = "truth", left_out: list[str] | None = None
+) -> Any:
+    logs = [{"trial": t["trial"], "reference": references} for t in rows[0]["trials"]]
+    return {"word": 32, "logs": logs, "left_out": left_out or [], "estimators": rows}
 
 
-def text(*rows: dict[str, Any], logs: Any = None, left_out: tuple[str, ...] = ()) -> list[str]:
-    logs = [log("a"), log("b")] if logs is None else logs
-    data = {"word": 28, "estimators": list(rows), "logs": logs, "left_out": list(left_out)}
-    return accuracy_text(data).splitlines()
+def angles(total: float | None) -> dict[str, float | None]:
+    return {"total": total, "heading": 0.5, "inclination": 0.25}
 
 
 def test_attitudes_side_by_side() -> None:
-    lines = text(OURS, FLOAT, attitude("other", None), left_out=("x", "y"))
-    assert lines[0].startswith("RMSE in degrees, mean over 2 trials with truth.")
-    assert "W = 28" in lines[0]
-    rows = {line.split()[1]: line.split()[2:] for line in lines if line.startswith("   [")}
-    assert rows["mine"] == ["1.88", "2.00", "0.50", "1.90", "0.000015", "7", "1,234"]
-    assert rows["other"] == ["-", "-", "-"]
-    assert lines[-1] == "left out, no reference: x, y"
-    at = lines.index("Total RMSE by trial, degrees")
-    assert [line.split() for line in lines[at + 1 : at + 4]] == [
-        ["[1]", "[2]"],
-        ["a", "1.25", "1.25"],
-        ["b", "2.50", "2.50"],
+    errors = {"one": angles(1.5), "two": angles(2.5)}
+    apart = [near("attitude", "deg", 4.25e-4, 0.01), near("status", "words", 7, 0.0)]
+    lines = accuracy_text(
+        data(
+            row("mine", "fixed", errors, vs_float=apart),
+            row("mine", "float", {"one": angles(1.75)}),
+            row("peer", "package", {"one": angles(9.0), "two": angles(None)}),
+            left_out=["gone"],
+        )
+    ).splitlines()
+    assert lines[0].startswith("RMSE in degrees, mean over 2 trials with truth. Ours: fixed")
+    assert lines[4].split() == [
+        "[1]",
+        "mine",
+        "1.50",
+        "0.50",
+        "0.25",
+        "1.75",
+        "0.000425",
+        "7",
+        "1,234",
     ]
-    assert not any("by folder" in line or "BEYOND" in line for line in lines)
+    assert lines[5].split() == ["[2]", "peer", "9.00", "0.50", "0.25"]
+    assert lines[7] == "Total RMSE by trial, degrees"
+    assert [x.split() for x in lines[9:11]] == [["one", "1.50", "9.00"], ["two", "2.50", "-"]]
+    assert "mine, status: 7 words from float64, BEYOND 0" in lines
+    assert lines[-1] == "left out, no reference: gone"
+    assert not [x for x in lines if x.startswith("mine, attitude")]
 
 
-def test_folders_only_if_there_are_several() -> None:
-    means = {"f": {"total": 1.0}, "g": None}
-    lines = text({**OURS, "mean_by_folder": means})
-    at = lines.index("Total RMSE, mean by folder, degrees")
-    assert [line.split() for line in lines[at + 2 : at + 4]] == [["f", "1.00"], ["g", "-"]]
+def test_what_is_no_truth_is_said() -> None:
+    shown = row("mine", "fixed", {"one": angles(1.5)}, mean=None)
+    for kind, title in (
+        ("comparison", "Not truth, outside the means: against the log's comparison"),
+        ("vqf", "No reference, outside the means: difference to vqf"),
+    ):
+        text = accuracy_text(data(shown, references=kind))
+        assert title in text.splitlines() and "mean over 0 trials" in text
 
 
-def test_what_is_not_truth_stands_apart() -> None:
-    logs = [log("a"), log("b", "comparison")]
-    lines = text(OURS, logs=logs)
-    assert lines[0].startswith("RMSE in degrees, mean over 1 trial with truth.")
-    at = lines.index("Not truth, outside the means: against the log's comparison")
-    assert lines[at + 2].split() == ["b", "2.50"]
-    lines = text(OURS, attitude("ref", 1.0), logs=[log("a", "ref"), log("b")])
-    at = lines.index("No reference, outside the means: difference to ref")
-    assert lines[at + 2].split() == ["a", "1.25", "-"]  # not measured against itself
-
-
-def test_an_attitude_beyond_its_tolerance_is_named() -> None:
-    beyond = {"output": ATTITUDE, "apart": 0.02, "unit": "deg", "tolerance": 0.01, "good": False}
-    lines = text({**OURS, "vs_float": [beyond]})
-    assert lines[-1] == f"mine, {ATTITUDE}: 0.02 deg from float64, BEYOND 0.01"
-
-
-def test_other_estimators_output_by_output() -> None:
-    row = {
-        **{"estimator": "lag", "level": "fixed", "kind": "ours", "attitude": False},
-        **{"units": {"y": "m"}, "mean": {"y": 0.123456}, "saturated_updates": 5},
-        "trials": [trial("a", y=0.1), trial("b")],
-        "vs_float": [
-            {"output": "y", "apart": 2e-6, "unit": "m", "tolerance": 1e-6, "good": False},
-            {"output": "v", "apart": 3.0, "unit": "m/s", "tolerance": None, "good": True},
-        ],
-    }
-    lines = text(row, {**row, "level": "float", "mean": {"y": 0.5}})
+def test_other_outputs_one_by_one() -> None:
+    errors = {"one": {"pos": 0.125, "vel": 3.0}, "two": {"pos": 0.375}}
+    apart = [
+        near("pos", "m", 1e-7, 1e-4),
+        near("vel", "m", 2e-3, 1e-3),
+        near("word", "words", 0, 0.0),
+        near("free", "V", None, None),
+    ]
+    lines = accuracy_text(
+        data(
+            row("cart", "fixed", errors, vs_float=apart, mean={"pos": 0.25, "vel": 3.0}),
+            row("cart", "float", errors, mean={"pos": 0.5, "vel": 3.0}),
+        )
+    ).splitlines()
     assert lines[0].startswith(
-        "lag, W = 28: root mean square error against truth, mean over 2 logs; "
+        "cart, W = 32: root mean square error against truth, mean over 2 log"
     )
-    assert "updates that saturated: 5" in lines[1]
-    assert [line.split() for line in lines[3:]] == [
-        ["y", "m", "0.1235", "0.5", "2e-06", "1e-06", "BEYOND"],
-        ["v", "m/s", "-", "-", "3", "-"],
-        ["a:", "y", "0.1"],
-        ["b:", "no", "truth"],
+    assert lines[1].endswith("updates that saturated: 1,234")
+    assert [x.split() for x in lines[3:7]] == [
+        ["pos", "m", "0.25", "0.5", "1e-07", "0.0001"],
+        ["vel", "m", "3", "3", "0.002", "0.001", "BEYOND"],
+        ["word", "words", "-", "-", "0", "0"],
+        ["free", "V", "-", "-", "-", "-"],
     ]
+    assert lines[7:] == ["  one: pos 0.125, vel 3", "  two: pos 0.375"]
+
+
+def test_one_log_is_not_shown_twice() -> None:
+    lines = accuracy_text(data(row("cart", "fixed", {"one": {"pos": 0.125}}))).splitlines()
+    assert "mean over 1 log;" in lines[0] and len(lines) == 4

@@ -35,6 +35,8 @@ def folder(tmp_path, monkeypatch):
         "run track.py log.csv --on float",
         "check track.py log.csv --levels fixed,c",
         "compile track.py -o build",
+        "accuracy track.py log.csv",
+        "tune track.py log.csv -o track.json",
         "simulate cart.py:Cart track.py:Track --on c --against fixed --steps 100",
     ],
 )

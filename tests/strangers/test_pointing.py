@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,9 @@ from boresight.model.resolve import estimator_of
 from boresight.sim.board.build import make_board
 from boresight.sim.board.run import judge, run_board, stimulus
 from boresight.sim.board.setup import SCALED
+from boresight.sim.records.bundled import bundled
+from boresight.sim.records.files import read_record
+from boresight.sim.records.record import Column
 from boresight.sim.worlds.synthetic import synthetic_log
 
 FILE = str(Path(__file__).with_name("pointing.py"))
@@ -53,6 +57,24 @@ def test_the_register_map_names_them(board) -> None:
     assert registers.find("result_0").meaning == "output pitch (mekf); output azimuth (pointing)"
     assert registers.find("result_qx").frac == 31
     assert [p.name for p in registers.streams[1].inputs] == ["east", "north", "up"]
+
+
+def test_check_on_every_level() -> None:
+    """In turns with the filter whose attitude it reads, bit by bit and within tolerances."""
+    walk = read_record(bundled("ximu_walk")).head(400)
+    rng = np.random.default_rng(8)
+    sky = rng.normal(size=(len(walk), 3))
+    sky /= np.linalg.norm(sky, axis=1, keepdims=True)
+    columns = {name: Column(sky[:, k]) for k, name in enumerate(SKY)}
+    record = replace(walk, columns={**walk.columns, **columns})
+    mekf, pointing = boresight.check(f"mekf,{FILE}", record, simulator="verilator")
+    for result in (mekf, pointing):
+        assert result.good
+        assert [(x.level, x.n_total, x.n_mismatch) for x in result.levels] == [
+            (level, 400, 0) for level in ("fixed", "c", "rtl")
+        ]
+    # It has seen attitudes, not their start.
+    assert np.ptp(pointing.fixed.outputs["azimuth"]) > 0.5
 
 
 def test_the_program_alone_is_like_any_other() -> None:

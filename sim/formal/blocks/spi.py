@@ -50,7 +50,12 @@ class Framed(Elaboratable):
             dut.miso.eq(unknown(m, 1, "miso_pin")),
         ]
         falls = self._watch(m)
-        self._frame(m, take=valid & dut.i.ready, payload=payload, miso=inside["miso"])
+        self._frame(
+            m,
+            take=valid & dut.i.ready,
+            payload=payload,
+            miso=inside.parts["synchroniser"].component.o,
+        )
         self._registers(m, inside)
         second = Signal()
         with m.If(dut.o_valid):

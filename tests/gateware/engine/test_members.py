@@ -23,6 +23,7 @@ from boresight.gateware.bus.arbiter import BusArbiter
 from boresight.gateware.bus.core_registers import Registers
 from boresight.gateware.bus.counters import EventCounters
 from boresight.gateware.bus.csr import Csr
+from boresight.gateware.bus.feed_registers import FeedRegisters
 from boresight.gateware.bus.results import ResultPort, Results
 from boresight.gateware.bus.signature import BusSignature
 from boresight.gateware.bus.wishbone import WishboneSignature, WishboneSlave
@@ -56,7 +57,6 @@ from boresight.gateware.system.attitude_system import AttitudeSystem
 from boresight.gateware.system.attitude_text import AngleDigits
 from boresight.gateware.system.bridge import Bridge
 from boresight.gateware.system.conductor import Conductor
-from boresight.gateware.system.feed_registers import FeedRegisters
 from boresight.gateware.system.programs import core_plan, system_core
 from boresight.gateware.system.system_bus import SystemBus
 from tests.support.linked import linked_core

@@ -54,6 +54,14 @@ def test_within_the_declared_ranges(name: str) -> None:
     assert (x[:, 1] == 1.0).all() or name == "gaps"
 
 
+def test_what_is_held_is_new_in_the_first_sample() -> None:
+    class Held(Estimator):
+        inputs = (Input("z", 0.0, 1.0, missing="hold"), Input("new", 0.0, 1.0, valid_of="z"))
+
+    firsts = [within(Held(), "gaps", 5, np.random.default_rng(k))[0, 1] for k in range(20)]
+    assert firsts == [1.0] * 20
+
+
 def test_gaps_are_read_as_declared() -> None:
     held, both, zero, _ = made("gaps").T
     missing = zero == 0.25

@@ -1,26 +1,24 @@
-"""Outputs of attitude filters by name, put together."""
+"""Outputs as attitudes, angles and status words."""
 
 import numpy as np
 
 from boresight.sim.attitude.outputs import attitude_of, euler_deg_of, status_of
 
 OUTPUTS = {
-    **{name: np.array([k, k + 0.5]) for k, name in enumerate(("qz", "qy", "qx", "qw"))},
     "pitch": np.array([0.25, -0.5]),
-    "roll": np.array([0.1, 0.2]),
-    "heading": np.array([-1.0, 0.5]),
-    "status": np.array([2.9999, 32.0001]),
+    "heading": np.array([1.0, -1.0]),
+    "roll": np.array([0.125, 0.0]),
+    "qz": np.array([4.0, 8.0]),
+    "qw": np.array([1.0, 5.0]),
+    "qy": np.array([3.0, 7.0]),
+    "qx": np.array([2.0, 6.0]),
+    "status": np.array([3.0000001, 1023.9999]),
 }
 
 
-def test_scalar_first() -> None:
-    np.testing.assert_array_equal(attitude_of(OUTPUTS), [[3, 2, 1, 0], [3.5, 2.5, 1.5, 0.5]])
-
-
-def test_heading_first_in_degrees() -> None:
-    np.testing.assert_allclose(euler_deg_of(OUTPUTS), [[-180, 45, 18], [90, -90, 36]])
-
-
-def test_status_words_are_whole() -> None:
-    status = status_of(OUTPUTS)
-    assert status.tolist() == [3, 32] and status.dtype == np.int64
+def test_by_hand() -> None:
+    assert attitude_of(OUTPUTS).tolist() == [[1.0, 2.0, 3.0, 4.0], [5.0, 6.0, 7.0, 8.0]]
+    assert euler_deg_of(OUTPUTS).tolist() == [[180.0, 45.0, 22.5], [-180.0, -90.0, 0.0]]
+    assert status_of(OUTPUTS).tolist() == [3, 1024] and status_of(OUTPUTS).dtype == np.int64
+    one = {name: values[0] for name, values in OUTPUTS.items()}
+    assert attitude_of(one).shape == (4,)

@@ -1,4 +1,4 @@
-"""The chain in integers: what a log becomes, and the way back that gives the same attitude."""
+"""What a record becomes at the sensors, and the way back that gives the same attitude."""
 
 from dataclasses import replace
 

@@ -12,7 +12,6 @@ import pytest
 
 from boresight.model.errors import InputError
 from boresight.sim.records.archive import format_npz, parse_npz
-from boresight.sim.records.files import content_of, read_record
 from boresight.sim.records.record import Column, Record
 
 PATH = Path("walk.npz")
@@ -134,24 +133,3 @@ def test_what_is_no_archive(content: bytes) -> None:
         r"be read as one; write it with numpy\.savez; a CSV log must not be named \.npz$",
     ):
         parse_npz(PATH, content)
-
-
-@pytest.mark.parametrize("name", ["a.csv", "a.txt", "a.npz", "a.NPZ"])
-def test_written_and_read_back_exactly(tmp_path: Path, name: str) -> None:
-    held = {"t": Column(T, "s"), "z": Column(np.array([np.nan, 0.1 + 0.2, -0.0, 1e-300]))}
-    content = content_of(name, Record("r", held))
-    assert content.startswith(b"PK") == name.lower().endswith(".npz")
-    (tmp_path / name).write_bytes(content)
-    found = read_record(tmp_path / name)
-    assert found.name == "a" and [c.unit for c in found.columns.values()] == ["s", None]
-    for key, column in held.items():
-        assert found.columns[key].values.tobytes() == column.values.tobytes()
-
-
-def test_files_by_suffix(tmp_path: Path) -> None:
-    for name, content in (("a.NPZ", packed(z=[1.5])), ("b.txt", b"z\n1.5\n")):
-        (tmp_path / name).write_bytes(content)
-        found = read_record(str(tmp_path / name))
-        assert found.name == name[0] and found.columns["z"].values.tolist() == [1.5]
-    with pytest.raises(InputError, match="wanted a log file that can be read, found no such file"):
-        read_record(tmp_path / "c.csv")

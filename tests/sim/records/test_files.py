@@ -1,31 +1,43 @@
-"""One log under two suffixes; test_text.py and test_archive.py have what each refuses."""
+"""Log files by their names: read, written, and what is no file."""
 
+from __future__ import annotations
+
+import io
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from boresight.model.errors import InputError
-from boresight.sim.records.bundled import bundled
 from boresight.sim.records.files import content_of, read_record
+from boresight.sim.records.record import Column, Record
+
+T = np.array([0.0, 0.5, 0.75, 1.75])
 
 
-@pytest.mark.parametrize("name", ["log.csv", "log.txt", "log", "log.npz", "LOG.NPZ"])
-def test_what_is_written_is_read_back(name: str, tmp_path: Path) -> None:
-    record = read_record(bundled("synthetic_60s")).head(20)
-    path = tmp_path / name
-    path.write_bytes(content_of(path, record))
-    assert path.read_bytes().startswith(b"PK") == name.lower().endswith(".npz")
-    again = read_record(str(path))
-    assert again.columns.keys() == record.columns.keys()
-    for column, wanted in record.columns.items():
-        np.testing.assert_array_equal(again.columns[column].values, wanted.values)
+def packed(**arrays: Any) -> bytes:
+    buffer = io.BytesIO()
+    np.savez(buffer, **arrays)
+    return buffer.getvalue()
 
 
-def test_the_suffix_decides(tmp_path: Path) -> None:
-    record = read_record(bundled("synthetic_60s")).head(3)
-    (tmp_path / "log.npz").write_bytes(content_of("log.csv", record))
-    with pytest.raises(InputError, match=r"log\.npz: wanted "):
-        read_record(tmp_path / "log.npz")
+@pytest.mark.parametrize("name", ["a.csv", "a.txt", "a.npz", "a.NPZ"])
+def test_written_and_read_back_exactly(tmp_path: Path, name: str) -> None:
+    held = {"t": Column(T, "s"), "z": Column(np.array([np.nan, 0.1 + 0.2, -0.0, 1e-300]))}
+    content = content_of(name, Record("r", held))
+    assert content.startswith(b"PK") == name.lower().endswith(".npz")
+    (tmp_path / name).write_bytes(content)
+    found = read_record(tmp_path / name)
+    assert found.name == "a" and [c.unit for c in found.columns.values()] == ["s", None]
+    for key, column in held.items():
+        assert found.columns[key].values.tobytes() == column.values.tobytes()
+
+
+def test_files_by_suffix(tmp_path: Path) -> None:
+    for name, content in (("a.NPZ", packed(z=[1.5])), ("b.txt", b"z\n1.5\n")):
+        (tmp_path / name).write_bytes(content)
+        found = read_record(str(tmp_path / name))
+        assert found.name == name[0] and found.columns["z"].values.tolist() == [1.5]
     with pytest.raises(InputError, match="wanted a log file that can be read, found no such file"):
-        read_record(tmp_path / "none.csv")
+        read_record(tmp_path / "c.csv")

@@ -105,7 +105,8 @@ def test_a_pair_of_axes_is_no_vector() -> None:
         inputs = tuple(Input(f"a{axis}", -20.0, 20.0, "m/s^2") for axis in "xy")
         outputs = (Output("y"),)
 
-    assert warnings_of(Pair(), np.array([[0.6, 0.8]]), np.ones((1, 2), bool)) == ()
+    for new in ([[True, True]], [[True, False]]):
+        assert warnings_of(Pair(), np.array([[0.6, 0.8]]), np.array(new)) == ()
 
 
 @pytest.mark.parametrize("name", bundled_names())

@@ -11,7 +11,7 @@ from boresight.gateware.core import build_shared_core
 from boresight.model.words.interpreter import Interpreter
 from boresight.sim.rtl.cosim import RtlSimulation
 from boresight.sim.rtl.replay import BusWrite
-from boresight.sim.rtl.sharing import deal, run_in_turns
+from boresight.sim.rtl.sharing import completed, deal, rounds, run_in_turns
 from boresight.sim.rtl.simulators import available
 from tests.support.random_program import random_inputs, random_program
 
@@ -69,3 +69,28 @@ def test_random_programs_in_turns(config, word, count, simulator):
     )
     assert np.array_equal(run.outputs, np.concatenate([first, second])[:, :, 0])
     assert (run.interval_cycles == one.schedule.interval).all()
+
+
+def test_rounds_of_records_stay_the_same_when_streams_are_cut():
+    turns = rounds((5, 3, 4))
+    assert sorted((t.number, t.start, t.stop) for t in turns) == [
+        (number, k, k + 1) for number, count in enumerate((5, 3, 4)) for k in range(count)
+    ]
+    assert [t.start for t in turns] == sorted(t.start for t in turns)
+    assert len({tuple(t.number for t in turns[k : k + 3]) for k in (0, 3, 6)}) > 1
+    for most in (1, 2, 4):
+        cut = rounds([min(most, n) for n in (5, 3, 4)])
+        assert cut == [t for t in turns if t.start < most]
+
+
+def test_completed_counts_the_turns_before():
+    counts = (5, 3, 4)
+    for number in range(3):
+        done = completed(counts, number)
+        before = [0, 0, 0]
+        seen = []
+        for turn in rounds(counts):
+            if turn.number == number:
+                seen.append(list(before))
+            before[turn.number] += 1
+        assert np.array(seen).T.tolist() == [row.tolist() for row in done]

@@ -184,14 +184,6 @@ def test_worlds_without_records() -> None:
         closed(World())
 
 
-def test_names_of_worlds() -> None:
-    class Called(World):
-        name = "mine"
-
-    assert (World.name, Plant.name, Called.name) == ("world", "plant", "mine")
-    assert World().start() is None
-
-
 def loop_of(level: str, inputs: Any, **outputs: Any) -> Loop:
     table = np.array(inputs, dtype=np.float64)
     named = {n: np.array(v, dtype=np.float64) for n, v in outputs.items()}

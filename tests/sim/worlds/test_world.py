@@ -1,4 +1,4 @@
-"""The base class of closed loops; test_loop.py runs worlds on every level."""
+"""What a world has without being told."""
 
 from __future__ import annotations
 
@@ -7,23 +7,23 @@ import pytest
 from boresight.sim.worlds.world import World
 
 
-class Mixer(World):
+class Plant(World):
     pass
 
 
-class Other(Mixer):
-    name = "my world"
+class Called(Plant):
+    name = "mine"
 
 
-class Third(Other):
+class Again(Called):
     pass
 
 
-def test_a_world_has_the_name_of_its_class_unless_it_says_so() -> None:
-    assert [w.name for w in (World, Mixer, Other, Third)] == ["world", "mixer", "my world", "third"]
+def test_names_of_worlds() -> None:
+    assert [w.name for w in (World, Plant, Called, Again)] == ["world", "plant", "mine", "again"]
 
 
-def test_what_has_to_be_written() -> None:
-    Mixer().start()
+def test_a_world_has_no_start_of_its_own_and_no_record() -> None:
+    assert Plant().start() is None
     with pytest.raises(NotImplementedError):
-        Mixer().record(None)
+        Plant().record(None)

@@ -5,7 +5,7 @@ import random
 import pytest
 from amaranth.sim import Simulator
 
-from boresight.gateware.system.feed_registers import FeedRegisters
+from boresight.gateware.bus.feed_registers import FeedRegisters
 
 
 @pytest.mark.parametrize("count", [1, 2, 7, 32])
