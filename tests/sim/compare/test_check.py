@@ -65,9 +65,7 @@ def faulty(name, pattern, change, config="small"):
 
     build = Build(estimator(name), config=config)
     core = build.core
-    build.core = Faulty(
-        **{f.name: getattr(core, f.name) for f in dataclasses.fields(core) if f.init}
-    )
+    build.core = Faulty(core.parts, core.machine, core.image)
     return build
 
 
