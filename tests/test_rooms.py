@@ -34,7 +34,6 @@ LONG: set[str] = {
     "boresight/verbs/tune.py: tune",
     "gateware/bus/core_registers.py: elaborate",
     "gateware/sensors/hmr3300.py: elaborate",
-    "gateware/system/system_registers.py: system_registers",
     "sim/board/trace.py: read_trace",
     "sim/worlds/synthetic.py: synthetic_log",
 }
