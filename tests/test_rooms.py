@@ -30,13 +30,7 @@ CIRCLES: set[tuple[str, ...]] = {
     ),
 }
 ROOM_CIRCLES: set[tuple[str, ...]] = set()
-LONG: set[str] = {
-    "boresight/verbs/tune.py: tune",
-    "gateware/bus/core_registers.py: elaborate",
-    "gateware/sensors/hmr3300.py: elaborate",
-    "sim/board/trace.py: read_trace",
-    "sim/worlds/synthetic.py: synthetic_log",
-}
+LONG: set[str] = {"gateware/sensors/hmr3300.py: elaborate", "sim/board/trace.py: read_trace"}
 
 
 def test_no_folder_is_full():
