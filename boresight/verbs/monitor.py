@@ -118,6 +118,17 @@ def _cells(update: Update) -> dict[str, str]:
     return cells if update.status is None else {**cells, "status": f"0x{update.status:02x}"}
 
 
+def _picture(track: Track, kind: str) -> bytes:
+    """An image of the attitudes."""
+    shown = [a for a in track.attitudes if isinstance(a, Attitude)]
+    if len(shown) < len(track.attitudes):
+        raise InputError.at(
+            "--plot", wanted="attitudes", found="other outputs", fix="leave it out; take --csv"
+        )
+    across = track.time_s or track.number
+    return plot_image(across, shown, track.gaps, kind, timed=track.time_s is not None)
+
+
 def _assignment(text: str) -> tuple[str, str]:
     name, separator, value = text.partition("=")
     if not separator or not name or not value:
@@ -267,14 +278,7 @@ def monitor(
     if picture_file is not None and plot is not None:
         if not attitudes:
             raise _nothing(source, bad)
-        shown = [a for a in attitudes if isinstance(a, Attitude)]
-        if len(shown) < len(attitudes):
-            raise InputError.at(
-                "--plot", wanted="attitudes", found="other outputs", fix="leave it out; take --csv"
-            )
-        timed, kind = track.time_s is not None, Path(plot).suffix[1:]
-        across = track.time_s or track.number
-        picture_file.write(plot_image(across, shown, track.gaps, kind, timed=timed))
+        picture_file.write(_picture(track, Path(plot).suffix[1:]))
     return {
         "attitudes": [asdict(a) for a in attitudes],
         "missing": track.missing,

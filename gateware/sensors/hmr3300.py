@@ -180,16 +180,7 @@ class Hmr3300(wiring.Component):
         m.d.sync += beat.eq(self.time[self.beat])
         m.d.comb += tick.eq(beat ^ self.time[self.beat])
 
-        ticks = self._ticks(self.stale_s) + 1
-        age = Signal(ticks.bit_length(), init=-1)  # ticks, up to all ones
-        stale, was_stale = Signal(), Signal(init=1)
-        m.d.comb += stale.eq(age.all() & ~parser.line)
-        m.d.sync += was_stale.eq(stale)
-        with m.If(parser.line):
-            m.d.sync += age.eq((1 << len(age)) - 1 - ticks)
-        with m.Else():
-            m.d.sync += age.eq(age + (tick & ~stale))
-
+        stale, was_stale = self._age(m, tick)
         heard = Signal()  # since the last tick
         m.d.sync += heard.eq(receiver.valid | (heard & ~tick))
 
@@ -227,3 +218,16 @@ class Hmr3300(wiring.Component):
         }
         m.d.comb += [self.events[k].eq(happened[name]) for k, name in enumerate(self.EVENTS)]
         return m
+
+    def _age(self, m: Module, tick: Signal) -> tuple[Signal, Signal]:
+        """Whether the last good sentence is stale, and was in the cycle before."""
+        ticks = self._ticks(self.stale_s) + 1
+        age = Signal(ticks.bit_length(), init=-1)  # ticks, up to all ones
+        stale, was_stale = Signal(), Signal(init=1)
+        m.d.comb += stale.eq(age.all() & ~self._parser.line)
+        m.d.sync += was_stale.eq(stale)
+        with m.If(self._parser.line):
+            m.d.sync += age.eq((1 << len(age)) - 1 - ticks)
+        with m.Else():
+            m.d.sync += age.eq(age + (tick & ~stale))
+        return stale, was_stale

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from boresight.gateware.boards.ise_text import table
-
-if TYPE_CHECKING:
-    from boresight.gateware.system.attitude_system import AttitudeSystem
+from boresight.gateware.core import Core
+from boresight.gateware.system.plan import Plan
 
 __all__ = ["system_text"]
 
@@ -34,7 +33,23 @@ Cycles are counted from the data-ready edge at the pin to the new attitude in th
 """
 
 
-def system_text(system: AttitudeSystem) -> tuple[str, str]:
+class Described(Protocol):
+    """What the text tells of a system (`gateware.system.attitude_system`)."""
+
+    core: Core
+    plan: Plan
+    clock_hz: float
+    host_baud: float
+
+    @property
+    def build(self) -> int:
+        """Digest of programs and configuration."""
+
+    def latency_cycles(self, number: int) -> int:
+        """Data-ready at the pin to new results of a filter."""
+
+
+def system_text(system: Described) -> tuple[str, str]:
     """Head and end of the README."""
     plan, machine = system.plan, system.core.machine
     head = _HEAD.format(
