@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from amaranth.hdl import Module, Signal, signed
+from amaranth.hdl import Module, Signal, Value, signed
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -180,7 +180,16 @@ class Hmr3300(wiring.Component):
         m.d.sync += beat.eq(self.time[self.beat])
         m.d.comb += tick.eq(beat ^ self.time[self.beat])
 
-        stale, was_stale = self._age(m, tick)
+        ticks = self._ticks(self.stale_s) + 1
+        age = Signal(ticks.bit_length(), init=-1)  # ticks, up to all ones
+        stale, was_stale = Signal(), Signal(init=1)
+        m.d.comb += stale.eq(age.all() & ~parser.line)
+        m.d.sync += was_stale.eq(stale)
+        with m.If(parser.line):
+            m.d.sync += age.eq((1 << len(age)) - 1 - ticks)
+        with m.Else():
+            m.d.sync += age.eq(age + (tick & ~stale))
+
         heard = Signal()  # since the last tick
         m.d.sync += heard.eq(receiver.valid | (heard & ~tick))
 
@@ -205,29 +214,21 @@ class Hmr3300(wiring.Component):
             self.flags.commanding.eq(commander.busy),
             self.flags.paused.eq(commander.paused),
         ]
-        happened = {
+        happened = self._happened(receiver.error, stale & ~was_stale)
+        m.d.comb += [self.events[k].eq(happened[name]) for k, name in enumerate(self.EVENTS)]
+        return m
+
+    def _happened(self, framing_error: Value, went_stale: Value) -> dict[str, Value]:
+        """Each of `EVENTS`, by its name."""
+        parser, commander = self._parser, self._commander
+        return {
             "heading_line": parser.line & ~parser.is_counts,
             "counts_line": parser.line & parser.is_counts,
             "rejected_line": parser.rejected,
-            "framing_error": receiver.error,
+            "framing_error": framing_error,
             "command_sent": commander.sent,
             "command_acknowledged": commander.acknowledged,
             "command_timed_out": commander.timed_out,
             "invalid_command": parser.invalid,
-            "went_stale": stale & ~was_stale,
+            "went_stale": went_stale,
         }
-        m.d.comb += [self.events[k].eq(happened[name]) for k, name in enumerate(self.EVENTS)]
-        return m
-
-    def _age(self, m: Module, tick: Signal) -> tuple[Signal, Signal]:
-        """Whether the last good sentence is stale, and was in the cycle before."""
-        ticks = self._ticks(self.stale_s) + 1
-        age = Signal(ticks.bit_length(), init=-1)  # ticks, up to all ones
-        stale, was_stale = Signal(), Signal(init=1)
-        m.d.comb += stale.eq(age.all() & ~self._parser.line)
-        m.d.sync += was_stale.eq(stale)
-        with m.If(self._parser.line):
-            m.d.sync += age.eq((1 << len(age)) - 1 - ticks)
-        with m.Else():
-            m.d.sync += age.eq(age + (tick & ~stale))
-        return stale, was_stale

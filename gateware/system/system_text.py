@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from collections.abc import Sequence
 
 from boresight.gateware.boards.ise_text import table
-from boresight.gateware.core import Core
+from boresight.gateware.machine import Machine
 from boresight.gateware.system.plan import Plan
 
 __all__ = ["system_text"]
@@ -33,41 +33,27 @@ Cycles are counted from the data-ready edge at the pin to the new attitude in th
 """
 
 
-class Described(Protocol):
-    """What the text tells of a system (`gateware.system.attitude_system`)."""
-
-    core: Core
-    plan: Plan
-    clock_hz: float
-    host_baud: float
-
-    @property
-    def build(self) -> int:
-        """Digest of programs and configuration."""
-
-    def latency_cycles(self, number: int) -> int:
-        """Data-ready at the pin to new results of a filter."""
-
-
-def system_text(system: Described) -> tuple[str, str]:
-    """Head and end of the README."""
-    plan, machine = system.plan, system.core.machine
+def system_text(
+    plan: Plan,
+    machine: Machine,
+    *,
+    build: int,
+    baud: float,
+    clock_hz: float,
+    latency_cycles: Sequence[int],
+) -> tuple[str, str]:
+    """Head and end of the README, with the latency of each filter from data-ready to registers."""
     head = _HEAD.format(
         filters=plan.filters,
         config=machine.name,
         lanes=machine.lanes,
         word=plan.word,
-        build=system.build,
-        baud=system.host_baud,
+        build=build,
+        baud=baud,
     )
     rows = [("number", "filter", "cycles", "microseconds")]
     rows += [
-        (
-            str(k),
-            name,
-            str(system.latency_cycles(k)),
-            f"{1e6 * system.latency_cycles(k) / system.clock_hz:.2f}",
-        )
-        for k, name in enumerate(plan.names[: plan.filters])
+        (str(k), name, str(cycles), f"{1e6 * cycles / clock_hz:.2f}")
+        for k, (name, cycles) in enumerate(zip(plan.names, latency_cycles, strict=False))
     ]
     return head, _BODY.format(table=table(rows))
