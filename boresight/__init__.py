@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from boresight.model.errors import InputError, ToolMissing
     from boresight.model.estimator import Estimator
     from boresight.sim.experiments.experiment import Experiment, Result, Target
+    from boresight.sim.records.files import record_of
     from boresight.sim.records.record import Record
     from boresight.sim.worlds.world import World
     from boresight.verbs.accuracy import accuracy
@@ -75,6 +76,7 @@ __all__ = [
     "list_estimators",
     "monitor",
     "ops",
+    "record_of",
     "report",
     "run",
     "simulate",
@@ -92,10 +94,11 @@ _ELSEWHERE = {
     **dict.fromkeys(("Experiment", "Result", "Target"), "sim.experiments.experiment"),
     "Estimator": "model.estimator",
     "Record": "sim.records.record",
+    "record_of": "sim.records.files",
     "World": "sim.worlds.world",
     "list_estimators": "verbs.list",
     "simulate_faults": "verbs.simulate",
-    "simulate_world": "verbs.loop",
+    "simulate_world": "loop",
 }
 
 

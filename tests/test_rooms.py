@@ -17,42 +17,23 @@ from tests.support.tree import (
     unmirrored,
 )
 
-#: What still breaks a rule; an entry that no longer does has to go.
-FULL: set[str] = {"gateware/schedule", "gateware/system", "firmware/soc"}
-CIRCLES: set[tuple[str, ...]] = {
-    ("boresight.gateware.system.attitude_system", "boresight.gateware.system.system_text"),
-    (
-        "boresight.sim.records.archive",
-        "boresight.sim.records.files",
-        "boresight.sim.records.nine_axis",
-        "boresight.sim.records.record",
-        "boresight.sim.records.text",
-    ),
-}
-ROOM_CIRCLES: set[tuple[str, ...]] = set()
-LONG: set[str] = {
-    "boresight/verbs/tune.py: tune",
-    "gateware/bus/core_registers.py: elaborate",
-    "gateware/sensors/hmr3300.py: elaborate",
-    "sim/board/trace.py: read_trace",
-    "sim/worlds/synthetic.py: synthetic_log",
-}
+LONG: set[str] = {"gateware/sensors/hmr3300.py: elaborate", "sim/board/trace.py: read_trace"}
 
 
 def test_no_folder_is_full():
-    assert full_folders().keys() == FULL
+    assert not full_folders()
 
 
 def test_no_circle_among_modules():
-    assert set(circles(modules_of(), rooms=False)) == CIRCLES
+    assert not circles(modules_of(), rooms=False)
 
 
 def test_no_circle_among_rooms():
-    assert set(circles(modules_of(), rooms=True)) == ROOM_CIRCLES
+    assert not circles(modules_of(), rooms=True)
 
 
 def test_no_function_is_long():
-    assert long_functions().keys() == LONG
+    assert not long_functions()
 
 
 def test_every_module_has_its_test():
@@ -86,7 +67,7 @@ def tree(tmp_path):
 
 
 def test_a_sixteenth_file_is_told(tree, tmp_path):
-    for k in range(12):
+    for k in range(13):
         tree(f"sim/room/{k}.txt")
     assert not full_folders(tmp_path)  # nor is the link to it counted
     tree("sim/room/last.txt")

@@ -13,10 +13,12 @@ from typing import Any
 from boresight.gateware.boards.frames import END, Decoder, Kind, encode
 from boresight.gateware.system.attitude_frame import (
     FORMATS,
+    OUTPUTS,
     WORDS,
-    Attitude,
+    Update,
     attitude_of,
     parse_line,
+    values_of,
 )
 from boresight.model.errors import InputError
 from boresight.register_file import read_registers
@@ -45,6 +47,8 @@ class Listener:
     ----------
     formats : mapping
         Fraction bits of quaternion and status by filter (`gateware.system.attitude_frame.FORMATS`).
+    others : mapping, optional
+        Of estimators whose outputs are no attitude: by number, the fraction bits by name.
 
     Attributes
     ----------
@@ -53,13 +57,17 @@ class Listener:
         may have begun before anybody listened, is not counted.
     """
 
-    def __init__(self, formats: Mapping[int, tuple[int, int]] = FORMATS) -> None:
-        self.formats = formats
+    def __init__(
+        self,
+        formats: Mapping[int, tuple[int, int]] = FORMATS,
+        others: Mapping[int, Mapping[str, int]] | None = None,
+    ) -> None:
+        self.formats, self.others = formats, others or {}
         self.bad = 0
         self._begun = False
         self._piece = bytearray()
 
-    def feed(self, data: bytes) -> Iterator[Attitude | Reply]:
+    def feed(self, data: bytes) -> Iterator[Update | Reply]:
         """Yield what ends in ``data``."""
         for byte in data:
             self._piece.append(byte)
@@ -78,13 +86,17 @@ class Listener:
             if item is not None:
                 yield item
 
-    def _line(self, piece: bytes) -> Attitude | None:
+    def _line(self, piece: bytes) -> Update | None:
         return parse_line(piece.decode(), self.formats) if piece.isascii() else None
 
-    def _frame(self, piece: bytes) -> Attitude | Reply | None:
+    def _frame(self, piece: bytes) -> Update | Reply | None:
         for kind, words in Decoder(word=32).feed(piece):
-            if kind is Kind.ATTITUDE and len(words) == len(WORDS):
-                return attitude_of(words, self.formats)
+            if kind is Kind.ATTITUDE and words:
+                outputs = self.others.get(words[0] >> 16 & 7)
+                if outputs is not None and len(words) == 2 + len(outputs):
+                    return values_of(words, outputs)
+                if outputs is None and len(words) == len(WORDS):
+                    return attitude_of(words, self.formats)
             if kind in (Kind.READ, Kind.WRITE) and len(words) == 1:
                 return Reply(kind, words[0])
         return None
@@ -112,6 +124,13 @@ class RegisterTable:
             if {"qw", "status"} <= frac.keys():
                 found[number] = (frac["qw"], frac["status"])
         return found or FORMATS
+
+    @property
+    def others(self) -> dict[int, dict[str, int]]:
+        """Outputs of estimators that give no attitude: by number, fraction bits by name."""
+        programs = enumerate(self.data.get("programs", []))
+        outputs = {k: {o["name"]: o["frac"] for o in p["outputs"]} for k, p in programs}
+        return {k: found for k, found in outputs.items() if tuple(found) != OUTPUTS}
 
     def find(self, name: str) -> dict[str, Any]:
         """The register of a name or a number.
@@ -269,7 +288,7 @@ class BoardLine:
     def __exit__(self, *_: object) -> None:
         self._file.close()
 
-    def items(self, *, silence_s: float) -> Iterator[Attitude | Reply]:
+    def items(self, *, silence_s: float) -> Iterator[Update | Reply]:
         """What comes, until the file ends.
 
         Raises
@@ -299,7 +318,7 @@ class BoardLine:
         kind: Kind,
         words: list[int],
         *,
-        also: Callable[[Attitude], object] = lambda attitude: None,
+        also: Callable[[Update], object] = lambda attitude: None,
     ) -> int:
         """Send a register access and wait for its answer; attitudes meanwhile go to ``also``.
 
@@ -321,7 +340,7 @@ class BoardLine:
             while time.monotonic() < end:
                 answer = None
                 for item in self.listener.feed(self._read()):
-                    if isinstance(item, Attitude):
+                    if isinstance(item, Update):
                         also(item)
                     elif item.kind is kind and (kind is Kind.READ or item.word == words[0]):
                         answer = item.word

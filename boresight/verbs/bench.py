@@ -25,7 +25,7 @@ from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import words_of
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
-from boresight.sim.records.record import Record
+from boresight.sim.records.files import read_record
 from boresight.verbs.demo import FILTERS
 
 __all__ = ["add_arguments", "bench", "call", "random_inputs"]
@@ -49,7 +49,7 @@ def _recorded(
 ) -> tuple[IntArray, str]:
     """Input words (n, n_inputs) as sensors give them, at least ``count``, and what they are."""
     try:
-        words = feed(estimator, Record.of(bundled("ximu_walk"))).words(program)
+        words = feed(estimator, read_record(bundled("ximu_walk"))).words(program)
         if len(words) > count:
             return words, "windows of the bundled recording"
     except InputError:

@@ -18,7 +18,7 @@ from boresight.sim.compare.check import EXACT, Check
 from boresight.sim.compare.reproducer import load_reproducer, replay_reproducer
 from boresight.sim.compare.results import CheckResult
 from boresight.sim.levels.build import Build
-from boresight.sim.records.files import read_record
+from boresight.sim.records.files import read_record, record_of
 from boresight.sim.records.reading import reason
 from boresight.sim.records.record import Record
 from boresight.terminal import say
@@ -97,7 +97,7 @@ def _own_record(name: str, own: Mapping[str, Any]) -> Record:
             found="none",
             fix=f"write for example {name}=log.csv",
         )
-    return Record.of(own[name])
+    return record_of(own[name])
 
 
 def check(

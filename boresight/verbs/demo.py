@@ -20,6 +20,7 @@ from boresight.sim.board.setup import REAL
 from boresight.sim.compare.check import Check
 from boresight.sim.levels.build import Build
 from boresight.sim.records.bundled import bundled
+from boresight.sim.records.files import read_record
 from boresight.sim.records.record import Record
 from boresight.sim.report.data import report_data
 from boresight.sim.report.html import render_html
@@ -56,7 +57,7 @@ def demo(
     say = progress or (lambda text: None)
     estimators = [find_estimator(name) for name in names]
     check_number("steps", steps, 1)
-    record = Record.of(bundled(RECORDING)).head(steps)
+    record = read_record(bundled(RECORDING)).head(steps)
     summary: dict[str, Any] = {"log": RECORDING, "good": False, "cores": [], "filters": []}
     with output_folder(output, "demo", of=",".join(names), files=_files(names)) as folder:
         for config in CONFIGS:

@@ -14,7 +14,7 @@ from boresight.board.line import BoardLine, Listener, RegisterTable
 from boresight.board.plot import plot_image
 from boresight.disk.output import OutputFile, apart
 from boresight.gateware.boards.frames import Kind
-from boresight.gateware.system.attitude_frame import Attitude
+from boresight.gateware.system.attitude_frame import Attitude, Update, Values
 from boresight.model.errors import InputError
 from boresight.options import Outcome
 from boresight.terminal import say
@@ -40,13 +40,13 @@ _COLUMNS = (
 
 @dataclass(frozen=True)
 class Track:
-    """Attitudes in time.
+    """Attitudes in time, or outputs of other estimators.
 
     ``number`` goes on behind 65535. ``time_s`` is None without time stamps. ``gaps`` holds, for
     each place after which frames are missing, the index of the attitude before and how many.
     """
 
-    attitudes: tuple[Attitude, ...]
+    attitudes: tuple[Update, ...]
     number: tuple[int, ...]
     time_s: tuple[float, ...] | None
     gaps: tuple[tuple[int, int], ...]
@@ -57,7 +57,7 @@ class Track:
         return sum(count for _, count in self.gaps)
 
 
-def track_of(attitudes: Sequence[Attitude], *, clock_hz: float) -> Track:
+def track_of(attitudes: Sequence[Update], *, clock_hz: float) -> Track:
     """Put attitudes in a row. The commonest step of the numbers is the one without a gap."""
     numbers: list[int] = []
     times: list[float] | None = []
@@ -76,9 +76,13 @@ def track_of(attitudes: Sequence[Attitude], *, clock_hz: float) -> Track:
     return Track(tuple(attitudes), tuple(numbers), None if times is None else tuple(times), gaps)
 
 
-def attitude_line(attitude: Attitude) -> str:
+def attitude_line(attitude: Update) -> str:
     """One line for people."""
     notes = ", ".join(attitude.flag_names)
+    if isinstance(attitude, Values):
+        shown = "  ".join(f"{name} {value:+.6g}" for name, value in attitude.values.items())
+        return f"{attitude.number:5d}  {shown}{'  ' + notes if notes else ''}"
+    assert isinstance(attitude, Attitude)
     status = "--" if attitude.status is None else f"{attitude.status:02X}"
     return (
         f"{attitude.number:5d}  heading {attitude.heading:+8.2f}  pitch {attitude.pitch:+7.2f}"
@@ -89,25 +93,40 @@ def attitude_line(attitude: Attitude) -> str:
 
 def _csv(track: Track) -> str:
     """The track as CSV; what is not known is empty."""
-    rows = [",".join(_COLUMNS)]
+    names = [n for a in track.attitudes if isinstance(a, Values) for n in a.values]
+    columns = dict.fromkeys([*_COLUMNS, *names])
+    if not any(isinstance(a, Attitude) for a in track.attitudes):
+        columns = dict.fromkeys(["number", "time_s", *names, "flags"])
+    rows = [",".join(columns)]
     for k, a in enumerate(track.attitudes):
-        quaternion = a.quaternion or ("", "", "", "")
-        rows.append(
-            ",".join(
-                str(cell)
-                for cell in (
-                    track.number[k],
-                    "" if track.time_s is None else f"{track.time_s[k]:.8f}",
-                    f"{a.heading:.7f}",
-                    f"{a.pitch:.7f}",
-                    f"{a.roll:.7f}",
-                    *(q if isinstance(q, str) else f"{q:.9f}" for q in quaternion),
-                    f"0x{a.flags:04x}",
-                    "" if a.status is None else f"0x{a.status:02x}",
-                )
-            )
-        )
+        cells = {"number": str(track.number[k]), "flags": f"0x{a.flags:04x}", **_cells(a)}
+        if track.time_s is not None:
+            cells["time_s"] = f"{track.time_s[k]:.8f}"
+        rows.append(",".join(cells.get(name, "") for name in columns))
     return "\n".join(rows) + "\n"
+
+
+def _cells(update: Update) -> dict[str, str]:
+    """What an update tells, by column."""
+    if isinstance(update, Values):
+        return {name: f"{value:.9g}" for name, value in update.values.items()}
+    assert isinstance(update, Attitude)
+    cells = {f"{name}_deg": f"{getattr(update, name):.7f}" for name in ("heading", "pitch", "roll")}
+    if update.quaternion is not None:
+        parts = zip(("qw", "qx", "qy", "qz"), update.quaternion, strict=True)
+        cells |= {name: f"{q:.9f}" for name, q in parts}
+    return cells if update.status is None else {**cells, "status": f"0x{update.status:02x}"}
+
+
+def _picture(track: Track, kind: str) -> bytes:
+    """An image of the attitudes."""
+    shown = [a for a in track.attitudes if isinstance(a, Attitude)]
+    if len(shown) < len(track.attitudes):
+        raise InputError.at(
+            "--plot", wanted="attitudes", found="other outputs", fix="leave it out; take --csv"
+        )
+    across = track.time_s or track.number
+    return plot_image(across, shown, track.gaps, kind, timed=track.time_s is not None)
 
 
 def _assignment(text: str) -> tuple[str, str]:
@@ -159,13 +178,13 @@ def _read(line: BoardLine, table: RegisterTable, register: dict[str, Any]) -> di
 
 
 def _attitudes(
-    line: BoardLine, count: int | None, silence_s: float, each: Callable[[Attitude], None] | None
-) -> list[Attitude]:
+    line: BoardLine, count: int | None, silence_s: float, each: Callable[[Update], None] | None
+) -> list[Update]:
     """What comes, up to ``count``, the end of a file or Ctrl-C."""
-    attitudes: list[Attitude] = []
+    attitudes: list[Update] = []
     try:
         for item in line.items(silence_s=silence_s):
-            if isinstance(item, Attitude):
+            if isinstance(item, Update):
                 attitudes.append(item)
                 if each is not None:
                     each(item)
@@ -187,7 +206,7 @@ def monitor(
     writes: Sequence[str] = (),
     register_map: str | Path | None = None,
     silence_s: float = 5.0,
-    each: Callable[[Attitude], None] | None = None,
+    each: Callable[[Update], None] | None = None,
 ) -> dict[str, Any]:
     """Listen to a board; first write, then read registers.
 
@@ -245,7 +264,7 @@ def monitor(
     words = _words(table, writes)
     to_read = _readable(table, reads)
     accesses_only = bool(reads or writes) and count is None and csv is None and plot is None
-    with BoardLine(source, baud=baud, listener=Listener(table.formats)) as line:
+    with BoardLine(source, baud=baud, listener=Listener(table.formats, table.others)) as line:
         for register, word in words:
             line.access(Kind.WRITE, [register["address"], word])
         registers = {register["name"]: _read(line, table, register) for register in to_read}
@@ -259,9 +278,7 @@ def monitor(
     if picture_file is not None and plot is not None:
         if not attitudes:
             raise _nothing(source, bad)
-        timed, kind = track.time_s is not None, Path(plot).suffix[1:]
-        across = track.time_s or track.number
-        picture_file.write(plot_image(across, attitudes, track.gaps, kind, timed=timed))
+        picture_file.write(_picture(track, Path(plot).suffix[1:]))
     return {
         "attitudes": [asdict(a) for a in attitudes],
         "missing": track.missing,

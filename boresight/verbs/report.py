@@ -16,7 +16,7 @@ from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import Outcome, model_options, params_of, progress_of
 from boresight.sim.compare.check import Check
 from boresight.sim.levels.build import Build
-from boresight.sim.records.record import Record
+from boresight.sim.records.files import record_of
 from boresight.sim.report.data import report_data
 from boresight.sim.report.html import render_html
 from boresight.verbs.compile import estimate_core
@@ -55,7 +55,7 @@ def report(
     if steps is not None:
         check_number("steps", steps, 1)
     build = Build(estimator, config=config, word=word, params=[params])
-    record = Record.of(log_path).head(steps)
+    record = record_of(log_path).head(steps)
     files = ("report.html", "report.json")
     inputs = [log_path]
     with output_folder(output, "report", of=estimator.name, files=files, inputs=inputs) as folder:

@@ -24,7 +24,7 @@ from boresight.sim.compare.difference import differences
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import LEVELS, make_level
 from boresight.sim.records.feed import Feed, feed
-from boresight.sim.records.files import content_of
+from boresight.sim.records.files import content_of, record_of
 from boresight.sim.records.record import Column, Record
 from boresight.terminal import tell
 
@@ -88,7 +88,7 @@ def run(
             fix="rename the output, or leave -o out",
         )
     target = None if output is None else OutputFile(output, "run", of=of, inputs=inputs)
-    record = Record.of(log).head(steps)
+    record = record_of(log).head(steps)
     given = feed(estimator, record)
     with make_level(on, build) as level:
         outputs = level.run(given.inputs).outputs

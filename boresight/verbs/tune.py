@@ -21,7 +21,7 @@ from boresight.options import Outcome, number_options, params_of, progress_of
 from boresight.parameters import parse_settings
 from boresight.sim.accuracy.figures import units_of
 from boresight.sim.accuracy.scoring import Scorer
-from boresight.sim.accuracy.search import Tuned, deal_folds, tunable
+from boresight.sim.accuracy.search import Sensitivity, Tuned, deal_folds, tunable
 from boresight.sim.accuracy.tuning import Fold, Objective, Tuning, detuned, means, weights_of
 from boresight.sim.records.bundled import is_comparison
 from boresight.sim.records.feed import Feed, feed
@@ -128,13 +128,8 @@ def tune(
         **_errors(tuning, given, tuned.values),
         **_search(tuning, given, tuned, detune),
         "without_truth": left_out,
-        "sensitivity": [
-            {k: _or_none(v) if k.startswith("at_") else v for k, v in asdict(s).items()}
-            for s in tuning.around(tuned.values)
-        ],
-        "cross_validation": _cross(held, [t.record.name for t in trials], objective, seed)
-        if held
-        else None,
+        "sensitivity": [_plain(s) for s in tuning.around(tuned.values)],
+        "cross_validation": _cross(held, [t.record.name for t in trials], objective, seed),
     }
     if target is not None:
         target.write(json.dumps(data, indent=1) + "\n")
@@ -223,8 +218,10 @@ def _trials(estimator: Estimator, files: Sequence[Path]) -> tuple[list[Feed], li
 
 def _cross(
     held: Sequence[Fold], labels: Sequence[str], objective: Objective, seed: int | None
-) -> dict[str, Any]:
-    """What the folds say."""
+) -> dict[str, Any] | None:
+    """What the folds say; None without any."""
+    if not held:
+        return None
     return {
         "folds": [
             {
@@ -242,6 +239,10 @@ def _cross(
         "mean_test_error": _figures(means([s for f in held for s in f.scores])),
         "source": "mean over all trials, each with parameters tuned on the other folds",
     }
+
+
+def _plain(s: Sensitivity) -> dict[str, Any]:
+    return {k: _or_none(v) if k.startswith("at_") else v for k, v in asdict(s).items()}
 
 
 def _figures(score: Mapping[str, float]) -> dict[str, float | None]:

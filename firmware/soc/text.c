@@ -61,10 +61,13 @@ int32_t text_hundredths_of_half_turns(const int32_t word, const uint32_t frac) {
 }
 
 int32_t text_hundredths_of(const int32_t word, const int32_t frac) {
-    // The product stays below 2^38; beyond 24 whole bits more any word but 0 is out of range.
+    if (frac < -24 && word != 0) {
+        return word > 0 ? INT32_MAX : -INT32_MAX;
+    }
+    // The product stays below 2^38, and below 2^62 with its whole bits.
     const int64_t scaled = (int64_t) word * 100;
-    const uint32_t up = frac < -24 ? 24u : frac < 0 ? (uint32_t) -frac : 0u;
-    const uint32_t down = frac > 62 ? 62u : frac > 0 ? (uint32_t) frac : 0u;
+    const uint32_t up = frac < 0 && word != 0 ? (uint32_t) -frac : 0u;
+    const uint32_t down = frac > 61 ? 61u : frac > 0 ? (uint32_t) frac : 0u;
     const int64_t value = rounded(scaled * ((int64_t) 1 << up), down);
     return value > INT32_MAX ? INT32_MAX : value < -INT32_MAX ? -INT32_MAX : (int32_t) value;
 }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth.hdl import Module, Signal
+from amaranth.hdl import Module, Signal, Value
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
@@ -128,24 +128,7 @@ class Registers(wiring.Component):
             with m.If(self.grant & self.switch):
                 m.d.sync += self.program.eq(bus.w_data)
 
-        saturated, framing, pending = (Signal(name=n) for n in ("saturated", "framing", "pending"))
-        updates = Signal(word)
-        with m.If(bus.w_stb & fixed & ~bus.addr[:3].any()):
-            m.d.sync += [
-                saturated.eq(saturated & ~bus.w_data[0]),
-                framing.eq(framing & ~bus.w_data[1]),
-            ]
-        with m.If(self.saturated):
-            m.d.sync += [saturated.eq(1), pending.eq(1)]
-        with m.If(self.framing):
-            m.d.sync += [framing.eq(1), pending.eq(0)]
-        with m.If(self.commit):
-            m.d.sync += [
-                self.saturated_update.eq(pending | self.saturated),
-                pending.eq(0),
-                updates.eq(updates + 1),
-            ]
-
+        saturated, framing, updates = self._flags(m, bus.w_stb & fixed & ~bus.addr[:3].any())
         with m.Switch(bus.addr[:3]):
             with m.Case(0):
                 m.d.sync += bus.r_data.eq(
@@ -160,3 +143,24 @@ class Registers(wiring.Component):
             with m.Default():
                 m.d.sync += bus.r_data.eq(self.program)
         return m
+
+    def _flags(self, m: Module, cleared: Value) -> tuple[Signal, Signal, Signal]:
+        """Sticky flags, which a write clears, and the number of updates."""
+        saturated, framing, pending = (Signal(name=n) for n in ("saturated", "framing", "pending"))
+        updates = Signal(self.machine.arithmetic.word)
+        with m.If(cleared):
+            m.d.sync += [
+                saturated.eq(saturated & ~self.bus.w_data[0]),
+                framing.eq(framing & ~self.bus.w_data[1]),
+            ]
+        with m.If(self.saturated):
+            m.d.sync += [saturated.eq(1), pending.eq(1)]
+        with m.If(self.framing):
+            m.d.sync += [framing.eq(1), pending.eq(0)]
+        with m.If(self.commit):
+            m.d.sync += [
+                self.saturated_update.eq(pending | self.saturated),
+                pending.eq(0),
+                updates.eq(updates + 1),
+            ]
+        return saturated, framing, updates

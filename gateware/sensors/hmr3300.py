@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from amaranth.hdl import Module, Signal, signed
+from amaranth.hdl import Module, Signal, Value, signed
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -214,16 +214,21 @@ class Hmr3300(wiring.Component):
             self.flags.commanding.eq(commander.busy),
             self.flags.paused.eq(commander.paused),
         ]
-        happened = {
+        happened = self._happened(receiver.error, stale & ~was_stale)
+        m.d.comb += [self.events[k].eq(happened[name]) for k, name in enumerate(self.EVENTS)]
+        return m
+
+    def _happened(self, framing_error: Value, went_stale: Value) -> dict[str, Value]:
+        """Each of `EVENTS`, by its name."""
+        parser, commander = self._parser, self._commander
+        return {
             "heading_line": parser.line & ~parser.is_counts,
             "counts_line": parser.line & parser.is_counts,
             "rejected_line": parser.rejected,
-            "framing_error": receiver.error,
+            "framing_error": framing_error,
             "command_sent": commander.sent,
             "command_acknowledged": commander.acknowledged,
             "command_timed_out": commander.timed_out,
             "invalid_command": parser.invalid,
-            "went_stale": stale & ~was_stale,
+            "went_stale": went_stale,
         }
-        m.d.comb += [self.events[k].eq(happened[name]) for k, name in enumerate(self.EVENTS)]
-        return m

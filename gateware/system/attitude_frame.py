@@ -1,6 +1,7 @@
 """What the board tells of an attitude, in software: frames of kind ATTITUDE and lines of text.
 
-A frame (`gateware.boards.frames`) has ten words:
+A frame (`gateware.boards.frames`) has header, stamp, and the outputs of the estimator that ran: of
+an attitude filter ten words in all.
 
 ==== ========= ==================================================================================
 word name      contents
@@ -38,10 +39,13 @@ __all__ = [
     "STAMP",
     "WORDS",
     "Attitude",
+    "Update",
+    "Values",
     "angle_text",
     "attitude_of",
     "parse_line",
     "text_line",
+    "values_of",
 ]
 
 #: Bits of a word.
@@ -79,21 +83,13 @@ _HUNDREDTHS = 36_000  #: of a degree, in a turn
 _DEGREES = 180.0 / (1 << WORD - 1)  #: of a word's last bit
 
 
-@dataclass(frozen=True)
-class Attitude:
-    """One attitude. Angles in degrees; what is not told is None.
-
-    ``heading`` is counter-clockwise; the compass bearing is its negative.
-    """
+@dataclass(frozen=True, kw_only=True)
+class Update:
+    """One update: its number and flags, and its stamp where that is told."""
 
     number: int
-    heading: float
-    pitch: float
-    roll: float
     flags: int
-    status: int | None
     stamp: int | None = None
-    quaternion: tuple[float, float, float, float] | None = None
 
     @property
     def filter(self) -> int:
@@ -104,6 +100,52 @@ class Attitude:
     def flag_names(self) -> tuple[str, ...]:
         """Names of the flags that are set."""
         return tuple(name for k, (name, _) in enumerate(FLAGS) if k > 2 and self.flags >> k & 1)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Attitude(Update):
+    """One attitude. Angles in degrees; what is not told is None.
+
+    ``heading`` is counter-clockwise; the compass bearing is its negative.
+    """
+
+    heading: float
+    pitch: float
+    roll: float
+    status: int | None
+    quaternion: tuple[float, float, float, float] | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Values(Update):
+    """Outputs of another estimator, by name, in their units."""
+
+    values: dict[str, float]
+
+
+def values_of(words: Sequence[int], outputs: Mapping[str, int]) -> Values:
+    """The outputs of a frame's signed words.
+
+    Parameters
+    ----------
+    outputs : mapping
+        Fraction bits by name, in the order of the words.
+
+    Raises
+    ------
+    ValueError
+        There are not as many words.
+    """
+    if len(words) != 2 + len(outputs):
+        raise ValueError(f"words must be {2 + len(outputs)}, not {len(words)}")
+    header, stamp, *rest = words
+    parts = zip(outputs.items(), rest, strict=True)
+    return Values(
+        number=header & 0xFFFF,
+        flags=header >> 16 & 0xFFFF,
+        stamp=stamp & 0xFFFF_FFFF,
+        values={name: word * 2.0**-frac for (name, frac), word in parts},
+    )
 
 
 def attitude_of(words: Sequence[int], formats: Mapping[int, tuple[int, int]] = FORMATS) -> Attitude:

@@ -179,7 +179,14 @@ class AttitudeSystem(wiring.Component):
 
     def text(self) -> tuple[str, str]:
         """Head and end of a project's README."""
-        return system_text(self)
+        return system_text(
+            self.plan,
+            self.core.machine,
+            build=self.build,
+            baud=self.host_baud,
+            clock_hz=self.clock_hz,
+            latency_cycles=[self.latency_cycles(k) for k in range(self.plan.filters)],
+        )
 
     def elaborate(self, platform: Any) -> Module:
         """The parts, and who is connected to whom."""

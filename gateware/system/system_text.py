@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 from boresight.gateware.boards.ise_text import table
-
-if TYPE_CHECKING:
-    from boresight.gateware.system.attitude_system import AttitudeSystem
+from boresight.gateware.machine import Machine
+from boresight.gateware.system.plan import Plan
 
 __all__ = ["system_text"]
 
@@ -34,25 +33,27 @@ Cycles are counted from the data-ready edge at the pin to the new attitude in th
 """
 
 
-def system_text(system: AttitudeSystem) -> tuple[str, str]:
-    """Head and end of the README."""
-    plan, machine = system.plan, system.core.machine
+def system_text(
+    plan: Plan,
+    machine: Machine,
+    *,
+    build: int,
+    baud: float,
+    clock_hz: float,
+    latency_cycles: Sequence[int],
+) -> tuple[str, str]:
+    """Head and end of the README, with the latency of each filter from data-ready to registers."""
     head = _HEAD.format(
         filters=plan.filters,
         config=machine.name,
         lanes=machine.lanes,
         word=plan.word,
-        build=system.build,
-        baud=system.host_baud,
+        build=build,
+        baud=baud,
     )
     rows = [("number", "filter", "cycles", "microseconds")]
     rows += [
-        (
-            str(k),
-            name,
-            str(system.latency_cycles(k)),
-            f"{1e6 * system.latency_cycles(k) / system.clock_hz:.2f}",
-        )
-        for k, name in enumerate(plan.names[: plan.filters])
+        (str(k), name, str(cycles), f"{1e6 * cycles / clock_hz:.2f}")
+        for k, (name, cycles) in enumerate(zip(plan.names, latency_cycles, strict=False))
     ]
     return head, _BODY.format(table=table(rows))

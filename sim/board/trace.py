@@ -115,9 +115,6 @@ def read_trace(text: str) -> Trace:
             lines.append(Line(now, rest[0] == "1", (a, b, c), slot))
     if violations < 0:
         raise SimulationFailed("the board's bench did not come to its end")
-    falls = [c for c, level in chip if not level]
-    rises = [c for c, level in chip if level and falls and c > falls[0]]
-    whole = min(len(falls), len(rises))
 
     def cycles(kind: str) -> Cycles:
         return np.array(at[kind], dtype=np.int64)
@@ -128,7 +125,7 @@ def read_trace(text: str) -> Trace:
         updates=cycles("U"),
         starts=cycles("T"),
         broken=cycles("E"),
-        select=np.array([falls[:whole], rises[:whole]], dtype=np.int64).T.reshape(-1, 2),
+        select=_selected(chip),
         programs=np.array(programs, dtype=np.int64).reshape(-1, 2),
         faults=faults,
         events=events,
@@ -137,3 +134,11 @@ def read_trace(text: str) -> Trace:
         data=bytes(data),
         violations=violations,
     )
+
+
+def _selected(chip: list[tuple[int, int]]) -> Cycles:
+    """First and last cycle of each time that the chip was selected, shape (n, 2)."""
+    falls = [c for c, level in chip if not level]
+    rises = [c for c, level in chip if level and falls and c > falls[0]]
+    whole = min(len(falls), len(rises))
+    return np.array([falls[:whole], rises[:whole]], dtype=np.int64).T.reshape(-1, 2)

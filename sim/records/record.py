@@ -162,11 +162,11 @@ class Record:
 
     @classmethod
     def of(cls, data: Any, *, name: str = "record") -> Record:
-        """A record of data in memory, or of a file.
+        """A record of data in memory; of files too, `sim.records.files.record_of`.
 
         Parameters
         ----------
-        data : Record, path, mapping of arrays, structured array, or table
+        data : Record, mapping of arrays, structured array, or table
             A mapping gives arrays (n,) by column name; a table is anything with ``columns`` and
             ``data[column]`` (pandas, polars). Names may carry a unit, ``gx[deg/s]``.
 
@@ -177,10 +177,6 @@ class Record:
         """
         if isinstance(data, Record):
             return data
-        if isinstance(data, str | Path):
-            from boresight.sim.records.files import read_record
-
-            return read_record(data)
         names = getattr(getattr(data, "dtype", None), "names", None)
         if names is None and isinstance(data, Mapping):
             names = list(data)

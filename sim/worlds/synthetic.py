@@ -114,25 +114,23 @@ def synthetic_log(
     _require("max_pitch_deg", max_pitch_deg, "in (0, 89]", 0 < max_pitch_deg <= 89)
     _require("acceleration", acceleration, "a number of 0 or more", acceleration >= 0)
     _require("gravity", gravity, "a number above 0", gravity > 0)
-    every = isinstance(mag_every, int) and mag_every >= 1
-    _require("mag_every", mag_every, "an integer of 1 or more", every)
-    _require("seed", seed, "an integer of 0 or more", isinstance(seed, int) and seed >= 0)
+    _require_integer("mag_every", mag_every, 1)
+    _require_integer("seed", seed, 0)
     if np.shape(field_ut) != (3,) or not np.all(np.isfinite(field_ut)) or not np.any(field_ut):
         raise InputError(f"field_ut must be three finite numbers, not all 0, not {field_ut!r}")
     vertical = "10 or more to pass the vertical"
     _require("seconds", seconds, vertical, seconds >= 10 or not through_vertical)
     count = round(seconds * rate_hz)
-    if not 2 <= count <= _LARGEST_LOG:
-        raise InputError(f"seconds * rate_hz must be 2 to {_LARGEST_LOG} samples, not {count!r}")
+    legal = 2 <= count <= _LARGEST_LOG
+    _require("seconds * rate_hz", count, f"2 to {_LARGEST_LOG} samples", legal)
 
     motion, pull, gyr_rng, acc_rng, mag_rng = (
         np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(5)
     )
     # one sample more, before the first, for the first gyro step
     t = np.arange(-1, count) / rate_hz
-    theta = _sum_of_sines(t, np.radians(max_pitch_deg), motion)
-    gamma = _sum_of_sines(t, _ROLL_LIMIT, motion)
-    psi = _sum_of_sines(t, _HEADING_LIMIT, motion)
+    limits = (np.radians(max_pitch_deg), _ROLL_LIMIT, _HEADING_LIMIT)
+    theta, gamma, psi = (_sum_of_sines(t, limit, motion) for limit in limits)
     if through_vertical:
         theta = _LOOP_LIMIT * np.sin(2 * np.pi * 0.1 * t + motion.uniform(0, 2 * np.pi))
     q = euler_to_quaternion(np.stack([theta, gamma, psi], axis=-1))
@@ -159,6 +157,11 @@ def synthetic_log(
 def _require(name: str, value: float, wanted: str, legal: bool) -> None:
     if not (legal and np.isfinite(value)):
         raise InputError(f"{name} must be {wanted}, not {value!r}")
+
+
+def _require_integer(name: str, value: int, low: int) -> None:
+    legal = isinstance(value, int) and value >= low
+    _require(name, value, f"an integer of {low} or more", legal)
 
 
 def _sum_of_sines(t: FloatArray, limit: float, rng: np.random.Generator) -> FloatArray:

@@ -151,7 +151,8 @@ def ends(cases: st.SearchStrategy[Any], how: settings) -> Counter[str]:
 
 def test_any_command_line(understood):
     found = ends(LINES, EVERYDAY)
-    assert min(found[end] for end in ("done", "refused", "understood")) >= 5, found
+    # Done is only what has no work: lists and help.
+    assert min(found["refused"], found["understood"]) >= 5 and found["done"] >= 3, found
 
 
 def test_real_runs(quick):

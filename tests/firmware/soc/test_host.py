@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 
 from boresight.firmware.soc.image import source
+from boresight.firmware.soc.records import records_header
+from boresight.model.estimators import estimator
 
 FLAGS = (
     "-std=c99",
@@ -43,10 +45,19 @@ REGISTERS = """
 #define CORE_RESULT_HEADER_ADDR 0
 #define CORE_RESULT_STAMP_ADDR 1
 #define CORE_TIME_ADDR 2
-#define CORE_RESULT_PITCH_ADDR 16
-#define CORE_INPUT_DT_ADDR 32
+#define CORE_RESULT_HEADER_FILTER_LSB 16
+#define CORE_RESULT_HEADER_FILTER_WIDTH 3
+#define CORE_RESULT_HEADER_FIELD_USED UINT32_C(0x80000)
 static inline int32_t core_reg_signed(uint32_t bits) { return (int32_t) bits; }
+static inline uint32_t core_reg_field(uint32_t bits, unsigned lsb, unsigned width)
+{ return bits >> lsb & ((UINT32_C(1) << width) - 1u); }
 """
+
+
+#: Two filters whose records are the same.
+RECORDS = records_header(
+    [estimator("mekf").compile(), estimator("complementary").compile()], outputs=16, inputs=32
+)
 
 
 def run(main: str, files: tuple[str, ...], folder: Path) -> list[str]:
@@ -56,6 +67,7 @@ def run(main: str, files: tuple[str, ...], folder: Path) -> list[str]:
         **texts,
         "soc_registers.h": SOC,
         "registers.h": REGISTERS,
+        "records.h": RECORDS,
         "main.c": main,
     }.items():
         (folder / name).write_text(text)
@@ -87,6 +99,23 @@ def test_numbers_as_text(tmp_path: Path) -> None:
         f"{w if w > -(2**31) else 'INT32_MIN'}, {f}u)); text_end();\n"
         for w, f in words
     )
+    numbers = [
+        (0, 5),
+        (2**30, 31),
+        (-(2**31), 31),
+        (12345, 0),
+        (-7, -3),
+        (2**31 - 1, -40),
+        (-1, -40),
+        (1, 100),
+        (-(2**31), 32),
+        (327, 8),
+    ]
+    calls += "".join(
+        f"text_hundredths(text_hundredths_of({w if w > -(2**31) else 'INT32_MIN'}, {f}));"
+        " text_end();\n"
+        for w, f in numbers
+    )
     lines = run(
         """
 #include "soc.h"
@@ -105,13 +134,18 @@ int main(void) {
     assert lines[1:11] == [
         f"{'-' if v < 0 else ''}{abs(v) // 100}.{abs(v) % 100:02d}" for v in values
     ]
-    for text, (word, frac) in zip(lines[11:], words, strict=False):
+    for text, (word, frac) in zip(lines[11:21], words, strict=True):
         exact = 180.0 * word / 2**frac
+        assert abs(float(text) - exact) <= 0.005 + 1e-9, (word, frac)
+    most = (2**31 - 1) / 100
+    for text, (word, frac) in zip(lines[21:31], numbers, strict=True):
+        exact = max(-most, min(most, word * 2.0**-frac))
         assert abs(float(text) - exact) <= 0.005 + 1e-9, (word, frac)
 
 
 ATTITUDE = """
 #include "attitude.h"
+#include "registers.h"
 #include "soc.h"
 #include <stdio.h>
 uint32_t slot_words[4096];
@@ -119,8 +153,9 @@ uint32_t control_words[8];
 uint32_t soc_mask(void) { return 7u; }
 void soc_unmask(uint32_t mask) { if (mask != 7u) { printf("mask\\n"); } }
 static attitude_t got;
+static uint32_t filter;
 static void sample(uint32_t number, int32_t dt, int32_t field) {
-    slot_words[0] = number;
+    slot_words[0] = number | filter << 16 | (field != 0 ? CORE_RESULT_HEADER_FIELD_USED : 0u);
     slot_words[1] = 100u * number;
     slot_words[2] = 100u * number + 30u;
     for (uint32_t k = 0; k < 8u; k++) { slot_words[16u + k] = 1000u * number + k; }
@@ -131,8 +166,9 @@ static void sample(uint32_t number, int32_t dt, int32_t field) {
 }
 static void show(void) {
     if (!attitude_take(&got)) { printf("none\\n"); return; }
-    printf("%u %u %d %d dt %d field %d missed %u\\n", (unsigned) got.header, (unsigned) got.age,
-        (int) got.outputs[0], (int) got.outputs[7], (int) got.inputs[0], (int) got.inputs[4],
+    printf("%u %u %d %d dt %d field %d missed %u\\n",
+        (unsigned) got.header & 0xffffu, (unsigned) got.age, (int) got.outputs[0],
+        (int) got.outputs[7], (int) got.inputs[0], (int) got.inputs[4],
         (unsigned) attitude_missed());
 }
 int main(void) {
@@ -145,6 +181,7 @@ int main(void) {
     sample(10, -2, 6); sample(11, 10, 0); show();
     sample(12, INT32_MAX - 3, 0); sample(13, 10, 0); show();
     for (uint32_t n = 14; n < 40u; n++) { sample(n, 1, 0); if (n % 3u == 0u) { show(); } }
+    sample(40, 10, 4); filter = 1u; sample(41, 7, 0); show();
     return 0;
 }
 """
@@ -163,6 +200,8 @@ def test_missed_updates_lose_neither_time_nor_field(tmp_path: Path) -> None:
         "11 30 11000 11007 dt -2 field 6 missed 5",
         "13 30 13000 13007 dt 2147483647 field 0 missed 6",
     ]
+    # What was missed of one estimator is nothing to the next one.
+    assert lines[18].startswith("41 30 41000 41007 dt 7 field 0 ")
     assert [line.split(" missed")[0] for line in lines[9:11]] == [
         "15 30 15000 15007 dt 2 field 0",
         "18 30 18000 18007 dt 3 field 0",
@@ -212,6 +251,7 @@ int main(void) {
     main = main.replace("static attitude_t got;", "int moving;\nstatic attitude_t got;")
     for name, text in {
         "registers.h": registers,
+        "records.h": RECORDS,
         "soc_registers.h": SOC,
         "main.c": main,
         **{n: source(n) for n in ("soc.h", "attitude.h", "attitude.c")},

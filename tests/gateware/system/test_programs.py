@@ -7,8 +7,12 @@ from boresight.firmware.build import CModel
 from boresight.gateware.core import build_core
 from boresight.gateware.microcode.emulator import Emulator
 from boresight.gateware.register_map import register_map, register_map_files
-from boresight.gateware.system.programs import FILTERS, system_core
+from boresight.gateware.system.programs import FILTERS, system_core, system_estimators
+from boresight.model.declarations import Input, Output
+from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator
 from boresight.model.front import FRONT
+from boresight.model.resolve import estimator_of
 from boresight.model.words.interpreter import Interpreter
 from tests.support.random_program import random_inputs
 
@@ -48,3 +52,95 @@ def test_all_fit(config: str) -> None:
     assert "calibrate_inertial.gyro_xx" in files["registers.json"]
     addresses = [r.address for r in register_map(core).parameters]
     assert len(set(addresses)) == len(addresses)
+
+
+def estimator(*inputs: Input, outputs: int = 1) -> Estimator:
+    """One that adds its inputs."""
+
+    class Sums(Estimator):
+        def step(self, x, u, p):
+            total = sum(1.0 * getattr(u, i.name) for i in self.inputs)
+            return {}, {o.name: total for o in self.outputs}
+
+    made = Sums()
+    made.inputs = inputs
+    made.outputs = tuple(Output(f"out{k}") for k in range(outputs))
+    return made
+
+
+def test_inputs_take_the_words_of_the_sensors() -> None:
+    """Whatever range they declare, as long as it holds the sensor's."""
+    made = estimator(
+        Input("gx", -100.0, 100.0, "rad/s"),
+        Input("az", -160.0, 160.0, "m/s^2"),
+        Input("dt", 0.0, 0.1, "s"),
+        Input("x", -1.0, 1.0),
+    )
+    other = estimator(Input("x", -4.0, 4.0))
+    other.name = "other"
+    fed, second, inertial, *_ = system_estimators([made, other])
+    programs = [e.compile() for e in (fed, second, inertial)]
+    given = {
+        n: programs[2].format(v)
+        for n, v in zip(programs[2].output_names, programs[2].outputs, strict=True)
+    }
+    taken = {programs[0].values[n].name: programs[0].format(n) for n in programs[0].inputs}
+    assert {n: taken[n] for n in ("gx", "az", "dt")} == {n: given[n] for n in ("gx", "az", "dt")}
+    # The first that declares a register says its format; others take that.
+    assert programs[1].format(programs[1].inputs[0]) == taken["x"]
+    # A step below 0 or above 0.1 is limited in the program; the rest is as it comes.
+    run = Interpreter(programs[0])
+    for word, seen in ((-(2**31), 0.0), (2**31 - 1, 0.1), (2**28, 2**-5)):
+        out = run.update(np.array([[0], [0], [word], [0]]))[0][0, 0]
+        assert abs(programs[0].format(programs[0].outputs[0]).real(out) - seen) < 1e-6
+    assert made.inputs[0].given is None, "the caller's object changed"
+
+
+def test_filters_stay_as_they_are() -> None:
+    for name, fed in zip(FILTERS, system_estimators(), strict=False):
+        assert fed.compile().digest == estimator_of(name).compile().digest
+
+
+@pytest.mark.parametrize(
+    ("made", "message"),
+    [
+        (
+            [estimator(Input("gx", -400.0, 400.0, "deg/s"))],
+            "estimator sums, input gx: wanted the unit of the sensor, rad/s, found deg/s; declare",
+        ),
+        (
+            [estimator(Input("az", -10.0, 10.0, "m/s^2"))],
+            "estimator sums, input az: wanted a range that holds",
+        ),
+        (
+            [estimator(Input("mx", -300.0, 300.0, "uT"))],
+            "estimator sums, input mx: wanted what it reads between two lines of the compass",
+        ),
+        (
+            [estimator(*(Input(f"x{k}", -1.0, 1.0) for k in range(17)))],
+            "estimator sums: wanted 16 or fewer inputs on a board, found 17",
+        ),
+        (
+            [estimator(Input("x", -1.0, 1.0), outputs=17)],
+            "estimator sums: wanted 16 or fewer outputs on a board, found 17",
+        ),
+        (["mekf"] * 9, "estimators: wanted 8 or fewer on a board, found 9"),
+    ],
+)
+def test_what_the_sensors_cannot_feed(made, message: str) -> None:
+    with pytest.raises(InputError) as caught:
+        system_estimators(made)
+    assert str(caught.value).startswith(message)
+
+
+def test_registers_of_one_name_must_fit_each_other() -> None:
+    one, two = estimator(Input("x", -1.0, 1.0, "m")), estimator(Input("x", -1.0, 1.0, "s"))
+    two.name = "two"
+    with pytest.raises(InputError, match=r"input x: wanted the unit of the input register x, m"):
+        system_estimators([one, two])
+    names = [Input(f"x{k}", -1.0, 1.0) for k in range(33)]
+    many = [estimator(*names[k : k + 11]) for k in (0, 11, 22)]
+    for k, e in enumerate(many):
+        e.name = f"many{k}"
+    with pytest.raises(InputError, match=r"wanted 32 or fewer inputs that no sensor gives"):
+        system_estimators(many)

@@ -6,20 +6,16 @@ from typing import Any
 
 from boresight.gateware.system.system_text import system_text
 
-SYSTEM: Any = SimpleNamespace(
-    plan=SimpleNamespace(
-        filters=2, word=28, names=("one", "two", "calibrate_inertial", "calibrate_field")
-    ),
-    core=SimpleNamespace(machine=SimpleNamespace(name="fast", lanes=2)),
-    build=0xAB,
-    host_baud=921_600.0,
-    clock_hz=50e6,
-    latency_cycles=lambda number: 29_000 + 101 * number,
+PLAN: Any = SimpleNamespace(
+    filters=2, word=28, names=("one", "two", "calibrate_inertial", "calibrate_field")
 )
+MACHINE: Any = SimpleNamespace(name="fast", lanes=2)
 
 
 def test_its_own_figures() -> None:
-    head, body = system_text(SYSTEM)
+    head, body = system_text(
+        PLAN, MACHINE, build=0xAB, baud=921_600.0, clock_hz=50e6, latency_cycles=[29_000, 29_101]
+    )
     assert "2 filter(s)" in head and "configuration fast, 2 lane(s), 28-bit words\n" in head
     assert "Build    00000000000000ab (" in head and "Host     921600 baud, " in head
     rows = [re.split(r"  +", line.strip()) for line in body.splitlines() if re.match(r"  \d", line)]

@@ -19,6 +19,7 @@ from boresight.sim.compare.reproducer import load_reproducer, replay_reproducer
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import CModel
 from boresight.sim.records.bundled import bundled
+from boresight.sim.records.files import read_record
 from boresight.sim.records.record import Record
 
 NAMES = ("complementary", "complementary_as_printed")
@@ -26,7 +27,7 @@ NAMES = ("complementary", "complementary_as_printed")
 
 @pytest.fixture(scope="module")
 def log():
-    return Record.of(bundled("ximu_walk"))
+    return read_record(bundled("ximu_walk"))
 
 
 def checked(log, steps, *names, reproducer=None, build=None, **options):
@@ -64,7 +65,7 @@ def faulty(name, pattern, change, config="small"):
 
     build = Build(estimator(name), config=config)
     core = build.core
-    build.core = Faulty(**{f.name: getattr(core, f.name) for f in dataclasses.fields(core)})
+    build.core = Faulty(core.parts, core.machine, core.image)
     return build
 
 

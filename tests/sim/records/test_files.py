@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from boresight.model.errors import InputError
-from boresight.sim.records.files import content_of, read_record
+from boresight.sim.records.files import content_of, read_record, record_of
 from boresight.sim.records.record import Column, Record
 
 T = np.array([0.0, 0.5, 0.75, 1.75])
@@ -41,3 +41,13 @@ def test_files_by_suffix(tmp_path: Path) -> None:
         assert found.name == name[0] and found.columns["z"].values.tolist() == [1.5]
     with pytest.raises(InputError, match="wanted a log file that can be read, found no such file"):
         read_record(tmp_path / "c.csv")
+
+
+def test_of_paths_and_of_memory(tmp_path: Path) -> None:
+    path = tmp_path / "walk.csv"
+    path.write_text("z[m]\n1.5\n")
+    for given in (path, str(path)):
+        found = record_of(given)
+        assert found.name == "walk"
+        assert found.columns["z"].values.tolist() == [1.5] and found.columns["z"].unit == "m"
+    assert record_of(found) is found and record_of({"z": [1.0]}, name="mine").name == "mine"

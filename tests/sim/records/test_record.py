@@ -105,15 +105,9 @@ def test_of_mappings_tables_and_structured_arrays() -> None:
         assert made.place(1, "z") == "mine, z[1]"
 
 
-def test_of_records_and_paths(tmp_path: Any) -> None:
+def test_of_records() -> None:
     made = record(z=[1.0])
     assert Record.of(made) is made
-    path = tmp_path / "walk.csv"
-    path.write_text("z[m]\n1.5\n")
-    for given in (path, str(path)):
-        found = Record.of(given)
-        assert found.name == "walk"
-        assert found.columns["z"].values.tolist() == [1.5] and found.columns["z"].unit == "m"
 
 
 @pytest.mark.parametrize(
