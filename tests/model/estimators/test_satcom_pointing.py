@@ -131,14 +131,14 @@ def test_fixed_point_is_float64(seed: int) -> None:
 
 def test_reads_the_attitude_of_the_filter() -> None:
     """Linked in one core, no format changes on the way; place and satellite come with the record."""
-    filter, pointing = linked_estimators([Satcom(), SatcomPointing()])
-    program = filter.compile()
+    attitude, pointing = linked_estimators([Satcom(), SatcomPointing()])
+    program = attitude.compile()
     for i in pointing.inputs[:7]:
         output = program.outputs[program.output_names.index(i.source.removeprefix("satcom."))]
         frac = i.given.frac if i.given else None
         assert frac in (None, program.format(output).frac)
     assert not any(i.source for i in pointing.inputs[7:])
-    core = build_shared_core([filter.compile(), pointing.compile()], "small")
+    core = build_shared_core([attitude.compile(), pointing.compile()], "small")
     assert [part.program.name for part in core.parts] == ["satcom", "satcom_pointing"]
 
 
