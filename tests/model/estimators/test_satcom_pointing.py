@@ -130,7 +130,7 @@ def test_fixed_point_is_float64(seed: int) -> None:
 
 
 def test_reads_the_attitude_of_the_filter() -> None:
-    """Linked in one core, no format changes on the way; place and satellite come with the record."""
+    """Linked in one core, no format changes on the way; the place comes with the record."""
     attitude, pointing = linked_estimators([Satcom(), SatcomPointing()])
     program = attitude.compile()
     for i in pointing.inputs[:7]:
