@@ -405,3 +405,14 @@ def test_a_heading_at_its_limit_is_cut_by_half() -> None:
     variance = words[:, heading] / 2.0**31
     reached = np.argmax(variance > 0.45)
     assert 0 < reached < 2500 and variance[reached:].min() > 0.1
+
+
+def test_at_its_limit_the_covariance_does_not_grow() -> None:
+    u = hostile("blind", 2000)
+    u[1:, 0] = 0.2499
+    params = {**NOTHING_KNOWN, "scale": 64.0}
+    program = with_params(Satcom().compile(), Satcom(), params)
+    words = CModel(program).trajectory(input_words(program, u[:, :, None])[:, :, 0])[2]
+    names = [program.values[s].name for s, _ in program.states]
+    rotation = sum(words[:, names.index(f"p{k}{k}")] for k in range(3)) / 2.0**31
+    assert 0.45 < rotation[500:].max() < 0.6
