@@ -171,7 +171,8 @@ def _module(path: Path, kind: str) -> ModuleType:
     if str(place.parent) not in sys.path:  # so that it finds the modules beside it
         sys.path.append(str(place.parent))
     try:
-        spec.loader.exec_module(module)
+        # No compiled file of before: two contents of one second and one length would be one to it.
+        exec(compile(content, place, "exec", dont_inherit=True), module.__dict__)
     except InputError:
         del sys.modules[name]
         raise

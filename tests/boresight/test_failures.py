@@ -67,7 +67,7 @@ def alive(session: int) -> list[str]:
     ("argv", "after"),
     [
         (["accuracy", "published", LOG, "--jobs", "2"], "[1/"),
-        (["check", "complementary", LOG, "--levels", "rtl"], "RTL in verilator"),
+        (["check", "complementary", LOG, "--levels", "rtl"], "rtl in verilator"),
         (["tune", "mekf", LOG, LOG, "--folds", "1", "--jobs", "2"], "; C"),
     ],
 )

@@ -1,8 +1,6 @@
 """`firmware.layout`: the frame of a file."""
 
-from boresight.firmware.body import Body
 from boresight.firmware.layout import banner, block, head, join
-from boresight.model.words.program import Program
 
 
 def test_block_indents_but_leaves_blank_lines_empty() -> None:
@@ -18,8 +16,9 @@ def test_banner_is_eighty_columns() -> None:
     assert (len(rule), title) == (80, "// Functions")
 
 
-def test_head_names_program_and_digest(odd_names: Program) -> None:
-    text = head(Body(odd_names, prefix="odd"), ".c", "What it is.")
-    assert text.startswith("/**\n * @file odd.c\n * @brief What it is.\n")
-    assert odd_names.digest in text
+def test_head() -> None:
+    text = head("odd.c", "What it is.", "Made from x,", "and y.")
+    assert text.startswith(
+        "/**\n * @file odd.c\n * @brief What it is.\n *\n * Made from x,\n * and "
+    )
     assert text.count("*/") == 1

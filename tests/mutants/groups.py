@@ -67,11 +67,13 @@ def nearest_tests(root: Path, file: str) -> list[str]:
     """The mirrored test file and its kin; where there are none, all of the folder that import it.
 
     ``gateware/sensors/adis16385.py`` has ``tests/gateware/sensors/test_adis16385.py`` and
-    ``test_adis16385_faults.py``.
+    ``test_adis16385_faults.py``; what mirrors ``adis16385_flags.py`` is that file's.
     """
     place = root / "tests" / Path(file).parent
     stem = Path(file).stem
-    found = [*place.glob(f"test_{stem}.py"), *sorted(place.glob(f"test_{stem}_*.py"))]
+    others = {p.stem for p in (root / file).parent.glob(f"{stem}_*.py")}
+    kin = [p for p in place.glob(f"test_{stem}_*.py") if p.stem.removeprefix("test_") not in others]
+    found = [*place.glob(f"test_{stem}.py"), *sorted(kin)]
     if not found:
         found = [p for p in sorted(place.glob("test_*.py")) if _imports(p, file)]
     return [str(p.relative_to(root)) for p in found]

@@ -100,7 +100,6 @@ def test_records_are_filled_with_what_is_kept(linked: Build) -> None:
 def test_every_level_is_equal(config: str) -> None:
     check = Check(Build(Outer(), Middle(), Inner(), config=config), simulator="verilator")
     results = check.run(record(1))
-    check.close()
     for result in results:
         assert {level.level for level in result.levels} == {"fixed", "c", "rtl"}
         assert all(x.n_mismatch == 0 and x.n_total == N for x in result.levels), result
@@ -112,6 +111,5 @@ def test_a_level_that_reads_another_update_is_seen(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(rtl, "rounds", lambda counts: rounds(counts, seed=1))
     check = Check(Build(Outer(), Middle(), Inner()), levels=("rtl",), simulator="verilator")
     outer, middle, inner = check.run(record(2))
-    check.close()
     assert outer.levels[0].n_mismatch > 10 and middle.levels[0].n_mismatch > 10
     assert inner.levels[0].n_mismatch == 0

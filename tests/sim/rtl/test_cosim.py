@@ -43,7 +43,7 @@ class Played:
 
 
 def part(n_inputs: int, interval: int) -> Any:
-    program = SimpleNamespace(inputs=[0] * n_inputs, outputs=[0])
+    program = SimpleNamespace(streamed=[0] * n_inputs, outputs=[0])
     return SimpleNamespace(program=program, schedule=SimpleNamespace(interval=interval))
 
 
