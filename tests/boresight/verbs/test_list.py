@@ -19,6 +19,8 @@ def test_names_as_json(capsys):
         "ekf_quaternion",
         "ekf_quaternion_vector",
         "mekf",
+        "satcom",
+        "satcom_pointing",
     ]
 
 
