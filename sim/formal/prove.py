@@ -292,7 +292,13 @@ class _Run:
         raise ProofError(f"smtbmc gave no answer: {log.strip()[-2000:]}")
 
     def covers(self, cycles: range) -> tuple[int, list[str]]:
-        """How many ``Cover`` are reached, and where those stand that are not."""
+        """How many ``Cover`` are reached, and where those stand that are not.
+
+        Without a ``Cover`` the solver is not asked: smtbmc would give it a vector of no bits, which
+        it refuses and ends, before or after smtbmc has written its next line.
+        """
+        if "; yosys-smt2-cover " not in (self.folder / "design.smt2").read_text():
+            return 0, []
         quiet = self.folder / "quiet.smtc"
         quiet.write_text("always\nassume (= [rst] false)\n" if self.reset else "")
         log, _ = self.smtbmc(f"{cycles.start}:{cycles.stop}", "-c", "--smtc", quiet.name)
