@@ -96,6 +96,12 @@ def test_the_inverse_root_of_zero_is_refused_by_name(trace: Any) -> None:
         trace(lambda x: ops.rsqrt(x * 0.0) * x, [(-1.0, 1.0)])
 
 
+def test_what_has_a_name_stays_a_value(trace: Any) -> None:
+    for around in (lambda x: ops.bounded(x, -0.5, 0.5, "test"), lambda x: ops.saturated(x, 0.25)):
+        t = trace(lambda a, b, f=around: 0.5 * f(ops.named("rate", a * b)) + a, [(-1.0, 1.0)] * 2)
+        assert "rate" in [t.program.values[n].name for n in t.op_values()]
+
+
 def test_the_root_of_a_negative_constant_is_refused_by_name(trace: Any) -> None:
     with pytest.raises(
         InputError, match=r"^test_fuse\.py, line \d+: test: the range \[0, inf\] of rsqrt_"
