@@ -169,9 +169,9 @@ def _expression(make: _Maker, leaves: list[Known], depth: int) -> Known:
     a = _expression(make, leaves, depth - 1)
     if max(map(abs, a.range)) > 1e4:  # further products would leave the word
         return make.new(lambda x: ops.clip(x, -2.0, 2.0), a.error, a)
-    if rng.random() < 0.5:
-        return getattr(make, rng.choice(_ONE))(a)
-    return getattr(make, rng.choice(_TWO))(a, _expression(make, leaves, depth - 1))
+    one: Callable[[Known], Known] = getattr(make, rng.choice(_ONE))
+    two: Callable[[Known, Known], Known] = getattr(make, rng.choice(_TWO))
+    return one(a) if rng.random() < 0.5 else two(a, _expression(make, leaves, depth - 1))
 
 
 def random_functions(
