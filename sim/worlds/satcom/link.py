@@ -57,14 +57,14 @@ class Receiver:
     Powers of the four are summed over a tracking interval; their differences over the sum give the
     error, the sum tells whether there is a signal.
 
-    ``every``: samples of an interval; ``dwell_s``, ``squint`` [rad]: of each position; ``lock_db``:
-    power below the nominal one that still counts as tracking.
+    ``every``: samples of an interval, in the mean; ``dwell_s``, ``squint`` [rad]: of each position;
+    ``lock_db``: power below the nominal one that still counts as tracking.
     """
 
     def __init__(
         self,
         link: Link,
-        every: int,
+        every: float,
         *,
         dwell_s: float = 0.005,
         squint: float = math.radians(0.35),
@@ -79,7 +79,7 @@ class Receiver:
 
     def reset(self) -> None:
         """Begin an interval."""
-        self._powers, self._count = np.zeros(()), 0
+        self._powers, self._count, self._age = np.zeros(()), 0, 0.0
 
     def sample(
         self, right: FloatArray, up: FloatArray, ahead: FloatArray, loss: float, noise: FloatArray
@@ -91,16 +91,16 @@ class Receiver:
         up (2, runs) [rad], NaN where there is no signal, and the mean power over noise (runs,).
         """
         s = self.squint
-        sine = np.stack(
-            [np.hypot(right + dx, up + dy) for dx, dy in ((-s, 0), (s, 0), (0, -s), (0, s))]
+        sine = np.hypot(
+            np.stack([right - s, right + s, right, right]), np.stack([up, up, up - s, up + s])
         )
         sine = np.where(ahead > 0.0, sine, 1.0)
         amplitude = np.sqrt(self.snr * loss * self.link.pattern(sine))
         noise = math.sqrt(0.5) * noise
         power = (amplitude + noise[:, 0]) ** 2 + noise[:, 1] ** 2 - 1.0
         self._powers = self._powers + power
-        self._count += 1
-        if self._count < self.every:
+        self._count, self._age = self._count + 1, self._age + 1.0
+        if self._age < self.every:
             return None
         total = self._powers.sum(axis=0)
         mean = total / (4.0 * self._count)
@@ -109,5 +109,7 @@ class Receiver:
         )
         with np.errstate(divide="ignore", invalid="ignore"):
             error = np.where(mean > self.least, difference / (total * self.slope), np.nan)
+        over = self._age - self.every
         self.reset()
+        self._age = over
         return error, mean
