@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import j0
 
-from boresight.sim.worlds.satcom_link import Link, Receiver
+from boresight.sim.worlds.satcom.link import Link, Receiver
 
 
 def test_pattern_is_that_of_the_tapered_aperture() -> None:
@@ -64,3 +64,11 @@ def test_intervals_are_independent() -> None:
     second = receiver.sample(zero, zero, one, 1.0, quiet)
     assert first is not None and second is not None
     assert first[0][0, 0] > 0.003 and second[0][0, 0] == 0.0
+
+
+def test_an_interval_need_not_be_whole() -> None:
+    """20 Hz of records at 50 Hz: two and three of them, in turns."""
+    receiver = Receiver(Link(), 2.5)
+    zero, one, quiet = np.zeros(1), np.ones(1), np.zeros((4, 2, 1))
+    ends = [receiver.sample(zero, zero, one, 1.0, quiet) is not None for _ in range(100)]
+    assert np.diff(np.flatnonzero(ends)).tolist() == [2, 3] * 19 + [2]
