@@ -48,5 +48,6 @@ def render(
         targets=targets,
         judged=[t for t in targets if (t.low, t.high) != (None, None)],
         sources=list(sources),
+        noted=any(t.note for t in targets),
         sections=sections,
     )

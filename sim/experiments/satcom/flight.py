@@ -76,6 +76,7 @@ def _beside_float(
     apart = _wrapped_deg(np.stack([loops.outputs[n][:, run] - found[n] for n in ANGLES]))
     status, nu = found["status"].astype(int), [found[o.name][begun:] for o in INNOVATIONS]
     tilt, heading = (status[begun:] & 1) == 0, (status[begun:] & 6) == 0
+    differs = status != loops.outputs["status"][:, run]
     seen = [innovations(nu[0], tilt), innovations(nu[1], tilt)]
     seen.append(innovations(nu[2][heading], heading[heading]))
     return {
@@ -85,7 +86,9 @@ def _beside_float(
         },
         "fixed_float_max": float(np.abs(apart).max()),
         "fixed_float_rms": float(np.sqrt(np.mean(apart**2, axis=1)).max()),
-        "status_differs_sum": float((status != loops.outputs["status"][:, run]).sum()),
+        "agreed_max": 0.0 if differs.any() else float(np.abs(apart).max()),
+        "status_differs_sum": float(differs.sum()),
+        "status_share": float(differs.mean()),
     }, seen
 
 

@@ -22,8 +22,15 @@ def test_targets() -> None:
     assert text.count('class="ok"') == 1 == text.count('class="bad"')
     assert "Targets met: 1 of 2." in text  # what has no limits is shown, not judged
     assert "two &lt;b&gt;, x" in text and "&ge; 2" in text and "&le; 1" in text
+    assert ">note" not in text and "(reported)" not in text
     assert "0.25 to 0.75" in text and "0.25 deg" in text
     assert '<th class="r">prototype' in text and '<th class="r">paper' in text
+
+
+def test_what_is_reported_only() -> None:
+    missed = Target(name="n", source="s", value=3.0, high=2.0, binding=False, note="limited so")
+    text = render("own", [], [missed], [])
+    assert "FAIL</span> (reported)" in text and ">note" in text and "limited so" in text
 
 
 def test_sections() -> None:

@@ -85,6 +85,8 @@ def test_float64_is_run_beside(adaptive) -> None:
     found = figures_of(CASES["adaptive"], fleet, dataclasses.replace(loops, outputs=bent)).figures
     assert found["fixed_float_max"] == pytest.approx([honest["fixed_float_max"][0], 0.5], abs=5e-3)
     assert found["status_differs_sum"].tolist() == [3.0, 0.0]
+    assert found["status_share"].tolist() == [3.0 / len(loops.inputs), 0.0]
+    assert found["agreed_max"] == pytest.approx([0.0, 0.5], abs=5e-3)
     assert (found["nis_roll"] == honest["nis_roll"]).all()
 
 
