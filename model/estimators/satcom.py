@@ -44,7 +44,7 @@ from boresight.model.algebra.covariance import (
 from boresight.model.algebra.quaternion import increment, matrix, multiply, right_matrix, turn
 from boresight.model.declarations import GRAVITY
 from boresight.model.errors import InputError
-from boresight.model.estimator import Estimator
+from boresight.model.estimator import Estimator, Output
 from boresight.model.estimators import satcom_interface as interface
 from boresight.model.estimators.ekf_parts import (
     FLOOR_NOISE,
@@ -56,7 +56,7 @@ from boresight.model.estimators.ekf_parts import (
 )
 from boresight.model.estimators.satcom_interface import BIAS_UNIT, P0_LIMIT
 
-__all__ = ["Satcom"]
+__all__ = ["INNOVATIONS", "Satcom"]
 
 NOISE_LIMIT = 4.0  #: largest measurement noise times scale / 2.
 STEP_LIMIT = 0.125  #: largest root of a process noise, times scale.
@@ -65,6 +65,8 @@ DRIFT_LIMIT = 0.125  #: half turns a second, largest drift of the heading loop.
 CUT_NOISE = 0.5  #: variance with which a heading at its limit is cut, scaled.
 FAR = 1.0 / 90.0  #: half turns; an unknown tilt further off is corrected and still unknown.
 VARIANTS = ("corrected", "printed")
+#: Innovations over the root of their variance, of the three updates.
+INNOVATIONS = tuple(Output(f"nu_{name}", "", 0.01) for name in ("roll", "pitch", "heading"))
 
 
 class Satcom(Estimator):
@@ -88,16 +90,14 @@ class Satcom(Estimator):
     ) -> None:
         for name, value in (("roll", roll), ("detector", detector)):
             if value not in VARIANTS:
+                wanted = f"one of {', '.join(VARIANTS)}"
                 raise InputError.at(
-                    f"satcom, {name}",
-                    wanted=f"one of {', '.join(VARIANTS)}",
-                    found=repr(value),
-                    fix="choose one of these",
+                    f"satcom, {name}", wanted=wanted, found=repr(value), fix="choose one of these"
                 )
         self.printed_roll = roll == "printed"
         self.printed_detector = detector == "printed"
         if innovations:
-            self.outputs = (*interface.OUTPUTS, *interface.INNOVATIONS)
+            self.outputs = (*interface.OUTPUTS, *INNOVATIONS)
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         """One sample: see the module docstring."""
@@ -174,8 +174,8 @@ class Satcom(Estimator):
         update_along(a, gains, moves, rows[0], r_roll, half_cosine * roll_off)
         update_along(a, gains, moves, rows[1], r_pitch, (0.5 * math.pi) * pitch_off)
         r_heading = ops.where(cut, CUT_NOISE, r_heading)
-        innovation = half_cosine * heading_off
-        update_along(a, gains, moves, rows[2], r_heading, innovation, used, used | full)
+        nu = half_cosine * heading_off
+        update_along(a, gains, moves, rows[2], r_heading, nu, used, used | full)
 
         # Correction, normalisation, restart.
         turns = [sum_of(g[k] * m for g, m in zip(gains, moves, strict=True)) for k in range(6)]
@@ -190,13 +190,10 @@ class Satcom(Estimator):
         correction = [ops.saturated(v * inverse, 1.0) for v in turned]
         after = self._turned(downdated(a, gains, restart | far), correction, restart, p, half_scale)
         start = [ops.saturated(v, 1.0) for v in ops.sincos_ht(0.5 * p.start_heading)]
-        q_next = [
-            ops.where(restart, s, c)
-            for s, c in zip((start[1], 0.0, 0.0, start[0]), q_new, strict=True)
-        ]
+        first = zip("wxyz", (start[1], 0.0, 0.0, start[0]), q_new, strict=True)
         roll, pitch, heading = roll_pitch_heading_ht(matrix(q_new))
         states = {
-            **{f"q{axis}": c for axis, c in zip("wxyz", q_next, strict=True)},
+            **{f"q{axis}": ops.where(restart, s, c) for axis, s, c in first},
             **{f"bias_{axis}": b for axis, b in zip("xyz", bias, strict=True)},
             **{name: after[i][j] for name, i, j in element_names(6)},
             "heading_pi": ops.where(restart, p.start_heading, loop["heading_pi"]),
@@ -204,11 +201,9 @@ class Satcom(Estimator):
             "since": ops.where(restart, 0.0, loop["since"]),
         }
         flags = {0: moving, 1: ~loop["tracked"], 2: loop["beyond"], 3: full}
-        told = zip(interface.INNOVATIONS, moves, strict=True)
-        innovations = (
-            {} if self.outputs is interface.OUTPUTS else {o.name: p.scale * nu for o, nu in told}
-        )
-        return states, innovations | {
+        told = zip(self.outputs[len(interface.OUTPUTS) :], moves, strict=False)
+        return states, {
+            **{o.name: p.scale * nu for o, nu in told},
             "roll": roll,
             "pitch": pitch,
             "heading": heading,

@@ -5,16 +5,7 @@ from __future__ import annotations
 from boresight.model.algebra.covariance import covariance_states
 from boresight.model.estimator import Input, Output, Param, State
 
-__all__ = [
-    "BIAS_UNIT",
-    "INNOVATIONS",
-    "INPUTS",
-    "OUTPUTS",
-    "P0_LIMIT",
-    "PARAMS",
-    "STATES",
-    "STATUS_BITS",
-]
+__all__ = ["BIAS_UNIT", "INPUTS", "OUTPUTS", "P0_LIMIT", "PARAMS", "STATES", "STATUS_BITS"]
 
 BIAS_UNIT = 4.0  #: s; the bias state of the covariance is bias times this.
 P0_LIMIT = 0.5  #: largest initial standard deviation, scaled.
@@ -76,6 +67,3 @@ OUTPUTS = (
     Output("heading_pi", "ht", 2.7e-5),
     Output("status", "bits"),
 )
-
-#: Innovations over the root of their variance, of the three updates.
-INNOVATIONS = tuple(Output(f"nu_{name}", "", 0.01) for name in ("roll", "pitch", "heading"))

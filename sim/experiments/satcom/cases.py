@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from boresight.sim.worlds.dish import Link
 from boresight.sim.worlds.satcom.drive import drive
-from boresight.sim.worlds.satcom.link import Link
 from boresight.sim.worlds.satcom.vehicle import SensorErrors, Vehicles
 
 __all__ = ["CASES", "WHAT_IF", "Case"]
@@ -52,7 +52,7 @@ CASES = {
     "pi_1hz": Case("the same, tracking at 1 Hz", world={**_PI, "tracking_hz": 1.0}),
     "printed_roll": Case("roll as printed, -atan(fy/fz)", options={"roll": "printed"}),
     "printed_detector": Case("detector as printed, a_z - g", options={"detector": "printed"}),
-    "declared": Case("every tracking sample is a heading, R as the noise is", params=_DECLARED),
+    "declared": Case("each tracking sample a heading, R as the noise is", params=_DECLARED),
     "city": Case("half an hour: tunnels, bridges, roundabouts, bumps", drive="city"),
 }
 
@@ -61,25 +61,17 @@ def _place(latitude: float, east: float) -> dict[str, Any]:
     return {"place": (latitude, 110.5 - east, 110.5)}
 
 
+def _errors(**errors: Any) -> dict[str, Any]:
+    return {"errors": SensorErrors(**errors)}
+
+
 #: Cases with the defaults of the filter, unless it says otherwise.
 WHAT_IF = {
-    "start_left": Case(
-        "heading 2.5 deg off at the start, the other way", world={"start_deg": -2.5}
-    ),
-    "bias_1": Case(
-        "gyro bias 1, -1, 1 deg/s", world={"errors": SensorErrors(gyro_bias=(1.0, -1.0, 1.0))}
-    ),
-    "walk": Case(
-        "gyro bias that walks, 0.002 deg/s/sqrt(s)", world={"errors": SensorErrors(gyro_walk=0.002)}
-    ),
-    "noise_3": Case(
-        "three times the noise of gyro and accelerometer",
-        world={"errors": SensorErrors(gyro_noise=0.15, acc_noise=0.15)},
-    ),
-    "acc_bias": Case(
-        "accelerometer off by 0.03 m/s^2 (0.18 deg of tilt)",
-        world={"errors": SensorErrors(acc_bias=(0.03, -0.03, 0.03))},
-    ),
+    "start_left": Case("heading 2.5 deg off at the start, to the left", world={"start_deg": -2.5}),
+    "bias_1": Case("gyro bias 1, -1, 1 deg/s", world=_errors(gyro_bias=(1.0, -1.0, 1.0))),
+    "walk": Case("gyro bias that walks, 0.002 deg/s/sqrt(s)", world=_errors(gyro_walk=0.002)),
+    "noise_3": Case("three times the noise", world=_errors(gyro_noise=0.15, acc_noise=0.15)),
+    "acc_bias": Case("accelerometer off by 0.18 deg", world=_errors(acc_bias=(0.03, -0.03, 0.03))),
     "weak": Case("beacon 6 dB weaker", world={"link": Link(eirp_dbw=0.0)}),
     "rough": Case("12 deg of side slope, twice the road, turns to 36 deg/s", drive="rough"),
     "equator": Case("satellite at 85 deg of elevation", world=_place(4.0, 2.0)),

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import numpy.typing as npt
 
+from boresight.model.estimators.satcom import INNOVATIONS
 from boresight.model.estimators.satcom import Satcom as Filter
-from boresight.model.estimators.satcom_interface import INNOVATIONS
 from boresight.sim.accuracy.innovations import Innovations, innovations
 from boresight.sim.experiments.satcom.cases import Case
 from boresight.sim.experiments.seeds import Runs

@@ -18,24 +18,20 @@ from boresight.sim.plotting import COLOUR, figure_and_axes, legend, settings, sv
 __all__ = ["render"]
 
 _INTRO = (
-    "Satcom on the move, patent CN104880189 (2015). It prints no figure: each of its claims is put "
-    "to the test, and what the published text misprints is flown as printed too. A vehicle drives "
-    "five minutes; the integer program of the core works in closed loop with a 0.6 m antenna in Ku "
-    "band; gyro noise 0.05 deg/s, bias (0.3, -0.4, 0.5) deg/s, start 2 deg off.",
-    "{runs} runs, seeds {seed} to {last}. Figures are those after half a minute: root mean squares "
-    "over all runs, the most, or the mean. The prototype was written in floating point and ran "
-    "four times, with ideal tracking errors of 0.2 deg.",
+    "Patent CN104880189 (2015) prints no figure: each of its claims is put to the test, and what "
+    "it misprints is flown as printed too. Five minutes of driving, the integer program of the "
+    "core in closed loop with a 0.6 m antenna in Ku band; gyro bias (0.3, -0.4, 0.5) deg/s.",
+    "{runs} runs, seeds {seed} to {last}; figures after half a minute: root mean square over all "
+    "runs, the most, or the mean. The prototype, in float, had ideal tracking errors of 0.2 deg.",
 )
 _HONEST = (
-    "Innovations over the root of their variance: squared and in the mean of each run (left), and "
-    "their autocorrelation (right), with the bands of an honest filter. Where R is what the noise "
-    "is, and each tracking sample is a heading of its own, they are white and of variance one. By "
-    "default R is larger: it has to cover accelerations below the detector's thresholds, and the "
-    "heading of the PI loop is smooth, its errors are not independent; so the filter is cautious, "
-    "and its own variances are upper bounds."
+    "Innovations over the root of their variance: square, mean of each run (left), autocorrelation "
+    "(right), bands of an honest filter. Where R is what the noise is, and each tracking sample is "
+    "a heading of its own, they are white and of variance one, but for accelerations below the "
+    "thresholds. By default R is larger, to cover those, and the heading of the PI loop is smooth: "
+    "the filter is cautious, its own variances are upper bounds."
 )
 _WHAT_IF = "Nothing is tuned: the filter's defaults, with other worlds. At most 25 runs each."
-#: Heads and figures of the tables.
 _COLUMNS = {
     **{f"{a}, deg": f"{a}_rms" for a in ANGLES},
     **{"PI loop, deg": "loop_rms", "bias, worst, deg/s": "bias_error_max"},

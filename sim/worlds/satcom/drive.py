@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -10,7 +12,7 @@ import numpy.typing as npt
 from boresight.model.errors import InputError
 from boresight.sim.worlds.road import Ride, profile, ride
 
-__all__ = ["DRIVES", "Drive", "city_drive", "drive", "rough_drive", "specification_drive"]
+__all__ = ["DRIVES", "Drive", "city_drive", "drive", "specification_drive"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -36,17 +38,13 @@ class Drive:
         return np.asarray((np.abs(self.ride.acceleration) > [0.3, 0.3, 0.5]).any(axis=1))
 
 
-def specification_drive(rate_hz: float = 50.0) -> Drive:
-    """Five minutes: accelerations of 2, -2, 1.5, -1, 1 m/s^2, turns of 12, -8, 6 deg/s, road."""
-    return _specified(rate_hz)
+def specification_drive(
+    rate_hz: float = 50.0, *, turns: float = 1.0, road: float = 1.0, slope: float = 0.0
+) -> Drive:
+    """Five minutes: accelerations of 2, -2, 1.5, -1, 1 m/s^2, turns of 12, -8, 6 deg/s, road.
 
-
-def rough_drive(rate_hz: float = 50.0) -> Drive:
-    """The same on a road twice as rough and 12 deg aslant, with turns three times as fast."""
-    return _specified(rate_hz, turns=3.0, road=2.0, slope=12.0)
-
-
-def _specified(rate_hz: float, turns: float = 1.0, road: float = 1.0, slope: float = 0.0) -> Drive:
+    ``turns`` and ``road`` times as fast and as rough, the road ``slope`` degrees aslant.
+    """
     accel, turn = profile(_SPECIFIED, rate_hz)
     t = np.arange(len(accel)) / rate_hz
     roll = slope + road * (3.0 * _wave(t, 7.0) + 1.5 * _wave(t, 1.9))
@@ -97,7 +95,11 @@ def city_drive(rate_hz: float = 50.0, seed: int = 1) -> Drive:
 
 
 #: Drives by name.
-DRIVES = {"specification": specification_drive, "rough": rough_drive, "city": city_drive}
+DRIVES: dict[str, Callable[[float], Drive]] = {
+    "specification": specification_drive,
+    "rough": partial(specification_drive, turns=3.0, road=2.0, slope=12.0),
+    "city": city_drive,
+}
 
 
 def drive(name: str, rate_hz: float = 50.0) -> Drive:

@@ -16,16 +16,17 @@ import numpy.typing as npt
 
 from boresight.model.algebra.quaternion import matrix, multiply, turn
 from boresight.model.errors import InputError
-from boresight.model.estimators.satcom_pointing import SatcomPointing, direction
+from boresight.model.estimators.satcom_pointing import direction
 from boresight.sim.attitude.rotation import (
     quaternion_conjugate,
     quaternion_multiply,
     rotate,
     rotation_vector_to_quaternion,
 )
+from boresight.sim.worlds.dish import Link
 from boresight.sim.worlds.fleet import Fleet, Single
 from boresight.sim.worlds.satcom.drive import Drive, drive
-from boresight.sim.worlds.satcom.link import Link, Receiver
+from boresight.sim.worlds.satcom.receiver import Receiver
 
 __all__ = ["BEAMS", "OnTheMove", "SensorErrors", "Vehicles"]
 
@@ -90,9 +91,7 @@ class Vehicles(Fleet):
         toward = np.array(direction(latitude, longitude, 0.0, satellite)[0])
         self._up = toward / np.linalg.norm(toward)
         elevation = -math.degrees(math.asin(self._up[2]))
-        ends = {i.name: (i.low, i.high) for i in SatcomPointing.inputs}
-        inside = ends["latitude"][0] <= latitude <= ends["latitude"][1]
-        inside &= max(abs(longitude), abs(satellite)) <= ends["longitude"][1]
+        inside = abs(latitude) <= 0.5 and abs(longitude) <= 1.0 and abs(satellite) <= 1.0
         for good, where, wanted, found in (
             (0.0 <= self.tracking_hz <= rate, "tracking_hz", f"0 to {rate:g} Hz", self.tracking_hz),
             (self.beam in BEAMS, "beam", " or ".join(BEAMS), self.beam),
@@ -125,8 +124,7 @@ class Vehicles(Fleet):
         self.truth = quaternion_multiply(turned, ride.q)
         self.heading = ride.euler[:, 2] + self.start_deg * _DEG
         told = np.stack([*ride.euler[:, :2].T, self.heading], axis=1) / math.pi
-        told = np.concatenate([(told + 1.0) % 2.0 - 1.0, self.truth], axis=1)
-        self._truths = told[:, :, None]
+        self._truths = np.concatenate([(told + 1.0) % 2.0 - 1.0, self.truth], axis=1)[:, :, None]
         # The satellite in body axes, which are the antenna's but for what the estimator believes.
         self._toward = rotate(quaternion_conjugate(self.truth), self._up)
         self.losses_db.clear()

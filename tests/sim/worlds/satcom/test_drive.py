@@ -10,7 +10,6 @@ from boresight.sim.worlds.satcom.drive import (
     SHADOW_DB,
     city_drive,
     drive,
-    rough_drive,
     specification_drive,
 )
 
@@ -47,7 +46,7 @@ def test_specification() -> None:
 
 
 def test_rough() -> None:
-    d, calm = rough_drive().ride, specification_drive().ride
+    d, calm = drive("rough").ride, specification_drive().ride
     assert np.degrees(d.euler[:, 0].mean()) == pytest.approx(12.0, abs=0.1)
     assert d.euler[:, 2] == pytest.approx(3.0 * calm.euler[:, 2])
     assert d.euler[:, 1] == pytest.approx(2.0 * calm.euler[:, 1])
