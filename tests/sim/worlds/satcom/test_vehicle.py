@@ -120,6 +120,15 @@ def test_closed_loop_on_two_levels() -> None:
     assert full[0] > 2.0 > 1.0 > full[1]
 
 
+def test_a_start_aslant_finds_the_satellite() -> None:
+    """A tilt far from level is corrected in steps: no heading, no acceleration is made of it."""
+    world = OnTheMove("rough", seed=2)
+    loop = close_loop(world, Satcom(), make_level("c", Build(Satcom())), steps=150)
+    heading = 180.0 * (loop.outputs["heading"] - loop.truth["heading"])[1:]
+    assert np.abs(heading).max() < 2.5 and np.abs(heading[-50:]).max() < 1.5
+    assert max(v[0] for v in world.fleet.losses_db[25:]) < 3.0
+
+
 def test_ends_and_begins_anew() -> None:
     world = OnTheMove()
     world.start()
