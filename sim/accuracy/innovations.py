@@ -65,7 +65,8 @@ def plot_innovations(
     """SVG of many runs' measurements: squares of each run, correlation over all, with bands."""
     with settings():
         figure, (left, right) = figure_and_axes(2.6, 1, 2)
-        for k, (name, colour) in enumerate(zip(names, cycle(COLOUR.values()), strict=False)):
+        for k, (name, other) in enumerate(zip(names, cycle(COLOUR.values()), strict=False)):
+            colour = COLOUR.get(name, other)
             own = [run[k] for run in runs]
             across = k + np.linspace(-0.3, 0.3, len(own))
             left.plot(across, [one.nis for one in own], ".", color=colour)

@@ -38,10 +38,7 @@ BEAMS = ("heading", "heading_pi")  #: outputs that the antenna can be pointed wi
 
 @dataclass(frozen=True)
 class SensorErrors:
-    """What gyro and accelerometer add: biases, white noise of a sample, walk of the gyro's bias.
-
-    In deg/s, deg/s/sqrt(s) and m/s^2.
-    """
+    """Biases, white noise of a sample [deg/s, m/s^2], walk of the gyro's bias [deg/s/sqrt(s)]."""
 
     gyro_bias: tuple[float, float, float] = (0.3, -0.4, 0.5)
     gyro_noise: float = 0.05

