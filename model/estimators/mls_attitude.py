@@ -17,7 +17,8 @@ is left are three states, half the small rotation about the body's axes, and the
 ``norm="free"`` nothing is set back: q is n times a unit quaternion, with h = n^2 r, H = 2 n [r, r x]
 and all four states, as printed.
 
-A record with dt < 0 starts anew: 16 Gauss-Newton steps to the attitude, whatever it is, then P0.
+A record with dt < 0 starts anew: 32 Gauss-Newton steps to the attitude, whatever it is, the mean of
+96 more, then P0.
 """
 
 from __future__ import annotations
@@ -48,7 +49,6 @@ from boresight.model.declarations import GRAVITY
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Output, Param, State
 from boresight.model.estimators.ekf_parts import (
-    ALIGN_NOISE,
     ALIGN_P,
     FLOOR_NOISE,
     STEP_LIMIT,
@@ -69,7 +69,10 @@ FIELD_UNIT = 64.0  #: uT
 NO_FIELD = 1.0  #: uT^2, squared field below which there is no sample.
 NOISE_LIMIT = 4.0  #: largest noise of a measurement times scale.
 P0_LIMIT = 0.5  #: largest initial standard deviation times scale / 2.
-ALIGN_STEPS = 16  #: samples with both vectors that an alignment takes.
+ALIGN_STEPS = 128  #: samples with both vectors that an alignment takes, a quarter of them steps.
+STEP_NOISE = 2.0**-8  #: noise of a step, scaled; less would amplify rounding.
+MEAN_SLOPE = 0.5 * ALIGN_P * ALIGN_STEPS  #: noise of the mean: two vectors see most axes.
+MEAN_FROM = 0.75 * MEAN_SLOPE
 VARIANTS = ("corrected", "printed")
 _DEG = 0.017453292519943295
 
@@ -89,8 +92,8 @@ class MlsAttitude(Estimator):
     summary = "attitude of a moving deck: quaternion KF, Picard transition, six scalar updates"
     inputs = INPUTS
     params = (
-        Param("scale", 32.0, 1.0, 256.0, "", "covariances are held times its square; `ekf_bias`"),
-        Param("p0_sd", 0.0195, 1e-4, 0.5, "rad", "attitude once aligned (root of P0)"),
+        Param("scale", 96.0, 1.0, 256.0, "", "covariances are held times its square; `ekf_bias`"),
+        Param("p0_sd", 0.01, 1e-4, 0.5, "rad", "attitude once aligned (root of P0)"),
         Param("gyro_sd", 0.9 * _DEG, 0.0, 1.0, "rad/s", "gyro sample (root of Q): small trusts it"),
         Param("acc_sd", 0.05 * GRAVITY, 0.005, 64.0, "m/s^2", "specific force (root of R)"),
         Param("mag_sd", 2.5, 0.05, 512.0, "uT", "field (root of R): small trusts it"),
@@ -131,8 +134,8 @@ class MlsAttitude(Estimator):
             *covariance_states(self.order, lambda i: ALIGN_P),
         )
         self.outputs = (
-            *(Output(name, "ht", 5.5e-6) for name in ("roll", "pitch", "heading")),
-            *(Output(f"q{axis}", "", 4e-6) for axis in "wxyz"),
+            *(Output(name, "ht", 2.5e-5) for name in ("roll", "pitch", "heading")),
+            *(Output(f"q{axis}", "", 4e-5) for axis in "wxyz"),
             *((Output("norm", "", 1e-5),) if self.free else ()),
             Output("status", "bits"),
         )
@@ -160,17 +163,20 @@ class MlsAttitude(Estimator):
             ((u.ax, u.ay, u.az), 0.5 / GRAVITY, up, None, p.acc_sd),
             (field, 0.5 / FIELD_UNIT, site, no_field, p.mag_sd),
         )
+        # Steps to the attitude, then their mean: the k-th counts 1/k.
+        average = ops.maximum(MEAN_FROM + MEAN_SLOPE * progress, STEP_NOISE)
+        average = ops.bounded(average, 0.0, MEAN_FROM, "while aligning")
         done: list[Any] = [0.0] * self.order  # correction so far
         for z, unit, v, bad, sd in sensors:
             r = [ops.bounded(norm * k, -2.0, 2.0, "field") for k in conjugate_turn(c_nb, v)]
             squares = symmetric(3, lambda i, j, r=r: ops.bounded(r[i] * r[j], -4.0, 4.0, "field"))
             said = [norm * k for k in turn(c_nb, v)] if self.printed_measurement else r
             noise = ops.saturated(unit * p.scale * sd, NOISE_LIMIT)
-            noise = ops.where(aligning, ALIGN_NOISE, noise)
+            variance = ops.where(aligning, average, noise * noise)
             for k in range(3):
                 # z - h over 2 |V|, h = n^2 C^T V; as printed z - H q = z - 2 h
                 nu = unit * z[k] - (1.0 if self.printed_innovation else 0.5) * (norm * said[k])
-                a, done = self._updated(a, done, (r, squares), k, noise * noise, nu, bad)
+                a, done = self._updated(a, done, (r, squares), k, variance, nu, bad)
 
         correction = [ops.saturated(c, 2.0) for c in self._correction(norm, done)]
         raw = [ops.saturated(c, 2.0) for c in multiply(q, correction)]
