@@ -16,9 +16,14 @@ import numpy.typing as npt
 
 from boresight.model.declarations import GRAVITY
 from boresight.model.errors import InputError
-from boresight.sim.attitude.rotation import quaternion_conjugate, quaternion_multiply, rotate, turns_between
+from boresight.sim.attitude.rotation import (
+    quaternion_conjugate,
+    quaternion_multiply,
+    rotate,
+    turns_between,
+)
 
-__all__ = ["MOTIONS", "RATE_HZ", "SEA_STATES", "Deck", "SensorErrors", "at_sea", "deck", "records"]
+__all__ = ["MOTIONS", "RATE_HZ", "SEA_STATES", "Deck", "SensorErrors", "deck", "records", "responses"]
 
 FloatArray = npt.NDArray[np.float64]
 RATE_HZ = 1000.0
@@ -41,13 +46,14 @@ class Deck:
 
 @dataclass(frozen=True)
 class SensorErrors:
-    """Biases are drawn for each run; noise of a sample, delay of the gyro in samples.
+    """Noise of a sample, the gyro's bias and its spread over the runs, its delay in samples.
 
     In deg/s, g and shares of the field.
     """
 
     gyro_noise: float = 0.3
-    gyro_bias: float = 0.2
+    gyro_bias: tuple[float, float, float] = (0.061, 0.0765, 0.008)
+    bias_spread: float = 0.0
     acc_noise: float = 0.02
     mag_noise: float = 0.02
     gyro_lag: int = 0
@@ -163,7 +169,7 @@ def records(
     rate[1:] = turns_between(what.q[:-1], what.q[1:]) * RATE_HZ
     rate = np.concatenate([rate[:1].repeat(errors.gyro_lag, axis=0), rate])[:n]
     white = rng.normal(size=(3, n, 3))
-    bias = np.radians(errors.gyro_bias) * rng.normal(size=3)
+    bias = np.radians(errors.gyro_bias + errors.bias_spread * rng.normal(size=3))
     up = np.zeros((n, 3))
     up[:, 2] = GRAVITY + what.lift
     dip = math.radians(dip_deg)
