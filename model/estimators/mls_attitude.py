@@ -63,7 +63,7 @@ from boresight.model.estimators.ekf_parts import (
 )
 from boresight.model.estimators.nine_axis import INPUTS
 
-__all__ = ["STATUS_BITS", "MlsAttitude"]
+__all__ = ["ALIGN_STEPS", "STATUS_BITS", "MlsAttitude"]
 
 FIELD_UNIT = 64.0  #: uT
 NO_FIELD = 1.0  #: uT^2, squared field below which there is no sample.

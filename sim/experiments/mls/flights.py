@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model.estimators.array_phases import ArrayPhases
-from boresight.model.estimators.mls_attitude import MlsAttitude
+from boresight.model.estimators.mls_attitude import ALIGN_STEPS, MlsAttitude
 from boresight.sim.attitude.rotation import quaternion_conjugate, rotate
 from boresight.sim.experiments.mls.prototype import integrated, prototype
 from boresight.sim.levels.build import Build
@@ -18,7 +18,7 @@ from boresight.sim.levels.registry import make_level
 from boresight.sim.worlds.mls_array import Array, direction, pulse
 from boresight.sim.worlds.mls_deck import Deck, SensorErrors, deck, records
 
-__all__ = ["AXES", "Case", "Flight", "beam_errors", "flight_figures", "fly", "phases_of"]
+__all__ = ["AXES", "Beams", "Case", "Flight", "beam_errors", "flight_figures", "fly", "phases_of"]
 
 FloatArray = npt.NDArray[np.float64]
 AXES = ("roll", "pitch", "heading")
@@ -26,6 +26,7 @@ ENCODER_DEG = 360.0 / 4096.0  #: step of 1024 lines, each edge counted.
 SETTLED = 3000  #: records before which nothing is judged.
 SECONDS = 10.0
 MOST_LAG = 20  #: ms that a lag is looked for.
+_P0 = (0.5 * next(p.default for p in MlsAttitude.params if p.name == "p0_sd")) ** 2
 
 
 @dataclass(frozen=True)
@@ -58,14 +59,35 @@ class Flight:
     saturated: int
 
 
+@dataclass(frozen=True, eq=False)
+class Beams:
+    """Where a receiver finds itself less where it is (runs, instants) [deg].
+
+    ``shown``: scans [deg] and amplitudes, before and after, of one instant.
+    """
+
+    after: FloatArray
+    before: FloatArray
+    shown: tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
+
+
 def fly(case: Case, seeds: Sequence[int], seconds: float = SECONDS) -> Flight:
     """All runs of a case on the integer C, or of its reference."""
     decks = [deck(case.motion, seconds, seed) for seed in seeds]
     rows = np.stack([records(d, s, case.errors) for d, s in zip(decks, seeds, strict=True)], axis=1)
     norm, saturated, apart = np.ones(len(seeds)), 0, np.zeros((1, 1))
-    if case.reference:
-        of = prototype if case.reference == "prototype" else integrated
-        q = of(rows, np.stack([d.q[0] for d in decks]))
+    truth = np.stack([d.euler for d in decks], axis=1)
+    if case.reference == "gyro":
+        q = integrated(rows, np.stack([d.q[0] for d in decks]))
+    elif case.reference:
+        aligned = make_level("c", Build(MlsAttitude()))
+        q = np.empty((len(rows), len(decks), 4))
+        for k in range(len(decks)):
+            aligned.reset()
+            out = aligned.run(rows[: ALIGN_STEPS + 2, k]).outputs
+            q[: ALIGN_STEPS + 2, k] = np.stack([out[f"q{a}"] for a in "wxyz"], axis=1)
+        after = slice(ALIGN_STEPS + 2, None)
+        q[after] = prototype(rows[after], q[ALIGN_STEPS + 1], p0=_P0)
     else:
         build = Build(MlsAttitude(**case.options), params=[case.params])  # type: ignore[arg-type]
         levels = [make_level(name, build) for name in ("c", "float")]
@@ -79,7 +101,6 @@ def fly(case: Case, seeds: Sequence[int], seconds: float = SECONDS) -> Flight:
             norm[k] = c.outputs["norm"][-1] if "norm" in c.outputs else 1.0
             saturated += int(np.sum(c.saturated))
         q, apart = np.stack(told, axis=1), np.array(far)[:, :, SETTLED:]
-    truth = np.stack([d.euler for d in decks], axis=1)
     error = _wrapped(np.degrees(_angles(q) - truth), 360.0)
     most, rms = float(np.abs(apart).max()), float(np.sqrt(np.mean(apart**2)))
     return Flight(decks, rows, error, q, norm, (most, rms), saturated)
@@ -132,11 +153,8 @@ def phases_of(array: Array, q: FloatArray, beams: FloatArray) -> FloatArray:
 
 def beam_errors(
     flight: Flight, array: Array, azimuth_deg: float, elevation_deg: float, instants: int = 24
-) -> tuple[FloatArray, FloatArray]:
-    """Where a receiver finds itself less where it is [deg], with and without compensation.
-
-    (runs, instants) each, from -3 dB gates of pulses of the core's phases.
-    """
+) -> Beams:
+    """What a receiver makes of the core's phases, with and without compensation, by -3 dB gates."""
     level = np.array([1.0, 0.0, 0.0, 0.0])
     at = np.linspace(SETTLED, len(flight.q) - 1, instants).astype(int)
     whole, near = np.arange(-62.0, 62.01, 0.2), azimuth_deg + np.arange(-3.0, 3.01, 0.1)
@@ -153,5 +171,8 @@ def beam_errors(
             for phases, e in zip(np.split(steered, instants), seen, strict=True)
         ]
         after.append(pulse(near, np.array(got), main).centre - azimuth_deg)
-        before.append(pulse(whole, np.abs(array.field(fixed, seen)), main).centre - azimuth_deg)
-    return np.array(after), np.array(before)
+        plain = np.abs(array.field(fixed, seen))
+        before.append(pulse(whole, plain, main).centre - azimuth_deg)
+        if run == 0:
+            shown = (whole, plain[-1]), (near, got[-1])
+    return Beams(np.array(after), np.array(before), shown)

@@ -24,7 +24,8 @@ class Trial:
 
     ``gain`` of the field where the receiver is, ``peak`` of the pulse; ``width`` of the -3 dB gate
     and ``sd`` of the angle found [deg] of pulses at the right place; ``wrong``, the share of those
-    that are elsewhere; median ``sidelobe_db``. ``shown``: amplitudes over the scan of one draw.
+    that are elsewhere; median ``sidelobe_db`` beyond the first
+    ones. ``shown``: amplitudes over the scan of one draw.
     """
 
     gain: float
@@ -64,7 +65,8 @@ def trial(
     e = direction(azimuth_deg, elevation_deg)
     amplitude = np.abs(array.field(phases, e, array.displacements(axis, b, draws, rng)))
     tilt = math.cos(math.radians(azimuth_deg))
-    main = math.degrees(1.0 / (array.elements * array.spacing * tilt))
+    # To the second null, so that the first side lobes are part of it.
+    main = math.degrees(2.0 / (array.elements * array.spacing * tilt))
     found = pulse(scan, amplitude, main)
     error = angle_of(*scan_times(found.centre)) - azimuth_deg
     right = np.abs(error) < main

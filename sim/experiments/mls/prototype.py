@@ -21,7 +21,7 @@ def prototype(
     rows: FloatArray,
     start: FloatArray,
     *,
-    p0: float = 9.5e-5,
+    p0: float,
     q_sd: float = 1.5 * math.radians(0.3),
     r_sd: float = 0.05,
     field_ut: float = 50.0,
@@ -40,7 +40,7 @@ def prototype(
     one, noise = np.eye(4), r_sd**2 * np.eye(6)
     for k, row in enumerate(rows):
         step = np.abs(row[:, :1])
-        f = _picard(step * row[:, 1:4]) if k else np.tile(one, (runs, 1, 1))
+        f = _picard(step * row[:, 1:4])
         q = np.einsum("rij,rj->ri", f, q)
         cov = f @ cov @ f.swapaxes(1, 2) + (q_sd * step[0, 0]) ** 2 * one  # (31)
         z = np.concatenate([row[:, 7:10] / GRAVITY, row[:, 4:7] / field_ut], axis=1)

@@ -35,9 +35,6 @@ _ROWS: tuple[tuple[str, float | None, float | None, float | None, str, str], ...
         for name, at, prototype in (("m60", -60, 0.19), ("0", 0, 0.08), ("60", 60, 0.10))
     ),
     *(
-        (f"mls_rolling_bias_beam_{name}_deg", None, 0.2, None, "ours", f"the same at {at}, biases drawn")
-        for name, at in (("m60", -60), ("0", 0), ("60", 60))
-    ),
     ("mls_fixed_float_deg", None, 0.001, 0.0005, "ours", "fixed less float64, most, deg"),
     ("phases_fixed_float_turns", None, 2.0**-20, None, "ours", "phases, fixed less float64, turns"),
     ("mls_corrected_saturated", None, 0.0, None, "ours", "words beyond their range"),
@@ -71,11 +68,11 @@ _CLAIMED: tuple[tuple[str, float | None, float | None, float | None, str, str, s
 def targets_of(figures: Mapping[str, float]) -> tuple[Target, ...]:
     """Targets of the experiment's figures; what the paper claims wrongly is not binding."""
     f = figures
-    plain = -17.8  # dB: highest side lobe of the array in order, sampled
     found = dict(figures) | {
         "broadening": f["array64_x_01_0_width"] / f["array64_z_01_0_width"],
-        "sidelobes_3": f["array64_z_05_0_sidelobe_db"] - plain,
-        "sidelobes_30": f["array64_z_05_0_at_30_sidelobe_db"] - plain,
+        "sidelobes_3": f["array64_z_05_0_sidelobe_db"] - f["array64_y_05_0_sidelobe_db"],
+        "sidelobes_30": f["array64_z_05_0_at_30_sidelobe_db"]
+        - f["array64_y_05_0_sidelobe_db"],
         "sea_5_gain": f["mls_sea_5_uncompensated_0_deg"] / f["mls_sea_5_beam_0_deg"],
     }
     rows = [
