@@ -223,8 +223,8 @@ class Output:
         Unit of the values.
     tolerance : float, optional
         Largest difference of fixed point and float64 that its author accepts, in ``unit``. Angles
-        of `PERIODS` are compared modulo their period; words of `EXACT_UNITS` exactly, whatever stands here. Without
-        it the difference is shown and not judged.
+        of `PERIODS` are compared modulo their period; words of `EXACT_UNITS` exactly, whatever
+        stands here. Without it the difference is shown and not judged.
     meaning : str
         What it is, for register maps and pages.
 

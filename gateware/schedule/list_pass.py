@@ -145,7 +145,11 @@ class _Pass(ListState):
         for _, node in self.awake:
             if node < self.p.n_ops and node not in skip and value in self.reads[node]:
                 fit = self.fit(node, self.need(node, 0))[0]
-                if fit[0] <= t and self.may_keep(node, 0) and self.may_write(t + fit[1] - 1 + self.write):
+                if (
+                    fit[0] <= t
+                    and self.may_keep(node, 0)
+                    and self.may_write(t + fit[1] - 1 + self.write)
+                ):
                     return node, 0, fit
         return None
 

@@ -7,8 +7,8 @@ fit its own sum). A beam along the unit vector e of the reference axes needs the
     phi_k = k (d/lambda) (C^T e)_y   turns        C = C(q), body to reference
 
 so the program turns e into the array's axis with the attitude that `mls_attitude` keeps in the same
-core, and multiplies. Phases are turns modulo one, the word read as an unsigned number: every product
-by an integer is exact there, and phi_2k = 2 phi_k costs one slot that also lets phi_k out.
+core, and multiplies. Phases are turns modulo one, the word read as an unsigned number: products by
+integers are exact there, and phi_2k = 2 phi_k costs one slot that also lets phi_k out.
 
 The scan is an input: e of the beam that is due, as a scan generator's table of the law holds it.
 """
@@ -35,14 +35,23 @@ class ArrayPhases(Estimator):
     """Phases of ``elements`` elements in a line for a beam given in reference axes."""
 
     name = "array_phases"
-    summary = "steering phases of a linear array for a beam in reference axes, turned by an attitude"
+    summary = (
+        "steering phases of a linear array for a beam in reference axes, turned by an attitude"
+    )
     inputs = (
         *(Input(f"q{a}", -1.0, 1.0, "", source=f"mls_attitude.q{a}") for a in "wxyz"),
         *(Input(f"beam_{a}", -1.0, 1.0) for a in "xyz"),
     )
     params = (
         Param("spacing", 0.5, 0.1, 1.0, "", "of the elements, in wavelengths: follows the channel"),
-        Param("sector", 0.25, 0.0, 1.0, "", "least cosine of the angle between beam and the array's normal"),
+        Param(
+            "sector",
+            0.25,
+            0.0,
+            1.0,
+            "",
+            "least cosine of the angle between beam and the array's normal",
+        ),
     )
 
     def __init__(self, elements: int = 64) -> None:

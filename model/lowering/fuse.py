@@ -123,12 +123,12 @@ class Fusion:
         return self.groups.group(form, target, frac=frac)
 
     def form(self, node: Node, *, top: bool = False, wrapped: float = 0.0) -> Form:
-        """``node`` as terms of a sum. ``top``: of its own group. ``wrapped``: whole periods are free."""
+        """``node`` as terms of a sum. ``top``: of its own group. ``wrapped``: a free period."""
         if node.kind == "const":
             return Form(constant=node.value)
         if node.number in self._of_node or (not top and not self._fuses(node, wrapped)):
             return Form([Product(self.word(node))])
-        build: Callable[[Node, bool], Form] = getattr(self, f"_form_{node.kind}")
+        build: Callable[[Node, float], Form] = getattr(self, f"_form_{node.kind}")
         return build(node, wrapped)
 
     def _fuses(self, node: Node, wrapped: float) -> bool:

@@ -1,6 +1,6 @@
 """One output beside its reference: how far apart, where, and whether that is accepted.
 
-Values are compared in the output's unit; angles modulo their period; words of flags bit by bit; outputs
+Values are compared in the output's unit; angles modulo their period; flags bit by bit; outputs
 named ``qw qx qy qz`` with the sign that brings the quaternions together, and besides as the angle
 between the attitudes, in degrees.
 """

@@ -14,12 +14,21 @@ import numpy.typing as npt
 
 from boresight.model.errors import InputError
 
-__all__ = ["SCAN_DEG", "SCAN_DEG_S", "Array", "Pulse", "angle_of", "direction", "pulse", "scan_times"]
+__all__ = [
+    "SCAN_DEG",
+    "SCAN_DEG_S",
+    "Array",
+    "Pulse",
+    "angle_of",
+    "direction",
+    "pulse",
+    "scan_times",
+]
 
 FloatArray = npt.NDArray[np.float64]
 SCAN_DEG_S = 20_000.0  #: speed of the scan, to and fro.
 SCAN_DEG = 62.0  #: it goes from minus this to this, and back.
-TURN_S = 0.002  #: pause between to and fro.
+_PAUSE_S = 0.002  #: between to and fro.
 
 
 def direction(azimuth_deg: npt.ArrayLike, elevation_deg: npt.ArrayLike) -> FloatArray:
@@ -52,22 +61,12 @@ class Array:
                     f"array, {where}", wanted=wanted, found=repr(found), fix="correct it"
                 )
 
-    def phases(self, beams: npt.ArrayLike) -> FloatArray:
-        """Phases (m, elements) [turns] of beams along unit vectors (m, 3) of the array's axes."""
-        reach = self.spacing * np.asarray(beams, dtype=np.float64)[..., 1:2]
-        return np.asarray((reach * np.arange(self.elements)) % 1.0)
-
     def closed_form(self, sine: npt.ArrayLike, of: float = 0.0) -> FloatArray:
         """(5), (6): |sin(N u/2) / (N sin(u/2))|, u = 2 pi d/lambda (sine - ``of``)."""
         half = np.pi * self.spacing * (np.asarray(sine, dtype=np.float64) - of)
         near = np.abs(np.sin(half)) < 1e-12
         below = np.where(near, 1.0, self.elements * np.sin(half))
         return np.where(near, 1.0, np.abs(np.sin(self.elements * half) / below))
-
-    def sinc_form(self, sine: npt.ArrayLike, of: float = 0.0) -> FloatArray:
-        """(7): the same for large N."""
-        sine = np.asarray(sine, dtype=np.float64)
-        return np.abs(np.sinc(self.elements * self.spacing * (sine - of)))
 
     def displacements(
         self, axis: int, b: float, draws: int, rng: np.random.Generator
@@ -82,18 +81,8 @@ class Array:
     ) -> npt.NDArray[np.complex128]:
         """(13): sum_k exp(-j phi_k) exp(j 2 pi/lambda e . (p(k) + q(k))) / N, far away along e.
 
-        Parameters
-        ----------
-        phases : (m, elements)
-            Of each beam [turns].
-        e : (..., 3)
-            Unit vectors in the array's axes.
-        displaced : (..., elements, 3)
-            q(k) in wavelengths.
-
-        Returns
-        -------
-        (..., m)
+        Phases (m, elements) of each beam [turns], unit vectors (..., 3) in the array's axes, q(k)
+        (..., elements, 3) in wavelengths; gives (..., m).
         """
         n = len(phases[0])
         place = np.zeros((n, 3))
@@ -104,10 +93,9 @@ class Array:
 
 @dataclass(frozen=True)
 class Pulse:
-    """What passes a receiver: -3 dB gate about the peak. Angles in deg of the scan.
+    """What passes a receiver: ``centre`` and ``width`` of its -3 dB gate, in deg of the scan.
 
-    ``centre`` and ``width`` of the gate, ``peak`` over that of an array in order, ``sidelobe_db``
-    the highest amplitude outside the main lobe below the peak.
+    ``peak`` of the amplitude, and how far below it the highest one outside the main lobe is.
     """
 
     centre: FloatArray
@@ -119,22 +107,22 @@ class Pulse:
 def pulse(scan_deg: FloatArray, amplitude: FloatArray, main_deg: float) -> Pulse:
     """Gate pulses: amplitudes (..., m) over the scan (m,), interpolated between its beams.
 
-    ``main_deg``: half width of the main lobe, outside which there are side lobes.
+    ``main_deg``: half width of what counts as main lobe.
     """
     shape, m = amplitude.shape[:-1], amplitude.shape[-1]
     flat = amplitude.reshape(-1, m)
-    top = flat.argmax(axis=1)
-    rows = np.arange(len(flat))
+    top, rows = flat.argmax(axis=1), np.arange(len(flat))
     peak = flat[rows, top]
-    gate = peak[:, None] * np.sqrt(0.5)
     edges = []
     for step in (-1, 1):
         order = np.arange(m)[::step]
-        beyond = (flat[:, order] < gate) & ((order - top[:, None]) * step > 0)
+        beyond = (flat[:, order] < peak[:, None] * np.sqrt(0.5)) & (
+            (order - top[:, None]) * step > 0
+        )
         k = np.where(beyond.any(axis=1), order[beyond.argmax(axis=1)], order[-1])
         inside = np.clip(k - step, 0, m - 1)
         a, b = flat[rows, k], flat[rows, inside]
-        share = np.where(b > a, (b - gate[:, 0]) / np.where(b > a, b - a, 1.0), 0.0)
+        share = (b - peak * np.sqrt(0.5)) / np.where(b > a, b - a, np.inf)
         edges.append(scan_deg[inside] + np.clip(share, 0.0, 1.0) * (scan_deg[k] - scan_deg[inside]))
     away = np.abs(scan_deg - scan_deg[top][:, None]) > main_deg
     side = np.where(away, flat, 1e-9).max(axis=1)
@@ -145,11 +133,10 @@ def pulse(scan_deg: FloatArray, amplitude: FloatArray, main_deg: float) -> Pulse
 def scan_times(scan_deg: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
     """When a beam passes an angle on its way to and fro [s]."""
     to = (np.asarray(scan_deg) + SCAN_DEG) / SCAN_DEG_S
-    return to, 4.0 * SCAN_DEG / SCAN_DEG_S + TURN_S - to
+    return to, 4.0 * SCAN_DEG / SCAN_DEG_S + _PAUSE_S - to
 
 
 def angle_of(to: npt.ArrayLike, fro: npt.ArrayLike) -> FloatArray:
     """(T0 - t) V/2 of the time t between both pulses [deg]; T0 is that of the angle 0."""
-    passed = np.asarray(fro) - np.asarray(to)
-    at_zero = 2.0 * SCAN_DEG / SCAN_DEG_S + TURN_S
-    return np.asarray((at_zero - passed) * SCAN_DEG_S / 2.0)
+    at_zero = 2.0 * SCAN_DEG / SCAN_DEG_S + _PAUSE_S
+    return np.asarray((at_zero - (np.asarray(fro) - np.asarray(to))) * SCAN_DEG_S / 2.0)

@@ -83,5 +83,9 @@ def _jacobian(q: FloatArray, v: tuple[float, float, float]) -> FloatArray:
     first = w * a + z * b - y * c
     dot = x * a + y * b + z * c
     second, third = -z * a + w * b + x * c, y * a - x * b + w * c
-    rows = [[first, dot, -third, second], [second, third, dot, -first], [third, -second, first, dot]]
+    rows = [
+        [first, dot, -third, second],
+        [second, third, dot, -first],
+        [third, -second, first, dot],
+    ]
     return np.asarray(2.0 * np.array(rows).transpose(2, 0, 1))
