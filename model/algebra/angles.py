@@ -55,11 +55,12 @@ def acos_ht(x: Any) -> Any:
 def roll_pitch_heading_ht(c: Matrix, inverse: Any = 1.0) -> tuple[Any, Any, Any]:
     """Angles [half turns] of C = Rz(heading) Ry(pitch) Rx(roll), as of north-east-down axes.
 
-    ``c`` is C, or C over ``inverse``.
+    ``c`` is C, or up to four times it, C over ``inverse``.
     """
     square = c[2][1] * c[2][1] + c[2][2] * c[2][2]
     secant = ops.rsqrt(square)
-    cosine = ops.bounded(square * secant, 0.0, 1.0, "cosine of the pitch")
+    largest = 1.0 if isinstance(inverse, float) else 4.0
+    cosine = ops.bounded(square * secant, 0.0, largest, "cosine of the pitch")
     return (
         unit_angle_ht(c[2][1], c[2][2], secant),
         unit_angle_ht(-c[2][0], cosine, inverse),

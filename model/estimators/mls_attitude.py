@@ -13,8 +13,8 @@ north, west, up; C = C(q), body to reference, Rz(heading) Ry(pitch) Rx(roll); (n
 
 **Basis.** As in `ekf_quaternion_vector` P is kept as L(q)^T P L(q), in which the Jacobian of
 r = C^T V is 2 [r, r x]. Setting the norm of q back is a projection, (1 - q q^T)/|q|, of P too: three
-states are left, half the small rotation about the body's axes, and the same attitude. With ``norm``
-"free" nothing is set: q is n times a unit quaternion, h = n^2 r, H = 2 n [r, r x], four states.
+states are left, half the small rotation about the body's axes, and the attitude is the same. With
+``norm`` "free" q is n times a unit quaternion, h = n^2 r, H = 2 n [r, r x], and all four states.
 
 A record with dt < 0 starts anew: 32 Gauss-Newton steps to the attitude, whatever it is, the mean of
 96 more, then P0.
@@ -57,6 +57,7 @@ NO_FIELD = 1.0  #: uT^2, squared field below which there is no sample.
 NOISE_LIMIT = 4.0  #: largest noise of a measurement times scale.
 P0_LIMIT = 0.5  #: largest initial standard deviation times scale / 2.
 ALIGN_STEPS = 128  #: samples with both vectors that an alignment takes, a quarter of them steps.
+MOVE_LIMIT = 0.5  #: largest component of a correction of q.
 STEP_NOISE = 2.0**-8  #: noise of a step, scaled; less would amplify rounding.
 MEAN_SLOPE = 0.5 * parts.ALIGN_P * ALIGN_STEPS  #: noise of the mean: two vectors see most axes.
 MEAN_FROM = 0.75 * MEAN_SLOPE
@@ -154,9 +155,8 @@ class MlsAttitude(Estimator):
             nu = [unit * m - share * (norm * h) for m, h in zip(z, said, strict=True)]
             a, done = self._updated(a, done, r, variance, nu, bad)
 
-        correction = [
-            ops.saturated(c, 2.0) for c in [norm + done[0] if self.free else 1.0, *done[-3:]]
-        ]
+        lead = ops.saturated(norm + done[0], 2.0) if self.free else 1.0
+        correction = [lead, *(ops.saturated(c, MOVE_LIMIT) for c in done[-3:])]
         raw = [ops.saturated(c, 2.0) for c in multiply(q, correction)]
         q_new, shrink = parts.normalised(raw)
         half = ops.bounded(0.5 * shrink, 0.0, 1.0, "over a norm of nearly one and more")

@@ -73,7 +73,7 @@ class Mls(Experiment):
     pages = ("mls.html",)
 
     def run(self, *, seed: int, runs: int, say: Callable[[str], None]) -> Result:
-        """See `Experiment`; patterns are drawn four times as often, some cases at most ten times."""
+        """See `Experiment`; patterns are drawn four times as often, some cases ten times."""
         patterns, figures = {}, {"phases_fixed_float_turns": phases_fixed_float(seed)}
         for elements in (64, 16):
             say(f"patterns of {elements} elements")

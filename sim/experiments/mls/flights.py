@@ -69,7 +69,7 @@ def fly(case: Case, seeds: Sequence[int], seconds: float = SECONDS) -> Flight:
     if case.reference == "gyro":
         q = integrated(rows, np.stack([d.q[0] for d in decks]))
     elif case.reference:
-        after = ALIGN_STEPS + 2
+        after = ALIGN_STEPS
         begun = _told(MlsAttitude(), rows[:after], {})[0]
         start = np.stack([begun[f"q{a}"] for a in "wxyz"], axis=-1)
         q = np.concatenate([start, prototype(rows[after:], start[-1], p0=_P0)])
