@@ -119,11 +119,12 @@ def pulse(scan_deg: FloatArray, amplitude: FloatArray, main_deg: float) -> Pulse
         beyond = (flat[:, order] < peak[:, None] * np.sqrt(0.5)) & (
             (order - top[:, None]) * step > 0
         )
-        k = np.where(beyond.any(axis=1), order[beyond.argmax(axis=1)], order[-1])
+        some = beyond.any(axis=1)
+        k = np.where(some, order[beyond.argmax(axis=1)], order[-1])
         inside = np.clip(k - step, 0, m - 1)
         a, b = flat[rows, k], flat[rows, inside]
-        share = (b - peak * np.sqrt(0.5)) / np.where(b > a, b - a, np.inf)
-        edges.append(scan_deg[inside] + np.clip(share, 0.0, 1.0) * (scan_deg[k] - scan_deg[inside]))
+        share = np.where(some, (b - peak * np.sqrt(0.5)) / np.where(some, b - a, 1.0), 1.0)
+        edges.append(scan_deg[inside] + share * (scan_deg[k] - scan_deg[inside]))
     away = np.abs(scan_deg - scan_deg[top][:, None]) > main_deg
     side = np.where(away, flat, 1e-9).max(axis=1)
     found = ((edges[0] + edges[1]) / 2.0, edges[1] - edges[0], peak, 20.0 * np.log10(side / peak))

@@ -48,7 +48,7 @@ class SensorErrors:
     """
 
     gyro_noise: float = 0.3
-    gyro_bias: tuple[float, float, float] = (0.0606, 0.077, 0.0118)
+    gyro_bias: tuple[float, float, float] = (0.06, 0.0765, 0.0143)
     bias_spread: float = 0.0
     acc_noise: float = 0.02
     mag_noise: float = 0.02

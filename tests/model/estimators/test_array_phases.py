@@ -80,7 +80,9 @@ def test_a_beam_that_is_none_gives_bounded_phases() -> None:
     "elements, config, interval", [(64, "small", 130), (64, "fast", 100), (16, "small", 60)]
 )
 def test_cycles(elements: int, config: str, interval: int) -> None:
-    assert build_core(ArrayPhases(elements).compile(), config).schedule.interval <= interval
+    """In one core with the filter, which has the quaternion."""
+    core = Build(MlsAttitude(), ArrayPhases(elements), config=config).core
+    assert core.parts[1].schedule.interval <= interval
 
 
 def test_most_elements_fit_a_core() -> None:
