@@ -82,7 +82,8 @@ class MlsAttitude(Estimator):
 
     name = "mls_attitude"
     summary = "attitude of a moving deck: quaternion KF, Picard transition, six scalar updates"
-    inputs = INPUTS
+    #: The words of the nine-axis filters, but other reference axes: so another order.
+    inputs = (*INPUTS[:4], *INPUTS[7:], *INPUTS[4:7])
     params = (
         Param("scale", 96.0, 1.0, 256.0, "", "covariances are held times its square; `ekf_bias`"),
         Param("p0_sd", 0.01, 1e-4, 0.5, "rad", "attitude once aligned (root of P0)"),

@@ -105,7 +105,7 @@ def records(
     field_ut: float = 50.0,
     dip_deg: float = 54.0,
 ) -> FloatArray:
-    """Records of the nine-axis filters (n, 10): dt, gyro, field, force; the first restarts."""
+    """Records of `mls_attitude` (n, 10): dt, gyro, specific force, field; the first restarts."""
     n, rng = len(what.q), np.random.default_rng([seed, 2018])
     rate = np.zeros((n, 3))
     rate[1:] = turns_between(what.q[:-1], what.q[1:]) * RATE_HZ
@@ -121,4 +121,4 @@ def records(
     gyro = rate + bias + np.radians(errors.gyro_noise) * white[0]
     field = field + errors.mag_noise * field_ut * white[1]
     force = rotate(back, up) + errors.acc_noise * GRAVITY * white[2]
-    return np.concatenate([dt, gyro, field, force], axis=1)
+    return np.concatenate([dt, gyro, force, field], axis=1)

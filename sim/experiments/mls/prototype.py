@@ -43,7 +43,7 @@ def prototype(
         f = _picard(step * row[:, 1:4])
         q = np.einsum("rij,rj->ri", f, q)
         cov = f @ cov @ f.swapaxes(1, 2) + (q_sd * step[0, 0]) ** 2 * one  # (31)
-        z = np.concatenate([row[:, 7:10] / GRAVITY, row[:, 4:7] / field_ut], axis=1)
+        z = np.concatenate([row[:, 4:7] / GRAVITY, row[:, 7:10] / field_ut], axis=1)
         h = np.concatenate([_jacobian(q, v) for v in vectors], axis=1)  # (25)
         gain = cov @ h.swapaxes(1, 2) @ np.linalg.inv(h @ cov @ h.swapaxes(1, 2) + noise)  # (30)
         innovation = z - 0.5 * np.einsum("rij,rj->ri", h, q)
