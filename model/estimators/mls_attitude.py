@@ -12,9 +12,9 @@ north, west, up; C = C(q), body to reference, Rz(heading) Ry(pitch) Rx(roll); (n
   is z - h = z - H q / 2.
 
 **Basis.** As in `ekf_quaternion_vector` P is kept as L(q)^T P L(q), in which the Jacobian of
-r = C^T V is 2 [r, r x]. Setting the norm of q back is a projection, (1 - q q^T)/|q|, of P too: three
-states are left, half the small rotation about the body's axes, and the attitude is the same. With
-``norm`` "free" q is n times a unit quaternion, h = n^2 r, H = 2 n [r, r x], and all four states.
+r = C^T V is 2 [r, r x]. Setting the norm of q back is a projection, (1 - q q^T)/|q|, of P too:
+three states are left, half the small rotation about the body's axes, and the attitude is the same.
+With ``norm`` "free" q is n times a unit quaternion, h = n^2 r, H = 2 n [r, r x], all four states.
 
 A record with dt < 0 starts anew: 32 Gauss-Newton steps to the attitude, whatever it is, the mean of
 96 more, then P0.
