@@ -72,7 +72,7 @@ def run_group(word: int, products: Any, overflow: Any) -> Any:
     return int(out[0, 0]), bool(saturated[0])
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=400)
 @given(groups())
 @example((32, [(-(1 << 31), -(1 << 31), 8, False)] * 5, Overflow.SAT))
 @example((32, [(-(1 << 31), (1 << 31) - 1, 8, True)] * 5, Overflow.WRAP))
@@ -102,7 +102,6 @@ def test_group_is_what_apytypes_says(case: Any) -> None:
     assert saturated == clamped
 
 
-@settings(deadline=None)
 @given(st.integers(18, 32), st.floats(-1e9, 1e9), st.integers(-3, 40))
 def test_quantise_is_rnd_sat(word: int, value: Any, frac: int) -> None:
     fmt = Format(word, frac)
