@@ -11,7 +11,7 @@ import numpy.typing as npt
 from boresight.model.estimators.array_phases import ArrayPhases
 from boresight.model.estimators.mls_attitude import ALIGN_STEPS, MlsAttitude
 from boresight.sim.attitude.rotation import quaternion_conjugate, rotate
-from boresight.sim.experiments.mls.prototype import integrated, prototype
+from boresight.sim.experiments.mls.prototype import prototype
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.worlds.mls_array import SCAN_DEG, Array, direction, pulse
@@ -67,7 +67,7 @@ def fly(case: Case, seeds: Sequence[int], seconds: float = SECONDS) -> Flight:
     rows = np.stack([records(d, s, case.errors) for d, s in zip(decks, seeds, strict=True)], axis=1)
     norm, saturated, apart = np.ones(len(seeds)), 0, np.zeros((1, 1))
     if case.reference == "gyro":
-        q = integrated(rows, np.stack([d.q[0] for d in decks]))
+        q = prototype(rows, np.stack([d.q[0] for d in decks]), p0=0.0, r_sd=1e6)
     elif case.reference:
         after = ALIGN_STEPS
         begun = _told(MlsAttitude(), rows[:after], {})[0]

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from boresight.model.declarations import GRAVITY
 
-__all__ = ["integrated", "prototype"]
+__all__ = ["prototype"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -30,7 +30,7 @@ def prototype(
     """Quaternions (n, runs, 4) of records (n, runs, 10) from a start (runs, 4).
 
     Sensors over g and the field's strength; ``q_sd`` [rad/s] times the time step is the root of Q,
-    ``r_sd`` that of R, ``p0`` the first P.
+    ``r_sd`` that of R (very large: the gyro alone), ``p0`` the first P.
     """
     runs = rows.shape[1]
     dip = math.radians(dip_deg)
@@ -50,17 +50,6 @@ def prototype(
         q = q + np.einsum("rij,rj->ri", gain, innovation)
         cov = (one - gain @ h) @ cov  # (32)
         q = q / np.linalg.norm(q, axis=1, keepdims=True)
-        out[k] = q
-    return out
-
-
-def integrated(rows: FloatArray, start: FloatArray) -> FloatArray:
-    """The gyro alone: quaternions (n, runs, 4)."""
-    q, out = start.copy(), np.empty((*rows.shape[:2], 4))
-    for k, row in enumerate(rows):
-        if k:
-            q = np.einsum("rij,rj->ri", _picard(row[:, :1] * row[:, 1:4]), q)
-            q = q / np.linalg.norm(q, axis=1, keepdims=True)
         out[k] = q
     return out
 

@@ -1,6 +1,7 @@
 """`array_phases` against scipy's rotations; exact integers; linked to the filter in one core."""
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -8,8 +9,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import boresight
+from boresight.cli import main
 from boresight.gateware.core import build_core, build_shared_core
 from boresight.model.errors import InputError
+from boresight.model.estimators import array_phases
 from boresight.model.estimators.array_phases import MOST_ELEMENTS, STATUS_BITS, ArrayPhases
 from boresight.model.estimators.mls_attitude import MlsAttitude
 from boresight.model.estimators.satcom import Satcom
@@ -18,6 +21,9 @@ from boresight.model.linking import linked_estimators
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.worlds.mls_deck import deck, records
+
+FILE = str(Path(array_phases.__file__))
+OTHER = FILE.replace("array_phases", "mls_attitude")
 
 
 def draws(seed: int, n: int = 500) -> Any:
@@ -99,6 +105,26 @@ def test_more_elements_than_outputs(elements: Any) -> None:
 def test_a_spacing_of_zero_is_refused() -> None:
     with pytest.raises(InputError, match=r"^parameter spacing: wanted 0.1 to 1 .*found 0"):
         ArrayPhases().param_values({"spacing": 0.0})
+
+
+@pytest.mark.parametrize(
+    "argv, message",
+    [
+        (
+            ["compile", f"{FILE}:ArrayPhases(elements=500)", "-o"],
+            "elements: wanted 2 to 160, found 500",
+        ),
+        (["compile", "array_phases", "--param", "spacing=0", "-o"], "spacing: wanted 0.1 to 1"),
+        (
+            ["compile", f"{OTHER}:MlsAttitude(picard=2)", "-o"],
+            "picard: wanted one of 3, 4, found 2",
+        ),
+    ],
+)
+def test_mistakes_are_one_line(argv: Any, message: str, tmp_path: Any, capsys: Any) -> None:
+    assert main([*argv, str(tmp_path / "x")]) == 2
+    out = capsys.readouterr()
+    assert message in out.err and out.err.count("\n") == 1 and not (tmp_path / "x").exists()
 
 
 def test_four_programs_in_one_core() -> None:

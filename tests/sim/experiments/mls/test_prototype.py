@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from boresight.sim.experiments.mls.prototype import _jacobian, _picard, integrated, prototype
+from boresight.sim.experiments.mls.prototype import _jacobian, _picard, prototype
 from boresight.sim.worlds.mls_deck import SensorErrors, deck, records
 
 EXACT = SensorErrors(0.0, (0.0, 0.0, 0.0), 0.0, 0.0, 0.0)
@@ -46,7 +46,8 @@ def test_runs_follow_exact_sensors() -> None:
     start = np.stack([d.q[0] for d in decks])
     rows[0, :, 0] = 0.0
     truth = np.stack([d.q for d in decks], axis=1)
-    for found in (prototype(rows, start, p0=1e-4), integrated(rows, start)):
+    for options in ({"p0": 1e-4}, {"p0": 0.0, "r_sd": 1e6}):
+        found = prototype(rows, start, **options)
         assert np.abs(np.abs((found * truth).sum(axis=2)) - 1.0).max() < 1e-8
 
 
