@@ -22,6 +22,8 @@ def test_names_as_json(capsys):
         "mekf",
         "satcom",
         "satcom_pointing",
+        "mls_attitude",
+        "array_phases",
     ]
 
 

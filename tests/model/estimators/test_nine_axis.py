@@ -39,7 +39,9 @@ def test_the_quaternion_alone_is_judged() -> None:
     assert degrees == [pytest.approx(0.01, rel=0.01)] * 4
 
 
-NINE_AXIS = [e for name, e in ESTIMATORS.items() if not name.startswith("satcom")]
+#: Systems with records of their own.
+SYSTEMS = ("satcom", "mls", "array")
+NINE_AXIS = [e for name, e in ESTIMATORS.items() if not name.startswith(SYSTEMS)]
 
 
 @pytest.mark.parametrize("estimator", NINE_AXIS)
