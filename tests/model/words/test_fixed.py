@@ -167,3 +167,8 @@ def test_formats_are_written_as_ap_fixed() -> None:
     assert str(Format(32, 31)) == "fixed<32,1>"
     assert str(Format(18, 20)) == "fixed<18,-2>"
     assert apytypes.__version__
+
+
+@pytest.mark.parametrize("word", [18, 32])
+def test_a_range_of_zero_alone_has_the_bits_of_a_fraction(word: int) -> None:
+    assert Format.for_range(word, 0.0, 0.0) == Format(word, word - 1)
