@@ -57,8 +57,8 @@ def whitened(
     return done, white
 
 
-MOST_WHITE = 2.0**8  #: largest innovation over its noise.
-MOST_NORMAL = 2.0**6  #: the same over its standard deviation.
+MOST_WHITE = 2.0**6  #: largest innovation over its noise.
+MOST_NORMAL = 2.0**4  #: the same over its standard deviation.
 WIDE = 2.0**3  #: words of S^T a; a row whose f.f passes half its square is not used.
 
 

@@ -72,7 +72,8 @@ STATES = (
         for i in range(6)
         for j in range(6)
     ),
-    *(State(f"pos_{i}{a}", -REACH, REACH * BELOW, "m") for i in "12" for a in "enu"),
+    # Before the first track: anywhere but at the radar itself.
+    *(State(f"pos_{i}{a}", -REACH, REACH * BELOW, "m", 1e5) for i in "12" for a in "enu"),
     *(State(f"vel_{i}{a}", -(2.0**16), 2.0**16 * BELOW, "m/s") for i in "12" for a in "enu"),
     *(State(f"acc_{i}{a}", -(2.0**18), 2.0**18 * BELOW, "m/s^2") for i in "12" for a in "enu"),
     State("memory", 0.0, 1.0, "", 1.0),
@@ -83,10 +84,10 @@ STATES = (
 
 OUTPUTS = (
     *(
-        Output(f"{b}_bias", "m" if b[0] == "r" else "rad", 0.02 if b[0] == "r" else 2e-6)
+        Output(f"{b}_bias", "m" if b[0] == "r" else "rad", 0.05 if b[0] == "r" else 1e-6)
         for b in BIASES
     ),
-    *(Output(f"{a}{i}_corrected", "m", 1.0) for i in "12" for a in AXES),
+    *(Output(f"{a}{i}_corrected", "m", 0.05) for i in "12" for a in AXES),
     Output("nis", "", 0.05, "normalised innovation squared, three degrees of freedom"),
     Output("status", "bits"),
 )

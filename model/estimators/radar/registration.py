@@ -45,8 +45,9 @@ Site = Sequence[float]  #: longitude east, latitude north [deg], height [m].
 
 EQUATOR = 6378137.0  #: m, WGS 84.
 E2 = 6.69437999014e-3  #: its eccentricity squared.
-SPREAD = 2.0**12  #: m, largest noise across the beam.
+SPREAD = 2.0**11  #: m, largest noise across the beam.
 APART = 2.0**17  #: m, largest difference of the tracks.
+SURPRISE = 2.0**15  #: m, largest component of the innovation.
 KNOWN = 2.0**-7  #: rad, biases up to which H is taken without them, and beyond which it is linear.
 MOST = (2.0**14, 1.0, 1.0) * 2  #: m, rad: largest biases that are estimated.
 LIMIT = 8.0  #: largest bias over its first standard deviation.
@@ -136,7 +137,7 @@ class Registration(Estimator):
         h, z = self._measured(
             beams, sd, [ops.saturated(c, APART) for c in turn(self.axes[0], apart)]
         )
-        rows, white = whitened(h, [c * x.weight for c in z], 2.0 * SPREAD, APART)
+        rows, white = whitened(h, [c * x.weight for c in z], 2.0 * SPREAD, SURPRISE)
         scale = [ops.bounded(f * x.weight, 0.0, WIDEST, "of p0") for f in first]
         rows = [
             [ops.bounded(c * s, -WIDEST, WIDEST, "noise") for c, s in zip(r, scale, strict=True)]
@@ -236,7 +237,9 @@ class Registration(Estimator):
             ]
             h.append([*own, *seen])
             z.append(
-                ops.saturated(dot(along, local) - beams[0].moved[k] + dot(m, beams[1].moved), APART)
+                ops.saturated(
+                    dot(along, local) - beams[0].moved[k] + dot(m, beams[1].moved), SURPRISE
+                )
             )
         return h, z
 
