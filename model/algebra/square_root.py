@@ -66,8 +66,9 @@ WIDE = 2.0**3  #: words of S^T a; a row whose f.f passes half its square is not 
 class Potter:
     """What `potter` gives.
 
-    ``root`` S (n, n); ``moves`` (n,), the factors whose products are to be summed: see `carried`; ``normal`` (m,), innovations
-    over their standard deviations; ``wide``: a row was not used, P being too wide along it.
+    ``root`` S (n, n); ``moves`` (n,), the factors whose products move the state: see `carried`;
+    ``normal`` (m,), innovations over their standard deviations; ``wide``: a row was not used, P
+    being too wide along it.
     """
 
     root: list[list[Any]]

@@ -128,7 +128,10 @@ class Registration(Estimator):
             for f, s, most in zip(first, [*sd[0], *sd[1]], MOST, strict=True)
         ]
         state = [getattr(x, f"bias_{k}") for k in range(6)]
-        before = [ops.saturated(b * s, most) for b, s, most in zip(state, units, MOST, strict=True)]
+        before = [
+            ops.saturated(ops.where(restart, 0.0, b * s), most)
+            for b, s, most in zip(state, units, MOST, strict=True)
+        ]
         beams = [_Beam(at, before[3 * i : 3 * i + 3]) for i, at in enumerate(expected)]
 
         # Innovation and H along the beam of radar 1; whitened, and in units of p0.
