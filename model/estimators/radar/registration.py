@@ -27,8 +27,11 @@ biases b_i and white noise v_i::
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
+
+import numpy as np
+import numpy.typing as npt
 
 from boresight.model import ops
 from boresight.model.algebra.quaternion import Matrix, Vector, conjugate_turn, dot, turn
@@ -41,6 +44,7 @@ from boresight.model.estimators.radar.interface import AXES, BIASES, ECEF, FASTE
 
 __all__ = ["Registration", "site"]
 
+FloatArray = npt.NDArray[np.float64]
 Site = Sequence[float]  #: longitude east, latitude north [deg], height [m].
 
 EQUATOR = 6378137.0  #: m, WGS 84.
@@ -90,6 +94,7 @@ class Registration(Estimator):
     params = interface.PARAMS
     states = interface.STATES
     outputs = interface.OUTPUTS
+    nis_freedom = 3
 
     def __init__(
         self, site_1: Site = (115.74, 29.43, 5.0), site_2: Site = (114.11, 30.71, 5.0)
@@ -106,6 +111,15 @@ class Registration(Estimator):
             )
         #: T_1^T T_2.
         self.between = [[dot(a, b) for b in self.axes[1]] for a in self.axes[0]]
+
+    def error_covariance(
+        self, states: Mapping[str, FloatArray], params: Mapping[str, float]
+    ) -> tuple[tuple[str, ...], FloatArray]:
+        """See `Estimator`: of the six biases, P = S S^T in their units."""
+        root = np.array([[states[f"s{i}{j}"] for j in range(6)] for i in range(6)])
+        sd = [params[f"{b[:-2]}_sd_{b[-1]}"] * params[f"p0_{b}"] for b in BIASES]
+        root = np.moveaxis(root, 2, 0) * np.array(sd)[:, None]
+        return tuple(f"{b}_bias" for b in BIASES), root @ root.transpose(0, 2, 1)
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         """One record: see the module docstring."""
@@ -128,10 +142,7 @@ class Registration(Estimator):
             for f, s, most in zip(first, [*sd[0], *sd[1]], MOST, strict=True)
         ]
         state = [getattr(x, f"bias_{k}") for k in range(6)]
-        before = [
-            ops.saturated(ops.where(restart, 0.0, b * s), most)
-            for b, s, most in zip(state, units, MOST, strict=True)
-        ]
+        before = [ops.saturated(b * s, most) for b, s, most in zip(state, units, MOST, strict=True)]
         beams = [_Beam(at, before[3 * i : 3 * i + 3]) for i, at in enumerate(expected)]
 
         # Innovation and H along the beam of radar 1; whitened, and in units of p0.
@@ -164,6 +175,10 @@ class Registration(Estimator):
         }
 
         # Outputs.
+        biases = [
+            ops.saturated(after[f"bias_{k}"] * s, most)
+            for k, (s, most) in enumerate(zip(units, MOST, strict=True))
+        ]
         correcting = x.time + dt >= p.correct_from
         flags = {
             0: ~both,
@@ -174,7 +189,7 @@ class Registration(Estimator):
             5: correcting,
         }
         return after, {
-            **{f"{b}_bias": v for b, v in zip(BIASES, before, strict=True)},
+            **{f"{b}_bias": v for b, v in zip(BIASES, biases, strict=True)},
             **self._corrected(samples, beams, correcting),
             "nis": ops.saturated(ops.where(live, dot(found.normal, found.normal), 0.0), 2.0**10),
             "status": status_word(flags),

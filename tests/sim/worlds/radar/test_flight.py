@@ -16,7 +16,7 @@ def test_the_printed_target_is_where_the_geometry_check_says() -> None:
 
 
 def test_free_fall_keeps_what_it_must() -> None:
-    """Energy in turning axes, v^2/2 - GM/r (1 + J2 term) - |w x p|^2/2, and no drift by the step."""
+    """Energy in turning axes, v^2/2 - GM/r (1 + flattening) - |w x p|^2/2; no drift by the step."""
     p = ballistic((-2664e3, 5350e3, 2870e3), (1700.0, 104.0, 1100.0), T)
     v = np.gradient(p, T, axis=0, edge_order=2)
     r = np.linalg.norm(p, axis=1)
