@@ -1,4 +1,4 @@
-"""`boresight montecarlo`: many draws of a world; is the estimator as good as it says, and can be?"""
+"""`boresight montecarlo`: many draws of a world; is the estimator as good as it says and can be?"""
 
 from __future__ import annotations
 

@@ -9,6 +9,7 @@ import multiprocessing
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
+from importlib import import_module
 from typing import Any
 
 from boresight.model.errors import InputError, ToolMissing
@@ -43,14 +44,14 @@ def cluster(address: str) -> Iterator[Executor]:
         No scheduler answers.
     """
     try:
-        from distributed import Client
+        distributed = import_module("distributed")
     except ImportError:
         raise ToolMissing(
             "dask.distributed was not found: pip install 'boresight[cluster]', here and on the "
             "workers."
         ) from None
     try:
-        client = Client(address, timeout=10)
+        client = distributed.Client(address, timeout=10)
     except (OSError, TimeoutError, ValueError) as error:
         raise InputError.at(
             "scheduler",

@@ -2,7 +2,7 @@
 
 A mean of n draws has the band +-1.96 sd/sqrt(n), a standard deviation sd sqrt(chi2/(n - 1)); NEES
 and NIS of f degrees of freedom, averaged over n independent draws, the band chi2(n f)/n. Quantiles
-of chi2 by Wilson and Hilferty (Proc. Natl. Acad. Sci. 17, 1931), a thousandth from ten degrees on.
+of chi2 by Wilson and Hilferty (Proc. Natl. Acad. Sci. 17, 1931): within a hundredth from ten degrees on.
 NIS counts every record: a filter that is right has white innovations.
 """
 
