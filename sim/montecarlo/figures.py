@@ -2,8 +2,8 @@
 
 A mean of n draws has the band +-1.96 sd/sqrt(n), a standard deviation sd sqrt(chi2/(n - 1)); NEES
 and NIS of f degrees of freedom, averaged over n independent draws, the band chi2(n f)/n. Quantiles
-of chi2 by Wilson and Hilferty (Proc. Natl. Acad. Sci. 17, 1931): within a hundredth from ten degrees on.
-NIS counts every record: a filter that is right has white innovations.
+of chi2 by Wilson and Hilferty (Proc. Natl. Acad. Sci. 17, 1931): within a hundredth from ten
+degrees on. NIS counts every record: a filter that is right has white innovations.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ def figures(
             "mean": e.mean(axis=0),
             "mean_band": _Z / math.sqrt(n) * sd,
             "sd": sd,
-            "sd_band": np.stack([sd / high, sd / low]),
+            "sd_band": np.stack([sd / high, sd / low if low > 0.0 else np.full_like(sd, np.inf)]),
             "rms": np.sqrt(np.mean(e**2, axis=0)),
         }
         if name in bound:

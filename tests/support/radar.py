@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from types import SimpleNamespace
 from typing import Any
 
@@ -11,7 +12,18 @@ import pymap3d
 
 from boresight.model.estimators.radar.registration import Registration
 
-__all__ = ["BIAS", "NOISE", "RADARS", "TRUTH", "ecef", "first", "float_states", "polar", "records"]
+__all__ = [
+    "BIAS",
+    "NOISE",
+    "RADARS",
+    "TRUTH",
+    "ecef",
+    "first",
+    "float_outputs",
+    "float_states",
+    "polar",
+    "records",
+]
 
 #: Longitude, latitude [deg], height [m].
 RADARS = ((115.74, 29.43, 5.0), (114.11, 30.71, 5.0))
@@ -63,6 +75,22 @@ def first(range_m: float, angle_deg: float) -> dict[str, float]:
     """Parameters of a P0."""
     over = {"range": range_m / 10.0, "elevation": angle_deg / 0.07, "azimuth": angle_deg / 0.15}
     return {f"p0_{n}_{i}": v for i in "12" for n, v in over.items()}
+
+
+def float_outputs(u: Any, params: Sequence[dict[str, float]]) -> dict[str, Any]:
+    """Outputs (steps, runs) in float64, a run for each set of parameters."""
+    e = Registration()
+    sets = [e.param_values(p) for p in params]
+    p = SimpleNamespace(**{n: np.array([one[n] for one in sets]) for n in sets[0]})
+    x = {s.name: np.full(len(sets), s.initial) for s in e.states}
+    names = [i.name for i in e.inputs]
+    rows = []
+    for record in u:
+        x, out = e.step(
+            SimpleNamespace(**x), SimpleNamespace(**dict(zip(names, record, strict=True))), p
+        )
+        rows.append({n: np.broadcast_to(v, len(sets)) for n, v in out.items()})
+    return {o.name: np.array([row[o.name] for row in rows]) for o in e.outputs}
 
 
 def float_states(u: Any, params: dict[str, float]) -> dict[str, Any]:

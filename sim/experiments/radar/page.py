@@ -32,19 +32,19 @@ def render(
     share = 100.0 / np.abs(TwoRadars(noise=0.0, seconds=1.0).bias)
     with settings():
         plots = {
-            "Figures 2 to 4: errors of the biases in percent of the bias. Left without noise, right "
-            "with the printed noise; grey what no unbiased estimator can beat with that noise and "
-            "no prior, dashed the spread that theory gives the filter with its prior.": _biases(
+            "Figures 2 to 4: errors of the biases in percent of the bias. Left without noise, on "
+            "the right with the printed noise; grey what no unbiased estimator can beat with that "
+            "noise and no prior, dashed the spread of the filter with its prior.": _biases(
                 free, noisy, theory, share
             ),
             "Figures 5 to 10 without noise: reported less true position, corrected from 80 s on.": (
                 _tracks(free, "free")
             ),
-            "Figures 5 to 10 with the printed noise. Noise of the tracks is left out of neither.": (
+            "Figures 5 to 10 with the printed noise, which is in both curves.": (
                 _tracks(noisy, "noisy")
             ),
-            "The direction that the tracks tell least of, in units of the noise: ranges and "
-            "elevations together, a common shift of both tracks.": _weak(theory),
+            "The direction that the tracks tell least of after 170 s, in units of the noise: both "
+            "ranges together, which shifts both tracks alike.": _weak(theory),
         }
     rows = [
         {
@@ -106,7 +106,7 @@ def _tracks(run: Watched, salt: str) -> str:
             one = axes[i, k]
             one.plot(run.t, run.before[:, i, k], color=COLOUR["grey"], label="reported")
             one.plot(run.t, run.after[:, i, k], color=_RADARS[i], label="corrected")
-            one.set_title(f"radar {i + 1}, {axis}", fontsize=9)
+            one.set_title(f"radar {i + 1}, {axis}", fontsize=9, loc="right")
         axes[i, 0].set_ylabel("error, m")
     for one in axes[1]:
         one.set_xlabel("time, s")

@@ -61,7 +61,7 @@ def watch(world: TwoRadars, params: Mapping[str, float]) -> Watched:
     assert again.saturated is not None
     n = len(found)
     return Watched(
-        world.dt * np.arange(n),
+        np.arange(n) * np.float64(world.dt),
         (found - world.bias) / world.bias,
         world.reported.transpose(1, 0, 2)[:n] - world.place[:n, None],
         corrected - world.place[:n, None],

@@ -4,8 +4,8 @@ import pytest
 
 from boresight.model.errors import InputError
 from boresight.sim.experiments.ma2014.experiment import Ma2014
-from boresight.sim.experiments.registry import EXPERIMENTS, experiment_of
 from boresight.sim.experiments.radar.experiment import Radar
+from boresight.sim.experiments.registry import EXPERIMENTS, experiment_of
 from boresight.sim.experiments.satcom.experiment import Satcom
 
 

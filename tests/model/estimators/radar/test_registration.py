@@ -1,21 +1,31 @@
 """`registration` against a matrix filter in other coordinates, hostile records, its own limits."""
 
 import math
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 import pymap3d
 import pytest
 
-from boresight.firmware.build import CModel
 from boresight.gateware.core import build_core
 from boresight.model.errors import InputError
-from boresight.model.estimator import input_words, with_params
 from boresight.model.estimators.radar.interface import BIASES, STATUS_BITS
 from boresight.model.estimators.radar.registration import KNOWN, YOUNG, Registration, site
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
-from tests.support.radar import BIAS, NOISE, RADARS, ecef, first, float_states, polar, records
+from tests.support.radar import (
+    BIAS,
+    NOISE,
+    RADARS,
+    TRUTH,
+    ecef,
+    first,
+    float_outputs,
+    float_states,
+    polar,
+    records,
+)
 
 NAMES = [f"{b}_bias" for b in BIASES]
 
@@ -91,53 +101,62 @@ def test_is_the_kalman_filter(p0: Any, noise: float) -> None:
             )
 
 
-def compiled(u: Any, level: str, params: Any = None, estimator: Any = None) -> Any:
-    return make_level(level, Build(estimator or Registration(), params=[params])).run(u)
+@lru_cache(maxsize=1)
+def level() -> Any:
+    return make_level("c", Build(Registration()))
 
 
-@pytest.mark.parametrize("p0", [(50.0, 0.5), (1e3, 10.0), (1e4, 10.0)])
-def test_fixed_point_is_float64(p0: Any) -> None:
+def compiled(u: Any, params: Any = None) -> Any:
+    """A run of the integer C, parameters in its registers."""
+    c = level()
+    c.set_params(Registration().param_values(params))
+    c.reset()
+    return c.run(u)
+
+
+WIDTHS = [(50.0, 0.5), (1e3, 10.0), (1e4, 10.0), (1e4, 15.0)]
+
+
+@pytest.fixture(scope="module")
+def free() -> Any:
+    """Records without noise, and float64 from every one of `WIDTHS`, corrected late."""
+    u = records(noise=0.0, steps=801)
+    return u, float_outputs(u, [first(*p0) | {"correct_from": 70.05} for p0 in WIDTHS])
+
+
+@pytest.mark.parametrize("k, p0", list(enumerate(WIDTHS)))
+def test_fixed_point_is_float64(free: Any, k: int, p0: Any) -> None:
     """Less than 0.05 % of the bias at 80 s, from every P0, and the corrected tracks too."""
-    u = records(noise=0.0, steps=801)
-    fixed, floating = (
-        compiled(u, level, first(*p0) | {"correct_from": 70.05}) for level in ("c", "float")
-    )
+    u, floating = free
+    fixed = compiled(u, first(*p0) | {"correct_from": 70.05})
     assert not fixed.saturated.any()
-    assert (fixed.outputs["status"] == floating.outputs["status"]).all()
-    for k, name in enumerate(NAMES):
-        apart = fixed.outputs[name][-1] - floating.outputs[name][-1]
-        assert abs(apart) < 5e-4 * BIAS[k % 3]
+    assert (fixed.outputs["status"] == floating["status"][:, k]).all()
+    for j, name in enumerate(NAMES):
+        apart = fixed.outputs[name][-1] - floating[name][-1, k]
+        assert abs(apart) < 5e-4 * BIAS[j % 3]
     for name in ("x1_corrected", "z2_corrected"):
-        assert np.abs(fixed.outputs[name] - floating.outputs[name]).max() < 0.05
+        assert np.abs(fixed.outputs[name] - floating[name][:, k]).max() < 0.05
 
 
-def test_noise_free_tracks_give_the_biases() -> None:
-    u = records(noise=0.0, steps=801)
-    out = compiled(u, "c", first(1e4, 15.0)).outputs
+def test_noise_free_tracks_give_the_biases(free: Any) -> None:
+    out = compiled(free[0], first(1e4, 15.0)).outputs
     error = [100.0 * abs(out[n][-1] / BIAS[k % 3] - 1.0) for k, n in enumerate(NAMES)]
     assert max(error[0], error[3]) < 2.0
     assert max(error[1:3] + error[4:]) < 0.15
 
 
-def test_correction_begins_when_asked_and_is_exact() -> None:
-    from tests.support.radar import TRUTH
-
-    u = records(noise=0.0, steps=801)
-    out = compiled(u, "float", first(1e4, 15.0) | {"correct_from": 60.0}).outputs
-    on = (out["status"].astype(int) >> 5) & 1
-    assert on[599:602].tolist() == [0, on[600], 1]
-    found = np.stack([out[f"{a}1_corrected"] for a in "xyz"], axis=1)
-    assert (found[:599] == u[:599, 1:4]).all()
-    assert (
-        np.abs(found[700:] - TRUTH[700:801]).max()
-        < 1.0
-        < 500.0
-        < np.abs(u[700:801, 1:4] - TRUTH[700:801]).max()
-    )
+def test_correction_begins_when_asked_and_is_exact(free: Any) -> None:
+    u, floating = free
+    on = (floating["status"][:, 3].astype(int) >> 5) & 1
+    assert on[699:703].tolist() == [0, 0, 1, 1]
+    found = np.stack([floating[f"{a}1_corrected"][:, 3] for a in "xyz"], axis=1)
+    assert (found[:700] == u[:700, 1:4]).all()
+    assert np.abs(found[702:] - TRUTH[702:801]).max() < 1.0
+    assert np.abs(u[702:, 1:4] - TRUTH[702:801]).min(axis=0).max() > 500.0
 
 
 def status(u: Any, params: Any = None) -> Any:
-    return compiled(u, "c", params).outputs["status"].astype(int)
+    return compiled(u, params).outputs["status"].astype(int)
 
 
 def test_a_radar_that_misses_is_waited_for() -> None:
@@ -148,7 +167,7 @@ def test_a_radar_that_misses_is_waited_for() -> None:
     s = status(u)
     assert (s[100:110] & 1).all() and not (s[110:150] & 3).any()
     assert (s[150:175] & 1).all() and (s[176:178] & 2).all() and not s[190] & 2
-    out = compiled(u, "c").outputs
+    out = compiled(u).outputs
     before, after = (np.array([out[n][k] for n in NAMES]) for k in (151, 174))
     assert (before == after).all()  # nothing is learnt meanwhile
 
@@ -156,7 +175,7 @@ def test_a_radar_that_misses_is_waited_for() -> None:
 def test_tracks_that_never_meet_tell_nothing() -> None:
     u = records(noise=0.0, steps=100)
     u[:50, 8], u[50:, 7] = 0.0, 0.0
-    out = compiled(u, "c").outputs
+    out = compiled(u).outputs
     assert (out["status"].astype(int)[1:] & 3 == 3).all()
     assert all((out[n] == 0.0).all() for n in NAMES)
 
@@ -180,7 +199,7 @@ def test_below_ground_overhead_and_apart() -> None:
 def test_restart_forgets() -> None:
     u = records(noise=1.0, steps=120)
     once, twice = (
-        compiled(v, "c") for v in (u, np.concatenate([records(noise=1.0, seed=2, steps=90), u]))
+        compiled(v) for v in (u, np.concatenate([records(noise=1.0, seed=2, steps=90), u]))
     )
     for name in [*NAMES, "nis", "status"]:
         assert (once.outputs[name] == twice.outputs[name][90:]).all(), name
@@ -202,10 +221,10 @@ def hostile(steps: int, seed: int) -> Any:
 
 def least_eigenvalue(u: Any, params: Any) -> float:
     """Least eigenvalue of S S^T over P0, and that S stays inside its words."""
-    program = with_params(Registration().compile(), Registration(), params)
-    _, saturated, states = CModel(program).trajectory(
-        input_words(program, u[:, :, None])[:, :, 0].astype(np.int32)
-    )
+    c = level()
+    c.set_params(Registration().param_values(params))
+    c.reset()
+    program, states = c.program, c.run(u).states
     place = {program.values[n].name: k for k, (n, _) in enumerate(program.states)}
     s = np.array([[states[:, place[f"s{i}{j}"]] for j in range(6)] for i in range(6)]) * 2.0**-31
     s = np.moveaxis(s, 2, 0)
@@ -248,7 +267,26 @@ def test_sites_are_those_of_another_package() -> None:
 
 @pytest.mark.parametrize("config, most", [("small", 1340), ("fast", 760)])
 def test_cycles(config: str, most: int) -> None:
-    assert build_core(Registration().compile(), config).schedule.interval <= most
+    core = build_core(level().program, config, restarts=3)
+    assert core.schedule.interval <= most
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("p0", [(50.0, 0.5), (1e3, 1.0), (1e4, 15.0)])
+def test_covariance_stays_positive_over_millions(p0: Any) -> None:
+    for seed in range(35):
+        assert least_eigenvalue(hostile(100_000, seed), first(*p0)) > 0.0
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("config", ["small", "fast"])
+def test_rtl_is_the_integer_model(config: str) -> None:
+    """20,000 records, half of them hostile."""
+    u = np.concatenate([np.tile(records(noise=1.0, steps=1000), (10, 1)), hostile(10_000, 3)])
+    build = Build(Registration(), config=config)
+    found, wanted = (make_level(name, build).run(u) for name in ("rtl", "c"))
+    assert (found.words == wanted.words).all()
+    assert (found.saturated == wanted.saturated).all()
 
 
 def test_status_bits_have_meanings() -> None:
