@@ -30,7 +30,7 @@ test: setup            ## Set up, then lint, types and all tests
 	  wait $$types && exit $$tests
 
 soak: setup            ## Long campaigns, of which `make test` runs a short form (README: cost)
-	$(BIN)/pytest -m soak -n 2 --dist worksteal
+	$(BIN)/pytest -m 'soak or hypothesis' --hypothesis-profile=soak -n 2 --dist worksteal
 	$(BIN)/python -m boresight.sim.formal
 	$(BIN)/boresight bench
 	$(BIN)/boresight covariance

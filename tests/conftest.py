@@ -1,4 +1,4 @@
-"""Shared by all tests: no bench of Amaranth's simulator waits for ever."""
+"""Shared by all tests: the same cases in every run; no simulated bench waits for ever."""
 
 from __future__ import annotations
 
@@ -7,9 +7,24 @@ from typing import Any
 
 import pytest
 from amaranth.sim import Simulator
+from hypothesis import HealthCheck, settings
 
 #: Cycles after which a bench has failed, and the simulator's steps in each: two edges.
 CYCLES, STEPS = 200_000, 2
+
+#: Properties: the same cases in every run, and nothing that depends on how busy the machine is;
+#: `make soak` draws new ones (`--hypothesis-profile=soak`).
+settings.register_profile(
+    "everyday",
+    derandomize=True,
+    database=None,
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow],
+)
+settings.register_profile(
+    "soak", settings.get_profile("everyday"), derandomize=False, max_examples=1000, print_blob=True
+)
+settings.load_profile("everyday")
 
 
 def pytest_configure(config: pytest.Config) -> None:

@@ -196,11 +196,12 @@ class RegisterTable:
                 found=repr(text),
                 fix="give such a value",
             ) from None
-        width = register.get("width") or 32
-        plain = register.get("width") is None or register.get("signed")
-        low = register.get("minimum", -(1 << width - 1) if plain else 0)
+        width, signed = register.get("width"), register.get("signed")
+        bits = width or 32  # without a map a word may be meant either way
+        low = register.get("minimum", -(1 << bits - 1) if signed or width is None else 0)
+        most = (1 << bits - bool(signed)) - 1
         high = register.get(
-            "maximum", len(register["names"]) - 1 if register.get("names") else (1 << width) - 1
+            "maximum", len(register["names"]) - 1 if register.get("names") else most
         )
         if not low <= word <= high:
             scale = 1.0 if frac is None else 2.0**-frac

@@ -50,7 +50,7 @@ def refusal(path: StrPath, error: OSError | ValueError, option: str) -> InputErr
     return InputError.at(
         shown(path),
         wanted="a place that can be written",
-        found=text[0].lower() + text[1:],
+        found=text if text[1:2].isupper() else text[0].lower() + text[1:],
         fix=f"choose another with {option}, or change its permissions",
     )
 

@@ -65,7 +65,8 @@ def run(
         ``t`` (n,) in seconds or None, ``outputs`` (arrays (n,) by name, in their units), ``units``,
         ``truth`` (differences from the log's truths), ``warnings``, ``clamped``; of an attitude
         also ``q`` (n, 4), ``euler_deg`` (n, 3: heading, pitch, roll), ``status`` (n,) and
-        ``rmse_deg`` against the log's reference, or None.
+        ``rmse_deg`` against the log's reference, or None. ``fault`` says why the level's run is
+        none, where two of its forms or its cycles and the schedule disagree; empty as a rule.
 
     Raises
     ------
@@ -91,7 +92,8 @@ def run(
     record = record_of(log).head(steps)
     given = feed(estimator, record)
     with make_level(on, build) as level:
-        outputs = level.run(given.inputs).outputs
+        made = level.run(given.inputs)
+    outputs = made.outputs
     if target is not None:
         target.write(content_of(str(output), _log_of(estimator, given.t, outputs)))
     return {
@@ -106,6 +108,7 @@ def run(
         ],
         "warnings": list(given.warnings),
         "clamped": given.clamped,
+        "fault": made.fault,
         **_attitude(given, outputs),
     }
 
@@ -163,6 +166,8 @@ def call(args: Namespace) -> Outcome:
     )
     for text in data["warnings"]:
         tell(f"warning: {text}")
+    if data["fault"]:
+        return 1, _plain(data), f"FAILED {args.on}: {data['fault']}"
     rows = len(next(iter(data["outputs"].values())))
     text = f"{rows} rows to {args.output}"
     if data.get("rmse_deg"):

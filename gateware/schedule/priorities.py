@@ -37,9 +37,9 @@ def slots_after(op: Op, value: int) -> int:
         {k for k, t in enumerate(op.terms) if t.scale is not Scale.NONE},
     ]
     extra = False
-    for captured, user, index in zip((op.index, op.flag, op.norm), users, (1, 0, 0), strict=True):
+    for captured, user in zip((op.index, op.flag, op.norm), users, strict=True):
         if value == captured and user:
-            extra = extra or not (late - user if index else late)
+            extra = extra or not (late - user if user is users[0] else late)
             late = late | user
     return max(1, len(late) + extra)
 

@@ -141,7 +141,7 @@ class Commander(wiring.Component):
         ]
 
         with m.If(self.heard | sending):
-            m.d.sync += silence.eq((1 << len(silence)) - 1 - self.quiet_ticks)
+            m.d.sync += silence.eq(-1 - self.quiet_ticks)
         with m.Else():
             m.d.sync += silence.eq(silence + (self.tick & ~quiet))
         m.d.sync += timer.eq(timer + self.tick)

@@ -157,15 +157,16 @@ class SystemBus(wiring.Component):
 
     def _feed(self, m: Module, ours: Signal, elsewhere: Signal) -> None:
         """The page of the input registers: a write is done, and acknowledged, when they can."""
-        bus, ours_feed = self.bus, Signal()
+        bus, is_feed, ours_feed = self.bus, Signal(), Signal()
         low = bus.addr[:8]
-        m.d.sync += ours_feed.eq((bus.addr[8:] == FEED >> 8) & (low < self.feed))
-        with m.If((bus.addr[8:] == FEED >> 8) & (low < self.feed)):
+        m.d.comb += is_feed.eq((bus.addr[8:] == FEED >> 8) & (low < self.feed))
+        m.d.sync += ours_feed.eq(is_feed)
+        with m.If(is_feed):
             m.d.sync += elsewhere.eq(1)
         m.d.comb += [
             self.feed_en.eq(ours & ours_feed & ~self.feed_busy),
             self.feed_index.eq(low),
             self.feed_data.eq(bus.w_data),
         ]
-        with m.If(ours_feed & self.feed_busy):
+        with m.If(ours & ours_feed & self.feed_busy):
             m.d.comb += bus.w_ack.eq(0)

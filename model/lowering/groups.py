@@ -185,11 +185,9 @@ class Groups:
             own = Format.for_range(arith.word, form.constant, form.constant).frac
             number = self.constant(form.constant, min(own, frac + arith.guard))
             one = arith.word - 2
-            shift = self.frac(number) + one - frac - arith.guard
+            shift = self.frac(number) + one - frac - arith.guard  # at most `one`
             if shift < 0:
                 return None
-            if shift > arith.shift_max:
-                one, shift = one - (shift - arith.shift_max), arith.shift_max
             total += _ceil_shift(self._bound(number, False) << one, shift)
             placed.append(_Placed(Product(number), shift, one))
         return placed if total < 1 << (arith.acc_width - 1) else None

@@ -3,13 +3,25 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import fields
 from itertools import chain
 from typing import Any, get_args, get_type_hints
 
 from boresight.model.words.fixed import Arithmetic
-from boresight.model.words.program import Kind, Negate, Op, Program, Scale, Term, Value, When
+from boresight.model.words.program import (
+    InPort,
+    Kind,
+    Link,
+    Negate,
+    Op,
+    Port,
+    Program,
+    Scale,
+    Term,
+    Value,
+    When,
+)
 
 __all__ = ["check_complete", "check_program"]
 
@@ -89,12 +101,15 @@ def _operation(p: Program, where: str, op: Op) -> Iterator[str]:
 
 def _of_types(p: Program) -> Iterator[str]:
     """Fields of another type than the classes say: JSON holds anything."""
-    for what, of in (
+    parts: tuple[tuple[str, Iterable[Any]], ...] = (
         ("arithmetic", [p.arithmetic]),
         ("value", p.values),
         ("operation", p.ops),
         ("term", chain.from_iterable(op.terms for op in p.ops)),
-    ):
+        ("port", (*p.ports, *p.in_ports)),
+        ("link", p.links),
+    )
+    for what, of in parts:
         for item in of:
             kinds = _ALLOWED[type(item)]
             for field in fields(item):
@@ -117,7 +132,7 @@ def _kinds(of: type) -> dict[str, tuple[type, ...]]:
 
 
 _ALLOWED: dict[type, dict[str, tuple[type, ...]]] = {
-    of: _kinds(of) for of in (Arithmetic, Value, Op, Term)
+    of: _kinds(of) for of in (Arithmetic, Value, Op, Term, Port, InPort, Link)
 }
 
 
@@ -131,6 +146,10 @@ def _foreign(p: Program) -> Iterator[str]:
             yield f"the name {name[:40]!r}"
     if len(set(p.output_names)) != len(p.outputs):
         yield "outputs without a name of their own"
+    if len(p.ports) not in (0, len(p.outputs)) or len(p.in_ports) not in (0, len(p.inputs)):
+        yield "ports that are not those of its inputs and outputs"
+    if any(link.value not in p.inputs for link in p.links):
+        yield "a link to no input"
     if len(p.table_memory) % _TABLE_BLOCK:
         yield "a table that is none"
     if any(not -128 <= v.frac <= 128 for v in p.values):

@@ -172,7 +172,7 @@ def wrap(q: Any, word: int) -> Any:
 
 def saturate(q: Any, word: int) -> Any:
     """SAT: ``q`` clamped to the word."""
-    return np.clip(q, -(1 << (word - 1)), (1 << (word - 1)) - 1)
+    return np.minimum(np.maximum(q, -(1 << (word - 1))), (1 << (word - 1)) - 1)
 
 
 def leading_sign_count(x: Any, arith: Arithmetic) -> Any:

@@ -16,14 +16,18 @@ from boresight.model.words.fixed import (
     wrap,
 )
 from boresight.model.words.program import Kind, Negate, Op, Overflow, Program, Scale, Term, When
+from boresight.model.words.single import Update, single
 
 __all__ = ["Interpreter"]
+
+#: As many runs are faster one by one than as arrays.
+FEW = 16
 
 BoolArray = npt.NDArray[np.bool_]
 
 
 class Interpreter:
-    """Executes a `Program` exactly as the core does.
+    """Executes a `Program` exactly as the core does; a few runs in plain integers.
 
     Parameters
     ----------
@@ -54,6 +58,7 @@ class Interpreter:
         self.saturations = np.zeros(len(program.values), dtype=np.int64)
         self._tables = np.array(program.table_memory or (0,), dtype=np.int64)
         self._before = [self.values[n] for n, _ in program.states]
+        self._update: Update | None = None  # of one run, when it is first wanted
 
     def update(self, inputs: npt.ArrayLike) -> tuple[IntArray, BoolArray]:
         """Run one update.
@@ -95,12 +100,7 @@ class Interpreter:
                     f"{p.arithmetic.word} bits, not {param!r}"
                 )
             self.values[number] = np.full(self.runs, param, dtype=np.int64)
-        saturated = np.zeros(self.runs, dtype=np.bool_)
-        for op in p.ops:
-            self.values[op.dest], clamped = self._run(op)
-            if clamped is not None:
-                saturated |= clamped
-                self.saturations[op.dest] += int(np.count_nonzero(clamped))
+        saturated = self._each() if self.runs <= FEW else self._many()
         outputs = np.stack([self.values[n] for n in p.outputs])
         self._before = [self.values[n] for n, _ in p.states]
         after = [self.values[n] for _, n in p.states]
@@ -130,6 +130,30 @@ class Interpreter:
         for (state, _), word in zip(self.program.states, self._before, strict=True):
             words[state] = word
         return words
+
+    def _each(self) -> BoolArray:
+        """All operations, run by run; which runs saturated."""
+        if self._update is None:
+            self._update = single(self.program)
+        runs = np.concatenate(self.values).reshape(-1, self.runs).T.tolist()
+        saturated = np.zeros(self.runs, dtype=np.bool_)
+        for k, words in enumerate(runs):
+            clamped = self._update(words, self.program.table_memory)
+            saturated[k] = bool(clamped)
+            for number in clamped:
+                self.saturations[number] += 1
+        self.values = list(np.ascontiguousarray(np.array(runs, dtype=np.int64).T))
+        return saturated
+
+    def _many(self) -> BoolArray:
+        """All operations of all runs; which runs saturated."""
+        saturated = np.zeros(self.runs, dtype=np.bool_)
+        for op in self.program.ops:
+            self.values[op.dest], clamped = self._run(op)
+            if clamped is not None:
+                saturated |= clamped
+                self.saturations[op.dest] += int(np.count_nonzero(clamped))
+        return saturated
 
     def _run(self, op: Op) -> tuple[IntArray, BoolArray | None]:
         arith = self.program.arithmetic

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import os
@@ -16,8 +17,10 @@ import pytest
 from boresight.gateware.core import Core, build_shared_core
 from boresight.gateware.machine import CONFIGS
 from boresight.gateware.system.programs import FILTERS
+from boresight.model.errors import InputError
 from boresight.model.estimators import ESTIMATORS
 from boresight.model.front import FRONT
+from tests.support.random_functions import random_functions
 
 FILE = Path(__file__).with_name("digests.json")
 #: Passes of the scheduler for a look at every change; the full effort is for `make soak`.
@@ -63,6 +66,18 @@ def test_programs() -> None:
             for word in (32, 24, 18)
         },
     )
+
+
+def test_random_programs() -> None:
+    """Of all operations, in forms that no shipped program has."""
+    found = {}
+    for word in (32, 18):
+        digests = hashlib.sha256()
+        for seed in range(30):
+            with contextlib.suppress(InputError):
+                digests.update(random_functions(seed, word)[0].digest.encode())
+        found[str(word)] = digests.hexdigest()
+    kept("random programs", found)
 
 
 def test_memories() -> None:

@@ -28,11 +28,7 @@ from boresight.sim.experiments.ma2014.experiment import Ma2014
 from tests.support.command_lines import FILES, command_lines
 
 EVERYDAY = settings(
-    max_examples=120,
-    deadline=None,
-    derandomize=True,
-    database=None,
-    suppress_health_check=list(HealthCheck),
+    settings.get_profile("everyday"), max_examples=120, suppress_health_check=list(HealthCheck)
 )
 SOAK = settings(EVERYDAY, max_examples=10_000, derandomize=False, print_blob=True)
 

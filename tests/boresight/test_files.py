@@ -495,6 +495,7 @@ def test_compile_clears_the_other_program_and_leaves_the_user(home: Path, capsys
 SLEEPS = """
 import signal, sys, time
 signal.signal(signal.SIGINT, signal.default_int_handler)  # not as in the background
+signal.signal(signal.SIGHUP, signal.SIG_DFL)  # not as under nohup
 from boresight.cli import main
 from unittest.mock import patch
 def work(*args, **options):

@@ -27,6 +27,10 @@ _BEYOND = {
     "gateware/soc/attitude_soc": ["tests/sim/soc/test_board.py"],
     "gateware/soc/": ["tests/sim/soc/test_system.py"],
     "gateware/engine/": ["tests/sim/compare/test_check.py"],
+    "model/lowering/": ["tests/bits/test_digests.py"],
+    "model/words/": ["tests/bits/test_digests.py"],
+    "gateware/schedule/": ["tests/bits/test_digests.py"],
+    "gateware/microcode/": ["tests/bits/test_digests.py"],
 }
 #: Tests that are no witnesses: they change the source's text themselves and want it as it is.
 _NO_WITNESS = {"tests/sim/formal/test_mutants.py"}

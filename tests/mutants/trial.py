@@ -66,7 +66,7 @@ def run_tests(tree: Path, tests: Sequence[str], limit_s: float, cache: Path) -> 
         "PYTHONDONTWRITEBYTECODE": "1",
         "XDG_CACHE_HOME": str(cache),
     }
-    options = ["-x", "-q", "--tb=no", "-p", "no:cacheprovider", "--hypothesis-seed=0"]
+    options = ["-x", "-q", "--tb=no", "-p", "no:cacheprovider"]
     process = subprocess.Popen(
         [sys.executable, "-m", "pytest", *options, *tests],
         cwd=tree,

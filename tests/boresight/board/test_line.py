@@ -103,6 +103,8 @@ def test_registers_by_name_or_address(table: RegisterTable) -> None:
         ({"frac": 4}, "-1.55", -25),
         ({"frac": -4}, "1e3", 62),
         ({}, "0x7fffffff", 2**31 - 1),
+        ({}, "0xffffffff", 2**32 - 1),
+        ({}, "-2147483648", -(2**31)),
         ({"width": 2, "names": ["slow", "fast"]}, "fast", 1),
         ({"width": 2, "names": ["slow", "fast"]}, "0", 0),
         ({"minimum": -5, "maximum": 5}, "-5", -5),
@@ -117,7 +119,8 @@ def test_words_of_values(register: dict, text: str, word: int) -> None:
     [
         ({"width": 8}, "256", "wanted 0 to 255, found 256"),
         ({"width": 8}, "-1", "wanted 0 to 255, found -1"),
-        ({"width": 8, "signed": True}, "-129", "wanted -128 to 255, found -129"),
+        ({"width": 8, "signed": True}, "-129", "wanted -128 to 127, found -129"),
+        ({"width": 8, "signed": True}, "128", "wanted -128 to 127, found 128"),
         ({"frac": 1, "minimum": -4, "maximum": 4}, "2.5", "wanted -2 to 2, found 2.5"),
         ({"width": 2, "names": ["slow", "fast"]}, "2", "wanted 0 to 1, found 2"),
         ({"names": ["slow"]}, "fast", "wanted a number or slow, found 'fast'"),

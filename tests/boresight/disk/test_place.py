@@ -152,6 +152,7 @@ def test_one_file_by_two_names(here: Path) -> None:
     ("error", "found"),
     [
         (OSError(errno.EACCES, "Permission denied"), "permission denied"),
+        (OSError(), "OSError"),
         (ValueError("embedded null byte"), "embedded null byte"),
     ],
 )

@@ -16,6 +16,7 @@ import boresight
 from boresight.cli import main
 from boresight.model.estimators import estimator
 from boresight.sim.attitude.accuracy import attitude_rmse
+from boresight.sim.levels.integer import Emitted
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
@@ -219,6 +220,18 @@ def test_warnings_go_to_standard_error(here: Path, capsys: pytest.CaptureFixture
         r"warning: ax ay az: typically [\d.]+ m/s\^2, which looks like g \(g0 in a header\)\n",
         capsys.readouterr().err,
     )
+
+
+def test_a_level_that_disagrees_with_itself_fails(
+    here: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    original = Emitted.run
+    monkeypatch.setattr(
+        Emitted, "run", lambda self, records: replace(original(self, records), fault="not the same")
+    )
+    assert main(["run", "mine.py", "log.csv", "--on", "c"]) == 1
+    assert capsys.readouterr().out == "FAILED c: not the same\n"
+    assert main(["run", "mine.py", "log.csv"]) == 0
 
 
 def test_a_truth_without_any_value(here: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -152,3 +152,13 @@ def test_functions_stay_functions() -> None:
     counts = operation_counts(ESTIMATORS["complementary"]().trace())
     assert (counts["sin"], counts["cos"], counts["atan2"]) == (3, 3, 1)
     assert not {"const", "leaf", "named", "bounded"} & counts.keys()
+
+
+def test_what_is_long_gets_a_variable() -> None:
+    """Used once each: a chain is cut where it would grow beyond what is read at a glance."""
+    x, y, z = leaves(*"xyz")
+    chain = x
+    for k in range(40):
+        chain = chain * y + (z if k % 2 else x)
+    lines = written({"out": chain})
+    assert max(map(len, lines)) < 140 and 3 < len(lines) < 20

@@ -51,7 +51,7 @@ def run(
     async def bus(ctx):
         while True:
             ack = rng.random() >= stalls
-            ctx.set(dut.bus.w_ack, ctx.get(dut.bus.w_stb) and ack)
+            ctx.set(dut.bus.w_ack, ctx.get(dut.bus.w_stb & dut.request) and ack)
             _, _, stb, ack, addr, data = await ctx.tick().sample(
                 dut.bus.w_stb, dut.bus.w_ack, dut.bus.addr, dut.bus.w_data
             )

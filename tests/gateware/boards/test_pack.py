@@ -13,7 +13,12 @@ from boresight.gateware.boards.pack import Packer
 
 
 def run(
-    word: int, records: list[list[int]], replies: list[tuple[Kind, int]], stalls: float, seed: int
+    word: int,
+    records: list[list[int]],
+    replies: list[tuple[Kind, int]],
+    stalls: float,
+    seed: int,
+    pause: int = 0,
 ) -> bytes:
     dut, framer = Packer(word=word, records=bool(records)), Framer()
     top = Module()
@@ -23,8 +28,10 @@ def run(
     mask = (1 << word) - 1
     done = set()
 
-    async def put(ctx, port, payloads):
+    async def put(ctx, port, payloads, pause=0):
         for payload in payloads:
+            for _ in range(rng.randrange(pause + 1)):
+                await ctx.tick()
             while rng.random() < stalls:
                 await ctx.tick()
             ctx.set(port.payload, payload)
@@ -47,6 +54,7 @@ def run(
                 for words in records
                 for k, w in enumerate(words)
             ],
+            pause,
         )
         done.add("records")
 
@@ -97,8 +105,10 @@ def test_answers_come_between_records(stalls: float) -> None:
     records = [[rng.getrandbits(31) for _ in range(3)] for _ in range(10)]
     replies = [(rng.choice([Kind.READ, Kind.WRITE]), rng.getrandbits(31)) for _ in range(10)]
     decoder = Decoder(word=32)
-    frames = list(decoder.feed(run(32, records, replies, stalls, seed=4)))
+    frames = list(decoder.feed(run(32, records, replies, stalls, seed=4, pause=40)))
     assert decoder.dropped == 0
+    kinds = [kind is Kind.RECORD for kind, _ in frames]
+    assert False in kinds[: kinds.index(True) + 5], "no answer came between the records"
     assert [words for kind, words in frames if kind is Kind.RECORD] == records
     assert [(kind, words[0]) for kind, words in frames if kind is not Kind.RECORD] == replies
 

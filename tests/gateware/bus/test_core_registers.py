@@ -153,6 +153,24 @@ def test_flags_are_cleared_at_their_address_only(simulate) -> None:
     simulate(dut, bench)
 
 
+def test_every_bit_of_the_status(simulate) -> None:
+    dut = make()
+
+    async def bench(ctx):
+        ctx.set(dut.bus.addr, 512)
+        for event in ("saturated", "framing"):
+            for idle in range(2):
+                for parity in range(2):
+                    ctx.set(dut.idle, idle)
+                    ctx.set(dut.parity, parity)
+                    await ctx.tick()
+                    assert ctx.get(dut.bus.r_data) & 0b1100 == idle << 2 | parity << 3
+            ctx.set(getattr(dut, event), 1)
+            await ctx.tick()
+
+    simulate(dut, bench)
+
+
 def test_programs_are_checked() -> None:
     with pytest.raises(ValueError, match=r"^programs must be 1 or more, not 0$"):
         make(programs=0)

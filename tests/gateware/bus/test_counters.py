@@ -17,6 +17,7 @@ async def read(ctx, dut: EventCounters, index: int) -> int:
 def test_events_as_close_as_allowed(count: int, simulate) -> None:
     dut = EventCounters(count=count, bits=16)
     rng = random.Random(count)
+    assert len(dut.index) == (count - 1).bit_length() + 1
     assert dut.interval == 4 * max(1, 1 << (count - 1).bit_length())
 
     async def bench(ctx):

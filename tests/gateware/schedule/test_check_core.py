@@ -7,8 +7,10 @@ import dataclasses
 import pytest
 
 from boresight.gateware.machine import CONFIGS, Machine
+from boresight.gateware.schedule import check_core as module
 from boresight.gateware.schedule.allocate import Allocation, allocate, allocate_together
 from boresight.gateware.schedule.check_core import check_core
+from boresight.gateware.schedule.links import Window
 from boresight.gateware.schedule.search import schedule
 from boresight.gateware.schedule.slots import ScheduleError
 from boresight.model.words.program import Kind
@@ -265,3 +267,20 @@ def test_a_reader_that_writes_what_it_reads() -> None:
     allocations[0] = dataclasses.replace(allocations[0], tenants=tenants)
     with pytest.raises(ScheduleError, match=r"^outer"):
         check_core(programs, plans, allocations, window)
+
+
+@MACHINES
+def test_the_owner_of_every_state_register(machine: Machine) -> None:
+    """Both copies of a slot, in every bank; `_owner` is asked of states only."""
+    half, slots = machine.bank_depth // 2, machine.bank_depth // 4
+    window = Window(8, (1, 0))
+    for bank in range(machine.lanes):
+        for copy in range(2):
+            found = [
+                module._owner(
+                    bank * machine.bank_depth + half + copy * slots + slot, machine, window
+                )
+                for slot in range(slots)
+            ]
+            assert found == [None] * (slots - 8) + [1] * 4 + [0] * 4
+    assert module._owner(half, machine, None) is None

@@ -2,6 +2,7 @@
 
 import dataclasses
 import random
+from typing import Any
 
 import pytest
 from amaranth.hdl import ResetInserter, Signal
@@ -13,6 +14,7 @@ from boresight.gateware.machine import CONFIGS, Machine
 from boresight.gateware.microcode.emulator import Emulator
 from boresight.gateware.schedule.links import Window, open_states, tied, window_of
 from boresight.gateware.schedule.slots import ScheduleError
+from boresight.model.estimator import Estimator, Input, Output, State
 from boresight.model.linking import linked_estimators
 from tests.support.linked import Inner, Middle, Models, Outer, linked_core
 
@@ -90,6 +92,36 @@ def test_the_window_leaves_room_for_other_states(config: str) -> None:
     )
     alone = build_shared_core([Inner().compile()], config, restarts=0)
     assert window_of([alone.parts[0].schedule]) is alone.image.window is None
+
+
+class Open(Estimator):
+    """All that it has is read by another."""
+
+    inputs = (Input("a", -1.0, 1.0),)
+    states = (State("s", -1.0, 1.0),)
+    outputs = (Output("s"),)
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        """A low pass."""
+        s = 0.5 * x.s + 0.5 * u.a
+        return {"s": s}, {"s": s}
+
+
+class Reader(Estimator):
+    """Reads it."""
+
+    inputs = (Input("b", -1.0, 1.0), Input("s", -1.0, 1.0, source="open.s"))
+    outputs = (Output("p"),)
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        """A product."""
+        return {}, {"p": u.b * u.s}
+
+
+def test_the_window_is_never_all_states() -> None:
+    """Even where there are no others: its half tells it apart."""
+    core = build_shared_core([e.compile() for e in linked_estimators([Reader(), Open()])], "small")
+    assert core.image.window == Window(core.parts[0].schedule.machine.state_slots // 2, (1,))
 
 
 def test_no_room_for_the_window() -> None:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import pytest
 
 from boresight.gateware.machine import CONFIGS, Machine
+from boresight.gateware.schedule import search
 from boresight.gateware.schedule.allocate import allocate
 from boresight.gateware.schedule.check import check_schedule
 from boresight.gateware.schedule.copies import with_copies
@@ -220,3 +222,18 @@ def test_circle() -> None:
     p = program([Op(2, (Term(3, 1, 22),)), Op(3, (Term(2, 1, 22),))], [3])
     with pytest.raises(ScheduleError, match=r"^test: op v0 waits for itself"):
         schedule(p, FAST)
+
+
+def test_styles_are_tried_before_priorities_are_disturbed(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = []
+
+    def recorded(name: str) -> None:
+        original = getattr(search, name)
+        monkeypatch.setattr(search, name, lambda *a: made.append(name) or original(*a))
+
+    recorded("_style")
+    recorded("_disturb")
+    schedule(random_program(5, n_ops=60), SMALL, restarts=40)
+    first = made.index("_disturb")
+    assert 0 < first < len(made) - 1 and set(made[:first]) == {"_style"}
+    assert first == math.ceil(40 * search._STYLE_SHARE) and made.count("_disturb") == 40 - first

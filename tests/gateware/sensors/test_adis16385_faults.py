@@ -81,6 +81,15 @@ def test_seen_and_survived(bench: ReaderBench, name: str) -> None:
     well_again(happened, TO)
 
 
+def test_so_many_bad_samples_in_a_row_are_a_new_start(bench: ReaderBench) -> None:
+    limit = READER.settings.bad_limit
+    happened = bench.run(cycles=TO, fault=("link_failure", FROM, TO), settings=SETTINGS)
+    assert happened.times("sample")[-1] < FROM + PERIOD, "good samples came before"
+    first = next(t for t in happened.times("restart") if t >= FROM)
+    bad = [t for t in happened.times("link_error") if FROM <= t <= first]
+    assert len(bad) == limit and first - bad[-1] < PERIOD
+
+
 @pytest.mark.parametrize("offset", range(100, PERIOD, 250))
 def test_reset_in_mid_frame(bench: ReaderBench, offset: int) -> None:
     """The device resets itself: no sample of it counts until its settings are back."""

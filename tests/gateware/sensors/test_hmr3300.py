@@ -33,13 +33,16 @@ def test_times(clock_hz: float) -> None:
     assert dut.quiet_s > 2 / LINES_HZ  # a line that is lost is no silence
 
 
-def happenings(data: list, *, after: int = 0) -> tuple[list, Hmr3300]:
+def happenings(
+    data: list, *, after: int = 0, mode: int = 0, **times: float
+) -> tuple[list, Hmr3300]:
     """(cycle, event or flags) while bytes or pauses of so many cycles come."""
-    dut = Hmr3300(**SLOW)
+    dut = Hmr3300(**SLOW, **times)
     out: list = []
 
     async def bench(ctx):
         now, flags = 0, None
+        ctx.set(dut.mode, mode)
 
         async def wait(cycles: int) -> None:
             nonlocal now, flags
@@ -96,6 +99,15 @@ def test_counts_flag() -> None:
     out, _ = happenings([b"\n", b"1, 2, 3\r\n", b"1.0, 2.0, 3.0\r\n"], after=100)
     assert [what for _, what in out if isinstance(what, str)] == ["counts_line", "heading_line"]
     assert [what for _, what in out if isinstance(what, set)] == [{"stale"}, {"counts"}, set()]
+
+
+def test_a_command_without_an_effect_is_told_after_the_time_out() -> None:
+    out, dut = happenings([], after=24_000, mode=2, timeout_s=0.05, quiet_s=0.02)
+    sent, late = (
+        [at for at, what in out if what == name] for name in ("command_sent", "command_timed_out")
+    )
+    assert sent and late and sent[0] < late[0]
+    assert dut.timeout_cycles < late[0] - sent[0] < 2 * dut.timeout_cycles
 
 
 def test_line_with_a_pause_in_it_is_rejected() -> None:

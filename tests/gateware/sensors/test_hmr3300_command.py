@@ -214,6 +214,15 @@ def test_single_letters() -> None:
     assert letters(compass) == "QSMS"
 
 
+def test_single_letters_in_the_pause_after_four_attempts() -> None:
+    compass = Compass(deaf=True)
+    events, _ = run(compass, 6000, 2)
+    pause = next(cycle for cycle, name in events if name == "paused")
+    compass = Compass(deaf=True)
+    run(compass, pause + 300, 2, commands={pause + 20: "Q", pause + 120: "?"})
+    assert letters(compass) == "S" * TRIES + "Q?"
+
+
 def test_single_letter_waits_for_the_end_of_a_sequence() -> None:
     compass = Compass()
     run(compass, 1000, 2, commands={60: "Q"})

@@ -206,6 +206,24 @@ def test_watchdog() -> None:
     run(bench)
 
 
+def test_watchdog_to_the_cycle() -> None:
+    """From the key, or from one restart to the next, all of its count."""
+
+    async def bench(ctx, dut):
+        await transfer(ctx, dut, "watchdog", KICK)
+        waited = []
+        for level in (1, 0, 1, 0, 1):
+            waited.append(0)
+            while ctx.get(dut.restart) != level:
+                await ctx.tick()
+                waited[-1] += 1
+        assert waited[1] == waited[3] == 7
+        assert waited[1] + waited[2] == waited[3] + waited[4] == 1 << dut.watchdog_bits
+        assert waited[0] == (1 << dut.watchdog_bits) - 1  # the write's second cycle counts
+
+    run(bench)
+
+
 def test_fence_only_rises() -> None:
     async def bench(ctx, dut):
         for written, stands in ((5, 5), (3, 5), (24, 24), (0, 24)):

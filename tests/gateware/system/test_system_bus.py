@@ -9,7 +9,7 @@ from boresight.gateware.bus.results import INDEX_BITS
 from boresight.gateware.registers.model import Access
 from boresight.gateware.system.conductor import RAWS
 from boresight.gateware.system.plan import RAW
-from boresight.gateware.system.system_bus import COUNTERS, CSR, RESULTS, SystemBus
+from boresight.gateware.system.system_bus import COUNTERS, CSR, FEED, RESULTS, SystemBus
 from boresight.gateware.system.system_registers import IDENTIFICATION, system_registers
 
 REGISTERS = system_registers(
@@ -26,8 +26,8 @@ ADDRESS = {r.name: r.address for r in REGISTERS}
 class Bench:
     """The bus with a core and results that answer with their addresses."""
 
-    def __init__(self, bus_read, bus_write) -> None:
-        self.dut = SystemBus(registers=REGISTERS, events=EVENTS)
+    def __init__(self, bus_read, bus_write, feed: int = 0) -> None:
+        self.dut = SystemBus(registers=REGISTERS, events=EVENTS, feed=feed)
         self.read_word, self.write_word = bus_read, bus_write
         self.writes: list[tuple[int, int]] = []
         self.delay: Signal
@@ -41,7 +41,7 @@ class Bench:
     async def write(self, ctx, address: int, word: int) -> int:
         return await self.write_word(ctx, self.dut.bus, address, word)
 
-    def run(self, test) -> None:
+    def run(self, test, *background) -> None:
         top, dut = Module(), self.dut
         top.submodules.dut = dut
         core, waited, delay = dut.core, Signal(4), Signal(4)
@@ -62,7 +62,8 @@ class Bench:
 
         sim = Simulator(top)
         sim.add_clock(1e-8)
-        sim.add_testbench(watch, background=True)
+        for each in (watch, *background):
+            sim.add_testbench(each, background=True)
         sim.add_testbench(test)
         sim.run()
 
@@ -166,6 +167,37 @@ def test_counters(bench: Bench) -> None:
         assert [await bench.read(ctx, COUNTERS + k) for k in range(EVENTS + 1)] == [0] * 6
 
     bench.run(test)
+
+
+def test_input_registers_wait_until_they_are_free(bus_read, bus_write) -> None:
+    """And what is written next, to another block, does not."""
+    bench, fed = Bench(bus_read, bus_write, feed=3), []
+    dut, first = bench.dut, FEED
+
+    async def take(ctx):
+        """Each word keeps the registers busy for 9 cycles."""
+        while True:
+            _, _, en, index, data = await ctx.tick().sample(
+                dut.feed_en, dut.feed_index, dut.feed_data
+            )
+            if en:
+                fed.append((index, data))
+                ctx.set(dut.feed_busy, 1)
+                for _ in range(9):
+                    await ctx.tick()
+                ctx.set(dut.feed_busy, 0)
+
+    async def test(ctx):
+        assert [await bench.write(ctx, first + k, 100 + k) for k in range(3)] == [2, 10, 10]
+        assert fed == [(k, 100 + k) for k in range(3)]
+        assert await bench.write(ctx, 5, 77) == 1 and bench.writes == [(5, 77)]
+        bad = COUNTERS + EVENTS
+        assert await bench.read(ctx, bad) == 0
+        assert await bench.write(ctx, first + 3, 1) == 2, "there are three"
+        await ctx.tick().repeat(2 * dut.counters.interval)
+        assert await bench.read(ctx, bad) == 1 and len(fed) == 3
+
+    bench.run(test, take)
 
 
 def test_parameters_are_checked() -> None:

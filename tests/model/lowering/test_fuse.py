@@ -80,6 +80,28 @@ def test_a_narrow_word_limits_a_reciprocal_that_a_wide_one_holds(trace: Any) -> 
         assert not saturated.any()
 
 
+@pytest.mark.parametrize("low", [-2.0, 0.5])
+def test_a_quotient_has_its_divisors_sign(trace: Any, low: float) -> None:
+    """The reciprocal's sign is a flag of the product that it is part of."""
+    t = trace(lambda a, b: a * (1.0 / b), [(-1.0, 1.0), (low, low + 1.5)])
+    a, b = np.meshgrid(np.linspace(-1.0, 0.99, 9), np.linspace(low, low + 1.5, 9))
+    (fixed,), (wanted,), saturated = t.run(a.ravel(), b.ravel())
+    assert np.abs(fixed - wanted).max() < 1e-8 and not saturated.any()
+
+
+def test_the_inverse_root_of_zero_is_refused_by_name(trace: Any) -> None:
+    with pytest.raises(
+        InputError, match=r"^test_fuse\.py, line \d+: test: the range \[-inf, inf\]"
+    ):
+        trace(lambda x: ops.rsqrt(x * 0.0) * x, [(-1.0, 1.0)])
+
+
+def test_what_has_a_name_stays_a_value(trace: Any) -> None:
+    for around in (lambda x: ops.bounded(x, -0.5, 0.5, "test"), lambda x: ops.saturated(x, 0.25)):
+        t = trace(lambda a, b, f=around: 0.5 * f(ops.named("rate", a * b)) + a, [(-1.0, 1.0)] * 2)
+        assert "rate" in [t.program.values[n].name for n in t.op_values()]
+
+
 def test_the_root_of_a_negative_constant_is_refused_by_name(trace: Any) -> None:
     with pytest.raises(
         InputError, match=r"^test_fuse\.py, line \d+: test: the range \[0, inf\] of rsqrt_"

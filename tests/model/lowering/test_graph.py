@@ -184,7 +184,7 @@ def evaluate(t: Any, leaves: Any, const: Any) -> Any:
     return {**UNARY, **BINARY}[t[0]](*(evaluate(s, leaves, const) for s in t[1:]))
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(tree, st.integers(0, 2**32 - 1))
 def test_intervals_hold_every_value(t: Any, seed: int) -> None:
     g = Tracer("unit")

@@ -79,3 +79,15 @@ def test_constants_under_a_flag_still_add_up(trace: Any, word: int) -> None:
     fixed, _, saturated = t.run(np.array([-1.0, -0.5, 0.125]))
     assert t.formats()[0].lsb == lsb and not saturated.any()
     assert fixed[0].tolist() == [2 * lsb, 2 * lsb, 0.875]
+
+
+def test_a_small_factor_of_a_large_one_counts(trace: Any) -> None:
+    """It alone is below the last guard bit of the sum, 2^-18; their product is 8 last bits."""
+    t = trace(
+        lambda a, b, c: a * b + c,
+        [(-(2.0**-21), 2.0**-21), (-(2.0**14), 2.0**14), (-(2**20), 2**20)],
+    )
+    (fixed,), (wanted,), _ = t.run(
+        np.array([2.0**-22, -(2.0**-22)]), np.array([2.0**14, 2.0**13]), np.array([1000.0, -5.0])
+    )
+    assert np.abs(fixed - wanted).max() <= 0.5 * t.formats()[0].lsb == 2.0**-11

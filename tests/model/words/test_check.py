@@ -125,6 +125,17 @@ def test_incomplete_program(program: Program, message: str) -> None:
         (("ops", 0, "table", 99), "must name a table below 3, not 99"),
         (("ops", []), "a value that no operation gives"),
         (("table_memory", [0] * 511), "a table that is none"),
+        (("ports", 0, "tolerance", "1"), "port with tolerance '1'"),
+        (("ports", [{"name": "a"}]), "ports that are not those of its inputs and outputs"),
+        (("in_ports", 0, "missing", [1]), r"port with missing '\[1\]'"),
+        (
+            ("links", [{"value": 10**6, "program": "a", "output": "b", "state": None}]),
+            "a link to no",
+        ),
+        (
+            ("links", [{"value": 0, "program": 7, "output": "b", "state": None}]),
+            "link with program",
+        ),
         (("states", 0, [0, 0]), "states must list every value of kind state once"),
     ],
 )

@@ -72,7 +72,7 @@ def run_group(word: int, products: Any, overflow: Any) -> Any:
     return int(out[0, 0]), bool(saturated[0])
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=400)
 @given(groups())
 @example((32, [(-(1 << 31), -(1 << 31), 8, False)] * 5, Overflow.SAT))
 @example((32, [(-(1 << 31), (1 << 31) - 1, 8, True)] * 5, Overflow.WRAP))
@@ -102,7 +102,6 @@ def test_group_is_what_apytypes_says(case: Any) -> None:
     assert saturated == clamped
 
 
-@settings(deadline=None)
 @given(st.integers(18, 32), st.floats(-1e9, 1e9), st.integers(-3, 40))
 def test_quantise_is_rnd_sat(word: int, value: Any, frac: int) -> None:
     fmt = Format(word, frac)
@@ -168,3 +167,8 @@ def test_formats_are_written_as_ap_fixed() -> None:
     assert str(Format(32, 31)) == "fixed<32,1>"
     assert str(Format(18, 20)) == "fixed<18,-2>"
     assert apytypes.__version__
+
+
+@pytest.mark.parametrize("word", [18, 32])
+def test_a_range_of_zero_alone_has_the_bits_of_a_fraction(word: int) -> None:
+    assert Format.for_range(word, 0.0, 0.0) == Format(word, word - 1)

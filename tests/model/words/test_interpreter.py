@@ -82,19 +82,19 @@ def test_many_runs_equal_single_runs() -> None:
     program = Complementary().compile()
     rng = np.random.default_rng(1)
     arith = program.arithmetic
-    words = rng.integers(arith.min_int, arith.max_int + 1, (30, len(program.inputs), 5))
+    words = rng.integers(arith.min_int, arith.max_int + 1, (30, len(program.inputs), 20))
     words >>= rng.integers(0, 20, words.shape)
-    together = Interpreter(program, 5)
+    together = Interpreter(program, 20)
     out, saturated = together.run(words)
     counts = np.zeros(len(program.values), dtype=np.int64)
-    for k in range(5):
+    for k in range(20):
         alone = Interpreter(program)
         single, flag = alone.run(words[:, :, k : k + 1])
         assert np.array_equal(single[..., 0], out[..., k])
         assert np.array_equal(flag[:, 0], saturated[:, k])
         counts += alone.saturations
     assert np.array_equal(counts, together.saturations)
-    assert out.shape == (30, 8, 5) and saturated.shape == (30, 5) and out.dtype == np.int64
+    assert out.shape == (30, 8, 20) and saturated.shape == (30, 20) and out.dtype == np.int64
 
 
 def test_run_is_update_in_a_loop() -> None:

@@ -4,7 +4,7 @@ import math
 from fractions import Fraction
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from mpmath import mp
 
@@ -32,7 +32,6 @@ def nearest(result: float, exact: Fraction) -> bool:
     return all(error <= abs(Fraction(x) - exact) for x in around)
 
 
-@settings(deadline=None)
 @given(st.integers(-(2**40), 2**40).map(lambda k: k / 2**40))
 def test_sine_and_cosine(x: float) -> None:
     if 1e-9 < abs(x) < 1.0 - 1e-9:
@@ -41,7 +40,6 @@ def test_sine_and_cosine(x: float) -> None:
         assert nearest(rounded.cos_ht(x), sine(PI * (Fraction(1, 2) - abs(Fraction(x)))))
 
 
-@settings(deadline=None)
 @given(st.floats(-1.0, 1.0))
 def test_arc_sine_inverts_the_sine(x: float) -> None:
     """The halves of the way to the neighbours have sines on either side of x."""
@@ -52,7 +50,6 @@ def test_arc_sine_inverts_the_sine(x: float) -> None:
         assert sine(PI * below) < Fraction(x) < sine(PI * above)
 
 
-@settings(deadline=None)
 @given(st.floats(1e-300, 1e300))
 def test_inverse_root(x: float) -> None:
     y = rounded.rsqrt(x)
@@ -60,14 +57,12 @@ def test_inverse_root(x: float) -> None:
     assert low * low * Fraction(x) < 1 < high * high * Fraction(x)
 
 
-@settings(deadline=None)
 @given(*[st.integers(-(2**40), 2**40).map(lambda k: k / 2**30)] * 2)
 def test_angles_of_vectors(y: float, x: float) -> None:
     angle = rounded.atan2_ht(y, x)
     assert angle == pytest.approx(math.atan2(y + 0.0, x + 0.0) / math.pi, rel=1e-15, abs=0.0)
 
 
-@settings(deadline=None)
 @given(st.one_of(st.floats(1e-300, 1e300), st.floats(0.999, 1.001)))
 def test_logarithm(x: float) -> None:
     y = rounded.log(x)
@@ -95,7 +90,6 @@ def test_the_precision_is_nobody_elses() -> None:
     assert rounded.PRECISE.prec == 256
 
 
-@settings(deadline=None)
 @given(st.floats(allow_nan=False, allow_infinity=False).filter(bool))
 def test_binary_exponent(x: float) -> None:
     k = rounded.binary_exponent(x)

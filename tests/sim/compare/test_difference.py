@@ -66,7 +66,7 @@ def test_half_turns_are_modulo_two(found: float, reference: float, wanted: float
     assert apart(Output("h", "deg"), [found], [reference]).largest == abs(found - reference)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(st.integers(-4096, 4096), st.integers(-4096, 4096), st.integers(-3, 3))
 def test_half_turns_as_angles(a: int, b: int, turns: int) -> None:
     found = apart(Output("h", "ht"), [a / 1024 + 2 * turns], [b / 1024]).largest

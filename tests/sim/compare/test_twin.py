@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from boresight.model import ops
 from boresight.model.estimator import Estimator, Input, Output, State
 from boresight.model.words.interpreter import Interpreter
 from boresight.sim.compare import twin as module
@@ -74,6 +75,36 @@ def test_terms_that_cancel_count_as_large_as_they_are() -> None:
     for moved, wrong in ((64 + share - 2, False), (64 + share + 2, True)):
         twin, value = twin_of(0.7, 0.75, "sum", moved)
         assert twin.leaves(value).tolist() == [wrong]
+
+
+class Around(Estimator):
+    """An angle that goes round, and a number that does not."""
+
+    inputs = (Input("a", -1.0, 1.0),)
+    states = (State("y", -4.0, 4.0),)
+    outputs = (Output("angle"), Output("number"))
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        """Both."""
+        return {"y": x.y}, {"angle": ops.wrap_ht(u.a + u.a), "number": 3.0 * u.a}
+
+
+@pytest.mark.parametrize(("output", "value"), [("angle", 1.0), ("number", 1.5)])
+def test_only_an_angle_comes_round(output: str, value: float) -> None:
+    """-1 instead of 1 half turns is right; a number that is off by 2 is not."""
+    build = Build(Around())
+    (program,) = build.programs
+    machine = Interpreter(program)
+    machine.update(np.array([[int(program.format(program.inputs[0]).quantise(0.5))]]))
+    words = [w.copy() for w in machine.values_before_commit()]
+    number = program.outputs[program.output_names.index(output)]
+    assert abs(program.format(number).real(words[number])[0]) == value
+    twin = Twin(program, build.nodes[0], words)
+    assert twin.apart(number)[0][0] < 1e-8 and twin.leaves(number).tolist() == [False]
+    if output == "number":
+        words[number] = words[number] - (2 << program.values[number].frac)
+        assert twin.apart(number)[0][0] == pytest.approx(2.0)
+        assert twin.leaves(number).tolist() == [True]
 
 
 def test_what_is_no_number_has_left() -> None:

@@ -75,7 +75,7 @@ rows = st.tuples(
 ).map(lambda pair: [(pair[0], *pair[1][0][1:]), *pair[1][1:]])
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(rows)
 def test_as_a_plain_loop_has_it(samples: list[tuple[float, float, float]]) -> None:
     z, c, plain = zip(*samples, strict=True)

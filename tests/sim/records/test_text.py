@@ -44,7 +44,7 @@ names = st.lists(
 units = st.lists(st.sampled_from([None, "", "deg/s", "nan"]), min_size=4, max_size=4)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(columns, names, units)
 def test_round_trip(values: list[np.ndarray], heads: list[str], said: list[str | None]) -> None:
     held = {n: Column(v, u) for n, v, u in zip(heads, values, said, strict=False)}

@@ -50,7 +50,7 @@ def test_by_hand(have: str, want: str, factor: float, offset: float) -> None:
     assert found[1] == pytest.approx(offset, rel=1e-12, abs=0)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     st.sampled_from(
         [
