@@ -3,7 +3,7 @@
 from boresight.model.estimators.radar.interface import BIASES
 from boresight.sim.experiments.radar.experiment import targets
 from boresight.sim.experiments.radar.page import render
-from tests.sim.experiments.radar.test_experiment import found, spread, theory, watched
+from tests.support.radar_figures import found, spread, theory, watched
 
 
 def test_everything_is_on_the_page() -> None:
