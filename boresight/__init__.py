@@ -12,6 +12,7 @@ Everything the command line does is one function here::
     boresight.tune("complementary", "folder", output="params.json")
     boresight.experiment("ma2014", output="build")
     boresight.covariance("mekf")
+    boresight.montecarlo("plant.py:Plant", "filter.py", runs=500, output="build")
     boresight.monitor("/dev/ttyUSB0", count=100, plot="attitude.png")
     boresight.simulate("mekf", seconds=1.0, output="build")
     boresight.simulate_world("plant.py:Plant", "pi.py", on="rtl")
@@ -47,6 +48,7 @@ if TYPE_CHECKING:
     from boresight.verbs.experiment import experiment
     from boresight.verbs.list import list_estimators
     from boresight.verbs.monitor import monitor
+    from boresight.verbs.montecarlo import montecarlo
     from boresight.verbs.report import report
     from boresight.verbs.run import run
     from boresight.verbs.simulate import simulate, simulate_faults
@@ -75,6 +77,7 @@ __all__ = [
     "experiment",
     "list_estimators",
     "monitor",
+    "montecarlo",
     "ops",
     "record_of",
     "report",

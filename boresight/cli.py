@@ -35,6 +35,7 @@ VERBS = {
     "bench": "Interpreter against C on 10,000,000 updates, and their rates.",
     "covariance": "Millions of hostile updates: does a filter's covariance stay positive, and "
     "with float64?",
+    "montecarlo": "Many draws of a world: errors, NEES, NIS and spread against the bound.",
     "monitor": "Attitudes and registers of a board, from its serial port or a capture.",
     "simulate": "The complete board: both sensors at its pins, attitude on its line.",
     "doctor": "Which tools are here, and what is missing.",

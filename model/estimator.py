@@ -78,6 +78,8 @@ class Estimator:
     states: tuple[State, ...] = ()
     outputs: tuple[Output, ...] = ()
     urgent: int = _AllOutputs()  # type: ignore[assignment]
+    #: Degrees of freedom of an output ``nis``, the normalised innovation squared; 0: there is none.
+    nis_freedom: int = 0
 
     def __init_subclass__(cls) -> None:
         own = vars(cls)
@@ -151,6 +153,24 @@ class Estimator:
         Returns the next states and the outputs, by name.
         """
         raise NotImplementedError
+
+    def error_covariance(
+        self, states: Mapping[str, FloatArray], params: Mapping[str, float]
+    ) -> tuple[tuple[str, ...], FloatArray] | None:
+        """Covariance of the errors of some outputs, as the estimator believes it; None: no such.
+
+        Parameters
+        ----------
+        states : mapping of str to (n,)
+            After an update.
+        params : mapping of str to float
+
+        Returns
+        -------
+        (tuple of str, (n, k, k)) or None
+            Names of the outputs, and the covariance in their units.
+        """
+        return None
 
     # -- parameters -----------------------------------------------------------------------------
 

@@ -11,6 +11,7 @@ from boresight.model.estimators.ekf_quaternion import EkfQuaternion
 from boresight.model.estimators.ekf_quaternion_vector import EkfQuaternionVector
 from boresight.model.estimators.mekf import Mekf
 from boresight.model.estimators.mls_attitude import MlsAttitude
+from boresight.model.estimators.radar.registration import Registration
 from boresight.model.estimators.satcom import Satcom
 from boresight.model.estimators.satcom_pointing import SatcomPointing
 
@@ -25,6 +26,7 @@ ESTIMATORS: dict[str, type[Estimator]] = {
         EkfQuaternion,
         EkfQuaternionVector,
         Mekf,
+        Registration,
         Satcom,
         SatcomPointing,
         MlsAttitude,

@@ -4,6 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
+import numpy.typing as npt
+
+from boresight.model.errors import InputError
+
 __all__ = ["World"]
 
 
@@ -44,3 +49,22 @@ class World:
             under ``NAME_true``; None when the world has come to its end.
         """
         raise NotImplementedError
+
+    def draw(self, seed: int) -> None:
+        """Take another draw of what is random, noise and errors: each ``seed`` its own.
+
+        Raises
+        ------
+        InputError
+            The world has no draws.
+        """
+        raise InputError.at(
+            f"world {self.name}",
+            wanted="a world with draws",
+            found=f"none for seed {seed}",
+            fix="write draw(self, seed), which makes its noise anew",
+        )
+
+    def bound(self) -> Mapping[str, npt.NDArray[np.float64]]:
+        """Standard deviations (records,) that no estimator can beat, by output name; of any."""
+        return {}

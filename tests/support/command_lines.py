@@ -170,6 +170,18 @@ VERBS: Mapping[str, tuple[list[Any], dict[str, Any]]] = {
             "--map": st.one_of(st.just("map.json"), _PATHS),
         },
     ),
+    "montecarlo": (
+        [_mostly("world.py:World", "world.py"), _NAMES],
+        {
+            **_WORDS,
+            **_STEPS,
+            "--runs": _number("2"),
+            "--seed": _number("1"),
+            "--on": _mostly("c", "fixed", "float", "rtl"),
+            "--jobs": _number("1"),
+            "-o": _OUTPUTS,
+        },
+    ),
     "simulate": (
         [st.one_of(st.none(), _mostly("mekf", "ekf_bias")), st.one_of(st.none(), _LOGS)],
         {

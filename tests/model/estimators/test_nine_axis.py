@@ -40,7 +40,7 @@ def test_the_quaternion_alone_is_judged() -> None:
 
 
 #: Systems with records of their own.
-SYSTEMS = ("satcom", "mls", "array")
+SYSTEMS = ("satcom", "mls", "array", "registration")
 NINE_AXIS = [e for name, e in ESTIMATORS.items() if not name.startswith(SYSTEMS)]
 
 

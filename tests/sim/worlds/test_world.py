@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from boresight.model.errors import InputError
 from boresight.sim.worlds.world import World
 
 
@@ -27,3 +28,12 @@ def test_a_world_has_no_start_of_its_own_and_no_record() -> None:
     assert Plant().start() is None
     with pytest.raises(NotImplementedError):
         Plant().record(None)
+
+
+def test_a_world_without_draws_says_so() -> None:
+    class Plain(World):
+        pass
+
+    assert Plain().bound() == {}
+    with pytest.raises(InputError, match="^world plain: wanted a world with draws, found none for"):
+        Plain().draw(3)

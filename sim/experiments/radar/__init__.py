@@ -1,0 +1,1 @@
+"""Two-radar registration: Cui et al. (2014)."""

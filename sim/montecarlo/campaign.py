@@ -1,0 +1,147 @@
+"""A campaign: one estimator, one world, and for every draw of it what came out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator
+from boresight.model.resolve import Named, estimator_of, load
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.level import Level
+from boresight.sim.levels.registry import make_level
+from boresight.sim.worlds.loop import close_loop
+from boresight.sim.worlds.world import World
+
+__all__ = ["Campaign", "draws", "made"]
+
+FloatArray = npt.NDArray[np.float64]
+WORLD_GROUP = "boresight.worlds"
+MOST_MARKS = 50  #: records of a run at which its errors are kept.
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """What is run; hashable, and picklable where world and estimator are texts.
+
+    ``params``: parameter values, sorted by name; ``steps``: most records.
+    """
+
+    world: str | World
+    estimator: Named
+    params: tuple[tuple[str, float], ...] = ()
+    level: str = "c"
+    word: int = 32
+    steps: int | None = None
+
+    @property
+    def texts(self) -> bool:
+        """Whether another process can make it."""
+        return isinstance(self.world, str) and isinstance(self.estimator, str)
+
+    def identity(self) -> dict[str, Any]:
+        """What its draws depend on, as plain data."""
+        names = [w if isinstance(w, str) else w.name for w in (self.world, self.parts()[1])]
+        return {
+            "world": names[0],
+            "estimator": self.estimator if isinstance(self.estimator, str) else names[1],
+            "params": dict(self.params),
+            "level": self.level,
+            "word": self.word,
+            "steps": self.steps,
+        }
+
+    def parts(self) -> tuple[World, Estimator]:
+        """World and estimator."""
+        return made(self)[:2]
+
+
+@lru_cache(maxsize=2)
+def made(campaign: Campaign) -> tuple[World, Estimator, Level]:
+    """World, estimator and level of a campaign; made once in each process."""
+    world = load(campaign.world, World, "world", {}, WORLD_GROUP)
+    build = Build(
+        estimator_of(campaign.estimator), word=campaign.word, params=[dict(campaign.params)]
+    )
+    return world, build.estimators[0], make_level(campaign.level, build)
+
+
+def draws(campaign: Campaign, seeds: Sequence[int]) -> list[dict[str, Any]]:
+    """What each of these draws gives, as plain data: see `_one`."""
+    return [_one(campaign, seed) for seed in seeds]
+
+
+def _one(campaign: Campaign, seed: int) -> dict[str, Any]:
+    """One draw.
+
+    ``seed``; ``records``; ``marks``, the records at which errors are kept; ``errors``, outputs less
+    truth, by name; ``nees`` and ``freedom``, squared error over the estimator's own covariance;
+    ``nis``, sum and number of squared normalised innovations; ``saturated`` updates.
+    """
+    world, estimator, level = made(campaign)
+    world.draw(seed)
+    loop = close_loop(world, estimator, level, steps=campaign.steps)
+    if not loop.truth:
+        raise InputError.at(
+            f"world {world.name}",
+            wanted=f"the truth of an output of {estimator.name}",
+            found="none",
+            fix="give NAME_true with the records",
+        )
+    level.reset()
+    run = level.run(loop.inputs)
+    n = len(loop.inputs)
+    marks = np.unique(np.linspace(0, n - 1, min(n, MOST_MARKS)).round().astype(int))
+    units = {o.name: o.unit for o in estimator.outputs}
+    errors = {}
+    for name, truth in loop.truth.items():
+        apart = loop.outputs[name] - truth
+        errors[name] = (apart + 1.0) % 2.0 - 1.0 if units[name] == "ht" else apart
+    states = None
+    if run.states is not None:
+        pairs = zip(level.program.states, run.states.T, strict=True)
+        states = {
+            level.program.values[s].name: level.program.format(s).real(words)
+            for (s, _), words in pairs
+        }
+    nees, freedom = _nees(estimator, campaign, states, errors, marks)
+    own = loop.outputs["nis"] if estimator.nis_freedom else np.zeros(0)
+    used = own[own > 0.0]
+    return {
+        "seed": seed,
+        "records": n,
+        "marks": marks.tolist(),
+        "errors": {name: e[marks].tolist() for name, e in errors.items()},
+        "nees": nees,
+        "freedom": freedom,
+        "nis": [float(used.sum()), len(used)],
+        "saturated": 0 if run.saturated is None else int(run.saturated.sum()),
+    }
+
+
+def _nees(
+    estimator: Estimator,
+    campaign: Campaign,
+    states: dict[str, FloatArray] | None,
+    errors: dict[str, FloatArray],
+    marks: npt.NDArray[np.int64],
+) -> tuple[list[float], int]:
+    """e^T P^-1 e at the marks, of the estimator's own covariance; its degrees of freedom."""
+    if states is None:
+        return [], 0
+    at = {name: values[marks] for name, values in states.items()}
+    found = estimator.error_covariance(at, estimator.param_values(dict(campaign.params)))
+    if found is None or not set(found[0]) <= set(errors):
+        return [], 0
+    names, p = found
+    e = np.stack([errors[name][marks] for name in names], axis=1)
+    # In units of the spread, where units differ by much.
+    sd = np.sqrt(np.einsum("nii->ni", p))
+    scaled = np.linalg.solve(p / sd[:, :, None] / sd[:, None, :], (e / sd)[:, :, None])[:, :, 0]
+    return np.einsum("ni,ni->n", e / sd, scaled).tolist(), len(names)

@@ -1,0 +1,63 @@
+"""What no estimator can beat: the Cramer-Rao bound of two radars' biases from one target."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+import pymap3d
+
+__all__ = ["covariances", "information", "jacobian", "spreads"]
+
+FloatArray = npt.NDArray[np.float64]
+
+
+def jacobian(site: Sequence[float], seen: FloatArray) -> FloatArray:
+    """dX/d(rho, e, n) (n, 3, 3), earth-fixed, at ranges, elevations, azimuths (n, 3)."""
+    longitude, latitude, _ = site
+    r, e, n = seen.T
+    ce, se, cn, sn, zero = np.cos(e), np.sin(e), np.cos(n), np.sin(n), np.zeros_like(r)
+    local = np.stack(
+        [
+            np.stack([ce * sn, ce * cn, se], axis=1),
+            np.stack([-r * se * sn, -r * se * cn, r * ce], axis=1),
+            np.stack([r * ce * cn, -r * ce * sn, zero], axis=1),
+        ],
+        axis=2,
+    )
+    axes = np.stack([pymap3d.enu2uvw(*unit, latitude, longitude) for unit in np.eye(3)], axis=1)
+    return np.asarray(axes @ local)
+
+
+def information(jacobians: Sequence[FloatArray], noise: FloatArray) -> FloatArray:
+    """What the records up to each say of the six biases, (n, 6, 6): sum of H^T R^-1 H.
+
+    With H = [J_1, -J_2] and R = H diag(noise)^2 H^T, the target being unknown.
+    """
+    h = np.concatenate([jacobians[0], -jacobians[1]], axis=2)
+    r = h @ np.diag(noise**2) @ h.transpose(0, 2, 1)
+    each = h.transpose(0, 2, 1) @ np.linalg.solve(r, h)
+    return np.asarray(np.cumsum(each, axis=0))
+
+
+def covariances(
+    jacobians: Sequence[FloatArray], noise: FloatArray, prior: FloatArray
+) -> FloatArray:
+    """Least covariance (n, 6, 6) after each record of biases known before to ``prior`` (6,).
+
+    Infinite ``prior``: nothing is known. Where the biases are not determined, infinite.
+    """
+    # In units of the noise, where the matrices are near one.
+    found = information(jacobians, noise) * np.outer(noise, noise) + np.diag((noise / prior) ** 2)
+    values, vectors = np.linalg.eigh(found)
+    known = values[:, :1] > 1e-13 * values[:, -1:]
+    inverse = np.where(known, 1.0 / np.where(known, values, 1.0), np.inf)
+    with np.errstate(invalid="ignore"):
+        scaled = np.einsum("nij,nj,nkj->nik", vectors, inverse, vectors) * np.outer(noise, noise)
+    return np.asarray(np.where(known[:, :, None], scaled, np.inf))
+
+
+def spreads(jacobians: Sequence[FloatArray], noise: FloatArray, prior: FloatArray) -> FloatArray:
+    """Least standard deviations (n, 6): see `covariances`."""
+    return np.asarray(np.sqrt(np.einsum("nii->ni", covariances(jacobians, noise, prior))))

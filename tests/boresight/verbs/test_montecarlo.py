@@ -1,0 +1,128 @@
+"""`boresight montecarlo`: right figures, however the draws are dealt out and however often cut."""
+
+from __future__ import annotations
+
+import json
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+
+import boresight
+from boresight.cli import main
+from boresight.sim.montecarlo import deal
+from tests.support.drift import Constant, Mean
+
+DRIFT = Path(__file__).parents[2] / "support" / "drift.py"
+TEXTS = (f"{DRIFT}:Constant", f"{DRIFT}:Mean")
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """Folder and result of forty draws in this process."""
+    folder = tmp_path_factory.mktemp("whole")
+    return folder, boresight.montecarlo(*TEXTS, runs=40, jobs=1, output=folder)
+
+
+def test_the_right_filter_is_found_right(whole) -> None:
+    folder, data = whole
+    one = data["outputs"]["mean"]
+    assert abs(one["mean"][-1]) < 1.5 * one["mean_band"][-1]
+    assert one["ratio"][-1] == pytest.approx(1.0, abs=0.3)
+    for key, mean in (("nees", data["nees"]["mean"][-1]), ("nis", data["nis"]["mean"])):
+        low, high = data[key]["band"]
+        assert low < mean < high, key
+    stored = json.loads((folder / "montecarlo-constant-mean.json").read_text())
+    assert stored == {k: v for k, v in data.items() if k != "file"}
+    assert data["marks"][-1] == 59 and data["saturated"] == 0
+
+
+def test_it_does_not_matter_who_runs_them(whole, tmp_path) -> None:
+    text = (whole[0] / "montecarlo-constant-mean.json").read_text()
+    with ThreadPoolExecutor(1) as pool:
+        boresight.montecarlo(*TEXTS, runs=40, executor=pool, output=tmp_path)
+    assert (tmp_path / "montecarlo-constant-mean.json").read_text() == text
+
+
+def test_two_processes(whole, tmp_path) -> None:
+    boresight.montecarlo(*TEXTS, runs=40, jobs=2, output=tmp_path)
+    text = (whole[0] / "montecarlo-constant-mean.json").read_text()
+    assert (tmp_path / "montecarlo-constant-mean.json").read_text() == text
+
+
+def test_nothing_is_lost_of_one_that_is_cut(whole, tmp_path, monkeypatch) -> None:
+    done = []
+
+    def cut(campaign, seeds, inner=deal.draws):
+        done.extend(seeds)
+        if len(done) == 18:
+            raise KeyboardInterrupt
+        return inner(campaign, seeds)
+
+    monkeypatch.setattr(deal, "draws", cut)
+    with pytest.raises(KeyboardInterrupt):
+        boresight.montecarlo(*TEXTS, runs=40, jobs=1, output=tmp_path)
+    journal = tmp_path / "montecarlo-constant-mean.runs"
+    assert len(journal.read_text().splitlines()) == 1 + 17
+    with journal.open("a") as file:
+        file.write('{"seed": 18, "rec')  # killed while it wrote
+    said: list[str] = []
+    boresight.montecarlo(*TEXTS, runs=40, jobs=1, output=tmp_path, progress=said.append)
+    assert said[0] == "17 of 40 draws are done already" and said[-1] == "40 of 40 draws"
+    assert done == [*range(1, 19), *range(18, 41)]
+    text = (whole[0] / "montecarlo-constant-mean.json").read_text()
+    assert (tmp_path / "montecarlo-constant-mean.json").read_text() == text
+
+
+def test_a_journal_of_another_campaign_is_not_touched(whole, capsys) -> None:
+    folder, _ = whole
+    journal = folder / "montecarlo-constant-mean.runs"
+    before = journal.read_text()
+    arguments = ["montecarlo", *TEXTS, "--runs", "3", "--param", "p0=2", "-o", str(folder)]
+    assert main(arguments) == 2
+    error = capsys.readouterr().err
+    assert "wanted the journal of this campaign, found that of another one" in error
+    assert error.count("\n") == 1 and journal.read_text() == before
+
+
+def test_objects_run_here(tmp_path) -> None:
+    data = boresight.montecarlo(Constant(20), Mean, runs=3, seed=5, on="float", output=tmp_path)
+    assert (data["runs"], data["seed"], data["level"]) == (3, 5, "float")
+    assert "nees" not in data  # float keeps no words of states
+
+
+@pytest.mark.parametrize(
+    "more, message",
+    [
+        (["--runs", "1"], "runs: wanted 2 to 1,000,000, found 1"),
+        (["--on", "rtl"], "on: wanted one of c, fixed, float"),
+        (["--jobs", "0"], "jobs: wanted 1 to"),
+        (["--steps", "0"], "steps: wanted 1 or more"),
+        (["--param", "p9=1"], "parameter p9"),
+    ],
+)
+def test_what_is_refused(more, message, tmp_path, capsys) -> None:
+    assert main(["montecarlo", *TEXTS, *more, "-o", str(tmp_path)]) == 2
+    error = capsys.readouterr().err
+    assert message in error and error.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_world_without_draws_or_truth(tmp_path, capsys) -> None:
+    path = tmp_path / "w.py"
+    path.write_text(
+        "from boresight import World\n\n\nclass Still(World):\n"
+        "    def record(self, outputs):\n"
+        "        return {'z': 0.0} if outputs is None else None\n\n\n"
+        "class Silent(Still):\n    def draw(self, seed):\n        pass\n"
+    )
+    for name, message in (("Still", "wanted a world with draws"), ("Silent", "wanted the truth")):
+        arguments = ["montecarlo", f"{path}:{name}", TEXTS[1], "--jobs", "1", "--runs", "2"]
+        assert main([*arguments, "-o", str(tmp_path / name)]) == 2
+        assert message in capsys.readouterr().err
+
+
+def test_text_of_people(tmp_path, capsys) -> None:
+    assert main(["montecarlo", *TEXTS, "--runs", "3", "--jobs", "1", "-o", str(tmp_path)]) == 0
+    out, err = capsys.readouterr()
+    assert "NEES per degree of freedom" in out and "3 draws" in out and "3 of 3 draws" in err
