@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 
-__all__ = ["InputError", "ToolMissing", "closest", "shortened"]
+__all__ = ["InputError", "ToolMissing", "closest", "require", "shortened"]
 
 #: Most characters of a message's parts.
 _WHERE, _WANTED, _FOUND = 120, 130, 60
@@ -62,6 +62,12 @@ class InputError(ValueError):
         """
         where, found = shortened(where, _WHERE), shortened(found, _FOUND)
         return cls(f"{where}: wanted {shortened(wanted, _WANTED)}, found {found}; {fix}")
+
+
+def require(good: bool, where: str, wanted: str, found: object, fix: str = "correct it") -> None:
+    """`InputError.at`, with ``found`` as Python writes it, unless it is good."""
+    if not good:
+        raise InputError.at(where, wanted=wanted, found=repr(found), fix=fix)
 
 
 class ToolMissing(RuntimeError):

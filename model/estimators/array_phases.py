@@ -19,7 +19,7 @@ from typing import Any
 
 from boresight.model import ops
 from boresight.model.algebra.quaternion import dot, matrix
-from boresight.model.errors import InputError
+from boresight.model.errors import require
 from boresight.model.estimator import Estimator, Input, Output, Param
 from boresight.model.estimators.ekf_parts import status_word
 
@@ -35,33 +35,19 @@ class ArrayPhases(Estimator):
     """Phases of ``elements`` elements in a line for a beam given in reference axes."""
 
     name = "array_phases"
-    summary = (
-        "steering phases of a linear array for a beam in reference axes, turned by an attitude"
-    )
+    summary = "phases of a linear array for a beam in reference axes, turned by an attitude"
     inputs = (
         *(Input(f"q{a}", -1.0, 1.0, "", source=f"mls_attitude.q{a}") for a in "wxyz"),
         *(Input(f"beam_{a}", -1.0, 1.0) for a in "xyz"),
     )
     params = (
         Param("spacing", 0.5, 0.1, 1.0, "", "of the elements, in wavelengths: follows the channel"),
-        Param(
-            "sector",
-            0.25,
-            0.0,
-            1.0,
-            "",
-            "least cosine of the angle between beam and the array's normal",
-        ),
+        Param("sector", 0.25, 0.0, 1.0, "", "least cosine between a beam and the array's normal"),
     )
 
     def __init__(self, elements: int = 64) -> None:
-        if not isinstance(elements, int) or not 2 <= elements <= MOST_ELEMENTS:
-            raise InputError.at(
-                "array_phases, elements",
-                wanted=f"2 to {MOST_ELEMENTS}",
-                found=repr(elements),
-                fix="choose a number inside the range",
-            )
+        some = isinstance(elements, int) and 2 <= elements <= MOST_ELEMENTS
+        require(some, "array_phases, elements", f"2 to {MOST_ELEMENTS}", elements)
         self.outputs = (
             *(Output(f"phase_{k}", "turn", 2.0**-20) for k in range(elements)),
             Output("status", "bits"),

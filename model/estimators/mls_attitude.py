@@ -45,7 +45,7 @@ from boresight.model.algebra.quaternion import (
     turn,
 )
 from boresight.model.declarations import GRAVITY
-from boresight.model.errors import InputError
+from boresight.model.errors import require
 from boresight.model.estimator import Estimator, Output, Param, State
 from boresight.model.estimators import ekf_parts as parts
 from boresight.model.estimators.nine_axis import INPUTS
@@ -99,13 +99,9 @@ class MlsAttitude(Estimator):
         chosen = {name: legal[0] for name, legal in _OPTIONS.items()} | options
         for name, value in chosen.items():
             legal = _OPTIONS.get(name, ())
-            if value not in legal:
-                raise InputError.at(
-                    f"mls_attitude, {name}",
-                    wanted=f"one of {', '.join(map(str, legal or _OPTIONS))}",
-                    found=repr(value if legal else name),
-                    fix="choose one of these",
-                )
+            one_of = f"one of {', '.join(map(str, legal or _OPTIONS))}"
+            found = value if legal else name
+            require(value in legal, f"mls_attitude, {name}", one_of, found)
         self.fourth, self.free = chosen["picard"] == 4, chosen["norm"] == "free"
         self.printed = {name for name, value in chosen.items() if value == "printed"}
         self.order = 4 if self.free else 3

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from boresight.sim.processes import dealt
 
-__all__ = ["Runs", "run_cases"]
+__all__ = ["Runs", "pooled", "run_cases"]
 
 FloatArray = npt.NDArray[np.float64]
 Case = TypeVar("Case")
@@ -36,18 +36,34 @@ class Runs:
         What is shown of the first run.
     each : list
         Whatever else is kept of every run.
+    pooling : mapping of str to str
+        How figures become one, if the end of their name does not say so.
     """
 
     figures: dict[str, FloatArray]
     shown: Mapping[str, Any] = field(default_factory=dict)
     each: list[Any] = field(default_factory=list)
+    pooling: Mapping[str, str] = field(default_factory=dict)
 
     def pooled(self) -> dict[str, float]:
         """One figure of all runs by name: root mean square, most, sum or mean (`POOLED`)."""
         return {
-            name: float(POOLED.get(name.rpartition("_")[2], np.mean)(values))
+            name: float(
+                POOLED.get(self.pooling.get(name, name.rpartition("_")[2]), np.mean)(values)
+            )
             for name, values in self.figures.items()
         }
+
+
+def pooled(cases: Mapping[str, Runs]) -> tuple[dict[str, float], dict[str, tuple[float, float]]]:
+    """Figures ``CASE_FIGURE`` of all cases, and the least and greatest of their runs."""
+    figures = {f"{case}_{n}": v for case, runs in cases.items() for n, v in runs.pooled().items()}
+    spreads = {
+        f"{case}_{name}": (float(values.min()), float(values.max()))
+        for case, runs in cases.items()
+        for name, values in runs.figures.items()
+    }
+    return figures, spreads
 
 
 def run_cases(
@@ -82,4 +98,5 @@ def run_cases(
 def _joined(parts: Sequence[Runs]) -> Runs:
     names = parts[0].figures
     figures = {name: np.concatenate([part.figures[name] for part in parts]) for name in names}
-    return Runs(figures, parts[0].shown, [one for part in parts for one in part.each])
+    each = [one for part in parts for one in part.each]
+    return Runs(figures, parts[0].shown, each, parts[0].pooling)

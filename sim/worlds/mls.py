@@ -13,7 +13,7 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
-from boresight.model.errors import InputError
+from boresight.model.errors import require
 from boresight.model.estimators.mls_attitude import MlsAttitude
 from boresight.sim.attitude.rotation import quaternion_conjugate, rotate
 from boresight.sim.levels.build import Build
@@ -79,15 +79,10 @@ class Landing(World):
         beams: int = 81,
         compensated: bool = True,
     ) -> None:
-        for good, where, wanted, found in (
-            (abs(azimuth_deg) <= SCAN_DEG, "azimuth_deg", "-62 to 62", azimuth_deg),
-            (abs(elevation_deg) <= 45.0, "elevation_deg", "-45 to 45", elevation_deg),
-            (beams >= 8, "beams", "8 or more", beams),
-        ):
-            if not good:
-                raise InputError.at(
-                    f"landing, {where}", wanted=wanted, found=repr(found), fix="correct it"
-                )
+        inside = abs(azimuth_deg) <= SCAN_DEG
+        require(inside, "landing, azimuth_deg", "-62 to 62", azimuth_deg)
+        require(abs(elevation_deg) <= 45.0, "landing, elevation_deg", "-45 to 45", elevation_deg)
+        require(beams >= 8, "landing, beams", "8 or more", beams)
         self.array, self.beams, self.elevation = Array(elements, spacing), beams, elevation_deg
         what = deck(motion, seconds, seed)
         toward = direction(azimuth_deg, elevation_deg)
@@ -126,13 +121,8 @@ class Landing(World):
     def _received(self, outputs: Mapping[str, float]) -> None:
         """What the last beam's phases sent to the receiver; at the end of a scan, where it is."""
         n = sum(name.startswith("phase_") for name in outputs)
-        if n != self.array.elements:
-            raise InputError.at(
-                "landing, elements",
-                wanted=f"as many as the estimator has phases, {n}",
-                found=str(self.array.elements),
-                fix=f"write Landing(elements={n}), or ArrayPhases of as many",
-            )
+        wanted, fix = f"as many as the estimator has phases, {n}", f"write Landing(elements={n})"
+        require(n == self.array.elements, "landing, elements", wanted, self.array.elements, fix)
         phases = np.array([[outputs[f"phase_{k}"] for k in range(n)]])
         self._amplitude[self._beam] = abs(self.array.field(phases, self.receiver[self._now])[0])
         self._beam += 1

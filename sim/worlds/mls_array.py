@@ -12,18 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from boresight.model.errors import InputError
+from boresight.model.errors import require
 
-__all__ = [
-    "SCAN_DEG",
-    "SCAN_DEG_S",
-    "Array",
-    "Pulse",
-    "angle_of",
-    "direction",
-    "pulse",
-    "scan_times",
-]
+__all__ = ["SCAN_DEG", "Array", "Pulse", "angle_of", "direction", "pulse", "scan_times"]
 
 FloatArray = npt.NDArray[np.float64]
 SCAN_DEG_S = 20_000.0  #: speed of the scan, to and fro.
@@ -52,14 +43,9 @@ class Array:
     spacing: float = 0.5
 
     def __post_init__(self) -> None:
-        for good, where, wanted, found in (
-            (self.elements >= 2, "elements", "2 or more", self.elements),
-            (0.0 < self.spacing < np.inf, "spacing", "wavelengths above 0", self.spacing),
-        ):
-            if not good:
-                raise InputError.at(
-                    f"array, {where}", wanted=wanted, found=repr(found), fix="correct it"
-                )
+        require(self.elements >= 2, "array, elements", "2 or more", self.elements)
+        above = 0.0 < self.spacing < np.inf
+        require(above, "array, spacing", "wavelengths above 0", self.spacing)
 
     def closed_form(self, sine: npt.ArrayLike, of: float = 0.0) -> FloatArray:
         """(5), (6): |sin(N u/2) / (N sin(u/2))|, u = 2 pi d/lambda (sine - ``of``)."""

@@ -12,13 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model.declarations import GRAVITY
-from boresight.model.errors import InputError
-from boresight.sim.attitude.rotation import (
-    quaternion_conjugate,
-    quaternion_multiply,
-    rotate,
-    turns_between,
-)
+from boresight.model.errors import require
+from boresight.sim.attitude.rotation import quaternion_conjugate, rotate, turns_between
+from boresight.sim.attitude.zyx import quaternions_of
 from boresight.sim.worlds.ship import SEA_STATES, at_sea
 
 __all__ = ["MOTIONS", "RATE_HZ", "Deck", "SensorErrors", "deck", "records"]
@@ -63,10 +59,7 @@ def deck(name: str, seconds: float, seed: int, heading_deg: float = 0.0) -> Deck
     InputError
         No such motion.
     """
-    if name not in MOTIONS:
-        raise InputError.at(
-            "motion", wanted=f"one of {', '.join(MOTIONS)}", found=repr(name), fix="choose of these"
-        )
+    require(name in MOTIONS, "motion", f"one of {', '.join(MOTIONS)}", name)
     t, rng = np.arange(round(seconds * RATE_HZ)) / RATE_HZ, np.random.default_rng([seed, 25])
     euler, lift = np.zeros((len(t), 3)), np.zeros_like(t)
     if name == "table":
@@ -77,12 +70,7 @@ def deck(name: str, seconds: float, seed: int, heading_deg: float = 0.0) -> Deck
     else:
         euler[:, :2], lift = at_sea(t, rng, int(name.removeprefix("sea_")))
     euler[:, 2] += math.radians(heading_deg)
-    q = np.array([1.0, 0.0, 0.0, 0.0])
-    for axis, angle in ((3, euler[:, 2]), (2, euler[:, 1]), (1, euler[:, 0])):
-        part = np.zeros((len(t), 4))
-        part[:, 0], part[:, axis] = np.cos(angle / 2.0), np.sin(angle / 2.0)
-        q = quaternion_multiply(q, part)
-    return Deck(euler, q, lift)
+    return Deck(euler, quaternions_of(euler), lift)
 
 
 def _swing(euler: FloatArray, t: FloatArray, rng: np.random.Generator) -> None:

@@ -12,12 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model.declarations import GRAVITY
-from boresight.sim.attitude.rotation import (
-    quaternion_conjugate,
-    quaternion_multiply,
-    quaternion_to_rotation_vector,
-    rotate,
-)
+from boresight.sim.attitude.rotation import quaternion_conjugate, rotate, turns_between
+from boresight.sim.attitude.zyx import quaternions_of
 
 __all__ = ["Ride", "profile", "ride"]
 
@@ -69,14 +65,9 @@ def ride(
     """The ride of accelerations along the road and upward (``lift``), turns and angles (n,)."""
     speed, heading = np.cumsum(accel) / rate_hz, np.cumsum(turn) / rate_hz
     euler = np.stack([np.radians(roll_deg), np.radians(pitch_deg), heading], axis=1)
-    q = np.array([1.0, 0.0, 0.0, 0.0])
-    for axis, angle in ((3, heading), (2, euler[:, 1]), (1, euler[:, 0])):
-        part = np.zeros((len(accel), 4))
-        part[:, 0], part[:, axis] = np.cos(angle / 2.0), np.sin(angle / 2.0)
-        q = quaternion_multiply(q, part)
+    q = quaternions_of(euler)
     rate = np.zeros((len(accel), 3))
-    step = quaternion_multiply(quaternion_conjugate(q[:-1]), q[1:])
-    rate[1:] = quaternion_to_rotation_vector(step) * rate_hz
+    rate[1:] = turns_between(q[:-1], q[1:]) * rate_hz
     c, s, across = np.cos(heading), np.sin(heading), speed * turn
     acceleration = np.stack(
         [accel * c - across * s, accel * s + across * c, np.broadcast_to(-lift, c.shape)], axis=1

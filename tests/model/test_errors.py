@@ -2,7 +2,7 @@
 
 import pytest
 
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require
 
 
 def test_is_a_value_error() -> None:
@@ -18,3 +18,11 @@ def test_at_names_place_wish_finding_and_remedy() -> None:
     error = InputError.at("a.csv, line 3", wanted="a number", found="'x'", fix="correct it")
     assert isinstance(error, InputError)
     assert str(error) == "a.csv, line 3: wanted a number, found 'x'; correct it"
+
+
+def test_require() -> None:
+    require(True, "a", "nothing", 1)
+    with pytest.raises(InputError, match=r"^a: wanted 2 or more, found '1'; correct it$"):
+        require(False, "a", "2 or more", "1")
+    with pytest.raises(InputError, match=r"found 1; write 2$"):
+        require(False, "a", "2", 1, "write 2")

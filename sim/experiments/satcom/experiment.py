@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Callable, Mapping
-from importlib.resources import files
+from collections.abc import Callable
 
 from boresight.gateware.core import build_core
 from boresight.gateware.machine import CONFIGS
 from boresight.model.estimators.satcom import Satcom as Filter
-from boresight.sim.experiments.experiment import Experiment, Result, Target
+from boresight.sim.experiments.experiment import Experiment, Result
 from boresight.sim.experiments.satcom.cases import CASES, WHAT_IF
 from boresight.sim.experiments.satcom.flight import ANGLES, fly
 from boresight.sim.experiments.satcom.page import render
-from boresight.sim.experiments.seeds import Runs, run_cases
+from boresight.sim.experiments.seeds import pooled, run_cases
+from boresight.sim.experiments.targets import targets_of
 
-__all__ = ["Satcom", "targets_of"]
+__all__ = ["Satcom"]
 
 AT_ONCE = 50  #: runs of one task.
 FEW = 25  #: most runs of a case of `WHAT_IF`.
@@ -47,38 +46,16 @@ class Satcom(Experiment):
         cases += [(name, case, min(runs, FEW)) for name, case in WHAT_IF.items()]
         cases.sort(key=lambda one: one[0] != "city")  # the longest first
         flown = run_cases(fly, cases, seed=seed, at_once=AT_ONCE, jobs=self.jobs, say=say)
-        figures = {
-            f"satcom_{name}_{key}": value
-            for name, of_case in flown.items()
-            for key, value in of_case.pooled().items()
-        }
+        found, spreads = pooled(flown)
+        figures = {f"satcom_{name}": value for name, value in found.items()}
         figures |= {f"satcom_{name}": figures[f"satcom_{key}"] for name, key in _NAMED.items()}
         for config in CONFIGS:
             schedule = build_core(Filter().compile(), config).schedule
             figures[f"satcom_interval_cycles_{config}"] = float(schedule.interval)
-        targets = targets_of(flown)
+        targets = targets_of("boresight.sim.experiments.satcom", found, spreads)
         return Result(
             figures=figures,
             targets=targets,
             details={name: case.meaning for name, case in (CASES | WHAT_IF).items()},
             pages={"satcom.html": render(flown, targets, seed, runs)},
         )
-
-
-def targets_of(flown: Mapping[str, Runs]) -> tuple[Target, ...]:
-    """The rows of ``targets.csv``: every claim, and what the prototype found."""
-    table = files("boresight.sim.experiments.satcom").joinpath("targets.csv")
-    return tuple(
-        Target(
-            name=row["name"],
-            source=row["source"],
-            value=flown[row["case"]].pooled()[row["figure"]],
-            low=float(row["low"]) if row["low"] else None,
-            high=float(row["high"]) if row["high"] else None,
-            unit=row["unit"],
-            beside={"prototype": float(row["prototype"])} if row["prototype"] else {},
-            spread=(float(of_runs.min()), float(of_runs.max())),
-        )
-        for row in csv.DictReader(table.read_text(encoding="utf-8").splitlines())
-        for of_runs in (flown[row["case"]].figures[row["figure"]],)
-    )

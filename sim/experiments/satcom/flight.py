@@ -10,6 +10,7 @@ import numpy.typing as npt
 from boresight.model.estimators.satcom import INNOVATIONS
 from boresight.model.estimators.satcom import Satcom as Filter
 from boresight.sim.accuracy.innovations import Innovations, innovations
+from boresight.sim.attitude.zyx import wrapped
 from boresight.sim.experiments.satcom.cases import Case
 from boresight.sim.experiments.seeds import Runs
 from boresight.sim.levels.build import Build
@@ -42,7 +43,7 @@ def figures_of(case: Case, fleet: Vehicles, loops: Loops) -> Runs:
     out, truth = loops.outputs, fleet.drive.ride.euler / math.pi
     truth = np.stack([*truth[:, :2].T, *2 * [fleet.heading / math.pi]], axis=1)
     angles = np.stack([out[n] for n in (*ANGLES, "heading_pi")], axis=2)
-    error = _wrapped_deg(angles - truth[:, None])
+    error = 180.0 * wrapped(angles - truth[:, None], 2.0)
     bias = np.degrees(np.stack([out[n] for n in BIASES], axis=2))
     off, loss = bias - np.degrees(fleet.bias), np.stack(fleet.losses_db)
     settled, moving = error[begun:], fleet.drive.accelerated[begun:]
@@ -73,7 +74,7 @@ def _beside_float(
     """Float64 on the records of a run: how far it is, and its innovations."""
     build = Build(Filter(**case.options, innovations=True), params=[case.params])
     found = CompiledFloat(build).run(np.ascontiguousarray(loops.inputs[:, run])).outputs
-    apart = _wrapped_deg(np.stack([loops.outputs[n][:, run] - found[n] for n in ANGLES]))
+    apart = 180.0 * wrapped([loops.outputs[n][:, run] - found[n] for n in ANGLES], 2.0)
     status, nu = found["status"].astype(int), [found[o.name][begun:] for o in INNOVATIONS]
     tilt, heading = (status[begun:] & 1) == 0, (status[begun:] & 6) == 0
     differs = status != loops.outputs["status"][:, run]
@@ -90,7 +91,3 @@ def _beside_float(
         "status_differs_sum": float(differs.sum()),
         "status_share": float(differs.mean()),
     }, seen
-
-
-def _wrapped_deg(half_turns: FloatArray) -> FloatArray:
-    return 180.0 * ((half_turns + 1.0) % 2.0 - 1.0)

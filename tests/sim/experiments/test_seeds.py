@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from boresight.sim.experiments.seeds import Runs, run_cases
+from boresight.sim.experiments.seeds import Runs, pooled, run_cases
 
 
 def squares(case: float, seeds: range) -> Runs:
@@ -29,11 +29,27 @@ def test_portions_and_processes_change_nothing(at_once: int, jobs: int) -> None:
 
 
 def test_pooled() -> None:
-    pooled = squares(1.0, range(3, 5)).pooled()
-    assert pooled == {
+    assert squares(1.0, range(3, 5)).pooled() == {
         "angle_rms": pytest.approx(np.sqrt(12.5)),
         "peak_max": 4.0,
         "count_sum": 7.0,
         "rate": 3.5,
         "max_share": 3.5,
     }
+
+
+def test_pooling_that_the_name_does_not_say() -> None:
+    values = np.array([1.0, 7.0])
+    ways = {"a_deg": "rms", "b_max": "sum", "c_ms": "max"}
+    parts = [Runs({n: values[k : k + 1] for n in (*ways, "d")}, {}, [], ways) for k in range(2)]
+    found = run_cases(
+        lambda case, seeds: parts[seeds[0]],
+        [("one", 0, 2)],
+        seed=0,
+        at_once=1,
+        jobs=1,
+        say=lambda text: None,
+    )
+    figures, spreads = pooled(found)
+    assert figures == {"one_a_deg": 5.0, "one_b_max": 8.0, "one_c_ms": 7.0, "one_d": 4.0}
+    assert spreads == dict.fromkeys(figures, (1.0, 7.0))

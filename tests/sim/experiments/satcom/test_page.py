@@ -3,14 +3,16 @@
 import pytest
 
 from boresight.sim.experiments.satcom.cases import CASES, WHAT_IF
-from boresight.sim.experiments.satcom.experiment import targets_of
 from boresight.sim.experiments.satcom.page import render
+from boresight.sim.experiments.seeds import pooled
+from boresight.sim.experiments.targets import targets_of
 
 
 @pytest.fixture(scope="module")
 def page(runs) -> str:
     found = {name: runs.get(name, runs["adaptive"]) for name in (*CASES, *WHAT_IF)}
-    return render(found, targets_of(found), 7, 12)
+    targets = targets_of("boresight.sim.experiments.satcom", *pooled(found))
+    return render(found, targets, 7, 12)
 
 
 def test_everything_is_on_the_page(page: str) -> None:

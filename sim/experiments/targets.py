@@ -1,0 +1,49 @@
+"""Targets of an experiment as a table: ``targets.csv`` beside its code."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping
+from importlib.resources import files
+
+from boresight.sim.experiments.experiment import Target
+
+__all__ = ["targets_of"]
+
+
+def targets_of(
+    package: str,
+    figures: Mapping[str, float],
+    spreads: Mapping[str, tuple[float, float]] | None = None,
+) -> tuple[Target, ...]:
+    """The rows of a package's ``targets.csv``, judged by the figures.
+
+    Columns: ``figure``, ``name``, ``source``, ``low``, ``high``; if the table has them also
+    ``over`` and ``less`` (the figure is divided by that one, or less that one), ``prototype``,
+    ``unit``, ``note``. What has a note does not bind. ``spreads``: least and greatest of the runs,
+    by figure.
+    """
+    text = files(package).joinpath("targets.csv").read_text(encoding="utf-8")
+    return tuple(_target(row, figures, spreads or {}) for row in csv.DictReader(text.splitlines()))
+
+
+def _target(
+    row: Mapping[str, str], figures: Mapping[str, float], spreads: Mapping[str, tuple[float, float]]
+) -> Target:
+    value, spread = figures[row["figure"]], spreads.get(row["figure"])
+    if row.get("over"):
+        value, spread = value / figures[row["over"]], None
+    if row.get("less"):
+        value, spread = value - figures[row["less"]], None
+    return Target(
+        name=row["name"],
+        source=row["source"],
+        value=value,
+        low=float(row["low"]) if row["low"] else None,
+        high=float(row["high"]) if row["high"] else None,
+        unit=row.get("unit", ""),
+        binding=not row.get("note"),
+        beside={"prototype": float(row["prototype"])} if row.get("prototype") else {},
+        spread=spread,
+        note=row.get("note", ""),
+    )
