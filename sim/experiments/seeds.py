@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from boresight.sim.processes import dealt
 
-__all__ = ["Runs", "pooled", "run_cases"]
+__all__ = ["Runs", "run_cases", "spreads_of"]
 
 FloatArray = npt.NDArray[np.float64]
 Case = TypeVar("Case")
@@ -55,15 +55,13 @@ class Runs:
         }
 
 
-def pooled(cases: Mapping[str, Runs]) -> tuple[dict[str, float], dict[str, tuple[float, float]]]:
-    """Figures ``CASE_FIGURE`` of all cases, and the least and greatest of their runs."""
-    figures = {f"{case}_{n}": v for case, runs in cases.items() for n, v in runs.pooled().items()}
-    spreads = {
-        f"{case}_{name}": (float(values.min()), float(values.max()))
+def spreads_of(cases: Mapping[str, Runs], prefix: str = "") -> dict[str, tuple[float, float]]:
+    """Least and greatest of the runs, by ``CASE_FIGURE``."""
+    return {
+        f"{prefix}{case}_{name}": (float(values.min()), float(values.max()))
         for case, runs in cases.items()
         for name, values in runs.figures.items()
     }
-    return figures, spreads
 
 
 def run_cases(

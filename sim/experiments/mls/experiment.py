@@ -10,18 +10,11 @@ from boresight.gateware.machine import CONFIGS
 from boresight.model.estimators.array_phases import ArrayPhases
 from boresight.model.estimators.mls_attitude import MlsAttitude
 from boresight.sim.experiments.experiment import Experiment, Result
-from boresight.sim.experiments.mls.flights import (
-    AXES,
-    Beams,
-    Case,
-    Flight,
-    beam_errors,
-    flight_figures,
-    fly,
-)
+from boresight.sim.experiments.mls.flights import AXES, AZIMUTHS, GLIDE_DEG, Case, flown, pooled
 from boresight.sim.experiments.mls.page import render
-from boresight.sim.experiments.mls.patterns import AZIMUTHS, patterns_of
-from boresight.sim.experiments.mls.targets import targets_of
+from boresight.sim.experiments.mls.patterns import patterns_of
+from boresight.sim.experiments.seeds import run_cases, spreads_of
+from boresight.sim.experiments.targets import targets_of
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.worlds.mls_array import Array
@@ -30,7 +23,7 @@ from boresight.sim.worlds.mls_deck import SensorErrors
 __all__ = ["CASES", "Mls", "phases_fixed_float"]
 
 FEW = 10  #: most runs of cases that only illustrate.
-GLIDE_DEG = 3.0
+AT_ONCE = 50  #: runs of one task.
 _SPREAD = SensorErrors(gyro_bias=(0.0, 0.0, 0.0), bias_spread=0.2)
 _FOLLOWS = {"gyro_sd": 0.2}  # rad/s: what a bias of 0.2 deg/s leaves is small
 _FREE = {"norm": "free", "innovation": "printed"}
@@ -48,11 +41,17 @@ CASES = {
     "norm_free_28": Case("(28), and q never set to norm one", _FREE),
     "bias": Case("gyro biases drawn, 0.2 deg/s each axis", errors=_SPREAD),
     "bias_follows": Case("the same, gyro_sd 11 deg/s", params=_FOLLOWS, errors=_SPREAD),
-    "rolling": Case("ship turning by +-10 deg about each axis", motion="rolling", full=True),
-    "rolling_bias": Case("the same, biases drawn, 11 deg/s", {}, _FOLLOWS, _SPREAD, "rolling"),
-    **{f"sea_{n}": Case(f"carrier in sea state {n}", motion=f"sea_{n}") for n in (4, 5, 6)},
+    "rolling": Case(
+        "ship turning by +-10 deg about each axis", motion="rolling", full=True, steered=True
+    ),
+    "rolling_bias": Case(
+        "the same, biases drawn, 11 deg/s", {}, _FOLLOWS, _SPREAD, "rolling", steered=True
+    ),
+    **{
+        f"sea_{n}": Case(f"carrier in sea state {n}", motion=f"sea_{n}", steered=n > 4)
+        for n in (4, 5, 6)
+    },
 }
-STEERED = ("rolling", "rolling_bias", "sea_5", "sea_6")  #: cases whose beams are looked at.
 COMPARED = ("corrected", "picard_4", "bias", "rolling", "sea_5")  #: fixed with float.
 
 
@@ -67,9 +66,15 @@ def phases_fixed_float(seed: int, count: int = 4000) -> float:
 
 
 class Mls(Experiment):
-    """Landing-system array on a moving deck, Wang Ding et al. (2018)."""
+    """Landing-system array on a moving deck, Wang Ding et al. (2018).
+
+    ``jobs``: processes; by default one for each processor. Figures do not depend on it.
+    """
 
     pages = ("mls.html",)
+
+    def __init__(self, jobs: int | None = None) -> None:
+        self.jobs = jobs
 
     def run(self, *, seed: int, runs: int, say: Callable[[str], None]) -> Result:
         """See `Experiment`; patterns are drawn four times as often, some cases ten times."""
@@ -78,20 +83,10 @@ class Mls(Experiment):
             say(f"patterns of {elements} elements")
             patterns[elements] = patterns_of(Array(elements), GLIDE_DEG, 4 * runs, seed)
             for name, one in patterns[elements].items():
-                figures |= {f"array{elements}_{name}_{k}": v for k, v in one.figures().items()}
-        shown: dict[str, Flight] = {}
-        found: dict[str, dict[str, float]] = {}
-        beams: dict[str, dict[str, Beams]] = {}
-        for name, case in CASES.items():
-            some = runs if case.full else min(runs, FEW)
-            say(f"{name}: {case.meaning}, {some} runs")
-            shown[name] = fly(case, range(seed, seed + some))
-            found[name] = flight_figures(shown[name])
-            for key, azimuth in AZIMUTHS.items() if name in STEERED else ():
-                what = beam_errors(shown[name], Array(), azimuth, GLIDE_DEG)
-                beams.setdefault(name, {})[key] = what
-                found[name][f"beam_{key}_deg"] = float(np.sqrt(np.mean(what.after**2)))
-                found[name][f"uncompensated_{key}_deg"] = float(np.sqrt(np.mean(what.before**2)))
+                figures |= {f"array{elements}_{name}_{k}": v for k, v in one.figures.items()}
+        cases = [(n, case, runs if case.full else min(runs, FEW)) for n, case in CASES.items()]
+        flights = run_cases(flown, cases, seed=seed, at_once=AT_ONCE, jobs=self.jobs, say=say)
+        found = {name: pooled(of_case) for name, of_case in flights.items()}
         figures |= {f"mls_{name}_{k}": v for name, f in found.items() for k, v in f.items()}
         figures |= {f"mls_{axis}_deg": found["corrected"][f"{axis}_deg"] for axis in AXES}
         figures |= {f"mls_beam_{k}_deg": found["rolling"][f"beam_{k}_deg"] for k in AZIMUTHS}
@@ -100,10 +95,8 @@ class Mls(Experiment):
             parts = Build(MlsAttitude(), ArrayPhases(), config=config).core.parts
             for name, part in zip(("mls", "phases64"), parts, strict=True):
                 figures[f"{name}_interval_cycles_{config}"] = float(part.schedule.interval)
-        targets = targets_of(figures)
-        return Result(
-            figures=figures,
-            targets=targets,
-            details={name: case.meaning for name, case in CASES.items()},
-            pages={"mls.html": render(CASES, found, shown, beams["rolling"], patterns, targets)},
-        )
+        spreads = spreads_of(flights, "mls_")
+        targets = targets_of("boresight.sim.experiments.mls", figures, spreads)
+        meanings = {name: case.meaning for name, case in CASES.items()}
+        text = render(meanings, found, flights, patterns, targets)
+        return Result(figures=figures, targets=targets, details=meanings, pages={"mls.html": text})

@@ -11,7 +11,7 @@ from boresight.sim.experiments.experiment import Experiment, Result
 from boresight.sim.experiments.satcom.cases import CASES, WHAT_IF
 from boresight.sim.experiments.satcom.flight import ANGLES, fly
 from boresight.sim.experiments.satcom.page import render
-from boresight.sim.experiments.seeds import pooled, run_cases
+from boresight.sim.experiments.seeds import run_cases, spreads_of
 from boresight.sim.experiments.targets import targets_of
 
 __all__ = ["Satcom"]
@@ -46,13 +46,18 @@ class Satcom(Experiment):
         cases += [(name, case, min(runs, FEW)) for name, case in WHAT_IF.items()]
         cases.sort(key=lambda one: one[0] != "city")  # the longest first
         flown = run_cases(fly, cases, seed=seed, at_once=AT_ONCE, jobs=self.jobs, say=say)
-        found, spreads = pooled(flown)
-        figures = {f"satcom_{name}": value for name, value in found.items()}
+        figures = {
+            f"satcom_{name}_{key}": value
+            for name, of_case in flown.items()
+            for key, value in of_case.pooled().items()
+        }
         figures |= {f"satcom_{name}": figures[f"satcom_{key}"] for name, key in _NAMED.items()}
         for config in CONFIGS:
             schedule = build_core(Filter().compile(), config).schedule
             figures[f"satcom_interval_cycles_{config}"] = float(schedule.interval)
-        targets = targets_of("boresight.sim.experiments.satcom", found, spreads)
+        targets = targets_of(
+            "boresight.sim.experiments.satcom", figures, spreads_of(flown, "satcom_")
+        )
         return Result(
             figures=figures,
             targets=targets,

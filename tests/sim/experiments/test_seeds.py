@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from boresight.sim.experiments.seeds import Runs, pooled, run_cases
+from boresight.sim.experiments.seeds import Runs, run_cases, spreads_of
 
 
 def squares(case: float, seeds: range) -> Runs:
@@ -50,6 +50,6 @@ def test_pooling_that_the_name_does_not_say() -> None:
         jobs=1,
         say=lambda text: None,
     )
-    figures, spreads = pooled(found)
-    assert figures == {"one_a_deg": 5.0, "one_b_max": 8.0, "one_c_ms": 7.0, "one_d": 4.0}
-    assert spreads == dict.fromkeys(figures, (1.0, 7.0))
+    assert found["one"].pooled() == {"a_deg": 5.0, "b_max": 8.0, "c_ms": 7.0, "d": 4.0}
+    names = ("x_one_a_deg", "x_one_b_max", "x_one_c_ms", "x_one_d")
+    assert spreads_of(found, "x_") == dict.fromkeys(names, (1.0, 7.0))

@@ -9,8 +9,6 @@ import pytest
 from boresight.sim.experiments.satcom import experiment
 from boresight.sim.experiments.satcom.cases import CASES, WHAT_IF
 from boresight.sim.experiments.satcom.experiment import FEW, Satcom
-from boresight.sim.experiments.seeds import pooled
-from boresight.sim.experiments.targets import targets_of
 
 #: Rows of the specification's table: what is measured, and what its float prototype found.
 PROTOTYPE = {
@@ -30,11 +28,11 @@ def rows() -> list[dict[str, str]]:
 
 
 def test_every_row_of_the_specification_is_there() -> None:
-    found = {r["figure"]: r["prototype"] for r in rows()}
+    found = {r["figure"].removeprefix("satcom_"): r["prototype"] for r in rows()}
     for name, value in PROTOTYPE.items():
         assert float(found[name]) == value, name
     assert len(found) == len(rows())
-    gates = {r["figure"]: (r["low"], r["high"]) for r in rows()}
+    gates = {r["figure"].removeprefix("satcom_"): (r["low"], r["high"]) for r in rows()}
     assert gates["adaptive_fixed_float_max"] == ("", "0.005")
     assert gates["adaptive_fixed_float_rms"] == ("", "0.001")
     assert gates["adaptive_status_differs_sum"] == ("", "0")
@@ -85,10 +83,8 @@ def test_run(standing_in, runs) -> None:
     assert result.pages["satcom.html"].count('class="bad"') == judged.count(False)
 
 
-def test_targets_say_where_they_come_from(runs) -> None:
-    given = pooled({name: runs.get(name, runs["adaptive"]) for name in CASES})
-    targets = targets_of("boresight.sim.experiments.satcom", *given)
-    by_name = {t.name: t for t in targets}
+def test_targets_say_where_they_come_from(standing_in, runs) -> None:
+    by_name = {t.name: t for t in Satcom().run(seed=5, runs=60, say=lambda text: None).targets}
     heading = by_name["heading of the PI loop alone, 0.5 rad/s"]
     assert heading.source == "step 3, H2" and heading.beside == {"prototype": 0.066}
     first = by_name["small with adaptive R and tracking: roll"]
