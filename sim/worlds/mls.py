@@ -15,17 +15,34 @@ import numpy.typing as npt
 
 from boresight.model.errors import require
 from boresight.model.estimators.mls_attitude import MlsAttitude
+from boresight.sim.attitude.outputs import attitude_of
 from boresight.sim.attitude.rotation import quaternion_conjugate, rotate
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import Emitted
-from boresight.sim.worlds.mls_array import SCAN_DEG, Array, angle_of, direction, pulse, scan_times
+from boresight.sim.worlds.linear_array import Array, direction, lobe
 from boresight.sim.worlds.mls_deck import RATE_HZ, deck, records
 from boresight.sim.worlds.world import World
 
-__all__ = ["Landing", "OnDeck"]
+__all__ = ["SCAN_DEG", "SCAN_DEG_S", "Landing", "OnDeck", "angle_of", "scan_times"]
 
+FloatArray = npt.NDArray[np.float64]
+SCAN_DEG_S = 20_000.0  #: speed of the scan, to and fro, as the ICAO has it.
+SCAN_DEG = 62.0  #: it goes from minus this to this, and back.
+_PAUSE_S = 0.002  #: between to and fro.
 SCANS_HZ = 13.5  #: how often the azimuth is scanned.
 SETTLED_S = 1.0  #: of the filter, before the first scan.
+
+
+def scan_times(scan_deg: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """When a beam passes an angle on its way to and fro [s]."""
+    to = (np.asarray(scan_deg) + SCAN_DEG) / SCAN_DEG_S
+    return to, 4.0 * SCAN_DEG / SCAN_DEG_S + _PAUSE_S - to
+
+
+def angle_of(to: npt.ArrayLike, fro: npt.ArrayLike) -> FloatArray:
+    """(T0 - t) V/2 of the time t between both pulses [deg]; T0 is that of the angle 0."""
+    at_zero = 2.0 * SCAN_DEG / SCAN_DEG_S + _PAUSE_S
+    return np.asarray((at_zero - (np.asarray(fro) - np.asarray(to))) * SCAN_DEG_S / 2.0)
 
 
 class OnDeck(World):
@@ -88,7 +105,7 @@ class Landing(World):
         toward = direction(azimuth_deg, elevation_deg)
         self.receiver = rotate(quaternion_conjugate(what.q), toward)
         told = Emitted(Build(MlsAttitude())).run(records(what, seed)).outputs
-        self.told = np.stack([told[f"q{a}"] for a in "wxyz"], axis=1)
+        self.told = attitude_of(told)
         if not compensated:
             self.told[:] = [1.0, 0.0, 0.0, 0.0]
 
@@ -103,7 +120,7 @@ class Landing(World):
         """Sample of the deck at this scan."""
         return round((SETTLED_S + self._scan / SCANS_HZ) * RATE_HZ)
 
-    def _scanned(self) -> npt.NDArray[np.float64]:
+    def _scanned(self) -> FloatArray:
         """Azimuths of this scan [deg]."""
         low, high = self._centre - self._half, self._centre + self._half
         return np.linspace(max(low, -SCAN_DEG), min(high, SCAN_DEG), self.beams)
@@ -129,7 +146,7 @@ class Landing(World):
         if self._beam < self.beams:
             return
         scan, top = self._scanned(), int(self._amplitude.argmax())
-        found = pulse(scan, self._amplitude, 2.0 * self._half)
+        found = lobe(scan, self._amplitude, 2.0 * self._half)
         if self._half < SCAN_DEG and found.peak > 0.5 and 0 < top < self.beams - 1:
             self.angles.append(float(angle_of(*scan_times(found.centre))))
             self._centre, self._half = self.angles[-1], 2.0

@@ -17,7 +17,7 @@ from boresight.sim.experiments.seeds import run_cases, spreads_of
 from boresight.sim.experiments.targets import targets_of
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
-from boresight.sim.worlds.mls_array import Array
+from boresight.sim.worlds.linear_array import Array
 from boresight.sim.worlds.mls_deck import SensorErrors
 
 __all__ = ["CASES", "Mls", "phases_fixed_float"]

@@ -18,7 +18,8 @@ from boresight.sim.experiments.mls.prototype import prototype
 from boresight.sim.experiments.seeds import Runs
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
-from boresight.sim.worlds.mls_array import SCAN_DEG, Array, direction, pulse
+from boresight.sim.worlds.linear_array import Array, direction, lobe
+from boresight.sim.worlds.mls import SCAN_DEG
 from boresight.sim.worlds.mls_deck import Deck, SensorErrors, deck, records
 
 __all__ = [
@@ -178,7 +179,7 @@ def beam_errors(
         fields = map(array.field, np.split(turned, instants), seen)
         steered.append(np.abs(np.stack(list(fields))))
     before, after = (
-        pulse(scan, np.stack(found), 2.0).centre - azimuth_deg
+        lobe(scan, np.stack(found), 2.0).centre - azimuth_deg
         for scan, found in ((whole, level), (near, steered))
     )
     return after, before, ((whole, level[0][-1]), (near, steered[0][-1]))

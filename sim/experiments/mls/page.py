@@ -13,7 +13,7 @@ from boresight.sim.experiments.page import Section
 from boresight.sim.experiments.page import render as page
 from boresight.sim.experiments.seeds import Runs
 from boresight.sim.plotting import COLOUR, figure_and_axes, legend, settings, svg
-from boresight.sim.worlds.mls_array import SCAN_DEG
+from boresight.sim.worlds.mls import SCAN_DEG
 from boresight.sim.worlds.mls_deck import RATE_HZ
 
 __all__ = ["render"]
@@ -62,11 +62,11 @@ def render(
     """HTML text: no script, nothing outside."""
     pulses = [(_PULSES.format(a.upper()) + _AXES[a], _pulses(patterns[64], a)) for a in "xyz"]
     trials: list[list[str | float]] = [
-        [str(n), _words(name), *trial.figures.values()]
+        [f"{n}, {_words(name)}", *trial.figures.values()]
         for n, of in patterns.items()
         for name, trial in of.items()
     ]
-    columns = ("elements", "axis, b, azimuth", *map(_words, patterns[64]["x_01_0"].figures))
+    columns = ("elements, axis, b, azimuth", *map(_words, patterns[64]["x_01_0"].figures))
     table, beams = _table(flights["corrected"], flights["lag_5ms"]), _beams(flights["rolling"])
     return page(
         "mls",

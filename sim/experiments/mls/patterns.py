@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.sim.experiments.mls.flights import AZIMUTHS, LEVEL, phases_of
-from boresight.sim.worlds.mls_array import SCAN_DEG, Array, angle_of, direction, pulse, scan_times
+from boresight.sim.worlds.linear_array import Array, direction, lobe
+from boresight.sim.worlds.mls import SCAN_DEG, angle_of, scan_times
 
 __all__ = ["Trial", "patterns_of"]
 
@@ -60,7 +61,7 @@ def _trial(
     # To the second null, so that the first side lobes are part of it.
     tilt = math.cos(math.radians(azimuth))
     main = math.degrees(2.0 / (array.elements * array.spacing * tilt))
-    found = pulse(scan, amplitude, main)
+    found = lobe(scan, amplitude, main)
     error = angle_of(*scan_times(found.centre)) - azimuth
     right = np.abs(error) < main
     figures = {

@@ -6,10 +6,12 @@ Four states, the innovation of all six components at once, q set back to norm on
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from boresight.model.algebra.quaternion import left_matrix, multiply, right_matrix
 from boresight.model.declarations import GRAVITY
 
 __all__ = ["prototype"]
@@ -57,24 +59,15 @@ def prototype(
 def _picard(turn: FloatArray) -> FloatArray:
     """(19): I (1 - D^2/8) + (1/2 - D^2/48) Theta, Theta of (20); turns (runs, 3) [rad]."""
     square = (turn**2).sum(axis=1)[:, None, None]
-    x, y, z = turn.T
-    o = np.zeros_like(x)
-    theta = np.array([[o, -x, -y, -z], [x, o, z, -y], [y, -z, o, x], [z, y, -x, o]])
-    return np.asarray(
-        (1.0 - square / 8.0) * np.eye(4) + (0.5 - square / 48.0) * theta.transpose(2, 0, 1)
-    )
+    theta = _by_run(right_matrix([np.zeros(len(turn)), *turn.T]))
+    return np.asarray((1.0 - square / 8.0) * np.eye(4) + (0.5 - square / 48.0) * theta)
 
 
 def _jacobian(q: FloatArray, v: tuple[float, float, float]) -> FloatArray:
-    """(25), of C(q)^T v: (runs, 3, 4)."""
+    """(25), of q* v q = C(q)^T v: 2 L(q* v) without its first row, (runs, 3, 4)."""
     w, x, y, z = q.T
-    a, b, c = v
-    first = w * a + z * b - y * c
-    dot = x * a + y * b + z * c
-    second, third = -z * a + w * b + x * c, y * a - x * b + w * c
-    rows = [
-        [first, dot, -third, second],
-        [second, third, dot, -first],
-        [third, -second, first, dot],
-    ]
-    return np.asarray(2.0 * np.array(rows).transpose(2, 0, 1))
+    return 2.0 * _by_run(left_matrix(multiply((w, -x, -y, -z), (0.0, *v)))[1:])
+
+
+def _by_run(rows: list[list[Any]]) -> FloatArray:
+    return np.array(rows).transpose(2, 0, 1)

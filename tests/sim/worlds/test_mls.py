@@ -9,7 +9,7 @@ from boresight.model.estimators.mls_attitude import MlsAttitude
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.worlds.loop import Loop, close_loop, parting
-from boresight.sim.worlds.mls import Landing, OnDeck
+from boresight.sim.worlds.mls import SCAN_DEG, SCAN_DEG_S, Landing, OnDeck, angle_of, scan_times
 
 
 def fly(world: Landing, name: str = "c", config: str = "small", steps: int | None = None) -> Loop:
@@ -96,3 +96,12 @@ def test_more_elements_than_the_estimator_has_outputs() -> None:
     message = r"^landing, elements: wanted as many as the estimator has phases, 16, found 64"
     with pytest.raises(InputError, match=message):
         close_loop(world, ArrayPhases(16), make_level("c", Build(ArrayPhases(16))))
+
+
+def test_angle_from_times() -> None:
+    """To and fro: a microsecond is a hundredth of a degree, later pulses are further left."""
+    angles = np.array([-62.0, -10.0, 0.0, 33.3, 62.0])
+    to, fro = scan_times(angles)
+    assert (to >= 0.0).all() and (fro > to).all() and fro.max() < 2 * 2 * SCAN_DEG / SCAN_DEG_S + 1
+    assert angle_of(to, fro) == pytest.approx(angles)
+    assert angle_of(to, fro - 1e-6) - angles == pytest.approx(0.01)

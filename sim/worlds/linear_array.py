@@ -1,8 +1,8 @@
-"""A scanning linear array: pattern, elements out of place, what a receiver gets, angle from times.
+"""A linear array of antennas: pattern, elements out of place, main lobe of what is received.
 
-Wang Ding et al. (2018), sections 1 and 2; what its text leaves open is taken from the ICAO scheme.
 The elements stand on the y axis, k = 0 the first; directions are e(azimuth, elevation), x ahead,
-z up; the azimuth 0 is ahead. Fields are over that of all elements in phase.
+z up; the azimuth 0 is ahead. Fields are over that of all elements in phase; (n) are the equations
+of Wang Ding et al. (2018), sections 1 and 2.
 """
 
 from __future__ import annotations
@@ -14,12 +14,9 @@ import numpy.typing as npt
 
 from boresight.model.errors import require
 
-__all__ = ["SCAN_DEG", "Array", "Pulse", "angle_of", "direction", "pulse", "scan_times"]
+__all__ = ["Array", "Lobe", "direction", "lobe"]
 
 FloatArray = npt.NDArray[np.float64]
-SCAN_DEG_S = 20_000.0  #: speed of the scan, to and fro.
-SCAN_DEG = 62.0  #: it goes from minus this to this, and back.
-_PAUSE_S = 0.002  #: between to and fro.
 
 
 def direction(azimuth_deg: npt.ArrayLike, elevation_deg: npt.ArrayLike) -> FloatArray:
@@ -78,8 +75,8 @@ class Array:
 
 
 @dataclass(frozen=True)
-class Pulse:
-    """What passes a receiver: ``centre`` and ``width`` of its -3 dB gate, in deg of the scan.
+class Lobe:
+    """The main lobe: ``centre`` and ``width`` [deg] between its -3 dB points.
 
     ``peak`` of the amplitude, and how far below it the highest one outside the main lobe is.
     """
@@ -90,8 +87,8 @@ class Pulse:
     sidelobe_db: FloatArray
 
 
-def pulse(scan_deg: FloatArray, amplitude: FloatArray, main_deg: float) -> Pulse:
-    """Gate pulses: amplitudes (..., m) over the scan (m,), interpolated between its beams.
+def lobe(angle_deg: FloatArray, amplitude: FloatArray, main_deg: float) -> Lobe:
+    """Main lobes of amplitudes (..., m) over angles (m,), interpolated between them.
 
     ``main_deg``: half width of what counts as main lobe.
     """
@@ -110,20 +107,8 @@ def pulse(scan_deg: FloatArray, amplitude: FloatArray, main_deg: float) -> Pulse
         inside = np.clip(k - step, 0, m - 1)
         a, b = flat[rows, k], flat[rows, inside]
         share = np.where(some, (b - peak * np.sqrt(0.5)) / np.where(some, b - a, 1.0), 1.0)
-        edges.append(scan_deg[inside] + share * (scan_deg[k] - scan_deg[inside]))
-    away = np.abs(scan_deg - scan_deg[top][:, None]) > main_deg
+        edges.append(angle_deg[inside] + share * (angle_deg[k] - angle_deg[inside]))
+    away = np.abs(angle_deg - angle_deg[top][:, None]) > main_deg
     side = np.where(away, flat, 1e-9).max(axis=1)
     found = ((edges[0] + edges[1]) / 2.0, edges[1] - edges[0], peak, 20.0 * np.log10(side / peak))
-    return Pulse(*(np.asarray(x).reshape(shape) for x in found))
-
-
-def scan_times(scan_deg: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """When a beam passes an angle on its way to and fro [s]."""
-    to = (np.asarray(scan_deg) + SCAN_DEG) / SCAN_DEG_S
-    return to, 4.0 * SCAN_DEG / SCAN_DEG_S + _PAUSE_S - to
-
-
-def angle_of(to: npt.ArrayLike, fro: npt.ArrayLike) -> FloatArray:
-    """(T0 - t) V/2 of the time t between both pulses [deg]; T0 is that of the angle 0."""
-    at_zero = 2.0 * SCAN_DEG / SCAN_DEG_S + _PAUSE_S
-    return np.asarray((at_zero - (np.asarray(fro) - np.asarray(to))) * SCAN_DEG_S / 2.0)
+    return Lobe(*(np.asarray(x).reshape(shape) for x in found))

@@ -1,4 +1,4 @@
-"""Patterns in closed form and summed, displacements, gates, angles from times."""
+"""Patterns in closed form and summed, displacements, main lobes."""
 
 import math
 
@@ -6,15 +6,7 @@ import numpy as np
 import pytest
 
 from boresight.model.errors import InputError
-from boresight.sim.worlds.mls_array import (
-    SCAN_DEG,
-    SCAN_DEG_S,
-    Array,
-    angle_of,
-    direction,
-    pulse,
-    scan_times,
-)
+from boresight.sim.worlds.linear_array import Array, direction, lobe
 
 
 def phases(array: Array, azimuth: float) -> np.ndarray:
@@ -74,28 +66,19 @@ def test_gate_of_a_known_pulse() -> None:
     scan = np.linspace(-62.0, 62.0, 2481)
     shape = np.maximum(1.0 - np.abs(scan - 10.3) / 4.0, 0.02)
     shape[200] = 0.25
-    found = pulse(scan, np.stack([0.5 * shape, shape[::-1]]), 4.0)
+    found = lobe(scan, np.stack([0.5 * shape, shape[::-1]]), 4.0)
     assert found.centre == pytest.approx([10.3, -10.3], abs=1e-3)
     assert found.width == pytest.approx([8.0 * (1.0 - math.sqrt(0.5))] * 2, abs=2e-3)
     assert found.peak == pytest.approx([0.5, 1.0], abs=0.02)
     assert found.sidelobe_db == pytest.approx([-12.04] * 2, abs=0.02)
-    single = pulse(scan, shape, 4.0)
+    single = lobe(scan, shape, 4.0)
     assert single.centre.shape == () and float(single.centre) == pytest.approx(10.3, abs=1e-3)
 
 
 def test_a_pulse_at_the_end_of_the_scan_is_cut() -> None:
     scan = np.linspace(-62.0, 62.0, 1241)
-    found = pulse(scan, np.maximum(1.0 - np.abs(scan - 62.0) / 4.0, 0.0), 4.0)
+    found = lobe(scan, np.maximum(1.0 - np.abs(scan - 62.0) / 4.0, 0.0), 4.0)
     assert found.centre == pytest.approx(62.0 - 2.0 * (1.0 - math.sqrt(0.5)), abs=0.01)
-
-
-def test_angle_from_times() -> None:
-    """To and fro: a microsecond is a hundredth of a degree, later pulses are further left."""
-    angles = np.array([-62.0, -10.0, 0.0, 33.3, 62.0])
-    to, fro = scan_times(angles)
-    assert (to >= 0.0).all() and (fro > to).all() and fro.max() < 2 * 2 * SCAN_DEG / SCAN_DEG_S + 1
-    assert angle_of(to, fro) == pytest.approx(angles)
-    assert angle_of(to, fro - 1e-6) - angles == pytest.approx(0.01)
 
 
 @pytest.mark.parametrize(
