@@ -25,6 +25,7 @@ __all__ = [
     "drifted",
     "element_names",
     "partly_turned",
+    "reduced",
     "symmetric",
     "updated_column",
 ]
@@ -150,6 +151,11 @@ def downdated(p: Symmetric, gains: list[list[Any]], skip: Any) -> Symmetric:
         len(p),
         lambda i, j: bounded_element(p[i][j] - ops.where(skip, 0.0, _products(gains, i, j)), i, j),
     )
+
+
+def reduced(p: Symmetric, gain: list[Any]) -> Symmetric:
+    """P - L L^T of a single update: two slots per stored element."""
+    return symmetric(len(p), lambda i, j: bounded_element(p[i][j] - gain[i] * gain[j], i, j))
 
 
 def _products(gains: list[list[Any]], i: int, j: int) -> Any:

@@ -20,12 +20,10 @@ from typing import Any
 
 from boresight.model import ops
 from boresight.model.algebra.covariance import (
-    Symmetric,
-    bounded_element,
     covariance_of,
     covariance_states,
     element_names,
-    symmetric,
+    reduced,
 )
 from boresight.model.algebra.quaternion import conjugate_turn, dot, matrix, multiply
 from boresight.model.declarations import GRAVITY
@@ -164,7 +162,7 @@ class EkfQuaternionVector(Estimator):
                 gain: list[list[Any]] = []
                 move: list[Any] = []
                 update(gain, move, column, s, nu)
-                a = _downdated(a, gain[0])
+                a = reduced(a, gain[0])
                 done = [
                     ops.saturated(d + g * move[0], 2.0) for d, g in zip(done, gain[0], strict=True)
                 ]
@@ -187,8 +185,3 @@ class EkfQuaternionVector(Estimator):
                 raw, q_new, shrink, status_word({0: aligning, 2: acc_bad, 3: mag_bad})
             ),
         )
-
-
-def _downdated(a: Symmetric, gain: list[Any]) -> Symmetric:
-    """P - L L^T."""
-    return symmetric(4, lambda i, j: bounded_element(a[i][j] - gain[i] * gain[j], i, j))

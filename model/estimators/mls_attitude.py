@@ -33,6 +33,7 @@ from boresight.model.algebra.covariance import (
     covariance_of,
     covariance_states,
     element_names,
+    reduced,
     symmetric,
 )
 from boresight.model.algebra.quaternion import (
@@ -228,7 +229,7 @@ class MlsAttitude(Estimator):
             moves: list[Any] = []
             off = off - parts.sum_of(sign * (r[m] * done[j]) for j, sign, m in row)
             parts.update(gains, moves, column, s, off)
-            a = _downdated(a, gains[0])
+            a = reduced(a, gains[0])
             done = [
                 ops.saturated(d + g * moves[0], 2.0) for d, g in zip(done, gains[0], strict=True)
             ]
@@ -248,8 +249,3 @@ class MlsAttitude(Estimator):
             return congruence(left_matrix(unit), a, element)
         c = [ops.saturated(2.0 * (v * half), 1.0) for v in unit]
         return congruence([row[1:] for row in left_matrix(c)[1:]], a, element)
-
-
-def _downdated(a: Symmetric, gain: list[Any]) -> Symmetric:
-    """P - L L^T."""
-    return symmetric(len(a), lambda i, j: bounded_element(a[i][j] - gain[i] * gain[j], i, j))

@@ -114,12 +114,18 @@ class Experiment:
         How many runs the spread comes from, unless the user says so.
     pages : tuple of str
         Names of the files that it makes besides ``NAME.json``.
+    jobs : int, optional
+        Processes of those that deal out their runs (`seeds.run_cases`); by default one for each
+        processor. Figures do not depend on it.
     """
 
     name: ClassVar[str]
     summary: ClassVar[str]
     runs: ClassVar[int] = 100
     pages: ClassVar[tuple[str, ...]] = ()
+
+    def __init__(self, jobs: int | None = None) -> None:
+        self.jobs = jobs
 
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)

@@ -115,6 +115,11 @@ class Level(ABC):
     def run(self, records: FloatArray) -> Run:
         """Updates, one after the other: inputs (n, n_inputs) in their units."""
 
+    def run_anew(self, records: FloatArray) -> Run:
+        """`run` from a reset on."""
+        self.reset()
+        return self.run(records)
+
     def step(self, record: FloatArray) -> dict[str, float]:
         """One update: inputs (n_inputs,) in their units to outputs by name in theirs."""
         return {name: float(v[0]) for name, v in self.run(record[None, :]).outputs.items()}
@@ -137,8 +142,7 @@ class Level(ABC):
         for k in build.order:
             outputs = {n: run.outputs for n, run in runs.items()}
             own = build.filled(k, records[k], outputs, counts, clamp=not cls.exact)
-            levels[k].reset()
-            runs[k] = levels[k].run(own)
+            runs[k] = levels[k].run_anew(own)
         return [runs[k] for k in range(len(levels))]
 
     def close(self) -> None:  # noqa: B027

@@ -17,11 +17,12 @@ from boresight.model.errors import require
 from boresight.model.estimators.mls_attitude import MlsAttitude
 from boresight.sim.attitude.outputs import attitude_of
 from boresight.sim.attitude.rotation import quaternion_conjugate, rotate
+from boresight.sim.attitude.zyx import wrapped
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import Emitted
 from boresight.sim.worlds.linear_array import Array, direction, lobe
 from boresight.sim.worlds.mls_deck import RATE_HZ, deck, records
-from boresight.sim.worlds.world import World
+from boresight.sim.worlds.world import Played, World
 
 __all__ = ["SCAN_DEG", "SCAN_DEG_S", "Landing", "OnDeck", "angle_of", "scan_times"]
 
@@ -45,7 +46,7 @@ def angle_of(to: npt.ArrayLike, fro: npt.ArrayLike) -> FloatArray:
     return np.asarray((at_zero - (np.asarray(fro) - np.asarray(to))) * SCAN_DEG_S / 2.0)
 
 
-class OnDeck(World):
+class OnDeck(Played):
     """Sensors on a deck: ``OnDeck("sea_5", seed=3)``, a motion of `mls_deck.MOTIONS`."""
 
     name = "on_deck"
@@ -54,19 +55,11 @@ class OnDeck(World):
         self, motion: str = "sea_5", seed: int = 1, seconds: float = 10.0, heading_deg: float = 0.0
     ) -> None:
         what = deck(motion, seconds, seed, heading_deg)
-        angles = (what.euler / math.pi + 1.0) % 2.0 - 1.0
         names = [i.name for i in MlsAttitude.inputs]
         names += [f"{n}_true" for n in ("roll", "pitch", "heading", "qw", "qx", "qy", "qz")]
+        angles = wrapped(what.euler / math.pi, 2.0)
         rows = np.concatenate([records(what, seed), angles, what.q], axis=1)
-        self.records = [dict(zip(names, row, strict=True)) for row in rows.tolist()]
-
-    def start(self) -> None:
-        """Begin anew."""
-        self._left = iter(self.records)
-
-    def record(self, outputs: Mapping[str, float] | None) -> Mapping[str, float] | None:
-        """The next record; see `World`."""
-        return next(self._left, None)
+        super().__init__([dict(zip(names, row, strict=True)) for row in rows.tolist()])
 
 
 class Landing(World):
@@ -102,10 +95,9 @@ class Landing(World):
         require(beams >= 8, "landing, beams", "8 or more", beams)
         self.array, self.beams, self.elevation = Array(elements, spacing), beams, elevation_deg
         what = deck(motion, seconds, seed)
-        toward = direction(azimuth_deg, elevation_deg)
-        self.receiver = rotate(quaternion_conjugate(what.q), toward)
-        told = Emitted(Build(MlsAttitude())).run(records(what, seed)).outputs
-        self.told = attitude_of(told)
+        toward = quaternion_conjugate(what.q)
+        self.receiver = rotate(toward, direction(azimuth_deg, elevation_deg))
+        self.told = attitude_of(Emitted(Build(MlsAttitude())).run(records(what, seed)).outputs)
         if not compensated:
             self.told[:] = [1.0, 0.0, 0.0, 0.0]
 
@@ -138,7 +130,8 @@ class Landing(World):
     def _received(self, outputs: Mapping[str, float]) -> None:
         """What the last beam's phases sent to the receiver; at the end of a scan, where it is."""
         n = sum(name.startswith("phase_") for name in outputs)
-        wanted, fix = f"as many as the estimator has phases, {n}", f"write Landing(elements={n})"
+        wanted = f"as many as the estimator has phases, {n}"
+        fix = f"write Landing(elements={n}), or ArrayPhases of as many"
         require(n == self.array.elements, "landing, elements", wanted, self.array.elements, fix)
         phases = np.array([[outputs[f"phase_{k}"] for k in range(n)]])
         self._amplitude[self._beam] = abs(self.array.field(phases, self.receiver[self._now])[0])

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
 from boresight.model.errors import InputError
 
-__all__ = ["World"]
+__all__ = ["Played", "World"]
 
 
 class World:
@@ -68,3 +68,18 @@ class World:
     def bound(self) -> Mapping[str, npt.NDArray[np.float64]]:
         """Standard deviations (records,) that no estimator can beat, by output name; of any."""
         return {}
+
+
+class Played(World):
+    """A world that hears nothing: records that are there, one after the other."""
+
+    def __init__(self, records: Sequence[Mapping[str, float]]) -> None:
+        self.records = records
+
+    def start(self) -> None:
+        """Begin anew."""
+        self._left = iter(self.records)
+
+    def record(self, outputs: Mapping[str, float] | None) -> Mapping[str, float] | None:
+        """The next record; see `World`."""
+        return next(self._left, None)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -26,6 +27,7 @@ FEW = 10  #: most runs of cases that only illustrate.
 AT_ONCE = 50  #: runs of one task.
 _SPREAD = SensorErrors(gyro_bias=(0.0, 0.0, 0.0), bias_spread=0.2)
 _FOLLOWS = {"gyro_sd": 0.2}  # rad/s: what a bias of 0.2 deg/s leaves is small
+_ROLLING: dict[str, Any] = {"motion": "rolling", "steered": True}
 _FREE = {"norm": "free", "innovation": "printed"}
 
 CASES = {
@@ -41,12 +43,8 @@ CASES = {
     "norm_free_28": Case("(28), and q never set to norm one", _FREE),
     "bias": Case("gyro biases drawn, 0.2 deg/s each axis", errors=_SPREAD),
     "bias_follows": Case("the same, gyro_sd 11 deg/s", params=_FOLLOWS, errors=_SPREAD),
-    "rolling": Case(
-        "ship turning by +-10 deg about each axis", motion="rolling", full=True, steered=True
-    ),
-    "rolling_bias": Case(
-        "the same, biases drawn, 11 deg/s", {}, _FOLLOWS, _SPREAD, "rolling", steered=True
-    ),
+    "rolling": Case("ship turning by +-10 deg about each axis", full=True, **_ROLLING),
+    "rolling_bias": Case("the same, biases drawn, 11 deg/s", {}, _FOLLOWS, _SPREAD, **_ROLLING),
     **{
         f"sea_{n}": Case(f"carrier in sea state {n}", motion=f"sea_{n}", steered=n > 4)
         for n in (4, 5, 6)
@@ -66,15 +64,9 @@ def phases_fixed_float(seed: int, count: int = 4000) -> float:
 
 
 class Mls(Experiment):
-    """Landing-system array on a moving deck, Wang Ding et al. (2018).
-
-    ``jobs``: processes; by default one for each processor. Figures do not depend on it.
-    """
+    """Landing-system array on a moving deck, Wang Ding et al. (2018)."""
 
     pages = ("mls.html",)
-
-    def __init__(self, jobs: int | None = None) -> None:
-        self.jobs = jobs
 
     def run(self, *, seed: int, runs: int, say: Callable[[str], None]) -> Result:
         """See `Experiment`; patterns are drawn four times as often, some cases ten times."""
@@ -95,8 +87,7 @@ class Mls(Experiment):
             parts = Build(MlsAttitude(), ArrayPhases(), config=config).core.parts
             for name, part in zip(("mls", "phases64"), parts, strict=True):
                 figures[f"{name}_interval_cycles_{config}"] = float(part.schedule.interval)
-        spreads = spreads_of(flights, "mls_")
-        targets = targets_of("boresight.sim.experiments.mls", figures, spreads)
+        targets = targets_of("boresight.sim.experiments.mls", figures, spreads_of(flights, "mls_"))
         meanings = {name: case.meaning for name, case in CASES.items()}
         text = render(meanings, found, flights, patterns, targets)
         return Result(figures=figures, targets=targets, details=meanings, pages={"mls.html": text})

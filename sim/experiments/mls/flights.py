@@ -28,7 +28,6 @@ __all__ = [
 ]
 
 FloatArray = npt.NDArray[np.float64]
-Pulses = tuple[tuple[FloatArray, FloatArray], ...]
 AXES = ("roll", "pitch", "heading")
 AZIMUTHS = {"m60": -60.0, "0": 0.0, "60": 60.0}  #: of receivers [deg], by name.
 GLIDE_DEG = 3.0  #: elevation of receivers.
@@ -76,7 +75,9 @@ def fly(case: Case, seeds: Sequence[int], seconds: float = SECONDS) -> Flight:
     """All runs of a case on the integer C, or of its reference."""
     decks = [deck(case.motion, seconds, seed) for seed in seeds]
     rows = np.stack([records(d, s, case.errors) for d, s in zip(decks, seeds, strict=True)], axis=1)
-    own = {n: np.zeros(len(seeds)) for n in ("fixed_float_deg", "fixed_float_rms_deg", "saturated")}
+    own = dict.fromkeys(
+        ("fixed_float_deg", "fixed_float_rms_deg", "saturated"), 0.0 * rows[0, :, 0]
+    )
     own["norm"] = np.ones(len(seeds))
     if case.reference == "gyro":
         q = prototype(rows, np.stack([d.q[0] for d in decks]), p0=0.0, r_sd=1e6)
@@ -101,11 +102,8 @@ def fly(case: Case, seeds: Sequence[int], seconds: float = SECONDS) -> Flight:
 
 def _told(estimator: Any, params: Any, rows: FloatArray, name: str = "c") -> list[Any]:
     """What a level makes of each run's records (n, runs, inputs)."""
-    level, found = make_level(name, Build(estimator, params=[params])), []
-    for k in range(rows.shape[1]):
-        level.reset()
-        found.append(level.run(rows[:, k]))
-    return found
+    level = make_level(name, Build(estimator, params=[params]))
+    return [level.run_anew(rows[:, k]) for k in range(rows.shape[1])]
 
 
 def flown(case: Case, seeds: range) -> Runs:
@@ -160,7 +158,7 @@ def phases_of(array: Array, q: FloatArray, beams: FloatArray) -> FloatArray:
 
 def beam_errors(
     flight: Flight, array: Array, azimuth_deg: float, elevation_deg: float, instants: int = 24
-) -> tuple[FloatArray, FloatArray, Pulses]:
+) -> tuple[FloatArray, FloatArray, tuple[tuple[FloatArray, FloatArray], ...]]:
     """Where a receiver finds itself less where it is (runs, instants) [deg], by -3 dB gates.
 
     With phases turned by the filter's attitude, and with those of a level array; then scan [deg]

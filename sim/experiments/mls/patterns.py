@@ -46,17 +46,16 @@ def patterns_of(array: Array, elevation_deg: float, draws: int, seed: int) -> di
                 if elevation == elevation_deg or name == "z_05_0":
                     rng = np.random.default_rng([seed, axis, b, round(azimuth) % 360])
                     q = array.displacements(axis, (0.1, 0.5)[b], draws, rng)
-                    # exp(-(2 pi b d/lambda c)^2 / 2), c the direction's cosine along the axis
+                    # 2 pi b d/lambda c, c the direction's cosine along the axis
                     turn = 2.0 * math.pi * (0.1, 0.5)[b] * array.spacing * float(e[axis])
                     amplitude = np.abs(array.field(phases, e, q))
                     end = "" if elevation == elevation_deg else f"_at_{elevation:.0f}"
-                    closed = math.exp(-(turn**2) / 2.0)
-                    found[name + end] = _trial(array, scan, amplitude, azimuth, closed)
+                    found[name + end] = _trial(array, scan, amplitude, azimuth, turn)
     return found
 
 
 def _trial(
-    array: Array, scan: FloatArray, amplitude: FloatArray, azimuth: float, closed: float
+    array: Array, scan: FloatArray, amplitude: FloatArray, azimuth: float, turn: float
 ) -> Trial:
     # To the second null, so that the first side lobes are part of it.
     tilt = math.cos(math.radians(azimuth))
@@ -66,8 +65,8 @@ def _trial(
     right = np.abs(error) < main
     figures = {
         "gain": amplitude[:, np.abs(scan - azimuth).argmin()].mean(),
-        **{"closed": closed, "peak": found.peak.mean(), "width": np.median(found.width[right])},
-        **{"sd": error[right].std(), "wrong": 1.0 - right.mean()},
-        "sidelobe_db": np.median(found.sidelobe_db),
+        **{"closed": math.exp(-(turn**2) / 2.0), "peak": found.peak.mean()},
+        **{"width": np.median(found.width[right]), "sd": error[right].std()},
+        **{"wrong": 1.0 - right.mean(), "sidelobe_db": np.median(found.sidelobe_db)},
     }
     return Trial({name: float(value) for name, value in figures.items()}, amplitude[0])

@@ -34,10 +34,9 @@ def prototype(
     Sensors over g and the field's strength; ``q_sd`` [rad/s] times the time step is the root of Q,
     ``r_sd`` that of R (very large: the gyro alone), ``p0`` the first P.
     """
-    runs = rows.shape[1]
     dip = math.radians(dip_deg)
     vectors = ((0.0, 0.0, 1.0), (math.cos(dip), 0.0, -math.sin(dip)))
-    q, cov = start.copy(), np.tile(p0 * np.eye(4), (runs, 1, 1))
+    q, cov = start.copy(), np.tile(p0 * np.eye(4), (len(start), 1, 1))
     out = np.empty((*rows.shape[:2], 4))
     one, noise = np.eye(4), r_sd**2 * np.eye(6)
     for k, row in enumerate(rows):

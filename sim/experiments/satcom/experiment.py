@@ -30,15 +30,9 @@ _NAMED = {
 
 
 class Satcom(Experiment):
-    """Satcom on the move: adaptive R and heading from tracking, patent CN104880189 (2015).
-
-    ``jobs``: processes; by default one for each processor. Figures do not depend on it.
-    """
+    """Satcom on the move: adaptive R and heading from tracking, patent CN104880189 (2015)."""
 
     pages = ("satcom.html",)
-
-    def __init__(self, jobs: int | None = None) -> None:
-        self.jobs = jobs
 
     def run(self, *, seed: int, runs: int, say: Callable[[str], None]) -> Result:
         """See `Experiment`; cases of `WHAT_IF` have at most `FEW` runs."""

@@ -15,6 +15,7 @@ from boresight.model.algebra.covariance import (
     drifted,
     element_names,
     partly_turned,
+    reduced,
     symmetric,
     updated_column,
 )
@@ -70,6 +71,8 @@ def test_downdate_and_single_columns_of_it(count: int) -> None:
         assert np.allclose(updated_column(listed(p), c, gains), want[:, c], atol=1e-15)
     assert np.allclose(np.array(downdated(listed(p), gains, False), float), want, atol=1e-15)
     assert np.array_equal(np.array(downdated(listed(p), gains, True), float), p)
+    if count == 1:
+        assert np.allclose(np.array(reduced(listed(p), gains[0]), float), want, atol=1e-15)
 
 
 def test_optimal_gains_never_take_more_than_there_is() -> None:

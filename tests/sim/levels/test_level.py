@@ -56,6 +56,7 @@ def test_steps_are_a_run_and_reset_starts_anew(name: str) -> None:
     whole = level.run(RECORDS).outputs
     gone_on = level.run(RECORDS).outputs  # goes on where the last one stopped
     assert gone_on["y"][0] == pytest.approx(0.75 * Y[-1] + 0.25, abs=2e-8)
+    assert (level.run_anew(RECORDS).outputs["y"] == whole["y"]).all()
     level.reset()
     steps = [level.step(record) for record in RECORDS]
     assert all(isinstance(value, float) for step in steps for value in step.values())

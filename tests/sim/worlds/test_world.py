@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from boresight.model.errors import InputError
-from boresight.sim.worlds.world import World
+from boresight.sim.worlds.world import Played, World
 
 
 class Plant(World):
@@ -37,3 +37,12 @@ def test_a_world_without_draws_says_so() -> None:
     assert Plain().bound() == {}
     with pytest.raises(InputError, match="^world plain: wanted a world with draws, found none for"):
         Plain().draw(3)
+
+
+def test_played() -> None:
+    """Each record once, whatever it is told; from the start again."""
+    world = Played([{"a": 1.0}, {"a": 2.0}])
+    for _ in range(2):
+        world.start()
+        told = [world.record(given) for given in (None, {"x": 9.0}, {"x": 9.0})]
+        assert told == [{"a": 1.0}, {"a": 2.0}, None]
