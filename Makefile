@@ -18,8 +18,8 @@ main: setup            ## Set up, then Verilog, proof on recorded data, area, cl
 	$(BIN)/boresight doctor --quiet
 	$(BIN)/boresight demo -o $(OUT)
 
-# Tests start Python hundreds of times: compiled modules are kept, whatever the environment says.
-test soak: export PYTHONDONTWRITEBYTECODE :=
+# Python starts hundreds of times: compiled modules are kept, whatever the environment says.
+main test soak: export PYTHONDONTWRITEBYTECODE :=
 
 test: setup            ## Set up, then lint, types and all tests
 	$(BIN)/boresight doctor --quiet
@@ -65,7 +65,8 @@ $(VENV)/.done: pyproject.toml
 	@command -v $(PYTHON) >/dev/null || { echo "error: $(PYTHON) not found: install Python 3.11 or newer" >&2; exit 2; }
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "error: $(PYTHON) is older than 3.11: install Python 3.11 or newer, or say make PYTHON=..." >&2; exit 2; }
 	@$(PYTHON) -m venv $(VENV) || { echo "error: python3 -m venv failed: install python3-venv" >&2; exit 2; }
-	$(PIP) --editable '.[test]'
+	@# Python compiles what is used when it is used: half of the time to install.
+	$(PIP) --no-compile --editable '.[test]'
 	@# Relative, so plain ASCII: with LC_ALL=C Python would not start on a path beyond it.
 	@for f in $(VENV)/lib/python*/site-packages/__editable__.boresight-*.pth; do echo ../../../../.src > "$$f"; done
 	@touch $@

@@ -1,4 +1,4 @@
-"""``<name>_host.c``: entry points that only a host needs (`firmware.build` calls them)."""
+"""``<name>_host.c``: entry points that only a host needs (`build` and `many` call them)."""
 
 from __future__ import annotations
 
@@ -65,6 +65,23 @@ def _run(body: Body) -> str:
             f"{name}_out_t out;",
             "for (size_t k = 0u; k < n_updates; k++) {",
             *(f"    {line}" for line in loop),
+            "}",
+        ],
+    )
+
+
+def _each(body: Body) -> str:
+    name, n_in, n_out = body.name, len(body.program.inputs), len(body.program.outputs)
+    return (
+        f"// Runs one update of each of n estimators: inputs[n][{n_in}] -> outputs[n][{n_out}], "
+        "saturated[n].\n"
+    ) + block(
+        f"void {name}_each({name}_t *const all, const size_t n, const int32_t *const inputs,\n"
+        "    int32_t *const outputs, uint8_t *const saturated)",
+        [
+            "for (size_t k = 0u; k < n; k++) {",
+            f"    {name}_run(&all[k], 1u, inputs + k * {n_in}u, outputs + k * {n_out}u, "
+            "saturated + k, NULL);",
             "}",
         ],
     )
@@ -141,7 +158,7 @@ def host_source(body: Body) -> str:
     """Text of ``<name>_host.c``."""
     name = body.name
     return join(
-        body.head("_host.c", "Entry points for a host: many updates, every word, parameters."),
+        body.head("_host.c", "Entry points for a host: many updates, many estimators, every word."),
         banner("Includes"),
         f'#include "{name}.c"\n\n#include <stddef.h>',
         banner("Function declarations"),
@@ -149,6 +166,8 @@ def host_source(body: Body) -> str:
         f"void {name}_set_param({name}_t *self, size_t number, int32_t word);\n"
         f"void {name}_run({name}_t *self, size_t n_updates, const int32_t *inputs,\n"
         "    int32_t *outputs, uint8_t *saturated, int32_t *states);\n"
+        f"void {name}_each({name}_t *all, size_t n, const int32_t *inputs, int32_t *outputs,\n"
+        "    uint8_t *saturated);\n"
         f"void {name}_observe({name}_t *self, size_t n_updates, const int32_t *inputs,\n"
         "    int32_t *low, int32_t *high, int64_t *low_at, int64_t *high_at,\n"
         "    int64_t *saturations);",
@@ -157,6 +176,7 @@ def host_source(body: Body) -> str:
         + block(f"size_t {name}_size(void)", [f"return sizeof({name}_t);"]),
         _set_param(body),
         _run(body),
+        _each(body),
         _every_word(body),
         _observe(body),
         END,

@@ -1,8 +1,9 @@
 """What an estimator declares: inputs, parameters, states and outputs, each with range and unit.
 
 Units are texts that people and the units library read (``m/s^2``, ``deg/s``, ``uT``); a few mean
-more: ``ht`` is half turns (1 = pi rad, a binary angle that wraps), ``flags`` and ``bits`` are words
-whose bits are compared exactly.
+more: ``ht`` is half turns (1 = pi rad, a binary angle that wraps), ``turn`` of an output is turns
+from 0 to 1, the word read as an unsigned number; ``flags`` and ``bits`` are words whose bits are
+compared exactly.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from boresight.model.words.fixed import Format
 __all__ = [
     "EXACT_UNITS",
     "GRAVITY",
+    "PERIODS",
     "QUATERNION",
     "Given",
     "Input",
@@ -32,6 +34,8 @@ __all__ = [
 QUATERNION = ("qw", "qx", "qy", "qz")
 #: Units of words that are compared bit by bit, not as numbers.
 EXACT_UNITS = ("flags", "bits")
+#: Units of angles that wrap, and the period.
+PERIODS = {"ht": 2.0, "turn": 1.0}
 #: The unit g, standard gravity, m/s^2.
 GRAVITY = 9.80665
 
@@ -218,9 +222,9 @@ class Output:
     unit : str
         Unit of the values.
     tolerance : float, optional
-        Largest difference of fixed point and float64 that its author accepts, in ``unit``. Half
-        turns are compared modulo 2; words of `EXACT_UNITS` exactly, whatever stands here. Without
-        it the difference is shown and not judged.
+        Largest difference of fixed point and float64 that its author accepts, in ``unit``. Angles
+        of `PERIODS` are compared modulo their period; words of `EXACT_UNITS` exactly, whatever
+        stands here. Without it the difference is shown and not judged.
     meaning : str
         What it is, for register maps and pages.
 

@@ -1,4 +1,4 @@
-"""`boresight list`: the estimators, their interfaces, the configurations."""
+"""`boresight list`: the estimators, their interfaces, the experiments, the configurations."""
 
 from __future__ import annotations
 
@@ -8,12 +8,13 @@ from typing import Any
 from boresight.gateware.machine import CONFIGS
 from boresight.model.estimators import ESTIMATORS
 from boresight.options import Outcome
+from boresight.sim.experiments.registry import EXPERIMENTS
 
 __all__ = ["add_arguments", "call", "list_estimators"]
 
 
 def list_estimators() -> dict[str, Any]:
-    """Estimators with their inputs, parameters and outputs, and the configurations."""
+    """Estimators with their inputs, parameters and outputs, experiments, configurations."""
     return {
         "estimators": [
             {
@@ -37,6 +38,7 @@ def list_estimators() -> dict[str, Any]:
             }
             for e in ESTIMATORS.values()
         ],
+        "experiments": [{"name": e.name, "summary": e.summary} for e in EXPERIMENTS.values()],
         "configs": [{"name": m.name, "lanes": m.lanes} for m in CONFIGS.values()],
     }
 
@@ -55,6 +57,7 @@ def call(args: Namespace) -> Outcome:
             f"    {p['name']:20s} {p['default']:<10g} {p['unit']:12s} [{p['low']:g}, {p['high']:g}]"
             for p in e["parameters"]
         ]
+    lines.append(f"experiments: {', '.join(EXPERIMENTS)}")
     lines.append(
         "configurations: "
         + ", ".join(

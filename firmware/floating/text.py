@@ -39,6 +39,7 @@ _FORMS: Mapping[str, tuple[str, int, tuple[int, ...]]] = {
     "clip": ("clamp({}, {}, {})", _PRIMARY, (0,)),
     "saturated": ("clamp({0}, -{1}, {1})", _PRIMARY, (0,)),
     "wrap": ("wrap_half_turns({})", _PRIMARY, (0,)),
+    "wrap_turns": ("wrap_turns({})", _PRIMARY, (0,)),
     "sin": ("sinf({pi} * {})", _PRIMARY, (_TIMES + 1,)),
     "cos": ("cosf({pi} * {})", _PRIMARY, (_TIMES + 1,)),
     "asin": ("{turns} * asinf(clamp({}, 0.0f, 1.0f))", _TIMES, (0,)),
@@ -74,6 +75,11 @@ static inline float smaller(const float a, const float b) {
 // x half turns wrapped to [-1, 1)
 static inline float wrap_half_turns(const float x) {
     return x >= -1.0f && x < 1.0f ? x : x - 2.0f * floorf(0.5f * (x + 1.0f));
+}""",
+    "wrap_turns": """\
+// x turns wrapped to [-1/2, 1/2)
+static inline float wrap_turns(const float x) {
+    return x >= -0.5f && x < 0.5f ? x : x - floorf(x + 0.5f);
 }""",
     "arc_tangent": """\
 // Angle of the vector (x, y) in rad; a negative zero x counts as zero

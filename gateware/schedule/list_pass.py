@@ -10,7 +10,7 @@ from bisect import insort
 from collections.abc import Sequence
 from heapq import heappop
 
-from boresight.gateware.schedule.arrange import Arrangement, Need
+from boresight.gateware.schedule.arrange import Arrangement, Need, reads
 from boresight.gateware.schedule.captures import KINDS, Key
 from boresight.gateware.schedule.problem import Attempt, ListProblem, Style
 from boresight.gateware.schedule.slots import ScheduleError
@@ -45,6 +45,7 @@ class _Pass(ListState):
     ) -> None:
         super().__init__(problem, priority, hold=style.hold, limit=limit)
         self.style = style
+        self.reads = [reads(op) for op in problem.program.ops]
 
     def run(self) -> Attempt | None:
         """The pass."""
@@ -134,7 +135,23 @@ class _Pass(ListState):
                         key -= style.reuse
                 if key > best_key:
                     best, best_key = (node, lane, f), key
+        if style.carry and best is not None and best[0] >= problem.n_ops:
+            return self.carrier(t, best[0], skip) or best
         return best
+
+    def carrier(self, t: int, emit: int, skip: set[int]) -> tuple[int, int, Fit] | None:
+        """The most urgent op that could start in lane 0 with the value of an emit."""
+        value = self.p.program.outputs[emit - self.p.n_ops]
+        for _, node in self.awake:
+            if node < self.p.n_ops and node not in skip and value in self.reads[node]:
+                fit = self.fit(node, self.need(node, 0))[0]
+                if (
+                    fit[0] <= t
+                    and self.may_keep(node, 0)
+                    and self.may_write(t + fit[1] - 1 + self.write)
+                ):
+                    return node, 0, fit
+        return None
 
     def impatient(self, t: int, node: int, lane: int, length: int) -> bool:
         """Whether a group would stand in the way of one that is more urgent and nearly ready."""

@@ -35,6 +35,8 @@ class Style:
         Longest group that is let ahead because it makes a capture for the one behind it.
     stay : int
         A node that needs a capture of its own waits so many cycles for a lane that holds it.
+    carry : bool
+        An emit whose turn it is leaves with an op that reads its value, where one can start.
     """
 
     reuse: float = 4.0
@@ -43,6 +45,7 @@ class Style:
     hold: bool = True
     detour: int = 1
     stay: int = 2
+    carry: bool = False
 
 
 @dataclass(frozen=True)

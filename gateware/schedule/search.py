@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Sequence
+from dataclasses import replace
 
 from boresight.gateware.machine import Machine
 from boresight.gateware.schedule.copies import with_copies
@@ -168,7 +169,9 @@ def _search(problem: ListProblem, restarts: int, rng: random.Random) -> Attempt:
     """Best attempt: first under many styles, then with priorities disturbed."""
     far = problem.far
     deviates = Deviates(rng)
-    priority, style = _priorities(far), _FIRST
+    # Where outputs are a good part of all, each is best read by an op as it leaves.
+    carry = 2 * len(problem.program.outputs) >= problem.n_ops
+    priority, style = _priorities(far), replace(_FIRST, carry=carry)
     best = list_pass(problem, priority, style)
     assert best is not None
     hot = [k for k, tail in enumerate(far.urgent) if tail is not None]
@@ -178,11 +181,11 @@ def _search(problem: ListProblem, restarts: int, rng: random.Random) -> Attempt:
             break
         trial, habit = priority, style
         if k < restarts * _STYLE_SHARE:
-            habit = _style(rng)
+            habit = replace(_style(rng), carry=carry)
         else:
             trial = _disturb(priority, problem, hot, rng, deviates)
             if rng.random() < 0.1:
-                habit = _style(rng)
+                habit = replace(_style(rng), carry=carry)
         found = list_pass(problem, trial, habit, (latency, length))
         if found is not None and found.score <= best.score:
             best, priority, style = found, trial, habit

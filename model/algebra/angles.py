@@ -52,13 +52,17 @@ def acos_ht(x: Any) -> Any:
     return ops.bounded(0.5 - asin_ht(x), 0.0, 1.0, "arc cosine")
 
 
-def roll_pitch_heading_ht(c: Matrix) -> tuple[Any, Any, Any]:
-    """Angles [half turns] of C = Rz(heading) Ry(pitch) Rx(roll), as of north-east-down axes."""
+def roll_pitch_heading_ht(c: Matrix, inverse: Any = 1.0) -> tuple[Any, Any, Any]:
+    """Angles [half turns] of C = Rz(heading) Ry(pitch) Rx(roll), as of north-east-down axes.
+
+    ``c`` is C, or up to four times it, C over ``inverse``.
+    """
     square = c[2][1] * c[2][1] + c[2][2] * c[2][2]
     secant = ops.rsqrt(square)
-    cosine = ops.bounded(square * secant, 0.0, 1.0, "cosine of the pitch")
+    largest = 1.0 if isinstance(inverse, float) else 4.0
+    cosine = ops.bounded(square * secant, 0.0, largest, "cosine of the pitch")
     return (
         unit_angle_ht(c[2][1], c[2][2], secant),
-        unit_angle_ht(-c[2][0], cosine),
+        unit_angle_ht(-c[2][0], cosine, inverse),
         unit_angle_ht(c[1][0], c[0][0], secant),
     )

@@ -25,6 +25,7 @@ __all__ = [
     "matrix",
     "multiply",
     "right_matrix",
+    "scaled_matrix",
     "turn",
 ]
 
@@ -94,6 +95,32 @@ def matrix(q: Vector) -> list[list[Any]]:
             element(2.0 * x * z - 2.0 * w * y),
             element(2.0 * y * z + 2.0 * w * x),
             element(1.0 - 2.0 * x * x - 2.0 * y * y),
+        ],
+    ]
+
+
+def scaled_matrix(q: Vector) -> list[list[Any]]:
+    """|q|^2 C_nb of a quaternion of norm up to two, 30 slots."""
+    w, x, y, z = q
+
+    def element(value: Any) -> Any:
+        return ops.bounded(value, -4.0, 4.0, "rotation matrix, scaled")
+
+    return [
+        [
+            element(w * w + x * x - y * y - z * z),
+            element(2.0 * x * y - 2.0 * w * z),
+            element(2.0 * x * z + 2.0 * w * y),
+        ],
+        [
+            element(2.0 * x * y + 2.0 * w * z),
+            element(w * w - x * x + y * y - z * z),
+            element(2.0 * y * z - 2.0 * w * x),
+        ],
+        [
+            element(2.0 * x * z - 2.0 * w * y),
+            element(2.0 * y * z + 2.0 * w * x),
+            element(w * w - x * x - y * y + z * z),
         ],
     ]
 

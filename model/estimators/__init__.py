@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
+from boresight.model.estimators.array_phases import ArrayPhases
 from boresight.model.estimators.complementary import Complementary, ComplementaryAsPrinted
 from boresight.model.estimators.ekf_bias import EkfBias
 from boresight.model.estimators.ekf_quaternion import EkfQuaternion
 from boresight.model.estimators.ekf_quaternion_vector import EkfQuaternionVector
 from boresight.model.estimators.mekf import Mekf
+from boresight.model.estimators.mls_attitude import MlsAttitude
 from boresight.model.estimators.radar.registration import Registration
 from boresight.model.estimators.satcom import Satcom
 from boresight.model.estimators.satcom_pointing import SatcomPointing
@@ -27,6 +29,8 @@ ESTIMATORS: dict[str, type[Estimator]] = {
         Registration,
         Satcom,
         SatcomPointing,
+        MlsAttitude,
+        ArrayPhases,
     )
 }
 

@@ -44,33 +44,37 @@ from boresight.model.algebra.covariance import (
 from boresight.model.algebra.quaternion import increment, matrix, multiply, right_matrix, turn
 from boresight.model.declarations import GRAVITY
 from boresight.model.errors import InputError
-from boresight.model.estimator import Estimator
+from boresight.model.estimator import Estimator, Output
 from boresight.model.estimators import satcom_interface as interface
 from boresight.model.estimators.ekf_parts import (
     FLOOR_NOISE,
     TRACE_LIMIT,
-    moved,
     normalised,
     status_word,
+    sum_of,
     update_along,
 )
 from boresight.model.estimators.satcom_interface import BIAS_UNIT, P0_LIMIT
 
-__all__ = ["Satcom"]
+__all__ = ["INNOVATIONS", "Satcom"]
 
 NOISE_LIMIT = 4.0  #: largest measurement noise times scale / 2.
 STEP_LIMIT = 0.125  #: largest root of a process noise, times scale.
 BIAS_LIMIT = 0.125  #: rad/s, largest bias that is learnt.
-DRIFT_LIMIT = 0.25  #: rad/s, largest drift of the heading loop.
+DRIFT_LIMIT = 0.125  #: half turns a second, largest drift of the heading loop.
 CUT_NOISE = 0.5  #: variance with which a heading at its limit is cut, scaled.
+FAR = 1.0 / 90.0  #: half turns; an unknown tilt further off is corrected and still unknown.
 VARIANTS = ("corrected", "printed")
+#: Innovations over the root of their variance, of the three updates.
+INNOVATIONS = tuple(Output(f"nu_{name}", "", 0.01) for name in ("roll", "pitch", "heading"))
 
 
 class Satcom(Estimator):
     """Attitude of a vehicle under a satellite antenna.
 
     As printed, ``roll`` takes phi = -atan(fy/fz), the wrong sign in these axes, and ``detector``
-    compares a_z - g with delta_z, always beyond it where down is positive.
+    compares a_z - g with delta_z, always beyond it where down is positive. With ``innovations`` it
+    tells what shows whether R and Q are honest: each innovation over the root of its variance S.
     """
 
     name = "satcom"
@@ -81,17 +85,19 @@ class Satcom(Estimator):
     outputs = interface.OUTPUTS
     urgent = 7
 
-    def __init__(self, roll: str = "corrected", detector: str = "corrected") -> None:
+    def __init__(
+        self, roll: str = "corrected", detector: str = "corrected", *, innovations: bool = False
+    ) -> None:
         for name, value in (("roll", roll), ("detector", detector)):
             if value not in VARIANTS:
+                wanted = f"one of {', '.join(VARIANTS)}"
                 raise InputError.at(
-                    f"satcom, {name}",
-                    wanted=f"one of {', '.join(VARIANTS)}",
-                    found=repr(value),
-                    fix="choose one of these",
+                    f"satcom, {name}", wanted=wanted, found=repr(value), fix="choose one of these"
                 )
         self.printed_roll = roll == "printed"
         self.printed_detector = detector == "printed"
+        if innovations:
+            self.outputs = (*interface.OUTPUTS, *INNOVATIONS)
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         """One sample: see the module docstring."""
@@ -139,6 +145,7 @@ class Satcom(Estimator):
         pitch_off = unit_angle_ht(
             sine * cos_theta + cosine * c_nb[2][0], cosine * cos_theta - sine * c_nb[2][0]
         )
+        far = ~known & (roll_off * roll_off + pitch_off * pitch_off > FAR * FAR)
         heading_off = ops.wrap_ht(loop["heading_pi"] - psi)
         half_cosine = (0.5 * math.pi) * cos_theta
 
@@ -167,29 +174,26 @@ class Satcom(Estimator):
         update_along(a, gains, moves, rows[0], r_roll, half_cosine * roll_off)
         update_along(a, gains, moves, rows[1], r_pitch, (0.5 * math.pi) * pitch_off)
         r_heading = ops.where(cut, CUT_NOISE, r_heading)
-        innovation = half_cosine * heading_off
-        update_along(a, gains, moves, rows[2], r_heading, innovation, used, used | full)
+        nu = half_cosine * heading_off
+        update_along(a, gains, moves, rows[2], r_heading, nu, used, used | full)
 
         # Correction, normalisation, restart.
-        turned = [1.0, *(ops.saturated(moved(gains, moves, k), 1.0) for k in range(3))]
+        turns = [sum_of(g[k] * m for g, m in zip(gains, moves, strict=True)) for k in range(6)]
+        turned = [1.0, *(ops.saturated(t, 1.0) for t in turns[:3])]
         q_new, shrink = normalised(multiply(turned, q))
         bias = [
-            ops.saturated(
-                ops.where(restart, 0.0, b + (1.0 / BIAS_UNIT) * moved(gains, moves, k)), BIAS_LIMIT
-            )
-            for k, b in ((3, x.bias_x), (4, x.bias_y), (5, x.bias_z))
+            ops.saturated(ops.where(restart, 0.0, b + (1.0 / BIAS_UNIT) * t), BIAS_LIMIT)
+            for t, b in zip(turns[3:], (x.bias_x, x.bias_y, x.bias_z), strict=True)
         ]
         half = ops.bounded(0.5 * shrink, 0.25, 0.5, "norm of one and more")
-        correction = [ops.saturated((v * half) * (2.0 * shrink), 1.0) for v in turned]
-        after = self._turned(downdated(a, gains, restart), correction, restart, p, half_scale)
+        inverse = ops.bounded(4.0 * (half * half), 0.25, 1.0, "norm of one and more")
+        correction = [ops.saturated(v * inverse, 1.0) for v in turned]
+        after = self._turned(downdated(a, gains, restart | far), correction, restart, p, half_scale)
         start = [ops.saturated(v, 1.0) for v in ops.sincos_ht(0.5 * p.start_heading)]
-        q_next = [
-            ops.where(restart, s, c)
-            for s, c in zip((start[1], 0.0, 0.0, start[0]), q_new, strict=True)
-        ]
+        first = zip("wxyz", (start[1], 0.0, 0.0, start[0]), q_new, strict=True)
         roll, pitch, heading = roll_pitch_heading_ht(matrix(q_new))
         states = {
-            **{f"q{axis}": c for axis, c in zip("wxyz", q_next, strict=True)},
+            **{f"q{axis}": ops.where(restart, s, c) for axis, s, c in first},
             **{f"bias_{axis}": b for axis, b in zip("xyz", bias, strict=True)},
             **{name: after[i][j] for name, i, j in element_names(6)},
             "heading_pi": ops.where(restart, p.start_heading, loop["heading_pi"]),
@@ -197,7 +201,9 @@ class Satcom(Estimator):
             "since": ops.where(restart, 0.0, loop["since"]),
         }
         flags = {0: moving, 1: ~loop["tracked"], 2: loop["beyond"], 3: full}
+        told = zip(self.outputs[len(interface.OUTPUTS) :], moves, strict=False)
         return states, {
+            **{o.name: p.scale * nu for o, nu in told},
             "roll": roll,
             "pitch": pitch,
             "heading": heading,
@@ -211,8 +217,8 @@ class Satcom(Estimator):
     @staticmethod
     def _heading_loop(x: Any, u: Any, p: Any, dt: Any, heading_rate: Any) -> dict[str, Any]:
         """One step of the PI loop [half turns]."""
-        turn_rate = ops.saturated(heading_rate, 16.0) - x.drift
-        ahead = ops.wrap_ht(x.heading_pi + (1.0 / math.pi) * (dt * turn_rate))
+        turn_rate = (1.0 / math.pi) * ops.saturated(heading_rate, 16.0) - x.drift
+        ahead = ops.wrap_ht(x.heading_pi + dt * turn_rate)
         tracked = u.tracking > 0.5
         beyond = ops.absolute(u.e_psi) > p.tracking_gate
         used = tracked & ~beyond
@@ -220,7 +226,7 @@ class Satcom(Estimator):
         since = ops.saturated(x.since + dt, 1.0)
         weight = ops.where(used, p.cutoff * since, 0.0)
         pull = ops.saturated(2.0 * p.damping * ops.saturated(weight, 8.0), 1.0)
-        drift = x.drift + math.pi * (p.cutoff * ops.saturated(weight, 8.0)) * error
+        drift = x.drift + (p.cutoff * ops.saturated(weight, 8.0)) * error
         return {
             "tracked": tracked,
             "beyond": tracked & beyond,

@@ -36,9 +36,9 @@ PARAMS = (
     Param("bias_p0_sd", 0.015, 1e-5, 0.1, "rad/s", "bias at first; times 4 scale at most 0.5"),
     Param("gyro_sd", 0.05 * _DEG, 0.0, 0.1, "rad/s", "gyro sample (root of Q): small trusts it"),
     Param("bias_density", 5e-6, 0.0, 0.01, "rad/s/sqrt(s)", "walk of the bias: small keeps it"),
-    Param("roll_sd", 0.5 * _DEG, 1e-4, 1.0, "rad", "noise of the measured roll (root of R)"),
-    Param("pitch_sd", 0.5 * _DEG, 1e-4, 1.0, "rad", "noise of the measured pitch (root of R)"),
-    Param("heading_sd", 0.3 * _DEG, 1e-4, 1.0, "rad", "noise of the loop's heading (root of R)"),
+    Param("roll_sd", 0.5 * _DEG, 3e-4, 1.0, "rad", "noise of the measured roll (root of R)"),
+    Param("pitch_sd", 0.5 * _DEG, 3e-4, 1.0, "rad", "noise of the measured pitch (root of R)"),
+    Param("heading_sd", 0.3 * _DEG, 3e-4, 1.0, "rad", "noise of the loop's heading (root of R)"),
     Param("adapt", 100.0, 1.0, 1000.0, "", "roll_sd and pitch_sd grow so under acceleration"),
     Param("tilt_known_sd", 1.5 * _DEG, 0.0, 1.0, "rad", "tilt less sure finds no acceleration"),
     Param("delta_x", 0.2, 0.01, 60.0, "m/s^2", "north acceleration that counts as external"),
@@ -55,7 +55,7 @@ STATES = (
     *(State(f"bias_{axis}", -0.125, 0.125 * BELOW, "rad/s") for axis in "xyz"),
     *covariance_states(6, lambda i: 0.063504 if i < 3 else 0.2304),
     State("heading_pi", -1.0, BELOW, "ht"),
-    State("drift", -0.25, 0.25 * BELOW, "rad/s"),
+    State("drift", -0.125, 0.125 * BELOW, "ht/s"),
     State("since", 0.0, 1.0, "s"),
 )
 

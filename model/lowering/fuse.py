@@ -104,8 +104,10 @@ class Fusion:
                 f"{node.label} is not finite; declare it with ops.bounded, or use ops.clip"
             )
         if node.kind == "wrap":
-            target = Target(node.label, -1.0, 1.0, "half turns", "ht", Overflow.WRAP)
-            return self.groups.group(form, target, frac=word - 1, exact=True)
+            kind = "half turns" if node.unit == "ht" else "turns"
+            target = Target(node.label, node.low, node.high, kind, node.unit, Overflow.WRAP)
+            frac = word - 1 - binary_exponent(node.high)
+            return self.groups.group(form, target, frac=frac, exact=True)
         target = Target(node.label, node.low, node.high, node.source, node.unit)
         if node.kind == "saturated":
             return self.groups.group(
@@ -120,28 +122,28 @@ class Fusion:
                 frac -= 1
         return self.groups.group(form, target, frac=frac)
 
-    def form(self, node: Node, *, top: bool = False, wrapped: bool = False) -> Form:
-        """``node`` as terms of a sum. ``top``: of its own group. ``wrapped``: modulo 2 is free."""
+    def form(self, node: Node, *, top: bool = False, wrapped: float = 0.0) -> Form:
+        """``node`` as terms of a sum. ``top``: of its own group. ``wrapped``: a free period."""
         if node.kind == "const":
             return Form(constant=node.value)
         if node.number in self._of_node or (not top and not self._fuses(node, wrapped)):
             return Form([Product(self.word(node))])
-        build: Callable[[Node, bool], Form] = getattr(self, f"_form_{node.kind}")
+        build: Callable[[Node, float], Form] = getattr(self, f"_form_{node.kind}")
         return build(node, wrapped)
 
-    def _fuses(self, node: Node, wrapped: bool) -> bool:
+    def _fuses(self, node: Node, wrapped: float) -> bool:
         """Whether ``node`` becomes part of the group that uses it."""
         if node.name is not None or node.kind in (*LEAVES, "bounded", "saturated"):
             return False
         if node.kind == "wrap":
-            return wrapped and node.uses == 1
+            return wrapped > 0.0 and node.value % wrapped == 0.0 and node.uses == 1
         if node.kind == "mul" or (node.kind == "sum" and len(node.args) == 1):
             return node.uses <= 2
         if node.kind in ("rsqrt", "reciprocal"):
             return False
         return node.uses == 1
 
-    def _form_sum(self, node: Node, wrapped: bool) -> Form:
+    def _form_sum(self, node: Node, wrapped: float) -> Form:
         total = Form()
         for arg, sign in zip(node.args, node.signs, strict=True):
             form = self.form(arg, wrapped=wrapped)
@@ -150,7 +152,7 @@ class Fusion:
             total.join(form, sign)
         return total
 
-    def _form_mul(self, node: Node, wrapped: bool) -> Form:
+    def _form_mul(self, node: Node, wrapped: float) -> Form:
         args, power = self._peel(node)
         if len(args) == 1 and self._fuses(args[0], False):
             form = self.form(args[0])
@@ -209,7 +211,7 @@ class Fusion:
                 args.append(arg)
         return args, power
 
-    def _form_select(self, node: Node, wrapped: bool) -> Form:
+    def _form_select(self, node: Node, wrapped: float) -> Form:
         condition, yes, no = node.args
         flag = (self.word(condition), False)
         total = Form(flag=flag)
@@ -236,7 +238,7 @@ class Fusion:
             )
         )
 
-    def _form_flip(self, node: Node, wrapped: bool) -> Form:
+    def _form_flip(self, node: Node, wrapped: float) -> Form:
         condition, arg = node.args
         form = self.form(arg, wrapped=wrapped)
         if form.flag is not None or form.norm is not None:
@@ -248,14 +250,14 @@ class Fusion:
         form.products = [replace(p, negate=CONDITIONAL[p.negate]) for p in form.products]
         return form
 
-    def _form_abs(self, node: Node, wrapped: bool) -> Form:
+    def _form_abs(self, node: Node, wrapped: float) -> Form:
         number = self.word(node.args[0])
         return Form([Product(number, negate=Negate.IF)], flag=(number, False))
 
-    def _form_wrap(self, node: Node, wrapped: bool) -> Form:
-        return self.form(node.args[0], wrapped=True)
+    def _form_wrap(self, node: Node, wrapped: float) -> Form:
+        return self.form(node.args[0], wrapped=node.value)
 
-    def _form_bounded(self, node: Node, wrapped: bool) -> Form:
+    def _form_bounded(self, node: Node, wrapped: float) -> Form:
         arg = node.args[0]
         return self.form(
             arg,
@@ -266,12 +268,12 @@ class Fusion:
 
     _form_saturated = _form_bounded
 
-    def _form_sin(self, node: Node, wrapped: bool) -> Form:
+    def _form_sin(self, node: Node, wrapped: float) -> Form:
         x = self.word(node.args[0], frac=self.groups.arith.word - 1)
         products = self._functions.cubic(tables.SIN, x, node.quarter)
         return Form([replace(p, negate=Negate.IF) for p in products], flag=(x, node.quarter))
 
-    def _form_asin(self, node: Node, wrapped: bool) -> Form:
+    def _form_asin(self, node: Node, wrapped: float) -> Form:
         x = self.word(node.args[0], frac=self.groups.arith.word - 2)
         return Form(self._functions.cubic(tables.ASIN, x, False))
 
@@ -307,7 +309,7 @@ class Fusion:
         limited = g.select(g.less(arg, limit), limit, arg)
         return self.word(g.bounded(limited, floor, arg.high, "what the word can normalise"))
 
-    def _form_rsqrt(self, node: Node, wrapped: bool) -> Form:
+    def _form_rsqrt(self, node: Node, wrapped: float) -> Form:
         number, exponent, x = self._mantissa(node)
         scale = Scale.HALF if node.kind == "rsqrt" else Scale.FULL
         form = Form([Product(number, exponent=exponent, scale=scale)], norm=x)

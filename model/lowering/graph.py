@@ -28,8 +28,8 @@ ASIN_LIMIT = 0.7188
 class Node:
     """One value.
 
-    ``signs`` belongs to kind "sum"; ``value`` to "const" and "saturated"; ``quarter`` to "sin"
-    (cosine). ``line`` is where its author wrote it: "file.py, line 41".
+    ``signs`` belongs to kind "sum"; ``value`` to "const", "saturated" and "wrap" (the period);
+    ``quarter`` to "sin" (cosine). ``line`` is where its author wrote it: "file.py, line 41".
     """
 
     number: int
@@ -247,9 +247,18 @@ class Graph:
 
     def wrap(self, a: Node) -> Node:
         """``a`` half turns wrapped to [-1, 1): the word's own overflow."""
+        return self._wrap(a, 2.0, "ht")
+
+    def wrap_turns(self, a: Node) -> Node:
+        """``a`` turns wrapped to [-1/2, 1/2), likewise."""
+        return self._wrap(a, 1.0, "turn")
+
+    def _wrap(self, a: Node, period: float, unit: str) -> Node:
+        half = 0.5 * period
         if a.kind == "const":
-            return self.const((a.value + 1.0) % 2.0 - 1.0)
-        return self._new("wrap", a, low=-1.0, high=1.0, unit="ht")
+            return self.const((a.value + half) % period - half)
+        limits = {"low": -half, "high": half, "unit": unit, "value": period}
+        return self._new("wrap", a, key=period, **limits)
 
     def bounded(self, a: Node, low: float, high: float, reason: str) -> Node:
         """``a``, known (or made, by saturation) to lie in [low, high]."""

@@ -7,14 +7,9 @@ script that calls `benchmark` with more than one needs ``if __name__ == "__main_
 
 from __future__ import annotations
 
-import multiprocessing
 import os
-import signal
-import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -26,6 +21,7 @@ from boresight.sim.accuracy.scoring import Scorer
 from boresight.sim.compare.difference import Difference, differences
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
+from boresight.sim.processes import dealt
 from boresight.sim.records.feed import Feed, feed
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
@@ -136,44 +132,6 @@ def _peer(name: str, trials: Sequence[Trial], dips: Mapping[str, float]) -> list
     return out
 
 
-def _done(
-    jobs: int, tasks: Sequence[tuple[str, Callable[..., list[Result]], tuple[object, ...]]]
-) -> Iterator[tuple[str, list[Result]]]:
-    """Results of the tasks (label, function, arguments), as they come."""
-    if jobs == 1:
-        for label, work, arguments in tasks:
-            yield label, work(*arguments)
-        return
-    context = multiprocessing.get_context("spawn")
-    others = set(multiprocessing.active_children())
-    with ProcessPoolExecutor(min(jobs, len(tasks)), mp_context=context) as pool:
-        with _uninterrupted():
-            labels: dict[Future[list[Result]], str] = {
-                pool.submit(work, *arguments): label for label, work, arguments in tasks
-            }
-        try:
-            for future in as_completed(labels):
-                yield labels[future], future.result()
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            for process in set(multiprocessing.active_children()) - others:
-                process.terminate()
-            raise
-
-
-@contextmanager
-def _uninterrupted() -> Iterator[None]:
-    """Processes that begin meanwhile do not hear Ctrl-C: who began them ends them."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    usual = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, usual)
-
-
 def benchmark(
     estimators: Sequence[Estimator],
     peers: Sequence[str],
@@ -236,7 +194,7 @@ def benchmark(
     for e in estimators:
         take(e.name, _ours(e, trials, (params or {}).get(e.name), word, with_float, jobs))
     if tasks:
-        for label, results in _done(jobs or os.cpu_count() or 1, tasks):
+        for label, results in dealt(jobs or os.cpu_count() or 1, tasks):
             take(label, results)
     rank = {name: k for k, name in enumerate([*(e.name for e in estimators), *peers])}
     place = {t.name: k for k, t in enumerate(trials)}

@@ -1,6 +1,6 @@
 """One output beside its reference: how far apart, where, and whether that is accepted.
 
-Values are compared in the output's unit; half turns modulo 2; words of flags bit by bit; outputs
+Values are compared in the output's unit; angles modulo their period; flags bit by bit; outputs
 named ``qw qx qy qz`` with the sign that brings the quaternions together, and besides as the angle
 between the attitudes, in degrees.
 """
@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from boresight.model.declarations import EXACT_UNITS, QUATERNION, Output
+from boresight.model.declarations import EXACT_UNITS, PERIODS, QUATERNION, Output
 from boresight.sim.attitude.rotation import quaternion_conjugate, quaternion_multiply
 
-__all__ = ["ATTITUDE", "Difference", "differences"]
+__all__ = ["ATTITUDE", "Difference", "around", "differences"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -145,7 +145,13 @@ def _apart(unit: str, found: FloatArray, reference: FloatArray) -> FloatArray:
             np.isnan(found) | np.isnan(reference), np.nan, np.rint(found) != np.rint(reference)
         )
     apart = np.abs(found - reference)
-    return np.abs((apart + 1.0) % 2.0 - 1.0) if unit == "ht" else apart
+    return around(apart, PERIODS[unit]) if unit in PERIODS else apart
+
+
+def around(apart: FloatArray, period: float) -> FloatArray:
+    """Distances on a circle of so much."""
+    half = 0.5 * period
+    return np.abs((apart + half) % period - half)
 
 
 def _angle(q: FloatArray, r: FloatArray) -> FloatArray:

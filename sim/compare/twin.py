@@ -12,10 +12,12 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import numpy.typing as npt
 
+from boresight.model.declarations import PERIODS
 from boresight.model.lowering.graph import LEAVES, Node
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Program, Value
+from boresight.sim.compare.difference import around
 
 __all__ = ["CHUNK", "Twin", "outside", "rounding_errors", "twins"]
 
@@ -77,8 +79,8 @@ class Twin:
             twin = self.computed(node)
             apart = np.abs(twin - self.real(value))
             apart = np.where(np.isinf(twin), 0.0, apart)  # 1/0: as large as it gets
-            if node.kind == "wrap" or node.unit == "ht":
-                apart = np.abs((apart + 1.0) % 2.0 - 1.0)
+            if node.unit in PERIODS:
+                apart = around(apart, PERIODS[node.unit])
             return apart, np.maximum(self._size(node), np.abs(twin))
 
     def leaves(self, value: int) -> BoolArray:
@@ -176,7 +178,7 @@ _COMPUTE: dict[str, Callable[[Node, list[FloatArray]], object]] = {
     "select": lambda node, a: np.where(a[0] < 0.0, a[1], a[2]),
     "flip": lambda node, a: np.where(a[0] < 0.0, -a[1], a[1]),
     "abs": lambda node, a: np.abs(a[0]),
-    "wrap": lambda node, a: (a[0] + 1.0) % 2.0 - 1.0,
+    "wrap": lambda node, a: (a[0] + 0.5 * node.value) % node.value - 0.5 * node.value,
     "bounded": lambda node, a: a[0],
     "saturated": lambda node, a: np.clip(a[0], -node.value, node.value),
     "sin": lambda node, a: np.sin(np.pi * (a[0] + 0.5 * node.quarter)),

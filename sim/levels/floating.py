@@ -10,7 +10,7 @@ import numpy.typing as npt
 from boresight.firmware.floating.build import FloatCModel
 from boresight.firmware.floating.precision import DOUBLE
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.level import Level, Run
+from boresight.sim.levels.level import Level, Run, told
 
 __all__ = ["LEVELS", "CompiledFloat", "NumpyFloat"]
 
@@ -41,7 +41,8 @@ class NumpyFloat(Level):
                 SimpleNamespace(**self._state), u, self._params
             )
         self._state = {name: np.float64(value) for name, value in state.items()}
-        return {o.name: float(out[o.name]) for o in self.estimator.outputs}
+        outputs = self.estimator.outputs
+        return told({o.name: float(out[o.name]) for o in outputs}, outputs)
 
     def run(self, records: FloatArray) -> Run:
         """Updates, one after the other."""
@@ -67,8 +68,8 @@ class CompiledFloat(Level):
     def run(self, records: FloatArray) -> Run:
         """Updates, one after the other."""
         found = self._model.update(records).astype(np.float64)
-        names = [o.name for o in self.build.estimators[self.number].outputs]
-        return Run({name: found[:, k].copy() for k, name in enumerate(names)})
+        outputs = self.build.estimators[self.number].outputs
+        return Run(told({o.name: found[:, k].copy() for k, o in enumerate(outputs)}, outputs))
 
 
 #: What `sim.levels.registry` finds here.

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from boresight.gateware.schedule.slots import Schedule
+from boresight.model.declarations import Output
 from boresight.model.words.fixed import IntArray
-from boresight.model.words.program import Program
+from boresight.model.words.program import Port, Program
 from boresight.sim.levels.build import Build
 
-__all__ = ["Level", "Run", "Seen", "outputs_of", "run_of_words"]
+__all__ = ["Level", "Run", "Seen", "outputs_of", "run_of_words", "told"]
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -159,7 +160,13 @@ def run_of_words(program: Program, words: IntArray, saturated: BoolArray, **more
 
 def outputs_of(program: Program, words: IntArray) -> dict[str, FloatArray]:
     """Output words (n, n_outputs) as real values (n,) by name."""
-    return {
+    found = {
         name: program.format(value).real(words[:, k])
         for k, (name, value) in enumerate(zip(program.output_names, program.outputs, strict=True))
     }
+    return told(found, program.ports)
+
+
+def told(outputs: dict[str, Any], declared: Iterable[Port | Output]) -> dict[str, Any]:
+    """Outputs as they are told: turns from 0 to 1."""
+    return outputs | {o.name: outputs[o.name] % 1.0 for o in declared if o.unit == "turn"}

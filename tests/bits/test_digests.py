@@ -16,11 +16,13 @@ import pytest
 
 from boresight.gateware.core import Core, build_shared_core
 from boresight.gateware.machine import CONFIGS
+from boresight.gateware.schedule.search import schedule
 from boresight.gateware.system.programs import FILTERS
 from boresight.model.errors import InputError
 from boresight.model.estimators import ESTIMATORS
 from boresight.model.front import FRONT
 from tests.support.random_functions import random_functions
+from tests.support.random_program import random_program
 
 FILE = Path(__file__).with_name("digests.json")
 #: Passes of the scheduler for a look at every change; the full effort is for `make soak`.
@@ -82,6 +84,18 @@ def test_random_programs() -> None:
 
 def test_memories() -> None:
     kept(f"memories, {FEW} passes", {c: memories(filters(c, FEW)) for c in CONFIGS})
+
+
+def test_schedules_of_random_programs() -> None:
+    """Searched far enough that every way of the search has been gone."""
+    found = {}
+    for config, machine in CONFIGS.items():
+        digests = hashlib.sha256()
+        for seed in range(8):
+            program = random_program(seed, n_ops=30 + 5 * seed, recent=seed % 5 / 4)
+            digests.update(schedule(program, machine, restarts=30, urgent=1).to_json().encode())
+        found[config] = digests.hexdigest()
+    kept("schedules of random programs", found)
 
 
 @pytest.mark.soak

@@ -58,6 +58,7 @@ EXACT_NUMPY = set(
         "isfinite",
         "ldexp",
         "maximum",
+        "minimum",
         "pi",
         "sqrt",
         "stack",

@@ -185,6 +185,36 @@ def test_wrap_is_exact_everywhere(trace: Any, word: int) -> None:
     assert not saturated.any()
 
 
+@pytest.mark.parametrize("word", [18, 32])
+def test_turns_wrap_modulo_one(trace: Any, word: int) -> None:
+    """Exactly; inside of turns a wrap of half turns is free, but not the other way round."""
+    t = trace(
+        lambda a, b: (
+            ops.wrap_turns(a + b),
+            ops.wrap_turns(3.0 * a),
+            ops.wrap_turns(ops.wrap_ht(a - b) + b),
+            ops.wrap_ht(ops.wrap_turns(b - a) + b),
+            ops.wrap_turns(ops.wrap_turns(2.0 * a + b) - 0.25),
+        ),
+        [(-1.0, 1.0)] * 2,
+        word,
+        "ht",
+    )
+    unit = 2.0 ** (1 - word)
+    edge = np.array([-1.0, -0.75, -0.5 - unit, -0.5, -unit, 0.0, 0.25, 0.5 - unit, 0.5, 1.0 - unit])
+    a, b = (v.ravel() for v in np.meshgrid(edge, edge))
+    fixed, floats, saturated = t.run(a, b)
+    for y, want in zip(fixed, floats, strict=True):
+        assert np.array_equal(y, want)
+    assert [f.frac for f in t.formats()] == [word, word, word, word - 1, word]
+    assert floats[0].min() == -0.5 and floats[0].max() < 0.5 and not saturated.any()
+    assert np.array_equal(floats[0], (a + b + 0.5) % 1.0 - 0.5)
+
+
+def test_constants_wrap_too() -> None:
+    assert ops.wrap_turns(0.75) == -0.25 and ops.wrap_turns(-0.5) == -0.5
+
+
 def test_half_a_wrapped_angle_is_wrapped_first(trace: Any) -> None:
     """Modulo one turn is not modulo two: only there may the wrap be left to the result."""
     t = trace(lambda a, b: 0.5 * ops.wrap_ht(a + b), [(-1.0, 1.0)] * 2, 32, "ht")

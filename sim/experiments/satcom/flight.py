@@ -1,77 +1,96 @@
-"""A fleet of vehicles in closed loop with the integer C, many draws at once."""
+"""One case, flown by some vehicles in closed loop with the integer C, and its figures."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from boresight.firmware.build import CModel
-from boresight.model.estimator import Estimator, input_words, with_params
-from boresight.sim.worlds.satcom import Fleet
+from boresight.model.estimators.satcom import INNOVATIONS
+from boresight.model.estimators.satcom import Satcom as Filter
+from boresight.sim.accuracy.innovations import Innovations, innovations
+from boresight.sim.experiments.satcom.cases import Case
+from boresight.sim.experiments.seeds import Runs
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.floating import CompiledFloat
+from boresight.sim.worlds.fleet import Loops, close_loops
+from boresight.sim.worlds.satcom.vehicle import Vehicles
 
-__all__ = ["Flight", "fly"]
+__all__ = ["ANGLES", "SETTLED_S", "figures_of", "fly"]
 
 FloatArray = npt.NDArray[np.float64]
 
+SETTLED_S = 30.0  #: time before which nothing is judged.
+ANGLES = ("roll", "pitch", "heading")
+BIASES = tuple(f"bias_{axis}" for axis in "xyz")
 
-@dataclass(frozen=True, eq=False)
-class Flight:
-    """What a fleet did.
 
-    Errors of roll, pitch, heading and of the loop's heading (n, runs, 4) [deg]; estimated gyro bias
-    (n, runs, 3) [deg/s]; status and loss of the beam [dB] (n, runs); updates with a word beyond its
-    range; records (n, n_inputs) and outputs (n,) of the first run.
+def fly(case: Case, seeds: range) -> Runs:
+    """Fly a case with these seeds."""
+    fleet, keep = case.fleet(seeds), (*ANGLES, "heading_pi", *BIASES, "status")
+    return figures_of(case, fleet, close_loops(fleet, Filter(**case.options), case.params, keep))
+
+
+def figures_of(case: Case, fleet: Vehicles, loops: Loops) -> Runs:
+    """Figures of each run after half a minute, in degrees and degrees per second.
+
+    Shown of the first run: errors of angles and bias (n, 3), loss (n,) [dB]. Kept of each run:
+    `Innovations` of roll, pitch and heading.
     """
+    begun = round(SETTLED_S * case.rate_hz)
+    out, truth = loops.outputs, fleet.drive.ride.euler / math.pi
+    truth = np.stack([*truth[:, :2].T, *2 * [fleet.heading / math.pi]], axis=1)
+    angles = np.stack([out[n] for n in (*ANGLES, "heading_pi")], axis=2)
+    error = _wrapped_deg(angles - truth[:, None])
+    bias = np.degrees(np.stack([out[n] for n in BIASES], axis=2))
+    off, loss = bias - np.degrees(fleet.bias), np.stack(fleet.losses_db)
+    settled, moving = error[begun:], fleet.drive.accelerated[begun:]
+    status = np.rint(out["status"]).astype(int)[begun:]
+    rms, most = np.sqrt(np.mean(settled**2, axis=0)), np.abs(settled).max(axis=0)
+    names = (*ANGLES, "loop")
+    figures = {f"{n}_rms": rms[:, k] for k, n in enumerate(names)}
+    figures |= {f"{n}_max": most[:, k] for k, n in enumerate(names)}
+    figures |= {f"{n}_end": bias[-1, :, k] for k, n in enumerate(BIASES)}
+    figures |= {
+        "worst_rms": rms[:, :3].max(axis=1),
+        "bias_error_max": np.abs(off[-1]).max(axis=1),
+        "hit_rate": (status & 1)[moving].mean(axis=0),
+        "false_rate": (status & 1)[~moving].mean(axis=0),
+        "tracking_used": ((status & 6) == 0).mean(axis=0),
+        "loss_db_99_max": np.quantile(loss[begun:], 0.99, axis=0),
+        "loss_db_max": loss[begun:].max(axis=0),
+        "saturated_sum": loops.saturated.astype(float),
+    }
+    own, each = zip(*(_beside_float(case, loops, k, begun) for k in range(fleet.runs)), strict=True)
+    figures |= {name: np.array([run[name] for run in own]) for name in own[0]}
+    return Runs(figures, {"error": error[:, 0, :3], "off": off[:, 0], "loss": loss[:, 0]}, [*each])
 
-    error: FloatArray
-    bias: FloatArray
-    status: npt.NDArray[np.int64]
-    loss_db: FloatArray
-    saturated: int
-    inputs: FloatArray
-    first: dict[str, FloatArray]
+
+def _beside_float(
+    case: Case, loops: Loops, run: int, begun: int
+) -> tuple[dict[str, float], list[Innovations]]:
+    """Float64 on the records of a run: how far it is, and its innovations."""
+    build = Build(Filter(**case.options, innovations=True), params=[case.params])
+    found = CompiledFloat(build).run(np.ascontiguousarray(loops.inputs[:, run])).outputs
+    apart = _wrapped_deg(np.stack([loops.outputs[n][:, run] - found[n] for n in ANGLES]))
+    status, nu = found["status"].astype(int), [found[o.name][begun:] for o in INNOVATIONS]
+    tilt, heading = (status[begun:] & 1) == 0, (status[begun:] & 6) == 0
+    differs = status != loops.outputs["status"][:, run]
+    seen = [innovations(nu[0], tilt), innovations(nu[1], tilt)]
+    seen.append(innovations(nu[2][heading], heading[heading]))
+    return {
+        **{f"nis_{name}": one.nis for name, one in zip(ANGLES, seen, strict=True)},
+        **{
+            f"rho_{name}": float(one.correlation[0]) for name, one in zip(ANGLES, seen, strict=True)
+        },
+        "fixed_float_max": float(np.abs(apart).max()),
+        "fixed_float_rms": float(np.sqrt(np.mean(apart**2, axis=1)).max()),
+        "agreed_max": 0.0 if differs.any() else float(np.abs(apart).max()),
+        "status_differs_sum": float(differs.sum()),
+        "status_share": float(differs.mean()),
+    }, seen
 
 
-def fly(fleet: Fleet, estimator: Estimator, params: Mapping[str, float] | None = None) -> Flight:
-    """Close the loop of a fleet and the integer C, record by record."""
-    program = with_params(estimator.compile(), estimator, params)
-    models = [CModel(program) for _ in fleet.seeds]
-    fleet.start()
-    formats = [program.format(number) for number in program.outputs]
-    names = list(program.output_names)
-    outputs: dict[str, FloatArray] | None = None
-    rows: list[FloatArray] = []
-    records: list[FloatArray] = []
-    saturated = 0
-    while (given := fleet.record(outputs)) is not None:
-        tracked = ~np.isnan(given["e_psi"])
-        given |= {"e_psi": np.nan_to_num(given["e_psi"]), "tracking": tracked.astype(float)}
-        record = np.stack([given[i.name] for i in estimator.inputs])
-        records.append(record[:, 0])
-        words = input_words(program, record).astype(np.int32)
-        found = [m.update(words[None, :, k]) for k, m in enumerate(models)]
-        saturated += sum(int(s[0]) for _, s in found)
-        row = np.stack(
-            [f.real(w) for f, w in zip(formats, np.stack([w[0] for w, _ in found]).T, strict=True)]
-        )
-        outputs = dict(zip(names, row, strict=True))
-        rows.append(row)
-    table = np.stack(rows)
-    place = {name: k for k, name in enumerate(names)}
-
-    def of(*wanted: str) -> FloatArray:
-        return np.stack([table[:, place[name]] for name in wanted], axis=2)
-
-    angles = of("roll", "pitch", "heading", "heading_pi")
-    euler = fleet.drive.euler / math.pi
-    truth = np.stack([*euler[:, :2].T, *2 * [fleet.heading / math.pi]], axis=1)
-    error = 180.0 * ((angles - truth[:, None] + 1.0) % 2.0 - 1.0)
-    status = np.rint(table[:, place["status"]]).astype(np.int64)
-    bias = np.degrees(of("bias_x", "bias_y", "bias_z"))
-    first = dict(zip(names, table[:, :, 0].T, strict=True))
-    losses = np.stack(fleet.losses_db)
-    return Flight(error, bias, status, losses, saturated, np.stack(records), first)
+def _wrapped_deg(half_turns: FloatArray) -> FloatArray:
+    return 180.0 * ((half_turns + 1.0) % 2.0 - 1.0)

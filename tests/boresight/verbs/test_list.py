@@ -6,6 +6,7 @@ import json
 
 from boresight.cli import main
 from boresight.model.estimators import ESTIMATORS
+from boresight.sim.experiments.registry import EXPERIMENTS
 from boresight.verbs.list import list_estimators
 
 
@@ -22,6 +23,15 @@ def test_names_as_json(capsys):
         "registration",
         "satcom",
         "satcom_pointing",
+        "mls_attitude",
+        "array_phases",
+    ]
+
+
+def test_experiments() -> None:
+    shown = list_estimators()["experiments"]
+    assert [(e["name"], e["summary"]) for e in shown] == [
+        (name, e.summary) for name, e in EXPERIMENTS.items()
     ]
 
 
@@ -46,8 +56,9 @@ def test_text(capsys) -> None:
     assert main(["list"]) == 0
     lines = capsys.readouterr().out.splitlines()
     heads = [line.partition(":")[0] for line in lines if not line.startswith(" ")]
-    assert heads == [*ESTIMATORS, "configurations"]
+    assert heads == [*ESTIMATORS, "experiments", "configurations"]
     assert len(lines) == len(heads) + sum(len(e.params) for e in ESTIMATORS.values())
+    assert lines[-2] == f"experiments: {', '.join(EXPERIMENTS)}"
     assert lines[-1] == "configurations: small (1 lane), fast (2 lanes)"
     row = next(line for line in lines if "kp_pitch_per_s" in line)
     assert row.split(maxsplit=3)[2:] == ["1/s", "[0, 32]"]

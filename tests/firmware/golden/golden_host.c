@@ -1,6 +1,6 @@
 /**
  * @file golden_host.c
- * @brief Entry points for a host: many updates, every word, parameters.
+ * @brief Entry points for a host: many updates, many estimators, every word.
  *
  * Generated from the program "golden"; do not edit.
  * Program digest: 918cdc3a116fb29c2f07a3c201dc4d4be291d953296d7ced4c9cd3af9964e51d
@@ -20,6 +20,8 @@ size_t golden_size(void);
 void golden_set_param(golden_t *self, size_t number, int32_t word);
 void golden_run(golden_t *self, size_t n_updates, const int32_t *inputs,
     int32_t *outputs, uint8_t *saturated, int32_t *states);
+void golden_each(golden_t *all, size_t n, const int32_t *inputs, int32_t *outputs,
+    uint8_t *saturated);
 void golden_observe(golden_t *self, size_t n_updates, const int32_t *inputs,
     int32_t *low, int32_t *high, int64_t *low_at, int64_t *high_at,
     int64_t *saturations);
@@ -59,6 +61,14 @@ void golden_run(golden_t *const self, const size_t n_updates, const int32_t *con
         if (states != NULL) {
             states[k * 1u + 0u] = self->state.angle_ht;
         }
+    }
+}
+
+// Runs one update of each of n estimators: inputs[n][1] -> outputs[n][2], saturated[n].
+void golden_each(golden_t *const all, const size_t n, const int32_t *const inputs,
+    int32_t *const outputs, uint8_t *const saturated) {
+    for (size_t k = 0u; k < n; k++) {
+        golden_run(&all[k], 1u, inputs + k * 1u, outputs + k * 2u, saturated + k, NULL);
     }
 }
 

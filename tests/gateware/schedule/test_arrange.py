@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from boresight.gateware.schedule.arrange import arrangements, needs, reads
 from boresight.model.words.program import Negate, Op, Scale, Term, When
 
@@ -36,6 +38,23 @@ def test_one_dummy_for_two_captures_of_a_value() -> None:
     assert len(shortest.slots) == 3
     dummy = shortest.slots[2]
     assert (dummy.term, dummy.a, dummy.cap_index, dummy.cap_norm) == (None, 2, True, True)
+
+
+@pytest.mark.parametrize("quarter", [False, True])
+def test_flag_and_index_of_one_angle_share_a_dummy(quarter: bool) -> None:
+    op = Op(
+        9,
+        (Term(0, None, 22, 1, negate=Negate.IF),),
+        flag=2,
+        flag_quarter=quarter,
+        index=2,
+        index_quarter=quarter,
+        table=0,
+    )
+    shortest = min(arrangements(op, 0, needs(op)), key=lambda x: len(x.slots))
+    dummy = shortest.slots[1]
+    assert len(shortest.slots) == 2 and dummy.a == 2 and dummy.quarter is quarter
+    assert (dummy.cap_index, dummy.cap_flag) == (True, True)
 
 
 def test_quarters_part_captures() -> None:

@@ -124,6 +124,27 @@ def test_the_window_is_never_all_states() -> None:
     assert core.image.window == Window(core.parts[0].schedule.machine.state_slots // 2, (1,))
 
 
+class Large(Open):
+    """The same beside more states than half of them all."""
+
+    name = "open"
+    more = tuple(f"m{k}" for k in range(70))
+    states = (*Open.states, *(State(name, -1.0, 1.0) for name in more))
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        """A delay line besides."""
+        states, outputs = super().step(x, u, p)
+        values = [u.a, *(getattr(x, name) for name in self.more[:-1])]
+        return states | dict(zip(self.more, values, strict=True)), outputs
+
+
+def test_the_window_shrinks_where_other_states_need_the_room() -> None:
+    core = build_shared_core(
+        [e.compile() for e in linked_estimators([Reader(), Large()])], "small", restarts=0
+    )
+    assert core.image.window == Window(32, (1,))
+
+
 def test_no_room_for_the_window() -> None:
     core = linked_core()
     plans = [part.schedule for part in core.parts]

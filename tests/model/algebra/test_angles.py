@@ -62,3 +62,21 @@ def test_roll_pitch_heading(trace: Any) -> None:
     fixed, floating, saturated = trace(function, [(-1.0, 1.0)] * 9).run(*c.reshape(-1, 9).T)
     apart = (np.stack(fixed) - np.stack(floating) + 1.0) % 2.0 - 1.0
     assert not saturated.any() and np.abs(apart).max() < 5e-8
+
+
+def test_roll_pitch_heading_of_a_scaled_matrix(trace: Any) -> None:
+    rng = np.random.default_rng(9)
+    angles = rng.uniform([-np.pi, -1.4, -np.pi], [np.pi, 1.4, np.pi], (400, 3))
+    c = Rotation.from_euler("ZYX", angles).as_matrix()
+    factor = rng.uniform(0.5, 3.9, 400)
+
+    def step(a: Any, *v: Any) -> Any:
+        rows = [v[:3], v[3:6], v[6:]]
+        return roll_pitch_heading_ht(rows, a)
+
+    t = trace(step, [(0.25, 2.0), *[(-4.0, 4.0)] * 9], 32)
+    given = (factor[:, None, None] * c).reshape(400, 9)
+    fixed, floats, _ = t.run(1.0 / factor, *given.T)
+    for y, real, wanted in zip(fixed, floats, angles[:, ::-1].T / np.pi, strict=True):
+        assert np.abs((real - wanted + 1.0) % 2.0 - 1.0).max() < 1e-8
+        assert np.abs((y - real + 1.0) % 2.0 - 1.0).max() < 2e-6

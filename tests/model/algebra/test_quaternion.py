@@ -14,6 +14,7 @@ from boresight.model.algebra.quaternion import (
     matrix,
     multiply,
     right_matrix,
+    scaled_matrix,
     turn,
 )
 from boresight.sim.attitude.rotation import (
@@ -53,6 +54,12 @@ def test_increment_is_the_turn_by_twice_its_argument(angle: float, bound: float)
     want = rotation_vector_to_quaternion(2.0 * half)
     error = np.abs(np.stack(increment(half.T), 1) - want).max()
     assert 1e-3 * bound < error < bound
+
+
+def test_scaled_matrix_of_any_length() -> None:
+    q = Q.T * np.linspace(0.4, 1.9, len(Q))
+    wanted = np.array(matrix(Q.T)) * (q * q).sum(axis=0)
+    assert np.abs(np.array(scaled_matrix(q)) - wanted).max() < 1e-14
 
 
 def test_euler_angles_at_any_attitude_and_sign() -> None:

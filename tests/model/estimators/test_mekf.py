@@ -69,9 +69,11 @@ def run(x: Any, params: Any = None) -> tuple[dict[str, Any], dict[str, Any]]:
     """Outputs and states by name, (steps, runs)."""
     e = Traced()
     out = e.run_float(x, params=params).outputs
-    return out, {
-        k: np.stack([np.broadcast_to(h[k], x.shape[2]) for h in e.history]) for k in e.history[0]
-    }
+    states = {k: np.empty((len(x), x.shape[2])) for k in e.history[0]}
+    for step, after in enumerate(e.history):
+        for k, value in after.items():
+            states[k][step] = value
+    return out, states
 
 
 def apart(out: Any, q: Any) -> Any:

@@ -39,8 +39,9 @@ def test_the_quaternion_alone_is_judged() -> None:
     assert degrees == [pytest.approx(0.01, rel=0.01)] * 4
 
 
-OTHERS = ("registration", "satcom")  #: that have other inputs, and names that begin so.
-NINE_AXIS = [e for name, e in ESTIMATORS.items() if not name.startswith(OTHERS)]
+#: Systems with records of their own.
+SYSTEMS = ("satcom", "mls", "array", "registration")
+NINE_AXIS = [e for name, e in ESTIMATORS.items() if not name.startswith(SYSTEMS)]
 
 
 @pytest.mark.parametrize("estimator", NINE_AXIS)

@@ -16,6 +16,8 @@ from boresight.model.estimators.satcom import Satcom
 from boresight.model.estimators.satcom_interface import BIAS_UNIT, STATUS_BITS
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
+from boresight.sim.records.feed import feed
+from boresight.sim.records.record import Column, Record
 
 GRAVITY = 9.80665
 DT = 0.02
@@ -121,7 +123,8 @@ class Textbook:
         K = P @ H.T @ np.linalg.inv(H @ P @ H.T + R)
         move = K @ residual
         A = np.eye(7) - K @ H
-        P = A @ P @ A.T + K @ R @ K.T
+        if known or residual[:2] @ residual[:2] < (math.pi / 90) ** 2:  # else it is still unknown
+            P = A @ P @ A.T + K @ R @ K.T
         raw, self.bias = q + move[:4], self.bias + move[4:]
         self.q = raw / np.linalg.norm(raw)
         if self.projected:
@@ -201,7 +204,7 @@ def test_is_the_seven_state_filter(params: Any) -> None:
         for j in range(i, 6):
             assert x[f"p{i}{j}"] == pytest.approx(P[i + 1, j + 1], abs=1e-9)
     assert wrapped(math.pi * x["heading_pi"] - book.psi) == pytest.approx(0.0, abs=1e-8)
-    assert x["drift"] == pytest.approx(book.drift, abs=1e-9)
+    assert math.pi * x["drift"] == pytest.approx(book.drift, abs=1e-9)
 
 
 def test_the_norm_of_the_printed_filter_hardly_matters() -> None:
@@ -210,7 +213,7 @@ def test_the_norm_of_the_printed_filter_hardly_matters() -> None:
     apart = np.degrees(
         wrapped(textbook_run(u, PARAMS)[0] - textbook_run(u, PARAMS, projected=False)[0])
     )
-    assert 1e-5 < np.abs(apart[100:]).max() < 0.05
+    assert 1e-5 < np.abs(apart[100:]).max() < 0.06
 
 
 def test_jacobians_are_unit_vectors() -> None:
@@ -299,6 +302,16 @@ def test_a_sample_beyond_the_gate_changes_nothing() -> None:
     assert (a["angles"] == b["angles"]).all()
 
 
+def test_a_tracking_error_beyond_the_beam_is_refused() -> None:
+    columns = {i.name: Column(np.zeros(3)) for i in Satcom.inputs if not i.flags}
+    columns["e_psi"] = Column(np.array([0.0, 0.6, 0.0]))
+    with pytest.raises(
+        InputError, match=r"e_psi\[1\]: wanted -0.5 to 0.5 rad, .* found 0.6"
+    ) as found:
+        feed(Satcom(), Record("log", columns))
+    assert "\n" not in str(found.value)
+
+
 def test_restart_forgets() -> None:
     u = motion(1, 300)[:200]
     once, twice = float_run(u, PARAMS), float_run(np.concatenate([motion(2, 300)[:100], u]), PARAMS)
@@ -360,7 +373,7 @@ def test_covariance_is_positive_under_hostile_input(mode: str) -> None:
         {"p0_sd": 1.0, "bias_p0_sd": 0.1},
         {"p0_sd": 1e-4, "bias_p0_sd": 1e-5, "gyro_sd": 0.0, "bias_density": 0.0},
         {"gyro_sd": 0.1, "bias_density": 0.01, "adapt": 1.0, "scale": 64.0},
-        {"roll_sd": 1e-4, "pitch_sd": 1e-4, "heading_sd": 1e-4},
+        {"roll_sd": 3e-4, "pitch_sd": 3e-4, "heading_sd": 3e-4},
         {"roll_sd": 1.0, "pitch_sd": 1.0, "heading_sd": 1.0, "adapt": 1000.0},
         NOTHING_KNOWN,
     ):
@@ -374,7 +387,7 @@ def test_covariance_is_positive_under_hostile_input(mode: str) -> None:
             for j in range(i, 6):
                 P[:, i, j] = P[:, j, i] = words[:, place[f"p{i}{j}"]]
         assert P[:, range(6), range(6)].min() > 0
-        assert np.linalg.eigvalsh(P[::7]).min() > 0, params
+        assert np.linalg.eigvalsh(P[::3]).min() > 0, params
 
 
 def test_without_tracking_the_tilt_is_kept_for_ever() -> None:
@@ -389,7 +402,7 @@ def test_without_tracking_the_tilt_is_kept_for_ever() -> None:
         assert np.sqrt(np.mean((180.0 * fixed.outputs[name][100:]) ** 2)) < 0.4
 
 
-@pytest.mark.parametrize("config, latency, interval", [("small", 720, 960), ("fast", 520, 500)])
+@pytest.mark.parametrize("config, latency, interval", [("small", 720, 950), ("fast", 520, 500)])
 def test_cycles(config: str, latency: int, interval: int) -> None:
     core = build_core(Satcom().compile(), config)
     assert core.schedule.latency <= latency and core.schedule.interval <= interval

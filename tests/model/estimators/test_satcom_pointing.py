@@ -8,11 +8,14 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from boresight.gateware.core import build_core, build_shared_core
+from boresight.model.errors import InputError
 from boresight.model.estimators.satcom import Satcom
 from boresight.model.estimators.satcom_pointing import SatcomPointing, direction
 from boresight.model.linking import linked_estimators
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
+from boresight.sim.records.feed import feed
+from boresight.sim.records.record import Column, Record
 
 A, F = 6378137.0, 1.0 / 298.257223563
 ORBIT = 42164.17e3
@@ -145,3 +148,34 @@ def test_reads_the_attitude_of_the_filter() -> None:
 @pytest.mark.parametrize("config, interval", [("small", 270), ("fast", 250)])
 def test_cycles(config: str, interval: int) -> None:
     assert build_core(SatcomPointing().compile(), config).schedule.interval <= interval
+
+
+def test_wherever_it_is_the_outputs_are_bounded() -> None:
+    """Below the horizon, at the poles, overhead: a flag, and finite angles and rates."""
+    rng = np.random.default_rng(3)
+    attitude = Rotation.random(3000, random_state=4)
+    place = rng.uniform([-90, -180, -500], [90, 180, 20e3], (3000, 3))
+    place[:3] = [[90.0, 0.0, 0.0], [-90.0, 0.0, 0.0], [0.0, SATELLITE, 0.0]]
+    out = run(records(attitude, rng.uniform(-7.9, 7.9, (3000, 3)), place), "c")
+    assert np.abs(out[:, :3]).max() <= 1.0 and np.abs(out[:, 3:6]).max() <= 16.0
+    frame = Rotation.from_euler("ZY", np.stack([place[:, 1], -90.0 - place[:, 0]], 1), degrees=True)
+    lam = np.radians(SATELLITE)
+    far = ORBIT * np.array([np.cos(lam), np.sin(lam), 0.0]) - ecef(*place.T)
+    below = (out[:, 6].astype(int) & 1) != 0
+    assert (below == (frame.inv().apply(far)[:, 2] > 0.0)).all() and 0.4 < below.mean() < 0.7
+
+
+@pytest.mark.parametrize(
+    "name, value, message",
+    [
+        ("latitude", 0.51, r"latitude\[1\]: wanted -0.5 to 0.5 ht, .* found 0.51"),
+        ("longitude", -1.2, r"longitude\[1\]: wanted -1 to 1 ht, .* found -1.2"),
+        ("height", 30e3, r"height\[1\]: wanted -500 to 20000 m, .* found 30000"),
+    ],
+)
+def test_no_place_on_earth(name: str, value: float, message: str) -> None:
+    columns = {i.name: Column(np.zeros(3)) for i in SatcomPointing.inputs}
+    columns[name] = Column(np.array([0.0, value, 0.0]))
+    with pytest.raises(InputError, match=message) as found:
+        feed(SatcomPointing(), Record("log", columns))
+    assert "\n" not in str(found.value)

@@ -102,6 +102,11 @@ def test_the_first_that_is_no_number_is_shown() -> None:
     assert made.at_step == 1 and not made.good
 
 
+def test_turns_are_modulo_one() -> None:
+    found = apart(Output("t", "turn"), [0.99, 0.5, 0.25], [0.02, 0.0, 1.5])
+    assert found.apart.tolist() == pytest.approx([0.03, 0.5, 0.25])
+
+
 @pytest.mark.parametrize("unit", ["m", "ht", "flags"])
 def test_infinite_references_are_beyond(unit: str) -> None:
     for reference in (INF, -INF):

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from boresight.model import ops
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output, Param, State
 from boresight.sim.levels.build import Build
@@ -105,3 +106,23 @@ def test_word_width_reaches_the_integers() -> None:
         assert 1e-7 < np.abs(found.outputs["sum"] - SUM).max() + 1e-6 < 1e-3
     with_rate = Build(Leaky(), word=18, params=[{"rate": 0.25}])
     assert np.array_equal(Interpreted(with_rate).run(RECORDS).words, found.words)
+
+
+class Turning(Estimator):
+    """A phase, told as unsigned turns; the same as half turns."""
+
+    inputs = (Input("a", -4.0, 4.0),)
+    outputs = (Output("phase", "turn"), Output("half", "ht"))
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        return {}, {"phase": ops.wrap_turns(u.a), "half": ops.wrap_ht(2.0 * u.a)}
+
+
+@pytest.mark.parametrize("name", [n for n in LEVELS if n != "rtl"])
+def test_turns_are_told_from_zero_to_one(name: str) -> None:
+    level = make_level(name, Build(Turning()))
+    found = level.run(np.array([[-0.25], [0.5], [3.75], [-4.0]])).outputs
+    assert found["phase"].tolist() == [0.75, 0.5, 0.75, 0.0]
+    assert found["half"].tolist() == [-0.5, -1.0, -0.5, 0.0]
+    level.reset()
+    assert level.step(np.array([-0.125]))["phase"] == 0.875

@@ -1,97 +1,93 @@
-"""The satcom experiment: cases, figures, verdicts, page; short drives stand in for long ones."""
+"""The satcom experiment: which case gives which figure, target and verdict."""
 
-import dataclasses
+import csv
 import json
+from importlib.resources import files
 
-import numpy as np
 import pytest
 
-from boresight.model.estimators.satcom import Satcom as Filter
 from boresight.sim.experiments.satcom import experiment
-from boresight.sim.experiments.satcom.experiment import AXES, CASES, SETTLED, Satcom, case_figures
-from boresight.sim.experiments.satcom.flight import Flight, fly
-from boresight.sim.worlds.satcom import Fleet
-from boresight.sim.worlds.satcom_drive import Drive, drive, specification_drive
+from boresight.sim.experiments.satcom.cases import CASES, WHAT_IF
+from boresight.sim.experiments.satcom.experiment import FEW, Satcom, targets_of
+
+#: Rows of the specification's table: what is measured, and what its float prototype found.
+PROTOTYPE = {
+    **{"adaptive roll_rms": 0.05, "adaptive pitch_rms": 0.031, "adaptive heading_rms": 0.052},
+    **{"adaptive roll_max": 0.18, "adaptive pitch_max": 0.10, "adaptive heading_max": 0.17},
+    **{"fixed_r roll_rms": 6.6, "fixed_r pitch_rms": 16.0, "fixed_r heading_rms": 1.8},
+    **{"fixed_r pitch_max": 80.0, "no_tracking heading_rms": 7.6, "no_tracking bias_z_end": 0.486},
+    **{"adaptive bias_x_end": 0.299, "adaptive bias_y_end": -0.4, "adaptive bias_z_end": 0.5},
+    **{"pi_alone loop_rms": 0.066, "pi_slow loop_rms": 0.059, "pi_1hz loop_rms": 0.18},
+    **{"adaptive hit_rate": 1.0, "adaptive false_rate": 0.0, "printed_roll roll_rms": 5.7},
+}
 
 
-def cut(d: Drive, seconds: float) -> Drive:
-    parts = {f.name: getattr(d, f.name)[: round(seconds * 50)] for f in dataclasses.fields(d)}
-    return Drive(**parts)
+def rows() -> list[dict[str, str]]:
+    table = files("boresight.sim.experiments.satcom").joinpath("targets.csv")
+    return list(csv.DictReader(table.read_text(encoding="utf-8").splitlines()))
 
 
-@pytest.fixture(scope="module")
-def flown() -> dict[str, dict[str, float]]:
-    """Figures of a minute and a bit: accelerations before and after half a minute."""
-    found = {}
-    for name in ("adaptive", "fixed_r", "printed_roll"):
-        fleet = Fleet(cut(specification_drive(), 70.0), (1,), **CASES[name].world)
-        flight = fly(fleet, Filter(**CASES[name].options), CASES[name].params)
-        found[name] = case_figures(CASES[name], fleet, flight)
-    return found
+def test_every_row_of_the_specification_is_there() -> None:
+    found = {f"{r['case']} {r['figure']}": r["prototype"] for r in rows()}
+    for name, value in PROTOTYPE.items():
+        assert float(found[name]) == value, name
+    assert len(found) == len(rows())
+    gates = {f"{r['case']} {r['figure']}": (r["low"], r["high"]) for r in rows()}
+    assert gates["adaptive fixed_float_max"] == ("", "0.005")
+    assert gates["adaptive fixed_float_rms"] == ("", "0.001")
+    assert gates["adaptive status_differs_sum"] == ("", "0")
+    for axis in ("roll", "pitch", "heading"):
+        assert gates[f"adaptive {axis}_rms"] == ("", "0.06")
+    assert gates["fixed_r worst_rms"] == ("1", "") and gates["adaptive loss_db_99_max"][1] == "0.5"
 
 
-def test_claims_hold_and_what_was_printed_fails(flown) -> None:
-    good = flown["adaptive"]
-    assert max(good["roll_deg"], good["pitch_deg"]) < 0.06 and good["heading_deg"] < 0.1
-    assert good["hit_rate"] > 0.99 and good["false_rate"] < 0.01
-    assert good["bias_error_deg_s"] < 0.05 and good["loss_db_99"] < 0.5
-    assert good["fixed_float_deg"] < 0.005 and good["fixed_float_rms_deg"] < 0.001
-    assert good["saturated"] == 0
-    for name in ("fixed_r", "printed_roll"):
-        assert flown[name]["worst_deg"] > 1.0, name
+@pytest.fixture
+def standing_in(monkeypatch, runs):
+    """`run_cases` that gives what a few short flights gave; what it was asked for."""
+    asked = {}
+
+    def run_cases(run, cases, *, seed, at_once, jobs, say):
+        asked.update({name: (case, some) for name, case, some in cases}, seed=seed, jobs=jobs)
+        asked["first"] = cases[0][0]
+        return {name: runs.get(name, runs["adaptive"]) for name, _, _ in cases}
+
+    monkeypatch.setattr(experiment, "run_cases", run_cases)
+    return asked
 
 
-def test_figures_of_known_errors() -> None:
-    fleet = Fleet(cut(specification_drive(), 66.0), (1, 2))
-    flight = fly(Fleet(cut(fleet.drive, 0.1), (1, 2)), Filter())
-    n = 3300
-    error = np.zeros((n, 2, 4))
-    error[:SETTLED] = 100.0
-    error[SETTLED:, 0], error[SETTLED:, 1] = [3.0, 1.0, -2.0, 0.0], [-3.0, 1.0, 2.0, 4.0]
-    loss = np.full((n, 2), 9.0)
-    loss[SETTLED:] = np.linspace(0.0, 1.0, n - SETTLED)[:, None]
-    status = np.where(fleet.drive.accelerated, 1, 2)[:, None].repeat(2, axis=1)
-    bias = np.degrees(fleet.bias) + [0.0, -0.01, 0.0]
-    known = dataclasses.replace(
-        flight, bias=bias, error=error, loss_db=loss, status=status, saturated=3
-    )
-    found = case_figures(CASES["adaptive"], fleet, known)
-    rms = [3.0, 1.0, 2.0, np.sqrt(8.0)]
-    assert [found[f"{axis}_deg"] for axis in AXES] == pytest.approx(rms)
-    assert (found["worst_deg"], found["max_deg"], found["saturated"]) == (3.0, 3.0, 3.0)
-    assert found["bias_error_deg_s"] == pytest.approx(0.01)
-    assert found["loss_db_99"] == pytest.approx(0.99, abs=0.01) and found["loss_db_max"] == 1.0
-    assert (found["hit_rate"], found["false_rate"]) == (1.0, 0.0)
-    assert found["tracking_used"] == fleet.drive.accelerated[SETTLED:].mean()
-
-
-def test_run(monkeypatch, flown) -> None:
-    """Which case gives which target; the page has them all."""
-    asked = []
-
-    def short_flight(fleet: Fleet, estimator: Filter, params=None) -> Flight:
-        asked.append((len(fleet.drive.q), len(fleet.seeds), fleet.seeds[0]))
-        n = 60
-        zero = np.zeros((n, len(fleet.seeds)))
-        return Flight(np.zeros((n, len(fleet.seeds), 4)), zero, zero, zero, 0, zero, {})
-
-    def figures(case, fleet, flight) -> dict[str, float]:
-        return next(
-            iter([flown["adaptive"] if case.params.get("adapt") is None else flown["fixed_r"]])
-        )
-
-    monkeypatch.setattr(experiment, "fly", short_flight)
-    monkeypatch.setattr(experiment, "case_figures", figures)
-    result = Satcom().run(seed=5, runs=12, say=lambda text: None)
-    assert [a[1] for a in asked] == [12 if c.full else 10 for c in CASES.values()]
-    assert {a[0] for a in asked} == {15000, len(drive("city").q)} and {a[2] for a in asked} == {5}
+def test_run(standing_in, runs) -> None:
+    result = Satcom(jobs=1).run(seed=5, runs=60, say=lambda text: None)
+    assert standing_in["seed"] == 5 and standing_in["jobs"] == 1 and standing_in["first"] == "city"
+    for name, case in (CASES | WHAT_IF).items():
+        assert standing_in[name] == (case, 60 if name in CASES else FEW)
     verdicts = {t.name: t.good for t in result.targets}
-    assert verdicts["fixed R diverges under manoeuvre"] and not verdicts["printed roll fails"]
-    assert verdicts["pointing loss, 99 %"]
-    for name in ("small", "fast"):
-        limit = {"small": 1150, "fast": 600}[name]
-        assert result.figures[f"satcom_interval_cycles_{name}"] <= limit
-    for key in ("roll_deg", "pitch_deg", "heading_deg", "fixed_float_deg", "pointing_loss_db"):
-        assert f"satcom_{key}" in result.figures
+    assert len(result.targets) == len(rows())
+    assert verdicts["with R fixed a manoeuvre ruins it: worst axis"]
+    assert not verdicts["without tracking the heading drifts"]  # an adaptive run stands in
+    adaptive = runs["adaptive"].pooled()
+    for name, key in (
+        *((f"{a}_deg", f"{a}_rms") for a in ("roll", "pitch", "heading")),
+        ("fixed_float_deg", "fixed_float_max"),
+        ("fixed_float_rms_deg", "fixed_float_rms"),
+        ("pointing_loss_db", "loss_db_99_max"),
+        ("bias_error_deg_s", "bias_error_max"),
+        ("adaptive_hit_rate", "hit_rate"),
+    ):
+        assert result.figures[f"satcom_{name}"] == adaptive[key]
+    fixed = runs["fixed_r"].pooled()["worst_rms"]
+    assert result.figures["satcom_fixed_r_deg"] == fixed > 1.0
+    assert result.figures["satcom_interval_cycles_small"] <= 950
+    assert result.figures["satcom_interval_cycles_fast"] <= 500
     json.dumps([result.figures, result.details], allow_nan=False)
-    assert result.pages["satcom.html"].count('class="bad"') == list(verdicts.values()).count(False)
+    judged = [t.good for t in result.targets if (t.low, t.high) != (None, None)]
+    assert result.pages["satcom.html"].count('class="bad"') == judged.count(False)
+
+
+def test_targets_say_where_they_come_from(runs) -> None:
+    targets = targets_of({name: runs.get(name, runs["adaptive"]) for name in CASES})
+    by_name = {t.name: t for t in targets}
+    heading = by_name["heading of the PI loop alone, 0.5 rad/s"]
+    assert heading.source == "step 3, H2" and heading.beside == {"prototype": 0.066}
+    first = by_name["small with adaptive R and tracking: roll"]
+    own = runs["adaptive"].figures["roll_rms"]
+    assert first.spread == (own.min(), own.max()) and first.unit == "deg"

@@ -1,4 +1,4 @@
-"""A fleet in closed loop is each vehicle in its own."""
+"""Figures of a flight: claims in short, and errors that are known beforehand."""
 
 import dataclasses
 
@@ -6,35 +6,101 @@ import numpy as np
 import pytest
 
 from boresight.model.estimators.satcom import Satcom
-from boresight.sim.experiments.satcom.flight import fly
-from boresight.sim.levels.build import Build
-from boresight.sim.levels.registry import make_level
-from boresight.sim.worlds.loop import close_loop
-from boresight.sim.worlds.satcom import Fleet, OnTheMove
-from boresight.sim.worlds.satcom_drive import Drive, specification_drive
+from boresight.sim.experiments.satcom import flight
+from boresight.sim.experiments.satcom.cases import CASES
+from boresight.sim.experiments.satcom.flight import ANGLES, SETTLED_S, figures_of, fly
+from boresight.sim.worlds.fleet import close_loops
+
+BEGUN = round(50 * SETTLED_S)
 
 
-def short(seconds: float) -> Drive:
-    d = specification_drive()
-    cut = {f.name: getattr(d, f.name)[: round(seconds * 50)] for f in dataclasses.fields(d)}
-    return Drive(**cut)
+def test_claims_hold_and_what_was_printed_fails(runs) -> None:
+    good = runs["adaptive"].pooled()
+    assert max(good["roll_rms"], good["pitch_rms"]) < 0.06 and good["heading_rms"] < 0.1
+    assert good["hit_rate"] > 0.99 and good["false_rate"] < 0.01
+    assert good["bias_error_max"] < 0.05 and good["loss_db_99_max"] < 0.5
+    assert good["fixed_float_max"] < 0.005 and good["fixed_float_rms"] < 0.001
+    assert good["status_differs_sum"] == 0 == good["saturated_sum"]
+    for name in ("fixed_r", "printed_roll"):
+        assert runs[name].pooled()["worst_rms"] > 1.0, name
 
 
-def test_a_fleet_is_its_vehicles() -> None:
-    fleet = Fleet(short(6.0), (3, 8))
-    flight = fly(fleet, Satcom(), {"adapt": 50.0})
-    level = make_level("c", Build(Satcom(), params=[{"adapt": 50.0}]))
-    world = OnTheMove()
-    world.fleet = Fleet(short(6.0), (3,))
-    loop = close_loop(world, Satcom(), level)
-    assert flight.inputs == pytest.approx(loop.inputs, abs=1e-14) and flight.saturated == 0
-    for k, axis in enumerate(("roll", "pitch", "heading")):
-        assert flight.first[axis] == pytest.approx(loop.outputs[axis], abs=1e-8)
-        error = 180.0 * ((loop.outputs[axis] - loop.truth[axis] + 1.0) % 2.0 - 1.0)
-        assert flight.error[:, 0, k] == pytest.approx(error, abs=1e-6)
-    assert (flight.error[100:, 0] != flight.error[100:, 1]).any(axis=0).all()
-    assert flight.status[:, 0].tolist() == loop.outputs["status"].tolist()
-    assert flight.bias[:, 0, 2] == pytest.approx(np.degrees(loop.outputs["bias_z"]))
-    assert flight.loss_db.shape == (300, 2) and flight.loss_db[-1].max() < flight.loss_db[0].min()
-    loop_error = 180.0 * ((loop.outputs["heading_pi"] - loop.truth["heading"] + 1.0) % 2.0 - 1.0)
-    assert flight.error[:, 0, 3] == pytest.approx(loop_error, abs=1e-6)
+def test_innovations_are_honest_where_r_is(runs) -> None:
+    for axis in ANGLES:
+        one = runs["declared"].pooled()
+        assert 0.7 < one[f"nis_{axis}"] < 1.35 and abs(one[f"rho_{axis}"]) < 0.15
+    cautious = runs["adaptive"].pooled()
+    assert cautious["nis_roll"] < 0.5 and cautious["nis_heading"] < 0.5
+    assert [len(run) for run in runs["adaptive"].each] == [3, 3]
+
+
+def test_figures_of_known_errors(adaptive, monkeypatch) -> None:
+    fleet, loops = adaptive
+    n, zero = len(loops.inputs), np.zeros(loops.inputs.shape[:2])
+    half = 180.0
+    wrong = {"roll": 3.0, "pitch": 1.0, "heading": -2.0, "heading_pi": 4.0}
+    truth = {
+        "roll": fleet.drive.ride.euler[:, 0] / np.pi,
+        "pitch": fleet.drive.ride.euler[:, 1] / np.pi,
+        "heading": fleet.heading / np.pi,
+        "heading_pi": fleet.heading / np.pi,
+    }
+    outputs = {name: zero + truth[name][:, None] + off / half for name, off in wrong.items()}
+    outputs["roll"][:BEGUN] += 0.5
+    outputs["pitch"][:, 1] -= 4.0 / half  # of the second run -3
+    outputs["heading"] += 2.0  # a turn more is the same heading
+    outputs |= {f"bias_{a}": zero + fleet.bias[:, :, k] for k, a in enumerate("xyz")}
+    outputs["bias_y"][-1, 0] += np.radians(0.01)
+    moving = fleet.drive.accelerated
+    outputs["status"] = zero + np.where(moving, 1.0, 2.0)[:, None]
+    fleet = dataclasses.replace(fleet, losses_db=[])
+    fleet.start()
+    fleet.losses_db.extend(np.linspace(0.0, 1.0, n)[:, None] * [1.0, 2.0])
+    known = dataclasses.replace(loops, outputs=outputs, saturated=np.array([3, 4]))
+    monkeypatch.setattr(flight, "_beside_float", lambda *a: ({"apart": 1.0}, []))
+    found = figures_of(CASES["adaptive"], fleet, known).figures
+    assert found["roll_rms"] == pytest.approx([3.0, 3.0])
+    assert found["pitch_rms"] == pytest.approx([1.0, 3.0]) == found["pitch_max"]
+    assert found["heading_rms"] == pytest.approx([2.0, 2.0])
+    assert found["loop_rms"] == pytest.approx([4.0, 4.0])
+    assert found["worst_rms"] == pytest.approx([3.0, 3.0])
+    assert found["bias_error_max"] == pytest.approx([0.01, 0.0], abs=1e-9)
+    assert found["bias_y_end"] == pytest.approx([-0.39, -0.4])
+    assert found["loss_db_max"] == pytest.approx([1.0, 2.0])
+    first = BEGUN / (n - 1)
+    assert found["loss_db_99_max"] == pytest.approx((1.0 - 0.01 * (1.0 - first)) * np.array([1, 2]))
+    assert found["hit_rate"].tolist() == [1.0, 1.0] and found["false_rate"].tolist() == [0.0, 0.0]
+    assert found["tracking_used"] == pytest.approx(moving[BEGUN:].mean() * np.ones(2))
+    assert found["saturated_sum"].tolist() == [3.0, 4.0] and found["apart"].tolist() == [1.0, 1.0]
+
+
+def test_float64_is_run_beside(adaptive) -> None:
+    """Its difference and its status words are those of a wrong output that is told."""
+    fleet, loops = adaptive
+    honest = figures_of(CASES["adaptive"], fleet, loops).figures
+    bent = {**loops.outputs, "roll": loops.outputs["roll"].copy()}
+    bent["roll"][100, 1] += 0.5 / 180.0
+    bent["status"] = loops.outputs["status"].copy()
+    bent["status"][[3, 5, 8], 0] += 4.0
+    found = figures_of(CASES["adaptive"], fleet, dataclasses.replace(loops, outputs=bent)).figures
+    assert found["fixed_float_max"] == pytest.approx([honest["fixed_float_max"][0], 0.5], abs=5e-3)
+    assert found["status_differs_sum"].tolist() == [3.0, 0.0]
+    assert found["status_share"].tolist() == [3.0 / len(loops.inputs), 0.0]
+    assert found["agreed_max"] == pytest.approx([0.0, 0.5], abs=5e-3)
+    assert (found["nis_roll"] == honest["nis_roll"]).all()
+
+
+def test_fly(monkeypatch, adaptive) -> None:
+    """The case's own filter, parameters and vehicles."""
+    asked = []
+
+    def close(fleet, estimator, params, keep):
+        asked.append((estimator.printed_roll, dict(params), fleet.seeds))
+        return close_loops.__name__
+
+    monkeypatch.setattr(flight, "close_loops", close)
+    monkeypatch.setattr(flight, "figures_of", lambda case, fleet, loops: (case.meaning, loops))
+    assert fly(CASES["fixed_r"], range(4, 6)) == ("R fixed", "close_loops")
+    fly(CASES["printed_roll"], range(1))
+    assert asked == [(False, {"adapt": 1.0}, range(4, 6)), (True, {}, range(1))]
+    assert Satcom(roll="printed").printed_roll

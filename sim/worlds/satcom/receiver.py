@@ -1,54 +1,17 @@
-"""The beam, the link and the tracking receiver of a satellite antenna."""
+"""The tracking receiver of a satellite antenna."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Link", "Receiver"]
+from boresight.sim.worlds.dish import Link
+
+__all__ = ["Receiver"]
 
 FloatArray = npt.NDArray[np.float64]
-
-LIGHT = 299792458.0  #: m/s
-
-
-@dataclass(frozen=True)
-class Link:
-    """A beacon in Ku band, received with a small dish of tapered illumination.
-
-    The aperture's field falls as sqrt(1 - r^2) to the rim, so the pattern is a closed form,
-    first sidelobe -21 dB::
-
-        E(u)/E(0) = 3 (sin u - u cos u)/u^3        u = pi D sin(angle)/lambda
-    """
-
-    eirp_dbw: float = 6.0
-    frequency_hz: float = 12.5e9
-    diameter_m: float = 0.6
-    efficiency: float = 0.62
-    noise_k: float = 170.0
-    distance_m: float = 3.72e7
-
-    @property
-    def aperture(self) -> float:
-        """pi D / lambda."""
-        return math.pi * self.diameter_m * self.frequency_hz / LIGHT
-
-    @property
-    def cn0(self) -> float:
-        """Carrier over noise density on the axis [Hz]."""
-        gain = self.efficiency * self.aperture**2
-        spread = (4.0 * math.pi * self.distance_m * self.frequency_hz / LIGHT) ** 2
-        return float(10.0 ** (self.eirp_dbw / 10.0)) * gain / spread / (1.380649e-23 * self.noise_k)
-
-    def pattern(self, sine: FloatArray) -> FloatArray:
-        """Power at an angle off the axis, by its sine, over that on the axis."""
-        u = np.maximum(self.aperture * np.abs(sine), 1e-3)
-        field: FloatArray = 3.0 * (np.sin(u) - u * np.cos(u)) / u**3
-        return field * field
 
 
 class Receiver:
@@ -57,14 +20,14 @@ class Receiver:
     Powers of the four are summed over a tracking interval; their differences over the sum give the
     error, the sum tells whether there is a signal.
 
-    ``every``: samples of an interval; ``dwell_s``, ``squint`` [rad]: of each position; ``lock_db``:
-    power below the nominal one that still counts as tracking.
+    ``every``: samples of an interval, in the mean; ``dwell_s``, ``squint`` [rad]: of each position;
+    ``lock_db``: power below the nominal one that still counts as tracking.
     """
 
     def __init__(
         self,
         link: Link,
-        every: int,
+        every: float,
         *,
         dwell_s: float = 0.005,
         squint: float = math.radians(0.35),
@@ -79,7 +42,7 @@ class Receiver:
 
     def reset(self) -> None:
         """Begin an interval."""
-        self._powers, self._count = np.zeros(()), 0
+        self._powers, self._count, self._age = np.zeros(()), 0, 0.0
 
     def sample(
         self, right: FloatArray, up: FloatArray, ahead: FloatArray, loss: float, noise: FloatArray
@@ -91,16 +54,16 @@ class Receiver:
         up (2, runs) [rad], NaN where there is no signal, and the mean power over noise (runs,).
         """
         s = self.squint
-        sine = np.stack(
-            [np.hypot(right + dx, up + dy) for dx, dy in ((-s, 0), (s, 0), (0, -s), (0, s))]
+        sine = np.hypot(
+            np.stack([right - s, right + s, right, right]), np.stack([up, up, up - s, up + s])
         )
         sine = np.where(ahead > 0.0, sine, 1.0)
         amplitude = np.sqrt(self.snr * loss * self.link.pattern(sine))
         noise = math.sqrt(0.5) * noise
         power = (amplitude + noise[:, 0]) ** 2 + noise[:, 1] ** 2 - 1.0
         self._powers = self._powers + power
-        self._count += 1
-        if self._count < self.every:
+        self._count, self._age = self._count + 1, self._age + 1.0
+        if self._age < self.every:
             return None
         total = self._powers.sum(axis=0)
         mean = total / (4.0 * self._count)
@@ -109,5 +72,7 @@ class Receiver:
         )
         with np.errstate(divide="ignore", invalid="ignore"):
             error = np.where(mean > self.least, difference / (total * self.slope), np.nan)
+        over = self._age - self.every
         self.reset()
+        self._age = over
         return error, mean

@@ -1,0 +1,83 @@
+"""Are Q and R honest? Normalised innovations: their square, and whether they are white.
+
+Innovations over the root of their variance S are white, of variance one, where the filter's model
+is the truth (Bar-Shalom, Li, Kirubarajan 2001, section 5.4). The mean of nu^2/S of n samples then
+lies within 1 +- 1.96 sqrt(2/n), each autocorrelation within +- 1.96/sqrt(n), 19 times of 20.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import cycle
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.sim.plotting import COLOUR, figure_and_axes, legend, settings, svg
+
+__all__ = ["Innovations", "innovations", "plot_innovations"]
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Innovations:
+    """Statistics of one measurement's innovations in one run.
+
+    Attributes
+    ----------
+    nis : float
+        Mean of nu^2/S.
+    nis_band : float
+        How far from one an honest filter's lies at most.
+    correlation : float64 (lags,)
+        Autocorrelation of nu/sqrt(S), from lag 1 on.
+    band : float
+        How far from zero an honest filter's lies at most.
+    """
+
+    nis: float
+    nis_band: float
+    correlation: FloatArray
+    band: float
+
+
+def innovations(
+    normalised: FloatArray, valid: npt.NDArray[np.bool_], lags: int = 25
+) -> Innovations:
+    """Of nu/sqrt(S) (n,) where ``valid`` (n,); pairs of which one is not count in no lag."""
+    x = np.where(valid, normalised, 0.0)
+    count = max(int(valid.sum()), 1)
+    power = max(float((x * x).sum()) / count, 1e-300)
+    found = []
+    for lag in range(1, lags + 1):
+        pairs = int((valid[lag:] & valid[:-lag]).sum())
+        found.append(float((x[lag:] * x[:-lag]).sum()) / max(pairs, 1) / power)
+    return Innovations(
+        power, 1.96 * np.sqrt(2.0 / count), np.array(found), 1.96 / np.sqrt(float(count))
+    )
+
+
+def plot_innovations(
+    runs: Sequence[Sequence[Innovations]], names: Sequence[str], identity: str
+) -> str:
+    """SVG of many runs' measurements: squares of each run, correlation over all, with bands."""
+    with settings():
+        figure, (left, right) = figure_and_axes(2.6, 1, 2)
+        for k, (name, other) in enumerate(zip(names, cycle(COLOUR.values()), strict=False)):
+            colour = COLOUR.get(name, other)
+            own = [run[k] for run in runs]
+            across = k + np.linspace(-0.3, 0.3, len(own))
+            left.plot(across, [one.nis for one in own], ".", color=colour)
+            rho = np.mean([one.correlation for one in own], axis=0)
+            right.plot(np.arange(1, len(rho) + 1), rho, ".-", color=colour, label=name)
+            for sign in (-1.0, 1.0):
+                edge = 1.0 + sign * own[0].nis_band
+                left.hlines(edge, k - 0.4, k + 0.4, color=colour, linestyle=":")
+                right.axhline(sign * own[0].band, color=colour, linestyle=":", linewidth=0.8)
+        left.set(ylabel="mean of nu\N{SUPERSCRIPT TWO}/S", ylim=(0.0, max(1.3, left.get_ylim()[1])))
+        left.set_xticks(range(len(names)), names)
+        right.set(xlabel="lag, samples of the measurement", ylabel="autocorrelation")
+        legend(right, len(names))
+        return svg(figure, identity)

@@ -1,0 +1,1 @@
+"""The carrier's microwave landing-system array: Wang Ding et al. (2018)."""

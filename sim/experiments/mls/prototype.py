@@ -1,0 +1,80 @@
+"""The filter as its specification has it: dense matrices in float64, many runs side by side.
+
+Four states, the innovation of all six components at once, q set back to norm one and P left alone.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.model.declarations import GRAVITY
+
+__all__ = ["prototype"]
+
+FloatArray = npt.NDArray[np.float64]
+
+
+def prototype(
+    rows: FloatArray,
+    start: FloatArray,
+    *,
+    p0: float,
+    q_sd: float = 1.5 * math.radians(0.3),
+    r_sd: float = 0.05,
+    field_ut: float = 50.0,
+    dip_deg: float = 54.0,
+) -> FloatArray:
+    """Quaternions (n, runs, 4) of records (n, runs, 10) from a start (runs, 4).
+
+    Sensors over g and the field's strength; ``q_sd`` [rad/s] times the time step is the root of Q,
+    ``r_sd`` that of R (very large: the gyro alone), ``p0`` the first P.
+    """
+    runs = rows.shape[1]
+    dip = math.radians(dip_deg)
+    vectors = ((0.0, 0.0, 1.0), (math.cos(dip), 0.0, -math.sin(dip)))
+    q, cov = start.copy(), np.tile(p0 * np.eye(4), (runs, 1, 1))
+    out = np.empty((*rows.shape[:2], 4))
+    one, noise = np.eye(4), r_sd**2 * np.eye(6)
+    for k, row in enumerate(rows):
+        step = np.abs(row[:, :1])
+        f = _picard(step * row[:, 1:4])
+        q = np.einsum("rij,rj->ri", f, q)
+        cov = f @ cov @ f.swapaxes(1, 2) + (q_sd * step[0, 0]) ** 2 * one  # (31)
+        z = np.concatenate([row[:, 4:7] / GRAVITY, row[:, 7:10] / field_ut], axis=1)
+        h = np.concatenate([_jacobian(q, v) for v in vectors], axis=1)  # (25)
+        gain = cov @ h.swapaxes(1, 2) @ np.linalg.inv(h @ cov @ h.swapaxes(1, 2) + noise)  # (30)
+        innovation = z - 0.5 * np.einsum("rij,rj->ri", h, q)
+        q = q + np.einsum("rij,rj->ri", gain, innovation)
+        cov = (one - gain @ h) @ cov  # (32)
+        q = q / np.linalg.norm(q, axis=1, keepdims=True)
+        out[k] = q
+    return out
+
+
+def _picard(turn: FloatArray) -> FloatArray:
+    """(19): I (1 - D^2/8) + (1/2 - D^2/48) Theta, Theta of (20); turns (runs, 3) [rad]."""
+    square = (turn**2).sum(axis=1)[:, None, None]
+    x, y, z = turn.T
+    o = np.zeros_like(x)
+    theta = np.array([[o, -x, -y, -z], [x, o, z, -y], [y, -z, o, x], [z, y, -x, o]])
+    return np.asarray(
+        (1.0 - square / 8.0) * np.eye(4) + (0.5 - square / 48.0) * theta.transpose(2, 0, 1)
+    )
+
+
+def _jacobian(q: FloatArray, v: tuple[float, float, float]) -> FloatArray:
+    """(25), of C(q)^T v: (runs, 3, 4)."""
+    w, x, y, z = q.T
+    a, b, c = v
+    first = w * a + z * b - y * c
+    dot = x * a + y * b + z * c
+    second, third = -z * a + w * b + x * c, y * a - x * b + w * c
+    rows = [
+        [first, dot, -third, second],
+        [second, third, dot, -first],
+        [third, -second, first, dot],
+    ]
+    return np.asarray(2.0 * np.array(rows).transpose(2, 0, 1))

@@ -1,0 +1,1 @@
+"""The world of an antenna on a vehicle: drive, link, closed loop."""
