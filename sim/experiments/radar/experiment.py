@@ -137,7 +137,7 @@ def targets(found: Mapping[str, float]) -> tuple[Target, ...]:
         part, paper = f"radar {i}", {"paper": 96.0 if i == "1" else 97.0}
         key = f"registration_track_{i}_gain_percent"
         add("tracks better, noise-free", "abstract", key, part=part, low=96.0, beside=paper)
-    name = "as Table 1, with the printed noise: bound at 80 s"
+    name = "Table 1, printed noise: bound at 80 s"
     for b, most in zip(BIASES, PRINTED, strict=True):
         more = {"part": b.replace("_", " "), "high": most, "note": "no estimator can"}
         add(name, "Table 1", f"registration_{b}_bound_percent", binding=False, **more)

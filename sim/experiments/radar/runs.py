@@ -59,12 +59,11 @@ def watch(world: TwoRadars, params: Mapping[str, float]) -> Watched:
         [[loop.outputs[f"{a}{i}_corrected"] for a in AXES] for i in "12"]
     ).transpose(2, 0, 1)
     assert again.saturated is not None
-    n = len(found)
     return Watched(
-        np.arange(n) * np.float64(world.dt),
+        np.arange(len(found)) * np.float64(world.dt),
         (found - world.bias) / world.bias,
-        world.reported.transpose(1, 0, 2)[:n] - world.place[:n, None],
-        corrected - world.place[:n, None],
+        world.reported.transpose(1, 0, 2) - world.place[:, None],
+        corrected - world.place[:, None],
         int(again.saturated.sum()),
         float(np.abs(apart).max()),
     )
