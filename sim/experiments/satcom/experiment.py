@@ -76,7 +76,6 @@ def targets_of(flown: Mapping[str, Runs]) -> tuple[Target, ...]:
             low=float(row["low"]) if row["low"] else None,
             high=float(row["high"]) if row["high"] else None,
             unit=row["unit"],
-            binding=row["binding"] == "yes",
             beside={"prototype": float(row["prototype"])} if row["prototype"] else {},
             spread=(float(of_runs.min()), float(of_runs.max())),
         )
