@@ -67,13 +67,13 @@ class Potter:
     """What `potter` gives.
 
     ``root`` S (n, n); ``moves`` (n,), the factors whose products move the state: see `carried`;
-    ``normal`` (m,), innovations over their standard deviations; ``wide``: a row was not used, P
+    ``white`` (m,), innovations over their standard deviations; ``wide``: a row was not used, P
     being too wide along it.
     """
 
     root: list[list[Any]]
     moves: list[list[tuple[Any, Any]]]
-    normal: list[Any]
+    white: list[Any]
     wide: Any
 
 
@@ -97,7 +97,7 @@ def potter(root: Matrix, rows: Matrix, values: Vector, live: Any, begin: Any) ->
     columns = [[row[j] for row in root] for j in range(n)]
     psis: list[list[Any]] = []
     weights: list[Any] = []
-    normal: list[Any] = []
+    white: list[Any] = []
     wide = None
     for a, nu in zip(rows, values, strict=True):
         f = [ops.saturated(dot(c, a), WIDE) for c in columns]
@@ -116,7 +116,7 @@ def potter(root: Matrix, rows: Matrix, values: Vector, live: Any, begin: Any) ->
         eta = ops.bounded(ops.where(used, w, 0.0) * root_more, 0.0, 1.0, "weight")
         psis.append([ops.bounded(c * eta, -1.0, BELOW, "shorter than one") for c in f])
         n_k = ops.saturated(ops.saturated(nu, 2.0 * MOST_WHITE) * w, MOST_NORMAL)
-        normal.append(n_k)
+        white.append(n_k)
         scaled = ops.bounded(more * root_more, 1.0, 1.5, "root of one and w")
         weights.append(ops.saturated(ops.where(used, n_k, 0.0) * scaled, 2.0 * MOST_NORMAL))
     between = {
@@ -142,7 +142,7 @@ def potter(root: Matrix, rows: Matrix, values: Vector, live: Any, begin: Any) ->
             ]
         )
         moves.append(list(zip(turned, weights, strict=True)))
-    return Potter(after, moves, normal, wide)
+    return Potter(after, moves, white, wide)
 
 
 def carried(

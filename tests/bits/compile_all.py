@@ -11,6 +11,9 @@ import argparse
 import sys
 from pathlib import Path
 
+#: States of one core, of 128: outputs that others read become some, too.
+ROOM = 110
+
 
 def programs(folder: Path) -> None:
     """Every estimator and every program before the filters at every width that is shipped."""
@@ -30,14 +33,24 @@ def programs(folder: Path) -> None:
 
 
 def cores(folder: Path, synth: bool) -> None:
-    """A complete system of the filters on a board, and one core with all other estimators."""
+    """A complete system of the filters on a board, and cores with all other estimators."""
     import boresight
     from boresight.gateware.system.programs import FILTERS
     from boresight.model.estimators import ESTIMATORS
 
     boresight.compile(*FILTERS, board="mimas", synth=synth, output=folder / "system")
-    others = [name for name in ESTIMATORS if name not in FILTERS]
-    boresight.compile(*others, config="fast", word=24, output=folder / "others")
+    # As many in one core as its states have room.
+    parts: list[list[str]] = [[]]
+    free = ROOM
+    for name, kind in ESTIMATORS.items():
+        if name not in FILTERS:
+            free -= len(kind.states)
+            if free < 0:
+                parts.append([])
+                free = ROOM - len(kind.states)
+            parts[-1].append(name)
+    for number, names in enumerate(parts):
+        boresight.compile(*names, config="fast", word=24, output=folder / f"others-{number}")
 
 
 def main() -> None:

@@ -101,7 +101,7 @@ class Registration(Estimator):
     ) -> None:
         self.sites = [_checked(k, s) for k, s in ((1, site_1), (2, site_2))]
         self.places, self.axes = zip(*(site(*s) for s in self.sites), strict=True)
-        apart = math.dist(*self.places)
+        apart = math.sqrt(math.fsum((a - b) * (a - b) for a, b in zip(*self.places, strict=True)))
         if not apart >= 1.0:
             raise InputError.at(
                 "registration, sites",
@@ -118,8 +118,9 @@ class Registration(Estimator):
         """See `Estimator`: of the six biases, P = S S^T in their units."""
         root = np.array([[states[f"s{i}{j}"] for j in range(6)] for i in range(6)])
         sd = [params[f"{b[:-2]}_sd_{b[-1]}"] * params[f"p0_{b}"] for b in BIASES]
-        root = np.moveaxis(root, 2, 0) * np.array(sd)[:, None]
-        return tuple(f"{b}_bias" for b in BIASES), root @ root.transpose(0, 2, 1)
+        root = root.transpose(2, 0, 1) * np.array(sd)[:, None]
+        p = (root[:, :, None] * root[:, None]).sum(axis=3)
+        return tuple(f"{b}_bias" for b in BIASES), p
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         """One record: see the module docstring."""
@@ -191,7 +192,7 @@ class Registration(Estimator):
         return after, {
             **{f"{b}_bias": v for b, v in zip(BIASES, biases, strict=True)},
             **self._corrected(samples, beams, correcting),
-            "nis": ops.saturated(ops.where(live, dot(found.normal, found.normal), 0.0), 2.0**10),
+            "nis": ops.saturated(ops.where(live, dot(found.white, found.white), 0.0), 2.0**10),
             "status": status_word(flags),
         }
 
@@ -206,7 +207,7 @@ class Registration(Estimator):
         slope = ops.bounded(3.0 * mm - 1.5 * cube, 0.0, 1.5, "3/2 (1 - theta)^2 (1 + theta)")
         gain_v = ops.bounded(slope * rate, 0.0, 1.5 * FASTEST, "of the velocity")
         gain_a = ops.bounded(
-            (2.0 * cube) * (rate * rate), 0.0, 2.0 * FASTEST**2, "of the acceleration"
+            (2.0 * cube) * (rate * rate), 0.0, 2.0 * FASTEST * FASTEST, "of the acceleration"
         )
         half = 0.5 * (dt * dt)
         after: dict[str, Any] = {}
@@ -296,8 +297,8 @@ class _Beam:
 
     def __init__(self, at: Vector, bias: Vector) -> None:
         east, north, up = at
-        level_sq = ops.bounded(east * east + north * north, 0.0, 2.0 * REACH**2, "square")
-        square = ops.bounded(level_sq + up * up, 0.0, 2.0 * REACH**2, "square")
+        level_sq = ops.bounded(east * east + north * north, 0.0, 2.0 * REACH * REACH, "square")
+        square = ops.bounded(level_sq + up * up, 0.0, 2.0 * REACH * REACH, "square")
         by_level, by_range = ops.rsqrt(level_sq), ops.rsqrt(square)
         level = ops.bounded(level_sq * by_level, 0.0, 1.5 * REACH, "distance")
         distance = ops.bounded(square * by_range, 0.0, 1.5 * REACH, "distance")
@@ -323,7 +324,7 @@ class _Beam:
 def _less(sine: Any, cosine: Any, angle: Any) -> tuple[list[Any], Any, Any, Any]:
     """Sine and cosine of an angle less c; c, for its sine; 1 - cos c; what ``angle`` has beyond."""
     c = ops.saturated(angle, KNOWN)
-    bent = ops.bounded(0.5 * (c * c), 0.0, 0.5 * KNOWN**2, "square of a small angle")
+    bent = ops.bounded(0.5 * (c * c), 0.0, 0.5 * KNOWN * KNOWN, "square of a small angle")
     turned = [sine - sine * bent - cosine * c, cosine - cosine * bent + sine * c]
     return [ops.bounded(v, -1.0, 1.0, "of a unit vector") for v in turned], c, bent, angle - c
 

@@ -46,22 +46,12 @@ def render(
             "The direction that the tracks tell least of after 170 s, in units of the noise: both "
             "ranges together, which shifts both tracks alike.": _weak(theory),
         }
-    rows = [
-        {
-            "name": b.replace("_", " radar "),
-            "free": found[f"registration_{b}_percent"],
-            "late": found[f"registration_{b}_170s_percent"],
-            "bound": found[f"registration_{b}_bound_percent"],
-            "bound_late": found[f"registration_{b}_bound_170s_percent"],
-            "equal": found[f"registration_{b}_equal_percent"],
-            "sd": spread["outputs"][f"{b}_bias"]["sd"][-1] * share[k],
-            "sd_theory": theory.sd[800, k] * share[k],
-            "mean": spread["outputs"][f"{b}_bias"]["mean"][-1] * share[k],
-            "mean_theory": theory.mean[800, k] * share[k],
-            "band": spread["outputs"][f"{b}_bias"]["mean_band"][-1] * share[k],
-        }
-        for k, b in enumerate(BIASES)
-    ]
+    rows = []
+    for k, b in enumerate(BIASES):
+        one = spread["outputs"][f"{b}_bias"]
+        row = {key: one[key][-1] * share[k] for key in ("sd", "mean", "mean_band")}
+        row |= {f"{key}_theory": getattr(theory, key)[800, k] * share[k] for key in ("sd", "mean")}
+        rows.append((f"registration_{b}_", b.replace("_", " radar "), row))
     return page(
         "boresight.sim.experiments.radar",
         "page.html",

@@ -14,7 +14,7 @@ from boresight.model.estimators.radar.registration import Registration
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.worlds.loop import close_loop
-from boresight.sim.worlds.radar.bound import covariances, information
+from boresight.sim.worlds.radar.bound import covariances, deviations, information
 from boresight.sim.worlds.radar.world import NOISE, TwoRadars
 
 __all__ = ["UNITS", "Predicted", "Watched", "first", "predicted", "watch"]
@@ -59,12 +59,11 @@ def watch(world: TwoRadars, params: Mapping[str, float]) -> Watched:
         [[loop.outputs[f"{a}{i}_corrected"] for a in AXES] for i in "12"]
     ).transpose(2, 0, 1)
     assert again.saturated is not None
-    n = len(found)
     return Watched(
-        np.arange(n) * np.float64(world.dt),
+        np.arange(len(found)) * np.float64(world.dt),
         (found - world.bias) / world.bias,
-        world.reported.transpose(1, 0, 2)[:n] - world.place[:n, None],
-        corrected - world.place[:n, None],
+        world.reported.transpose(1, 0, 2) - world.place[:, None],
+        corrected - world.place[:, None],
         int(again.saturated.sum()),
         float(np.abs(apart).max()),
     )
@@ -102,11 +101,11 @@ def predicted(world: TwoRadars, range_m: float, angle_deg: float) -> Predicted:
     values, vectors = np.linalg.eigh(known[-1] * np.outer(noise, noise))
     free = covariances(jacobians, noise, np.full(6, np.inf))
     return Predicted(
-        np.sqrt(np.einsum("nii->ni", free)),
-        np.sqrt(np.einsum("nii->ni", p)),
-        np.sqrt(np.einsum("nij,njk,nki->ni", p, known, p)),
+        deviations(free),
+        deviations(p),
+        deviations(p @ known @ p),
         -np.einsum("nij,j->ni", p, world.bias / prior**2),
-        np.sqrt(np.einsum("nii->ni", np.linalg.pinv(one, hermitian=True))) * unit,
+        deviations(np.linalg.pinv(one, hermitian=True)) * unit,
         vectors[:, 0] * np.sign(vectors[np.argmax(np.abs(vectors[:, 0])), 0]),
         float(values[-1] / values[0]),
     )

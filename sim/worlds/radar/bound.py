@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import pymap3d
 
-__all__ = ["covariances", "information", "jacobian", "spreads"]
+__all__ = ["covariances", "deviations", "information", "jacobian"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -18,14 +18,9 @@ def jacobian(site: Sequence[float], seen: FloatArray) -> FloatArray:
     longitude, latitude, _ = site
     r, e, n = seen.T
     ce, se, cn, sn, zero = np.cos(e), np.sin(e), np.cos(n), np.sin(n), np.zeros_like(r)
-    local = np.stack(
-        [
-            np.stack([ce * sn, ce * cn, se], axis=1),
-            np.stack([-r * se * sn, -r * se * cn, r * ce], axis=1),
-            np.stack([r * ce * cn, -r * ce * sn, zero], axis=1),
-        ],
-        axis=2,
-    )
+    along = [ce * sn, ce * cn, se]
+    up = [-r * se * sn, -r * se * cn, r * ce]
+    local = np.array([along, up, [r * ce * cn, -r * ce * sn, zero]]).transpose(2, 1, 0)
     axes = np.stack([pymap3d.enu2uvw(*unit, latitude, longitude) for unit in np.eye(3)], axis=1)
     return np.asarray(axes @ local)
 
@@ -58,6 +53,6 @@ def covariances(
     return np.asarray(np.where(known[:, :, None], scaled, np.inf))
 
 
-def spreads(jacobians: Sequence[FloatArray], noise: FloatArray, prior: FloatArray) -> FloatArray:
-    """Least standard deviations (n, 6): see `covariances`."""
-    return np.asarray(np.sqrt(np.einsum("nii->ni", covariances(jacobians, noise, prior))))
+def deviations(p: FloatArray) -> FloatArray:
+    """Standard deviations (n, k) of covariances (n, k, k)."""
+    return np.asarray(np.sqrt(np.einsum("nii->ni", p)))

@@ -104,8 +104,7 @@ def flight(name: str, t: FloatArray) -> FloatArray:
             "flight", wanted=f"one of {', '.join(FLIGHTS)}", found=repr(name), fix="choose of these"
         )
     place = FLIGHTS[name](t)
-    height = pymap3d.ecef2geodetic(*place.T)[2]
-    if height.min() < 0.0:
+    if (height := pymap3d.ecef2geodetic(*place.T)[2]).min() < 0.0:
         raise InputError.at(
             f"flight {name}",
             wanted="a target above the ground",

@@ -11,7 +11,7 @@ import pymap3d
 
 from boresight.model.errors import InputError
 from boresight.model.estimators.radar.interface import AXES, BIASES
-from boresight.sim.worlds.radar.bound import jacobian, spreads
+from boresight.sim.worlds.radar.bound import covariances, deviations, jacobian
 from boresight.sim.worlds.radar.flight import SITES, flight
 from boresight.sim.worlds.world import World
 
@@ -93,7 +93,7 @@ class TwoRadars(World):
             (dt <= seconds <= 1000.0, "seconds", "dt to 1,000 s", seconds),
             (noise >= 0.0, "noise", "0 or more", noise),
             (0.0 <= missed < 1.0, "missed", "a share below 1", missed),
-            (abs(late_s) <= 10.0, "late_s", "-10 to 10 s", late_s),
+            (0.0 <= late_s <= 10.0, "late_s", "0 to 10 s", late_s),
             (len(bias) == len(noises) == 6, "bias and noises", "six numbers each", bias),
             (len(sites) == 2, "sites", "two radars", sites),
         ):
@@ -104,22 +104,13 @@ class TwoRadars(World):
         self.sites, self.dt, self.missed, self.drawn = sites, dt, missed, drawn
         self.noises = noise * np.array(noises) * _UNITS
         self.given = np.array(bias) * _UNITS
-        t: FloatArray = np.arange(round(seconds / dt) + 1) * np.float64(dt)
-        self.place = flight(on, t)
-        late = self.place if late_s == 0.0 else self._shifted(on, t, late_s)
+        n = round(seconds / dt) + 1
+        t: FloatArray = np.arange(n + math.ceil(late_s / dt)) * np.float64(dt)
+        path = flight(on, t)
+        self.place = path[:n]
+        late = np.stack([np.interp(t[:n] + late_s, t, axis) for axis in path.T], axis=1)
         self.seen = [seen_from(s, p) for s, p in zip(sites, (self.place, late), strict=True)]
         self.draw(seed)
-
-    @staticmethod
-    def _shifted(on: str, t: FloatArray, late_s: float) -> FloatArray:
-        """Positions at t + late_s: on from the first time, or by a parabola back from it."""
-        place = flight(on, t)
-        times = t + late_s
-        inside = np.clip(times, t[0], t[-1])
-        k = np.clip(np.searchsorted(t, inside) - 1, 0, len(t) - 3)
-        s = ((times - t[k]) / (t[1] - t[0]))[:, None]
-        a, b, c = place[k], place[k + 1], place[k + 2]
-        return np.asarray(a + s * (b - a) + 0.5 * s * (s - 1.0) * (c - 2.0 * b + a))
 
     def draw(self, seed: int) -> None:
         """See `World`."""
@@ -151,14 +142,9 @@ class TwoRadars(World):
             return None
         self._k += 1
         data = {"dt": self.dt if k else -self.dt}
-        for i in range(2):
-            data |= {
-                f"{a}{i + 1}": float(v) for a, v in zip(AXES, self.reported[i, k], strict=True)
-            }
-            data |= {
-                f"{a}{i + 1}_corrected_true": float(v)
-                for a, v in zip(AXES, self.place[k], strict=True)
-            }
+        for i, reported in enumerate(self.reported[:, k].tolist()):
+            for axis, seen, true in zip(AXES, reported, self.place[k].tolist(), strict=True):
+                data |= {f"{axis}{i + 1}": seen, f"{axis}{i + 1}_corrected_true": true}
         data |= {f"{b}_bias_true": float(v) for b, v in zip(BIASES, self.bias, strict=True)}
         return data
 
@@ -171,5 +157,6 @@ class TwoRadars(World):
         prior = np.full(6, np.inf)
         if self.drawn is not None:
             prior = np.array([self.drawn[0], self.drawn[1], self.drawn[1]] * 2) * _UNITS
-        found = spreads(self.jacobians(), np.where(self.noises > 0.0, self.noises, np.nan), prior)
+        noise = np.where(self.noises > 0.0, self.noises, 1e-9)
+        found = deviations(covariances(self.jacobians(), noise, prior))
         return {f"{b}_bias": found[:, k] for k, b in enumerate(BIASES)}

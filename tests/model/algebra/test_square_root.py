@@ -41,7 +41,7 @@ def test_potter_is_the_kalman_update(live: bool) -> None:
     assert not found.wide
     if live:
         nu = y - a @ x
-        assert np.dot(found.normal, found.normal) == pytest.approx(nu @ np.linalg.solve(inside, nu))
+        assert np.dot(found.white, found.white) == pytest.approx(nu @ np.linalg.solve(inside, nu))
 
 
 def test_potter_begins_with_the_identity() -> None:

@@ -289,5 +289,14 @@ def test_rtl_is_the_integer_model(config: str) -> None:
     assert (found.saturated == wanted.saturated).all()
 
 
+def test_error_covariance_is_that_of_the_biases() -> None:
+    e, rng = Registration(), np.random.default_rng(1)
+    states = {f"s{i}{j}": rng.normal(size=3) for i in range(6) for j in range(6)}
+    names, p = e.error_covariance(states, e.param_values({"p0_azimuth_2": 2.0}))
+    s = np.array([[states[f"s{i}{j}"][1] for j in range(6)] for i in range(6)])
+    assert names == tuple(NAMES) and p.shape == (3, 6, 6)
+    assert p[1, 0, 5] == pytest.approx((s @ s.T)[0, 5] * 1000.0 * 2.0 * math.radians(0.15))
+
+
 def test_status_bits_have_meanings() -> None:
     assert set(STATUS_BITS) == set(range(6))

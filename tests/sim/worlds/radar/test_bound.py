@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from boresight.sim.worlds.radar.bound import covariances, jacobian, spreads
+from boresight.sim.worlds.radar.bound import covariances, deviations, jacobian
 from boresight.sim.worlds.radar.world import TwoRadars, placed, seen_from
 
 WORLD = TwoRadars(seconds=170.0)
@@ -30,12 +30,12 @@ def test_bound_is_the_inverse_of_the_sum() -> None:
         h = np.concatenate([a, -b], axis=1)
         total = total + h.T @ np.linalg.inv(h @ np.diag(NOISE**2) @ h.T) @ h
     wanted = np.sqrt(np.diag(np.linalg.inv(total)))
-    assert spreads(jacobians, NOISE, prior)[-1] == pytest.approx(wanted, rel=1e-6)
+    assert deviations(covariances(jacobians, NOISE, prior))[-1] == pytest.approx(wanted, rel=1e-6)
 
 
 def test_without_a_prior_ranges_are_hardly_determined() -> None:
     """At 80 s 1,545 and 1,200 m, at 170 s 202 and 182 m; nothing at all at first."""
-    found = spreads(WORLD.jacobians(), NOISE, np.full(6, np.inf))
+    found = deviations(covariances(WORLD.jacobians(), NOISE, np.full(6, np.inf)))
     assert np.isinf(found[0]).all()
     assert found[800, [0, 3]] == pytest.approx([1545.0, 1200.0], rel=0.01)
     assert found[1700, [0, 3]] == pytest.approx([202.0, 182.0], rel=0.01)
