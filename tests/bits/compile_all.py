@@ -16,13 +16,13 @@ ROOM = 110
 
 
 def programs(folder: Path) -> None:
-    """Every estimator and every program before the filters at every width that is shipped."""
+    """Every estimator and every program before the filters; cores have 24 bits besides."""
     from boresight.firmware.emit import emit_c
     from boresight.model.estimators import ESTIMATORS
     from boresight.model.front import FRONT
 
     for name, kind in {**ESTIMATORS, **FRONT}.items():
-        for word in (32, 24, 18):
+        for word in (32, 18):
             program = kind().compile(word=word)
             place = folder / f"{name}-{word}"
             place.mkdir(parents=True)

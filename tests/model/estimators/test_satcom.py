@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from boresight.firmware.build import CModel
 from boresight.gateware.core import build_core
 from boresight.model.errors import InputError
-from boresight.model.estimator import input_words, with_params
+from boresight.model.estimator import input_words, param_words, with_params
 from boresight.model.estimators.satcom import Satcom
 from boresight.model.estimators.satcom_interface import BIAS_UNIT, STATUS_BITS
 from boresight.sim.levels.build import Build
@@ -368,6 +368,9 @@ NOTHING_KNOWN = {
 @pytest.mark.parametrize("mode", ["tumble", "spin", "fall", "blind", "restarts"])
 def test_covariance_is_positive_under_hostile_input(mode: str) -> None:
     u = hostile(mode, 4000)
+    program = Satcom().compile()
+    model = CModel(program)
+    records = input_words(program, u[:, :, None])[:, :, 0]
     for params in (
         {},
         {"p0_sd": 1.0, "bias_p0_sd": 0.1},
@@ -377,9 +380,10 @@ def test_covariance_is_positive_under_hostile_input(mode: str) -> None:
         {"roll_sd": 1.0, "pitch_sd": 1.0, "heading_sd": 1.0, "adapt": 1000.0},
         NOTHING_KNOWN,
     ):
-        program = with_params(Satcom().compile(), Satcom(), params)
-        records = input_words(program, u[:, :, None])[:, :, 0]
-        _, saturated, words = CModel(program).trajectory(records)
+        for number, word in param_words(program, Satcom().param_values(params)).items():
+            model.set_param(program.values[number].name, word)
+        model.reset()
+        _, saturated, words = model.trajectory(records)
         assert not saturated.any()
         place = {program.values[s].name: k for k, (s, _) in enumerate(program.states)}
         P = np.zeros((len(u), 6, 6))
