@@ -127,7 +127,8 @@ def test_constraints(board: str, project) -> None:
 def test_pll_factors(project) -> None:
     text = (project["sk-xc6slx9"] / "top.v").read_text()
     assert ".CLKFBOUT_MULT(32'd18)" in text and ".CLKOUT0_DIVIDE(32'd9)" in text
-    assert ".CLKIN_PERIOD(20.0)" in text
+    assert ".CLKIN_PERIOD(20.0)" in text and ".DIVCLK_DIVIDE(32'd1)" in text
+    assert ".RST(1'h0)" in text, "it runs from the start"
 
 
 def test_same_files_elsewhere(leaky: Core, project, tmp_path, monkeypatch) -> None:
