@@ -99,6 +99,15 @@ class Stateless(Base):
         return {}, {"y": 0.3 * u.u}
 
 
+class Kept(Stateless):
+    """The same beside a state that is nothing but the last input."""
+
+    states = (State("y", -4.0, 4.0),)
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        return {"y": u.u}, {"y": 0.3 * x.y}
+
+
 def words_and_states(build: Build, inputs: list[float]) -> tuple[IntArray, IntArray]:
     """Input words (n, 1), and state words after each update."""
     records = np.array(inputs)[:, None]

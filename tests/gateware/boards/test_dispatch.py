@@ -56,6 +56,7 @@ def run(
                 dut.bus.w_stb, dut.bus.w_ack, dut.bus.addr, dut.bus.w_data
             )
             ctx.set(dut.bus.r_data, addr ^ 0x155)
+            ctx.set(dut.grant, ctx.get(dut.request))  # as an arbiter: only who asks
             if stb and ack:
                 events.append(("write", addr, data))
                 ctx.set(dut.bus.w_ack, 0)

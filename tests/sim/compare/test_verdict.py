@@ -7,7 +7,7 @@ import re
 
 from boresight.sim.compare.difference import Difference
 from boresight.sim.compare.verdict import Accuracy
-from tests.support.faulty import HERE, Bounded, Slow, Snug, Stateless, Sums, judge
+from tests.support.faulty import HERE, Bounded, Kept, Slow, Snug, Stateless, Sums, judge
 
 
 def test_good() -> None:
@@ -57,6 +57,8 @@ def test_rounding_that_adds_up() -> None:
         "use a wider word, or carry the remainder in a second state"
     )
     assert judge(Stateless(), [1.0], 18).culprit == f"{said}; use a wider word"
+    kept = judge(Kept(), [1.0, -0.5, 0.25], 18).culprit
+    assert kept.startswith(f"{said}; state y changes by no more than "), kept
 
 
 def test_a_state_beyond_its_range_is_no_success_though_its_word_holds_it() -> None:
