@@ -92,7 +92,7 @@ class Snug(Slow):
 
 
 class Stateless(Base):
-    states = ()
+    states: tuple[State, ...] = ()
     outputs = (Output("y", "", tolerance=1e-12),)
 
     def step(self, x: Any, u: Any, p: Any) -> Any:
