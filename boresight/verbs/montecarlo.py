@@ -16,8 +16,8 @@ from boresight.loop import NamedWorld, world_of
 from boresight.model.errors import InputError
 from boresight.model.resolve import Named, estimator_of
 from boresight.options import Outcome, number_options, params_of, progress_of
-from boresight.sim.montecarlo.campaign import Campaign
-from boresight.sim.montecarlo.deal import cluster, complete, processes
+from boresight.sim.montecarlo.campaign import Campaign, made
+from boresight.sim.montecarlo.deal import cluster, complete
 from boresight.sim.montecarlo.figures import figures, text
 from boresight.sim.montecarlo.journal import Journal
 
@@ -96,6 +96,7 @@ def montecarlo(
         word,
         steps,
     )
+    made.cache_clear()  # their files may have changed since
     plant, filter = campaign.parts()
     plant.draw(seed)
     name = f"montecarlo-{plant.name}-{filter.name}"
@@ -104,8 +105,10 @@ def montecarlo(
     folder.mkdir(parents=True, exist_ok=True)
     journal = Journal(folder / f"{name}.runs", campaign.identity())
     seeds = range(seed, seed + runs)
-    with _dealer(campaign, jobs, scheduler, executor) as dealer:
-        found = complete(campaign, seeds, journal, dealer, progress or (lambda text: None))
+    own = (jobs or os.cpu_count() or 1) if campaign.texts else 1
+    say = progress or (lambda text: None)
+    with _others(campaign, scheduler, executor) as dealer:
+        found = complete(campaign, seeds, journal, say=say, jobs=own, executor=dealer)
     data = {
         **campaign.identity(),
         "seed": seed,
@@ -115,13 +118,11 @@ def montecarlo(
     return data | {"file": str(folder / f"{name}.json")}
 
 
-def _dealer(
-    campaign: Campaign, jobs: int | None, scheduler: str | None, executor: Any
+def _others(
+    campaign: Campaign, scheduler: str | None, executor: Any
 ) -> AbstractContextManager[Any]:
-    """Who runs the draws."""
-    if executor is not None:
-        return nullcontext(executor)
-    if scheduler is not None:
+    """Who runs the draws, if not this machine's processes."""
+    if executor is None and scheduler is not None:
         if not campaign.texts:
             raise InputError.at(
                 "scheduler",
@@ -130,7 +131,7 @@ def _dealer(
                 fix="give texts, or leave the scheduler out",
             )
         return cluster(scheduler)
-    return processes((jobs or os.cpu_count() or 1) if campaign.texts else 1)
+    return nullcontext(executor)
 
 
 def add_arguments(parser: ArgumentParser) -> None:

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import hashlib
+import inspect
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from boresight.model.declarations import PERIODS
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import Named, estimator_of, load
+from boresight.sim.attitude.zyx import wrapped
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Level
 from boresight.sim.levels.registry import make_level
@@ -46,11 +51,17 @@ class Campaign:
         return isinstance(self.world, str) and isinstance(self.estimator, str)
 
     def identity(self) -> dict[str, Any]:
-        """What its draws depend on, as plain data."""
-        names = [w if isinstance(w, str) else w.name for w in (self.world, self.parts()[1])]
+        """What its draws depend on, as plain data: also the program, and the world's file."""
+        world, estimator, level = made(self)
+        try:
+            source = Path(inspect.getfile(type(world))).read_bytes()
+        except (OSError, TypeError):  # made by hand: nobody goes on with its journal by its name
+            source = b""
         return {
-            "world": names[0],
-            "estimator": self.estimator if isinstance(self.estimator, str) else names[1],
+            "world": self.world if isinstance(self.world, str) else world.name,
+            "world_file": hashlib.sha256(source).hexdigest(),
+            "estimator": self.estimator if isinstance(self.estimator, str) else estimator.name,
+            "program": level.program.digest,
             "params": dict(self.params),
             "level": self.level,
             "word": self.word,
@@ -94,15 +105,15 @@ def _one(campaign: Campaign, seed: int) -> dict[str, Any]:
             found="none",
             fix="give NAME_true with the records",
         )
-    level.reset()
-    run = level.run(loop.inputs)
+    run = level.run_anew(loop.inputs)
     n = len(loop.inputs)
     marks = np.unique(np.linspace(0, n - 1, min(n, MOST_MARKS)).round().astype(int))
     units = {o.name: o.unit for o in estimator.outputs}
     errors = {}
     for name, truth in loop.truth.items():
         apart = loop.outputs[name] - truth
-        errors[name] = (apart + 1.0) % 2.0 - 1.0 if units[name] == "ht" else apart
+        period = PERIODS.get(units[name])
+        errors[name] = apart if period is None else wrapped(apart, period)
     states = None
     if run.states is not None:
         pairs = zip(level.program.states, run.states.T, strict=True)

@@ -5,9 +5,8 @@ Which draw runs where changes nothing of it: each has a seed of its own.
 
 from __future__ import annotations
 
-import multiprocessing
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
+from concurrent.futures import Executor, as_completed
 from contextlib import contextmanager
 from importlib import import_module
 from typing import Any
@@ -15,21 +14,11 @@ from typing import Any
 from boresight.model.errors import InputError, ToolMissing
 from boresight.sim.montecarlo.campaign import Campaign, draws
 from boresight.sim.montecarlo.journal import Journal
+from boresight.sim.processes import dealt
 
-__all__ = ["cluster", "complete", "processes"]
+__all__ = ["cluster", "complete"]
 
 HAND = 5  #: draws that are dealt out together.
-
-
-@contextmanager
-def processes(jobs: int) -> Iterator[Executor | None]:
-    """So many processes of this machine; None for one: this process itself."""
-    if jobs == 1:
-        yield None
-        return
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(jobs, mp_context=context) as pool:
-        yield pool
 
 
 @contextmanager
@@ -67,32 +56,40 @@ def complete(
     campaign: Campaign,
     seeds: Sequence[int],
     journal: Journal,
-    executor: Executor | None,
+    *,
     say: Callable[[str], None],
+    jobs: int = 1,
+    executor: Executor | None = None,
 ) -> list[dict[str, Any]]:
-    """All draws in the order of their seeds; those of the journal are not run again."""
+    """All draws in the order of their seeds; those of the journal are not run again.
+
+    So many processes of this machine run them, or ``executor``.
+    """
     left = [seed for seed in seeds if seed not in journal.done]
     if len(left) < len(seeds):
         say(f"{len(seeds) - len(left)} of {len(seeds)} draws are done already")
-    hands = [left[k : k + HAND] for k in range(0, len(left), HAND)]
-
-    def told() -> None:
-        done = sum(seed in journal.done for seed in seeds)
-        say(f"{done} of {len(seeds)} draws")
-
-    if executor is None:
-        for hand in hands:
-            for seed in hand:
-                journal.add(draws(campaign, [seed]))
-            told()
+    size = HAND if executor is not None or jobs > 1 else 1
+    hands = [left[k : k + size] for k in range(0, len(left), size)]
+    if executor is not None:
+        found = _submitted(executor, campaign, hands)
     else:
-        futures = [executor.submit(draws, campaign, hand) for hand in hands]
-        try:
-            for future in as_completed(futures):
-                journal.add(future.result())
-                told()
-        except BaseException:
-            for future in futures:
-                future.cancel()
-            raise
+        dealt_out = dealt(jobs, [(k, draws, (campaign, hand)) for k, hand in enumerate(hands)])
+        found = (made for _, made in dealt_out)
+    for made in found:
+        journal.add(made)
+        say(f"{sum(seed in journal.done for seed in seeds)} of {len(seeds)} draws")
     return [journal.done[seed] for seed in seeds]
+
+
+def _submitted(
+    executor: Executor, campaign: Campaign, hands: Sequence[Sequence[int]]
+) -> Iterator[list[dict[str, Any]]]:
+    """Draws of an executor, as they come; after an error those that have not begun never do."""
+    futures = [executor.submit(draws, campaign, hand) for hand in hands]
+    try:
+        for future in as_completed(futures):
+            yield future.result()
+    except BaseException:
+        for future in futures:
+            future.cancel()
+        raise

@@ -1,7 +1,8 @@
 """A ship in a sea state: roll, pitch and heave of a spectrum of waves.
 
-The spectrum is ITTC's of two parameters (Bretschneider), heights and periods are those of the sea
-states of STANAG 4194. Heave and pitch answer as in the closed form of Jensen, Mansour and Olsen
+The spectrum is ITTC's of two parameters (Bretschneider). Heights are the middles of the WMO sea
+state code; modal periods are those usual with it for the open ocean (STANAG 4194, not checked
+against its text). Heave and pitch answer as in the closed form of Jensen, Mansour and Olsen
 (2004, Estimation of ship motions using closed-form expressions, Ocean Engineering 31), roll as one
 degree of freedom to the slope of the wave (Lloyd, Seakeeping, 1989).
 """

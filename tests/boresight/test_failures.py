@@ -17,6 +17,7 @@ from boresight.sim.records.bundled import bundled
 
 COMMAND = [sys.executable, "-m", "boresight"]
 LOG = str(bundled("synthetic_60s"))
+DRIFT = Path(__file__).parents[1] / "support" / "drift.py"
 
 
 def stopped(argv: list[str], tmp_path: Path, *, after: str, everybody: bool) -> tuple[int, str]:
@@ -68,6 +69,7 @@ def alive(session: int) -> list[str]:
     [
         (["accuracy", "published", LOG, "--jobs", "2"], "[1/"),
         (["check", "complementary", LOG, "--levels", "rtl"], "rtl in verilator"),
+        (["montecarlo", f"{DRIFT}:Constant", f"{DRIFT}:Mean", "--runs", "100000"], "of 100000 "),
         (["tune", "mekf", LOG, LOG, "--folds", "1", "--jobs", "2"], "; C"),
     ],
 )

@@ -18,7 +18,7 @@ from boresight.sim.experiments.experiment import Experiment, Result, Target
 from boresight.sim.experiments.radar.page import render
 from boresight.sim.experiments.radar.runs import Predicted, Watched, first, predicted, watch
 from boresight.sim.montecarlo.campaign import Campaign
-from boresight.sim.montecarlo.deal import complete, processes
+from boresight.sim.montecarlo.deal import complete
 from boresight.sim.montecarlo.figures import figures as judged
 from boresight.sim.montecarlo.journal import Journal
 from boresight.sim.worlds.radar import world as worlds
@@ -53,7 +53,7 @@ class Radar(Experiment):
         }
         theory = predicted(TwoRadars(seconds=170.0), *NOISY)
         say(f"{runs} runs with the printed noise")
-        spread = campaign(seed, runs, say)
+        spread = campaign(seed, runs, say, self.jobs)
         found = figures(free, noisy, theory, spread, apart)
         for config in CONFIGS:
             core = build_core(Registration().compile(), config)
@@ -67,16 +67,16 @@ class Radar(Experiment):
         )
 
 
-def campaign(seed: int, runs: int, say: Callable[[str], None]) -> dict[str, Any]:
-    """Monte-Carlo of the printed noise and biases up to 80 s, on the integer C, on all cores."""
+def campaign(
+    seed: int, runs: int, say: Callable[[str], None], jobs: int | None = None
+) -> dict[str, Any]:
+    """Monte-Carlo of the printed noise and biases up to 80 s, on the integer C."""
     where = f"{Path(worlds.__file__)}:TwoRadars"
     asked = Campaign(where, "registration", tuple(sorted(first(*NOISY).items())))
-    with (
-        tempfile.TemporaryDirectory(prefix="boresight-") as folder,
-        processes(min(os.cpu_count() or 1, runs)) as dealer,
-    ):
+    jobs = jobs or os.cpu_count() or 1
+    with tempfile.TemporaryDirectory(prefix="boresight-") as folder:
         journal = Journal(Path(folder) / "runs", asked.identity())
-        draws = complete(asked, range(seed, seed + runs), journal, dealer, say)
+        draws = complete(asked, range(seed, seed + runs), journal, say=say, jobs=jobs)
     return judged(draws, {}, Registration.nis_freedom)
 
 

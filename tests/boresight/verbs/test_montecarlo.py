@@ -126,3 +126,23 @@ def test_text_of_people(tmp_path, capsys) -> None:
     assert main(["montecarlo", *TEXTS, "--runs", "3", "--jobs", "1", "-o", str(tmp_path)]) == 0
     out, err = capsys.readouterr()
     assert "NEES per degree of freedom" in out and "3 draws" in out and "3 of 3 draws" in err
+
+
+@pytest.mark.parametrize(
+    ("what", "old", "new"),
+    [("filter", "0.01, 16.0", "0.02, 16.0"), ("world", "2.0 * rng", "1.0 * rng")],
+)
+def test_a_journal_of_what_has_changed_since_is_refused(what, old, new, tmp_path, capsys) -> None:
+    """Draws of the filter or world as it was and as it is would be those of neither."""
+    text = DRIFT.read_text()
+    for name in ("filter", "world"):
+        (tmp_path / f"{name}.py").write_text(text)
+    words = ["montecarlo", f"{tmp_path}/world.py:Constant", f"{tmp_path}/filter.py:Mean"]
+    words += ["--runs", "2", "--jobs", "1", "-o", str(tmp_path)]
+    assert main(words) == 0
+    journal = tmp_path / "montecarlo-constant-mean.runs"
+    before = journal.read_text()
+    (tmp_path / f"{what}.py").write_text(text.replace(old, new))
+    assert main(words) == 2
+    assert "found that of another one" in capsys.readouterr().err
+    assert journal.read_text() == before

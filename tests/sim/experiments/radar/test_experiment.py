@@ -57,7 +57,7 @@ def test_run(monkeypatch) -> None:
         return watched(1.0 if not world.noises.any() else 10.0)
 
     monkeypatch.setattr(experiment, "watch", watch)
-    monkeypatch.setattr(experiment, "campaign", lambda seed, runs, say: spread())
+    monkeypatch.setattr(experiment, "campaign", lambda seed, runs, say, jobs: spread())
     monkeypatch.setattr(experiment, "predicted", lambda *a: theory())
     core = SimpleNamespace(schedule=SimpleNamespace(interval=700))
     monkeypatch.setattr(experiment, "build_core", lambda *a: core)
@@ -68,11 +68,9 @@ def test_run(monkeypatch) -> None:
     assert result.good and result.pages["radar.html"].count("impossible") == 6
 
 
-def test_a_short_campaign(monkeypatch) -> None:
+def test_a_short_campaign() -> None:
     """Two draws, here, of the real thing."""
-    from contextlib import nullcontext
 
-    monkeypatch.setattr(experiment, "processes", lambda jobs: nullcontext(None))
-    data = experiment.campaign(1, 2, lambda text: None)
+    data = experiment.campaign(1, 2, lambda text: None, 1)
     assert data["runs"] == 2 and data["marks"][-1] == AT
     assert data["nis"]["mean"] == pytest.approx(1.0, abs=0.1)
