@@ -20,8 +20,8 @@ def targets_of(
 
     Columns: ``figure``, ``name``, ``source``, ``low``, ``high``; if the table has them also
     ``over`` and ``less`` (the figure is divided by that one, or less that one), ``prototype``,
-    ``unit``, ``note``. What has a note does not bind. ``spreads``: least and greatest of the runs,
-    by figure.
+    ``unit``, ``note``, ``reported`` ("yes": a claim of others that does not bind). ``spreads``:
+    least and greatest of the runs, by figure.
     """
     text = files(package).joinpath("targets.csv").read_text(encoding="utf-8")
     return tuple(_target(row, figures, spreads or {}) for row in csv.DictReader(text.splitlines()))
@@ -42,7 +42,7 @@ def _target(
         low=float(row["low"]) if row["low"] else None,
         high=float(row["high"]) if row["high"] else None,
         unit=row.get("unit", ""),
-        binding=not row.get("note"),
+        binding=row.get("reported") != "yes",
         beside={"prototype": float(row["prototype"])} if row.get("prototype") else {},
         spread=spread,
         note=row.get("note", ""),

@@ -7,11 +7,11 @@ import pytest
 from boresight.sim.experiments.experiment import Target
 from boresight.sim.experiments.targets import targets_of
 
-TABLE = """figure,over,less,source,name,low,high,prototype,unit,note
-a,,,step 1,"plain, x",,0.5,0.25,deg,
-a,b,,step 2,ratio,0.1,,,,
-a,,b,step 3,difference,-4,-3,,,because
-b,,,step 4,shown,,,,s,
+TABLE = """figure,over,less,source,name,low,high,prototype,unit,note,reported
+a,,,step 1,"plain, x",,0.5,0.25,deg,,
+a,b,,step 2,ratio,0.1,,,,and so,
+a,,b,step 3,difference,-4,-3,,,because,yes
+b,,,step 4,shown,,,,s,,
 """
 
 
@@ -29,7 +29,7 @@ def test_rows(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     named = {"source": "step 1", "unit": "deg", "beside": {"prototype": 0.25}}
     assert found == (
         Target(name="plain, x", value=1.0, high=0.5, spread=(0.5, 2.0), **named),
-        Target(name="ratio", source="step 2", value=0.25, low=0.1),
+        Target(name="ratio", source="step 2", value=0.25, low=0.1, note="and so"),
         Target(
             name="difference",
             source="step 3",
