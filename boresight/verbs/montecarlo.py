@@ -102,7 +102,6 @@ def montecarlo(
     name = f"montecarlo-{plant.name}-{filter.name}"
     folder = Path(output)
     result = OutputFile(folder / f"{name}.json", "montecarlo", of=name)
-    folder.mkdir(parents=True, exist_ok=True)
     journal = Journal(folder / f"{name}.runs", campaign.identity())
     seeds = range(seed, seed + runs)
     own = (jobs or os.cpu_count() or 1) if campaign.texts else 1

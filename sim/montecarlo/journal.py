@@ -53,7 +53,9 @@ class Journal:
             for line in lines[1:]:
                 draw = json.loads(line)
                 self.done[draw["seed"]] = draw
-            path.write_text(whole or head + "\n", encoding="utf-8")
+            self._head = "" if whole else head + "\n"  # written with the first draw
+            if whole != text:
+                path.write_text(whole, encoding="utf-8")
         except (OSError, ValueError) as error:
             if isinstance(error, InputError):
                 raise
@@ -66,7 +68,10 @@ class Journal:
 
     def add(self, draws: Iterable[dict[str, Any]]) -> None:
         """Append draws; they are on disk when this returns."""
+        self.path.parent.mkdir(parents=True, exist_ok=True)
         with self.path.open("a", encoding="utf-8") as file:
+            file.write(self._head)
+            self._head = ""
             for draw in draws:
                 file.write(json.dumps(draw, sort_keys=True) + "\n")
                 self.done[draw["seed"]] = draw

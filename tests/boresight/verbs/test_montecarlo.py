@@ -120,6 +120,7 @@ def test_a_world_without_draws_or_truth(tmp_path, capsys) -> None:
         arguments = ["montecarlo", f"{path}:{name}", TEXTS[1], "--jobs", "1", "--runs", "2"]
         assert main([*arguments, "-o", str(tmp_path / name)]) == 2
         assert message in capsys.readouterr().err
+        assert not (tmp_path / name).exists()
 
 
 def test_text_of_people(tmp_path, capsys) -> None:

@@ -23,6 +23,7 @@ def test_without_dask_one_line_says_what_to_install(monkeypatch, tmp_path, capsy
     arguments = ["montecarlo", *TEXTS, "--scheduler", "tcp://here:8786", "-o", str(tmp_path)]
     assert main(arguments) == 1
     assert capsys.readouterr().err.count("\n") == 1
+    assert not list(tmp_path.iterdir())
 
 
 def test_objects_cannot_go_to_a_cluster(tmp_path) -> None:

@@ -9,7 +9,9 @@ from boresight.sim.montecarlo.journal import Journal
 
 
 def test_goes_on(tmp_path) -> None:
-    path = tmp_path / "j"
+    path = tmp_path / "new" / "j"
+    Journal(path, {"a": 1})
+    assert not path.parent.exists(), "nothing before the first draw"
     Journal(path, {"a": 1}).add([{"seed": 3, "x": 0.1}, {"seed": 4, "x": 1 / 3}])
     again = Journal(path, {"a": 1})
     assert again.done == {3: {"seed": 3, "x": 0.1}, 4: {"seed": 4, "x": 1 / 3}}
@@ -31,7 +33,7 @@ def test_cannot_be_read(tmp_path) -> None:
     with pytest.raises(InputError, match="wanted a journal that can be read and written"):
         Journal(tmp_path, {"a": 1})
     path = tmp_path / "j"
-    Journal(path, {"a": 1})
+    Journal(path, {"a": 1}).add([])
     path.write_text(path.read_text() + "broken\n")
     with pytest.raises(InputError, match="wanted a journal that can be read and written"):
         Journal(path, {"a": 1})
