@@ -17,6 +17,7 @@ from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, with_params
 from boresight.model.words.fixed import Format
 from boresight.model.words.program import Program
+from boresight.sim.levels.level import told
 from boresight.sim.worlds.world import World
 
 __all__ = ["Fleet", "Loops", "Single", "close_loops"]
@@ -116,7 +117,7 @@ def close_loops(
         record = taken.of(given)
         found, clamped = models.update(words_in.quantise(record).astype(np.int32))
         saturated += clamped
-        outputs = dict(zip(names, given_out.real(found).T, strict=True))
+        outputs = told(dict(zip(names, given_out.real(found).T, strict=True)), program.ports)
         inputs.append(record)
         answers.append(found[:, kept])
     if not inputs:
@@ -129,7 +130,8 @@ def close_loops(
     real = _formats(program, [program.outputs[k] for k in kept]).real
     table = real(np.stack(answers))
     by_name = {names[k]: table[:, :, at] for at, k in enumerate(kept)}
-    return Loops(np.stack(inputs), by_name, saturated)
+    ports = [port for port in program.ports if port.name in by_name]
+    return Loops(np.stack(inputs), told(by_name, ports), saturated)
 
 
 def _formats(program: Program, numbers: Sequence[int]) -> Format:

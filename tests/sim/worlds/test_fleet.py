@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from boresight.model import ops
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output, Param, State
 from boresight.sim.levels.build import Build
@@ -24,11 +25,11 @@ class Follow(Estimator):
     )
     params = (Param("gain", 0.5, 0.0, 1.0, "", "share of the innovation taken"),)
     states = (State("pos", -8.0, 8.0, "m"),)
-    outputs = (Output("pos", "m"), Output("late", "m"))
+    outputs = (Output("pos", "m"), Output("late", "m"), Output("phase", "turn"))
 
     def step(self, x, u, p):
         pos = x.pos + p.gain * u.valid * (u.z - x.pos) + u.dt * (u.aim - x.pos)
-        return {"pos": pos}, {"pos": pos, "late": x.pos}
+        return {"pos": pos}, {"pos": pos, "late": x.pos, "phase": ops.wrap_turns(0.3 * pos)}
 
 
 class Pursuit(Fleet):
@@ -59,10 +60,11 @@ def test_each_is_a_loop_of_its_own() -> None:
         level = make_level("c", Build(Follow(), params=[{"gain": 0.25}]))
         one = close_loop(Single(Pursuit((seed,))), Follow(), level)
         assert (one.inputs == loops.inputs[:, k]).all() and len(one.inputs) == 40
-        for name in ("pos", "late"):
+        for name in ("pos", "late", "phase"):
             assert (one.outputs[name] == loops.outputs[name][:, k]).all()
     assert (loops.inputs[2:, 0, 0] == 0.1).all()  # clamped, as declared
     assert not loops.saturated.any()
+    assert (loops.outputs["phase"] > 0.5).any() and (loops.outputs["phase"] >= 0.0).all()
     again = close_loops(Pursuit((1, -2, 5)), Follow(), {"gain": 0.25}, keep=("late",))
     assert list(again.outputs) == ["late"]
     assert (again.outputs["late"] == loops.outputs["late"]).all()
