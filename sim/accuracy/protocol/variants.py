@@ -245,9 +245,8 @@ def noisier(factor: float = 3.0) -> Variant:
 
     def work(log: NineAxis) -> NineAxis:
         rng = _rng(log)
-        return replace(
-            log, **{n: _with_noise(getattr(log, n), factor, rng) for n in ("gyr", "acc", "mag")}
-        )
+        gyr, acc, mag = (_with_noise(v, factor, rng) for v in (log.gyr, log.acc, log.mag))
+        return replace(log, gyr=gyr, acc=acc, mag=mag)
 
     return work
 
@@ -260,4 +259,5 @@ def _with_noise(values: FloatArray, factor: float, rng: np.random.Generator) -> 
         return values
     # the variance of a second difference of white noise is six times that of a sample
     quiet = np.quantile(blocks.var(axis=1), 0.1, axis=0) / 6.0
-    return values + np.sqrt((factor**2 - 1.0) * quiet) * rng.standard_normal(values.shape)
+    sd = np.sqrt((factor**2 - 1.0) * quiet)
+    return np.asarray(values + sd * rng.standard_normal(values.shape))
