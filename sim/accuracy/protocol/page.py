@@ -67,7 +67,8 @@ def dots(
         axes.set_yticks(range(len(rows)), [name for name, _ in rows])
         axes.set_ylim(len(rows) - 0.5, -0.5)
         axes.set_xlabel(axis)
-        legend(axes, len(names))
+        if axes.get_legend_handles_labels()[0]:
+            legend(axes, len(names))
         return svg(figure, salt=salt)
 
 
