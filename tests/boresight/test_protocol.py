@@ -53,5 +53,5 @@ def test_what_it_runs_on_by_default() -> None:
 def test_objects_and_unknown_protocols_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="other processes can read"):
         run_protocol("short", [Complementary], [], [], output=tmp_path)
-    with pytest.raises(InputError, match="wanted one of full, short"):
+    with pytest.raises(InputError, match="wanted one of full, short, glance"):
         run_protocol("long", ["mekf"], [], [], output=tmp_path)

@@ -91,8 +91,13 @@ def _short() -> list[Case]:
     return _first() + [case for case in _full() if case.name in kept]
 
 
+def _glance() -> list[Case]:
+    kept = ("as recorded", "bias 0.7 deg/s", "cut at place 0")
+    return [case for case in _full() if case.name in kept]
+
+
 #: By name.
-PROTOCOLS: dict[str, Callable[[], list[Case]]] = {"full": _full, "short": _short}
+PROTOCOLS: dict[str, Callable[[], list[Case]]] = {"full": _full, "short": _short, "glance": _glance}
 
 
 def cases_of(protocol: str) -> list[Case]:
@@ -108,6 +113,6 @@ def cases_of(protocol: str) -> list[Case]:
             "--protocol",
             wanted=f"one of {', '.join(PROTOCOLS)}",
             found=repr(protocol),
-            fix="full has every case, short some of each kind",
+            fix="full has every case, short some of each kind, glance three",
         )
     return PROTOCOLS[protocol]()
