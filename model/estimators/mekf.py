@@ -10,9 +10,10 @@ Every measurement is a scalar along one axis of the attitude error, so no matrix
 
 * tilt: the specific force, turned to navigation axes and low-passed there (its three states turn
   with every correction), must point up: d_e = f_n/|f|, d_n = -f_e/|f|;
-* heading: the field, turned and low-passed likewise, must point north: d_u = m_e/m_h. Its variance
-  grows with the squared deviation of the field (m_h, m_u) from a slow reference, the largest of
-  late, in units of m_h: a disturbance of that size turns the heading by as much.
+* heading: the field, turned likewise, must point north: d_u = m_e/m_h. Its variance grows with the
+  squared deviation of the field (m_h, m_u) from a slow reference, the largest of late, in units of
+  m_h: a disturbance of that size turns the heading by as much; and with P of the tilt, times
+  tan^2(dip).
 
 They take turns, one each time ``update_s`` has passed. A measurement that speaks for Dt seconds has
 the variance var/Dt, so the same parameters hold at any sample rate::
@@ -22,7 +23,10 @@ the variance var/Dt, so the same parameters hold at any sample rate::
 At rest the bias goes to the low-passed gyro, b <- b + k (mean - b); with D = diag(1, 1, 1, 1-k,
 1-k, 1-k) that makes P <- D P D + k rest_var, whatever k: P_bb tends to rest_var/2.
 
-Evidence and alternatives: `docs/decisions/0006-mekf.md`.
+The first sample aligns it. Means begin young: with y one over their age they follow the faster, and
+Q grows by a multiple of y^2, so that what was learnt from a bad first sample is forgotten.
+
+Evidence and alternatives: `docs/decisions/0006-mekf.md` and `0037-any-start.md`.
 """
 
 from __future__ import annotations
