@@ -17,7 +17,7 @@ from boresight.sim.accuracy.protocol.runs import Campaign, complete, name_of, pa
 from boresight.sim.accuracy.protocol.summary import summary
 from boresight.sim.montecarlo.journal import Journal
 from boresight.sim.records.bundled import bundled, bundled_names, is_comparison
-from boresight.sim.worlds.carriers import CARRIERS
+from boresight.sim.worlds.carriers.logs import CARRIERS
 
 __all__ = ["own_trials", "run_protocol"]
 

@@ -67,6 +67,7 @@ FORCE_STEP_LIMIT = 64.0  #: m/s^2, largest deviation from the mean force that co
 RATE_STEP_LIMIT = 4.0  #: rad/s, the same of the rate.
 RATE_WEIGHT = 256.0  #: (m/s^2)^2 of motion that (1 rad/s)^2 of the rate's deviation stand for.
 MEAN_WEIGHT = 512.0  #: the same for the mean rate less the bias: who keeps turning is not at rest.
+HORIZONTAL_LIMIT = 128.0  #: uT, largest horizontal component of the field.
 FIELD_AGE_LIMIT = 0.25  #: s, age from which on the field's direction is not used.
 FIRST_FORCE_LIMIT = 64.0  #: m/s^2, largest component of the first force that is used.
 FIRST_FIELD_LIMIT = 128.0  #: uT, the same of the first field.
@@ -75,7 +76,7 @@ LOST_VAR = 1.0  #: rad^2/s, random walk of the attitude while the gyro says noth
 HEADING_LIMIT = 0.5  #: rad^2, variance from which on a heading that nothing tells gets no worse.
 #: 1/s, one over the age of a mean: at its start, the most that adds to the covariance, how much
 #: faster than its exponential it ends; and by how much more than a plain mean followers follow.
-YOUTH_START, YOUTH_LIMIT, YOUTH_ENDS = 64.0, 16.0, 0.15
+YOUTH_START, YOUTH_LIMIT, YOUTH_ENDS = 64.0, 8.0, 0.15
 FORCE_YOUTH, FIELD_YOUTH = 2.0, 8.0
 
 
@@ -157,6 +158,8 @@ class Mekf(Estimator):
         gyro = [ops.where(lost, mean, now) for mean, now in zip(rate, told, strict=True)]
         stale = (leveling & no_field) | (~leveling & (x.since_field > FIELD_AGE_LIMIT))
         heading_unknown = leveling | (x.horizontal < 0.0)
+        # Begun anew without a field, the attitude that it had is better than none.
+        anew = leveling & (~no_field | (x.rest_s < 0.0))
         no_heading, aligning = heading_unknown | stale, heading_unknown & ~stale
 
         # Whose turn: one-hot weights (h_1, h_2, h_3) of the axis -1, 0, 1.
@@ -176,28 +179,30 @@ class Mekf(Estimator):
         f_first = turned_over(over, force, FIRST_FORCE_LIMIT)
         m_first = turned_over(over, field, FIRST_FIELD_LIMIT)
         pairs = zip(f_first, _three(x, "force", "enu"), strict=True)
-        f = [ops.where(leveling, first, mean) for first, mean in pairs]
+        f = [ops.where(anew, first, mean) for first, mean in pairs]
         m = _three(x, "field", "enu")
-        east = cross(m_first, [(1.0 / 32.0) * c for c in f_first])
+        east = cross(m_first, [(1.0 / 128.0) * c for c in f_first])
         f_sq, m_sq = dot(f, f), m[0] * m[0] + m[1] * m[1]
         no_vertical = _below(f_sq, p.force_min_sq)
         f_inverse = ops.rsqrt(f_sq)
-        m_inverse = ops.rsqrt(ops.where(leveling, dot(east, east), m_sq))
+        m_inverse = ops.rsqrt(ops.where(anew, dot(east, east), m_sq))
         up = [ops.saturated(c * f_inverse, 1.0) for c in f]
         sine, cosine = (ops.saturated(c * m_inverse, 1.0) for c in m[:2])
         level, north = first_turns(up, [ops.saturated(c * m_inverse, 1.0) for c in east])
 
         # How odd the field is: squared deviation from the reference over the horizontal field,
         # the most of late.
-        change = (ops.saturated(m_sq * m_inverse, 512.0) - x.horizontal, m[2] - x.vertical)
+        change = (ops.saturated(m_sq * m_inverse, 256.0) - x.horizontal, m[2] - x.vertical)
         odd = tuple(ops.saturated(d * m_inverse, 1.0) for d in change)
         odd_now = ops.named("odd_now", ops.bounded(dot(odd, odd), 0.0, 2.0, "two squares"))
-        forget = ops.saturated((p.field_forget_per_s + FIELD_YOUTH * x.field_youth) * dt, 1.0)
+        forget = ops.maximum(p.field_forget_per_s, FIELD_YOUTH * x.field_youth)
+        forget = ops.saturated(forget * dt, 1.0)
         odd_past = ops.bounded(x.odd_sq - forget * x.odd_sq, 0.0, 2.0, "a part of it")
         odd_past = ops.named("odd_past", odd_past)
         odd_sq = ops.named("odd", ops.where(odd_now < odd_past, odd_past, odd_now))
 
         # At rest the gyro's mean is the bias: b <- b + k (mean - b) with the gain k on every axis.
+        off = [r - b for r, b in zip(rate, bias, strict=True)]
         resting = p.rest_time_s < x.rest_s
         rest_gain = ops.named(
             "rest_gain", ops.where(resting, ops.saturated(p.rest_rate_per_s * step, 0.5), 0.0)
@@ -241,17 +246,15 @@ class Mekf(Estimator):
         turned = tuple(ops.saturated(k * innovation, CORRECTION_LIMIT) for k in gain[:3])
         learnt = [
             ops.saturated(
-                ops.where(
-                    leveling, 0.0, b * keep + r * rest_gain + k * (1.0 / BIAS_SCALE) * innovation
-                ),
+                ops.where(leveling, 0.0, b + rest_gain * o + k * (1.0 / BIAS_SCALE) * innovation),
                 BIAS_LIMIT,
             )
-            for b, r, k in zip(bias, rate, gain[3:], strict=True)
+            for b, o, k in zip(bias, off, gain[3:], strict=True)
         ]
 
         # Attitude: correction (or alignment), then the gyro's step, then |q| = 1.
         correction = self._correction(
-            leveling, aligning, level, north, about_vertical(1.0, cosine, sine), turned
+            anew, aligning, level, north, about_vertical(1.0, cosine, sine), turned
         )
         half = tuple(
             ops.saturated(0.5 * (w * dt - b * dt), HALF_STEP_LIMIT)
@@ -259,7 +262,7 @@ class Mekf(Estimator):
         )
         first = (ops.where(over, 0.0, 1.0), ops.where(over, 1.0, 0.0), 0.0, 0.0)
         pairs = zip(first, (getattr(x, f"q{a}") for a in "wxyz"), strict=True)
-        before = [ops.where(leveling, start, kept) for start, kept in pairs]
+        before = [ops.where(anew, start, kept) for start, kept in pairs]
         q = tuple(ops.saturated(c, 1.0) for c in _product(before, _increment(half)))
         q = tuple(ops.saturated(c, 1.0) for c in _product(correction, q))
         norm = ops.rsqrt(ops.bounded(dot(q, q), 0.0, 1.0, "norms of at most 1.1, 0.75 and 1"))
@@ -267,11 +270,10 @@ class Mekf(Estimator):
         C = matrix(q)
         pitch, roll, heading = _euler_ht(C)
 
-        youth = [ops.minimum(y, YOUTH_LIMIT) for y in (x.force_youth, x.field_youth)]
-        start_heading = ops.where(heading_unknown, 0.0, p.start_heading_var)
+        youth = [ops.saturated(y, YOUTH_LIMIT) for y in (x.force_youth, x.field_youth)]
         walk = ops.where(lost, LOST_VAR, p.gyro_var + p.gyro_scale_var * speed_sq)
         growth = [
-            q * (y * y) for q, y in zip((p.start_tilt_var, start_heading), youth, strict=True)
+            q * (y * y) for q, y in zip((p.start_tilt_var, p.start_heading_var), youth, strict=True)
         ]
         after = self._covariance(
             P, gain, column, C, step, leveling, keep, rest_gain, walk, growth, p
@@ -293,8 +295,10 @@ class Mekf(Estimator):
             ops.saturated(c + f_follow * d + t, FORCE_LIMIT)
             for c, d, t in zip(f, f_change, cross(turned, f), strict=True)
         ]
+        e_now, n_now, u_now = turn(C, field)
+        level_now = (ops.saturated(c, HORIZONTAL_LIMIT) for c in (e_now, n_now))
         m_after = [
-            ops.where(no_field, kept, new) for kept, new in zip(m, turn(C, field), strict=True)
+            ops.where(no_field, kept, new) for kept, new in zip(m, (*level_now, u_now), strict=True)
         ]
         r_after = [
             ops.saturated(c + r_follow * d, RATE_STEP_LIMIT)
@@ -315,7 +319,6 @@ class Mekf(Estimator):
         vertical = ops.bounded(x.vertical + follow * change[1], -450.0, 450.0, "a mean of fields")
 
         # Rest: rate and force keep near their means, and the mean rate can be a bias.
-        off = [r - b for r, b in zip(rate, bias, strict=True)]
         motion = (
             dot(f_change, f_change)
             + RATE_WEIGHT * dot(r_change, r_change)
@@ -347,7 +350,7 @@ class Mekf(Estimator):
             "horizontal": horizontal,
             "vertical": vertical,
             "force_youth": ops.where(leveling, YOUTH_START, _older(x.force_youth, dt)),
-            "field_youth": ops.where(heading_unknown, YOUTH_START, _older(x.field_youth, dt)),
+            "field_youth": ops.where(aligning, YOUTH_START, _older(x.field_youth, dt)),
             "odd_sq": ops.where(heading_unknown, 0.0, odd_sq),
             "since_update": ops.where(due, 0.0, since),
             "axis": ops.bounded(ops.where(due, h[1] - h[2], x.axis), -1.0, 1.0, "one of three"),
@@ -368,7 +371,7 @@ class Mekf(Estimator):
 
     @staticmethod
     def _correction(
-        leveling: Any, aligning: Any, level: Any, north: Any, around: Any, turned: Any
+        anew: Any, aligning: Any, level: Any, north: Any, around: Any, turned: Any
     ) -> list[Any]:
         """Quaternion of norm 0.2 to 1.1 that turns the attitude about navigation axes.
 
@@ -377,11 +380,11 @@ class Mekf(Estimator):
         correction (1, d/2).
         """
         a = [
-            ops.where(aligning, ops.where(leveling, first, later), other)
+            ops.where(aligning, ops.where(anew, first, later), other)
             for first, later, other in zip(north, around, (2.0, 0.0), strict=True)
         ]
         b = [
-            ops.where(leveling, first, later)
+            ops.where(anew, first, later)
             for first, later in zip((*level, 0.0), (2.0, *turned), strict=True)
         ]
         return [
@@ -413,7 +416,7 @@ class Mekf(Estimator):
         trace = P[0][0] + P[1][1] + P[2][2] + P[3][3] + P[4][4] + P[5][5]
         step = ops.named("growth_step", ops.where(trace > TRACE_LIMIT, 0.0, step))
         A = [[c * (step * (1.0 / BIAS_SCALE)) for c in row] for row in C]
-        added = [ops.saturated((attitude + more) * step, GROWTH_LIMIT) for more in growth]
+        added = [ops.saturated(attitude * step + more * step, GROWTH_LIMIT) for more in growth]
         walk = BIAS_SCALE * BIAS_SCALE * (p.bias_var * step + p.rest_var * rest_gain)
         p0 = (P0_TILT, P0_TILT, P0_HEADING, *(BIAS_SCALE * BIAS_SCALE * p.p0_bias,) * 3)
         factor = (1.0, keep, ops.named("rest_keep_sq", keep * keep))

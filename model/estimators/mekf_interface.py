@@ -142,7 +142,7 @@ PARAMS = (
         "start_tilt_var",
         0.04,
         0.0,
-        10.0,
+        0.25,
         "rad^2*s",
         "more random walk of the tilt while the mean force is young, over its squared age: large "
         "follows the accelerometer at the start",
@@ -151,7 +151,7 @@ PARAMS = (
         "start_heading_var",
         0.07,
         0.0,
-        10.0,
+        0.25,
         "rad^2*s",
         "the same of the heading while it has not been observed for long",
     ),
@@ -194,7 +194,8 @@ STATES = (
     *(State(f"bias_{a}", -0.25, 0.25 * (1 - 2.0**-31), "rad/s") for a in "xyz"),
     *(State(covariance_name(i, j), -3.9, 3.9, "") for i, j in PAIRS),
     *(State(f"force_{a}", -256.0, 256.0 * (1 - 2.0**-31), "m/s^2") for a in "enu"),
-    *(State(f"field_{a}", -444.0, 444.0, "uT") for a in "enu"),
+    *(State(f"field_{a}", -128.0, 128.0 * (1 - 2.0**-31), "uT") for a in "en"),
+    State("field_u", -444.0, 444.0, "uT"),
     *(State(f"rate_{a}", -4.0, 4.0 * (1 - 2.0**-31), "rad/s") for a in "xyz"),
     State("horizontal", -1.0, 450.0, "uT", -1.0),  # of the reference field; -1: not known
     State("vertical", -450.0, 450.0, "uT"),

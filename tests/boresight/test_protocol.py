@@ -12,7 +12,7 @@ from boresight.model.estimators.complementary import Complementary
 from boresight.protocol import own_trials, run_protocol
 from boresight.sim.accuracy.protocol import runs
 from boresight.sim.accuracy.protocol.plan import Case, cases_of
-from boresight.sim.worlds import carriers
+from boresight.sim.worlds.carriers import logs as carriers
 
 
 @pytest.fixture

@@ -35,7 +35,7 @@ from boresight.sim.processes import dealt
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
 from boresight.sim.records.nine_axis import NineAxis
-from boresight.sim.worlds import carriers
+from boresight.sim.worlds.carriers import logs as carriers
 
 __all__ = ["LEFT_OUT_S", "SETTLED_DEG", "Campaign", "complete", "settled_s"]
 
@@ -58,7 +58,7 @@ class Campaign:
     Attributes
     ----------
     trials : tuple of str
-        Files, or ``carrier:NAME:SEED`` for a draw of `sim.worlds.carriers`.
+        Files, or ``carrier:NAME:SEED`` for a draw of `sim.worlds.carriers.logs`.
     estimators, peers : tuple of str
         Ours (or of a user's file), and published ones.
     params : parameter values by estimator, both sorted

@@ -261,6 +261,17 @@ def test_restart_forgets_everything() -> None:
     assert all(states[n][len(first), 0] == after_fresh[n][0, 0] for n in k)
 
 
+def test_begun_anew_without_a_field_it_keeps_its_attitude() -> None:
+    q = attitudes(6.0, 100.0, 0.5)
+    x = records(q, 0.01)
+    x[400, 0] = -0.01
+    x[400:420, MAG] = 0.0
+    out, states = run(x)
+    assert apart(out, q)[399:].max() < 1.0
+    assert bit(out, 1)[400:420].all() and not bit(out, 1)[421:].any()
+    assert states["p_uu"][400, 0] == 0.05
+
+
 def covariance(states: Any) -> Any:
     p = np.zeros((len(states["p_ee"]), 6, 6))
     for i, j in PAIRS:

@@ -13,7 +13,7 @@ from boresight.sim.accuracy.protocol.plan import cases_of
 from boresight.sim.accuracy.protocol.runs import Campaign, complete, figures_of, settled_s
 from boresight.sim.attitude.rotation import euler_to_quaternion, quaternion_multiply
 from boresight.sim.montecarlo.journal import Journal
-from boresight.sim.worlds.carriers import carrier
+from boresight.sim.worlds.carriers.logs import carrier
 
 CAMPAIGN = Campaign("short", ("carrier:ship:1",), ("complementary",), ("vqf",))
 

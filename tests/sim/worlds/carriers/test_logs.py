@@ -8,8 +8,8 @@ import pytest
 from boresight.model.declarations import GRAVITY
 from boresight.model.errors import InputError
 from boresight.sim.attitude.rotation import rotate, turns_between
-from boresight.sim.worlds import carriers
-from boresight.sim.worlds.carriers import CARRIERS, carrier
+from boresight.sim.worlds.carriers import logs as carriers
+from boresight.sim.worlds.carriers.logs import CARRIERS, carrier
 
 
 @pytest.fixture(autouse=True)
