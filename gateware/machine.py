@@ -173,6 +173,18 @@ class Machine:
         """Width of the microword."""
         return sum(f.width for f in self.fields())
 
+    def rom_columns(self, depth: int) -> tuple[int, ...]:
+        """Widths of the memories side by side that hold so many microwords.
+
+        2,048 words deep, a block RAM has 9 bits and half of one 4: a few bits beyond a multiple of
+        9 get a half of their own, or yosys builds all of it of shallower ones and multiplexers.
+        Machines with 512 registers keep the Verilog that they have.
+        """
+        rest = self.word_bits % 9
+        if depth < 2048 or self.register_words == 512 or not 0 < rest <= 4:
+            return (self.word_bits,)
+        return (self.word_bits - rest, rest)
+
 
 #: The configurations that ship.
 CONFIGS = {"small": Machine(name="small", lanes=1), "fast": Machine(name="fast", lanes=2)}
