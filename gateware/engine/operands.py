@@ -131,9 +131,7 @@ class Operands(wiring.Component):
         quarter = Cat(field[2], 1) if apart else Cat(~field[2], field[2] ^ field[3])
         place = Cat(field[:2], self.index[0])
         offset = self._reads(field)
-        address = Mux(
-            self.table[0], Cat(place, quarter), Cat(offset, Const(0, 11 - len(offset)))
-        )
+        address = Mux(self.table[0], Cat(place, quarter), Cat(offset, Const(0, 11 - len(offset))))
         a, b = self._read(m, a_store, self._reads(self.a_addr[0])), self._read(m, b_store, address)
         if apart:
             rest = self._memory(m, "tables2", self.image.tables[shared:], block)
