@@ -87,7 +87,7 @@ def simulate(
         Log with reference attitude; its rows are the samples, at 1024 a second whatever its own
         rate. By default a synthetic motion.
     config : str
-        "small" or "fast".
+        "small" or "fast", or with twice the registers "small-1024" or "fast-1024".
     seconds : float
         Length of the long run.
     source : str

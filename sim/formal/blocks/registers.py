@@ -189,9 +189,9 @@ def _proof(config: str, programs: int, *, selector: bool = False) -> Proof:
         induction=4,
         cover=range(11, 13),
         claim=f"Registers, {machine.lanes} lane(s), {machine.register_words} words, {programs} "
-        f"program(s){how}: every acknowledged write was granted once, at its own address and data; nothing is granted or acknowledged "
-        "without a write; a program that exists runs; a word read is that of the address of the "
-        "cycle before",
+        f"program(s){how}: every acknowledged write was granted once, at its own address and data; "
+        "nothing is granted or acknowledged without a write; a program that exists runs; a word "
+        "read is that of the address of the cycle before",
         harness=lambda: Bus(
             Registers(
                 machine=machine,
