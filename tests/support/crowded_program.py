@@ -13,10 +13,15 @@ __all__ = ["crowded_program"]
 
 
 def crowded_program(
-    name: str = "crowded", *, results: int = 140, constants: int = 150, states: int = 60
+    name: str = "crowded",
+    *,
+    inputs: int = 2,
+    results: int = 140,
+    constants: int = 150,
+    states: int = 60,
 ) -> Program:
-    """``results`` alive at once beside ``constants``; ``states`` that sum up products of them."""
-    values = [Value(n, Kind.INPUT, 31, -1.0, 1.0, "test") for n in ("x", "y")]
+    """``inputs`` and ``results`` alive at once beside ``constants``; ``states`` sum up products."""
+    values = [Value(f"x{k}", Kind.INPUT, 31, -1.0, 1.0, "test") for k in range(inputs)]
     ops: list[Op] = []
 
     def op(label: str, *terms: Term) -> int:
@@ -36,23 +41,24 @@ def crowded_program(
     made = [
         op(
             f"v{k}",
-            Term(k % 2, first + k % constants, 23),
+            Term(k % inputs, first + k % constants, 23),
             Term(1, first + (7 * k) % constants, 25),
         )
         for k in range(results)
     ]
-    total = op("total", *(Term(n, first + k % constants, 23) for k, n in enumerate(made)))
+    alive = (*range(inputs), *made)
+    total = op("total", *(Term(n, first + k % constants, 23) for k, n in enumerate(alive)))
     after = [
         op(f"s{k}.next", Term(kept + k, first, 23), Term(made[k % results], total, 23))
         for k in range(states)
     ]
-    last = op("last", *(Term(n, total, 28) for n in made))
+    last = op("last", *(Term(n, total, 28) for n in alive))
     return Program(
         name,
         Arithmetic(),
         tuple(values),
         tuple(ops),
-        (0, 1),
+        tuple(range(inputs)),
         (last, after[0]),
         ("last", "state"),
         tuple((kept + k, n) for k, n in enumerate(after)),

@@ -6,6 +6,7 @@ import pytest
 
 from boresight.gateware.machine import CONFIGS, Machine
 from boresight.gateware.schedule.allocate import Allocation, allocate, allocate_together
+from boresight.gateware.schedule.check import check_schedule
 from boresight.gateware.schedule.search import Schedule, ScheduleError, schedule
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import Kind, Op, Program, Term, Value
@@ -144,10 +145,19 @@ def test_results_live_where_next_states_are_yet_to_be_written(machine: Machine) 
     used = allocate(few).addresses()
     taken = [used[after] for _, after in few.program.states]
     assert len([n for n in used.values() if n in taken]) == len(taken)
+    # So too where only the bank of the inputs is too small.
+    many = crowded_program(inputs=140, results=4, constants=3)
+    plan = schedule(many, machine, restarts=0)
+    check_schedule(many, plan, allocate(plan))
     # And next states are not enough for everything.
     wanted = r"^crowded: \d+ constants, \d+ registers of the \w+ machine left for them; config \S+"
     with pytest.raises(ScheduleError, match=wanted):
         allocate(schedule(crowded_program(constants=240), machine, restarts=0))
+    wanted = (
+        r"^crowded: parameters, inputs and results need \d+ registers of bank 0, the \w+ machine"
+    )
+    with pytest.raises(ScheduleError, match=wanted):
+        allocate(schedule(crowded_program(inputs=300, constants=3), machine, restarts=0))
 
 
 def _makers(s: Schedule) -> dict[int, int]:
