@@ -110,9 +110,9 @@ def test_parameters_go_on_in_the_next_bank() -> None:
     assert [fast.parameter_register(k) for k in (0, 47, 48, 100)] == [0, 47, 256, 308]
 
 
-@CONFIG
+@pytest.mark.parametrize("config", sorted(ALL_CONFIGS))
 def test_many_parameters(config: str) -> None:
-    """So many that in ``fast`` they fill more than one bank's share."""
+    """So many that with two lanes they fill more than one bank's share."""
     from boresight.model.words.fixed import Arithmetic
     from boresight.model.words.program import Op, Program, Term, Value
 
@@ -125,16 +125,30 @@ def test_many_parameters(config: str) -> None:
         op = Op(n + 1, tuple(Term(0, k + 1, 23) for k in range(n)))
         return Program(name, Arithmetic(), tuple(values), (op,), (0,), (n + 1,), ("y",), (), ())
 
-    programs = [wide("a", 40), wide("b", 50)]
+    programs = [wide("a", 40), wide("b", 70)]
     core = build_shared_core(programs, config, restarts=0)
     machine = core.machine
     addresses = [list(core.select(k).parameter_addresses.values()) for k in range(2)]
-    assert addresses[0] + addresses[1] == [machine.parameter_register(k) for k in range(90)]
+    registers = [machine.parameter_register(k) for k in range(110)]
+    assert addresses[0] + addresses[1] == [machine.parameter_address(r) for r in registers]
+    assert max(addresses[1]) < 512 and machine.lanes == len(
+        {r // machine.bank_depth for r in registers}
+    )
     for number, program in enumerate(programs):
         emulator = Emulator(machine, core.image)
         emulator.select(number)
         wanted, _ = Interpreter(program).update(np.array([[1 << 28]]))
         assert emulator.update([1 << 28]).outputs == wanted[:, 0].tolist()
+        model = Interpreter(program)
+        for k, address in enumerate(addresses[number]):
+            model.params[program.find(f"p{k}")] = 3 << k % 24
+            emulator.poke(address, 3 << k % 24)
+        if config in CONFIGS:  # a state's: nothing happens
+            before = list(emulator.registers)
+            emulator.poke(511, 1)
+            assert emulator.registers == before
+        wanted, _ = model.update(np.array([[1 << 27]]))
+        assert emulator.update([1 << 27]).outputs == wanted[:, 0].tolist()
 
 
 @CONFIG
