@@ -88,7 +88,7 @@ def schedule(
     if sum(problem.state_room) < len(lowered.states):
         raise ScheduleError(
             f"{program.name}: {len(lowered.states)} states, the {machine.name} "
-            f"machine has room for {sum(problem.state_room)}{machine.remedy}"
+            f"machine has room for {sum(problem.state_room)}"
         )
     if restarts is None:
         restarts = max(_PASSES[0], min(_PASSES[1], _EFFORT // problem.nodes))
