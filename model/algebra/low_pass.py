@@ -120,22 +120,25 @@ class LowPass:
         through = b == 1.0
 
         def choose(beginning: Any, going_on: float, holding: float) -> Any:
-            value = ops.where(mean, beginning, going_on)
-            return value if hold is None else ops.where(hold, holding, value)
+            if hold is None or (beginning is not holding and going_on == holding):
+                return ops.where(mean if hold is None else mean & ~hold, beginning, going_on)
+            return ops.where(hold, holding, ops.where(mean, beginning, going_on))
 
         back = 0.0 if through else 1.0 / (1.0 - b)
         kept = ops.bounded((1.0 - inverse) * back, 0.0, max(back, 1.0), "share of the mean")
+        fine = 1.0 - a2  # the largest weight of v; with its binary point both of 4 b are one word
+        b = 0.0 if through else b
         return Weights(
-            (choose(kept, 0.0 if through else 1.0, 1.0), choose(inverse, b, 0.0)),
+            (choose(kept, 0.0 if through else 1.0, 1.0), choose(inverse, 1.0 if through else b, 0.0)),
             (
                 choose(0.0, 1.0, 0.0),
-                choose(1.0 - b, 0.0 if through else -1.0 - a1, 1.0),
-                choose(0.0, 0.0 if through else 3.0 * b, 0.0),
+                choose(0.0 if through else 1.0 - b, 0.0 if through else -1.0 - a1, 1.0),
+                ops.bounded(choose(0.0, 3.0 * b, 0.0), -1.0, 1.0, "a small one"),
             ),
             (
                 choose(0.0, 1.0, 1.0),
-                choose(0.0, 0.0 if through else 4.0 * b, 0.0),
-                choose(1.0 - a2, 0.0 if through else -4.0 * b, 0.0),
+                ops.bounded(choose(0.0, 4.0 * b, 0.0), -fine, fine, "a small one"),
+                choose(fine, -4.0 * b, 0.0),
             ),
         )
 

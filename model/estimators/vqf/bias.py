@@ -54,9 +54,7 @@ def measured(
             for j in range(3)
         ]
         total = 1.0 + weight * ops.bounded(dot(row, column), 0.0, 4.0 * most, "variance along r")
-        share = ops.bounded(
-            weight * ops.bounded(1.0 / total, 0.0, 1.0, "1/S"), 0.0, 1.0, "w/S"
-        )
+        share = ops.bounded(weight / ops.bounded(total, 1.0, 1.0 + 4.0 * most, "S"), 0.0, 1.0, "w/S")
         gain = [ops.bounded(c * share, -_GAIN_MOST, _GAIN_MOST, "gain") for c in column]
         move = ops.saturated(error - dot(row, change), 4.0)
         change = [ops.saturated(d + k * move, 4.0) for d, k in zip(change, gain, strict=True)]

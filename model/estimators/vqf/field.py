@@ -47,48 +47,45 @@ def heading_of(
 
     ``turning``: the body turns fast enough to tell a new field from a magnet that it carries.
     """
-    start = {
-        "ref_norm": 0.0,
-        "ref_dip": 0.0,
-        "new_norm": -1.0,
-        "new_dip": 0.0,
-        "new_turning": 0.0,
-        "calm": 0.0,
-        "rejected": float(settings.rejected_samples),
-        "mag_count": 0.0,
-    }
-    old = {name: ops.where(restart, c, getattr(x, name)) for name, c in start.items()}
     missing = ops.saturated(dot(field, field) - _SEEN_SQ, 1.0) < 0.0
     turned = [ops.bounded(c, -_NORM_MOST, _NORM_MOST, "field") for c in turn(C, field)]
     norm, dip, angle = _norm_and_dip(turned)
 
     # Norm and dip, low-passed.
-    count = old["mag_count"]
+    count = x.mag_count
     inverse = ops.bounded(1.0 / (count + 1.0), 0.0, 1.0, "1/n")
     low_pass = settings.field
     weights = low_pass.weights(count < low_pass.mean_samples - 0.5, inverse, missing)
     norms, norm_states = filtered(weights, low_pass, [(x.norm_z, x.norm_v)], [norm], _NORM_MOST)
     dips, dip_states = filtered(weights, low_pass, [(x.dip_z, x.dip_v)], [dip], 0.5)
-    disturbed, after = _judged(old, norms[0], dips[0], turning, p, settings)
+    disturbed, after = _judged(x, norms[0], dips[0], turning, p, settings)
 
     # Gain: 1/n at first, none while a disturbance is rejected, half of it once that lasts too long.
-    rejecting = old["rejected"] < settings.rejected_samples + 0.5
+    rejecting = x.rejected < settings.rejected_samples + 0.5
     usual = ops.where(disturbed, ops.where(rejecting, 0.0, 0.5 * p.mag_gain), p.mag_gain)
     first = ops.where(count < settings.first_samples - 0.5, inverse, 0.0)
     gain = ops.named("gain", ops.where(missing, 0.0, ops.maximum(usual, first)))
-    before = ops.where(restart, 0.0, x.delta)
-    delta = ops.wrap_ht(before + gain * ops.wrap_ht(angle - before))
+    delta = ops.wrap_ht(x.delta + gain * ops.wrap_ht(angle - x.delta))
 
-    rejected = old["rejected"]
-    after["rejected"] = ops.where(
-        disturbed,
-        ops.where(rejecting, rejected + 1.0, rejected),
-        ops.maximum(rejected - 2.0, 0.0),
-    )
+    longer = ops.where(rejecting, x.rejected + 1.0, x.rejected)
+    shorter = ops.maximum(x.rejected - 2.0, 0.0)
+    after["rejected"] = ops.where(disturbed, longer, shorter)
     after["mag_count"] = ops.minimum(count + 1.0, float(settings.first_samples))
-    states = {name: ops.where(missing, old[name], value) for name, value in after.items()}
+    states = {
+        name: ops.where(restart, start, ops.where(missing, getattr(x, name), after[name]))
+        for name, start in (
+            ("ref_norm", 0.0),
+            ("new_norm", -1.0),
+            ("calm", 0.0),
+            ("rejected", float(settings.rejected_samples)),
+            ("mag_count", 0.0),
+        )
+    } | {
+        name: ops.where(missing, getattr(x, name), after[name])
+        for name in ("ref_dip", "new_dip", "new_turning")
+    }
     states |= {"norm_z": norm_states[0][0], "norm_v": norm_states[0][1]}
-    states |= {"dip_z": dip_states[0][0], "dip_v": dip_states[0][1], "delta": delta}
+    states |= {"dip_z": dip_states[0][0], "dip_v": dip_states[0][1], "delta": ops.where(restart, 0.0, delta)}
     return Heading(
         delta,
         states,
@@ -99,39 +96,34 @@ def heading_of(
 
 
 def _judged(
-    old: dict[str, Any], norm: Any, dip: Any, turning: Any, p: Any, settings: Settings
+    x: Any, norm: Any, dip: Any, turning: Any, p: Any, settings: Settings
 ) -> tuple[Any, dict[str, Any]]:
     """Whether the field is disturbed, and the next reference and candidate for a new one."""
-    follow = settings.reference_gain
     enough_first, enough = settings.candidate_samples
 
-    def near(kind: str) -> Any:
-        d_norm = ops.absolute(norm - old[f"{kind}_norm"])
-        d_dip = ops.absolute(dip - old[f"{kind}_dip"])
-        return (d_norm < p.norm_share * old[f"{kind}_norm"]) & (d_dip < p.dip_limit)
+    def near(before: tuple[Any, Any]) -> Any:
+        d_norm, d_dip = ops.absolute(norm - before[0]), ops.absolute(dip - before[1])
+        return (d_norm < p.norm_share * before[0]) & (d_dip < p.dip_limit)
 
-    def followed(kind: str) -> tuple[Any, Any]:
-        before = old[f"{kind}_norm"], old[f"{kind}_dip"]
+    def followed(before: tuple[Any, Any]) -> tuple[Any, Any]:
         return (
-            before[0] + follow * (norm - before[0]),
-            before[1] + follow * (dip - before[1]),
+            before[0] + p.field_gain * (norm - before[0]),
+            before[1] + p.field_gain * (dip - before[1]),
         )
 
-    at_reference, at_candidate = near("ref"), near("new")
+    reference, candidate = (x.ref_norm, x.ref_dip), (x.new_norm, x.new_dip)
+    at_reference, at_candidate = near(reference), near(candidate)
     full = float(settings.calm_samples)
-    calm = ops.where(at_reference, ops.minimum(old["calm"] + 1.0, full), 0.0)
-    quiet = ~(calm < full - 0.5)
-    ref = [
-        ops.where(quiet, c, old[f"ref_{n}"])
-        for n, c in zip(("norm", "dip"), followed("ref"), strict=True)
-    ]
+    calm = ops.where(at_reference, ops.minimum(x.calm + 1.0, full), 0.0)
+    quiet = calm > full - 0.5
+    ref = [ops.where(quiet, c, b) for c, b in zip(followed(reference), reference, strict=True)]
     new = [
-        ops.where(at_candidate, c, now)
-        for c, now in zip(followed("new"), (norm, dip), strict=True)
+        ops.where(at_candidate, c, b) for c, b in zip(followed(candidate), (norm, dip), strict=True)
     ]
-    longer = ops.where(turning, ops.minimum(old["new_turning"] + 1.0, float(enough)), old["new_turning"])
+    longer = ops.minimum(x.new_turning + 1.0, float(enough))
+    longer = ops.where(turning, longer, x.new_turning)
     for_long = ops.where(at_candidate, longer, 0.0)
-    needed = ops.where(old["ref_norm"] > 0.0, enough - 0.5, enough_first - 0.5)
+    needed = ops.where(x.ref_norm > 0.0, enough - 0.5, enough_first - 0.5)
     accepted = ~quiet & (for_long > needed)
     after = {
         "ref_norm": ops.where(accepted, new[0], ref[0]),

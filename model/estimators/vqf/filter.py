@@ -19,8 +19,9 @@ from typing import Any
 
 from boresight.model import ops
 from boresight.model.algebra.angles import unit_angle_ht
+from boresight.model.algebra.covariance import symmetric
 from boresight.model.algebra.low_pass import filtered
-from boresight.model.algebra.quaternion import cross, dot, matrix, multiply, turn
+from boresight.model.algebra.quaternion import cross, dot, matrix, product, turn
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.estimators.nine_axis import OUTPUTS
@@ -89,35 +90,33 @@ class Vqf(Estimator):
         self.states = states_of(self.settings)
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
-        """One sample; with ``dt`` below zero it is the first one of a new start."""
+        """One sample; with ``dt`` below zero nothing but a new start, at the sample after it."""
         settings = self.settings
         restart = u.dt < 0.0
         gyro, force = (u.gx, u.gy, u.gz), (u.ax, u.ay, u.az)
         no_force = ops.saturated(dot(force, force) - _FORCE_SEEN_SQ, 1.0) < 0.0
-        bias = [ops.where(restart, 0.0, getattr(x, f"bias_{a}")) for a in "xyz"]
-        count = ops.named("samples_before", ops.where(restart, 0.0, x.count))
-        inverse = ops.bounded(1.0 / (count + 1.0), 0.0, 1.0, "1/n")
+        bias = [getattr(x, f"bias_{a}") for a in "xyz"]
+        inverse = ops.bounded(1.0 / (x.count + 1.0), 0.0, 1.0, "1/n")
 
         # Rest: gyro and accelerometer stay near their low-passed values, and the former near zero.
-        still, mean_rate, states = self._rest(x, u, p, restart, count, inverse, no_force)
+        still, mean_rate, states = self._rest(x, u, p, inverse, no_force)
         resting = still > settings.rest_samples - 0.5
         mean_rate_sq = dot(mean_rate, mean_rate)
 
         # Strapdown: q <- q (cos, sin) of the angle that the rate turns in a step, or in a gap.
         step = ops.where(u.dt > _GAP_STEPS * settings.step_s, u.dt, settings.step_s)
+        bias_step = CLIP_RAD_S * step
         half = [
-            ops.saturated(0.5 * (w * step) - (0.5 * CLIP_RAD_S) * (b * step), 1.0)
+            ops.saturated(0.5 * (w * step) - 0.5 * (b * bias_step), 1.0)
             for w, b in zip(gyro, bias, strict=True)
         ]
-        q = [
-            ops.where(restart, c, getattr(x, f"q{a}")) for a, c in zip("wxyz", START, strict=True)
-        ]
-        q = [ops.saturated(c, 1.0) for c in multiply(q, _increment(half))]
+        q = [getattr(x, f"q{a}") for a in "wxyz"]
+        q = [ops.saturated(c, 1.0) for c in product(q, _increment(half))]
 
         # Vertical: the force in navigation axes, low-passed.
         turned = _rotated(q, force)
         weights = settings.vertical.weights(
-            count < settings.vertical.mean_samples - 0.5, inverse, no_force
+            x.count < settings.vertical.mean_samples - 0.5, inverse, no_force
         )
         before = [(getattr(x, f"up_z_{a}"), getattr(x, f"up_v_{a}")) for a in "enu"]
         mean_force, ups = filtered(weights, settings.vertical, before, turned, 278.0)
@@ -126,10 +125,7 @@ class Vqf(Estimator):
             ops.where(no_force, float(k == 2), ops.saturated(c * length, 1.0))
             for k, c in enumerate(mean_force)
         )
-        correction, M = _shortest_turn(east, north, up)
-        q = [ops.saturated(c, 1.0) for c in _product(correction, q)]
-        norm = ops.rsqrt(ops.bounded(dot(q, q), 0.0, 1.1, "norms of at most one"))
-        q = [ops.saturated(c * norm, 1.0) for c in q]
+        q, M = _made_vertical(q, east, north, up)
         C = matrix(q)
         ups = list(zip(*(turn(M, list(part)) for part in zip(*ups, strict=True)), strict=True))
 
@@ -138,18 +134,18 @@ class Vqf(Estimator):
             x, restart, weights, C, bias, (east, north), mean_rate, resting, no_force
         )
         states |= filtered_states
-        aligned = ops.minimum(count + 1.0, float(settings.vertical.mean_samples))
-        count = ops.named("samples", ops.where(no_force, count, aligned))
+        counted = ops.minimum(x.count + 1.0, float(settings.vertical.mean_samples))
+        count = ops.named("samples", ops.where(no_force, x.count, counted))
         states |= {
-            **{f"q{a}": c for a, c in zip("wxyz", q, strict=True)},
+            **{f"q{a}": ops.where(restart, c, v) for a, c, v in zip("wxyz", START, q, strict=True)},
             **{f"bias_{a}": b for a, b in zip("xyz", learnt, strict=True)},
             **{f"p{i}{j}": P[i][j] for i in range(3) for j in range(i, 3)},
             **{f"up_z_{a}": s[0] for a, s in zip("enu", ups, strict=True)},
             **{f"up_v_{a}": s[1] for a, s in zip("enu", ups, strict=True)},
-            "count": count,
-            "still": still,
+            "count": ops.where(restart, 0.0, count),
+            "still": ops.where(restart, 0.0, still),
         }
-        flags = {0: count < 0.5, 2: no_force, 5: resting}
+        flags = {0: restart | (count < 0.5), 2: no_force, 5: resting}
         pitch, roll, heading = _euler_ht(C)
         if settings.magnetic:
             turning = mean_rate_sq > _TURNING_SQ
@@ -175,14 +171,14 @@ class Vqf(Estimator):
         return states, out | {f"q{a}": v for a, v in zip("wxyz", q, strict=True)}
 
     def _rest(
-        self, x: Any, u: Any, p: Any, restart: Any, count: Any, inverse: Any, no_force: Any
+        self, x: Any, u: Any, p: Any, inverse: Any, no_force: Any
     ) -> tuple[Any, list[Any], dict[str, Any]]:
         """Still samples so far, the low-passed rate, and the states of both low-passes."""
         low_pass = self.settings.rest
         states: dict[str, Any] = {}
         means: dict[str, list[Any]] = {}
         moving: dict[str, Any] = {}
-        beginning = count < low_pass.mean_samples - 0.5
+        beginning = x.count < low_pass.mean_samples - 0.5
         for kind, hold, most, limit in (
             ("gyr", None, 40.0, p.rest_gyr),
             ("acc", no_force, 160.0, p.rest_acc),
@@ -197,9 +193,9 @@ class Vqf(Estimator):
             moving[kind] = ~(ops.saturated(dot(deviation, deviation) - limit * limit, 1.0) < 0.0)
             states |= {f"{kind}_z_{a}": s[0] for a, s in zip("xyz", after, strict=True)}
             states |= {f"{kind}_v_{a}": s[1] for a, s in zip("xyz", after, strict=True)}
-        broken = moving["gyr"] | restart
+        broken = moving["gyr"]
         for rate in means["gyr"]:
-            broken = broken | (ops.absolute(rate) > CLIP_RAD_S)
+            broken = broken | (ops.saturated(rate * rate - CLIP_RAD_S**2, 1.0) > 0.0)
         still = ops.named("still_before", ops.where(broken, 0.0, x.still))
         longer = ops.minimum(still + 1.0, float(self.settings.rest_samples))
         still = ops.where(no_force, still, ops.where(moving["acc"], 0.0, longer))
@@ -255,22 +251,20 @@ class Vqf(Estimator):
         w = [ops.where(no_force, 0.0, c) for c in (seldom, seldom, never)]
         growth = ops.where(no_force, 0.0, settings.growth)
         start, most = settings.start_variance, settings.start_variance + settings.growth
-        P = [
-            [
-                ops.where(restart, start if i == j else 0.0, getattr(x, f"p{min(i, j)}{max(i, j)}"))
-                for j in range(3)
-            ]
-            for i in range(3)
-        ]
-        for i in range(3):
-            for j in range(i):
-                P[i][j] = P[j][i]
+        P = symmetric(3, lambda i, j: getattr(x, f"p{i}{j}"))
         change, P = measured(grown(P, start, growth, most), rows, limited, w, most)
+        learnt = [
+            ops.saturated(ops.where(restart, 0.0, b + d), 1.0)
+            for b, d in zip(bias, change, strict=True)
+        ]
+        P = symmetric(
+            3, lambda i, j: ops.where(restart, start if i == j else 0.0, P[i][j])
+        )
         states = {f"c_z_{n}": s[0] for n, s in zip(names, matrices, strict=True)}
         states |= {f"c_v_{n}": s[1] for n, s in zip(names, matrices, strict=True)}
         states |= {f"b_z_{a}": s[0] for a, s in zip("en", biases, strict=True)}
         states |= {f"b_v_{a}": s[1] for a, s in zip("en", biases, strict=True)}
-        return [ops.saturated(b + d, 1.0) for b, d in zip(bias, change, strict=True)], P, states
+        return learnt, P, states
 
 
 class VqfSixAxis(Vqf):
@@ -295,44 +289,43 @@ def _increment(half: list[Any]) -> list[Any]:
 
 
 def _rotated(q: list[Any], v: Any) -> list[Any]:
-    """C v of a unit quaternion (w, r): v + w t + r x t with t = 2 r x v. 18 slots."""
-    t = [ops.bounded(2.0 * c, -560.0, 560.0, "twice a vector") for c in cross(q[1:], v)]
-    around = cross(q[1:], t)
+    """C v of a unit quaternion (w, r): v + 2 (w t + r x t) with t = r x v. 21 slots."""
+    _, x, y, z = q
+    t = [ops.bounded(c, -280.0, 280.0, "a vector") for c in cross((x, y, z), v)]
+    around = (y * t[2] - z * t[1], z * t[0] - x * t[2], x * t[1] - y * t[0])
     return [
-        ops.bounded(a + q[0] * b + c, -278.0, 278.0, "a turned vector")
+        ops.bounded(a + 2.0 * (q[0] * b + c), -278.0, 278.0, "a turned vector")
         for a, b, c in zip(v, t, around, strict=True)
     ]
 
 
-def _shortest_turn(east: Any, north: Any, up: Any) -> tuple[list[Any], list[list[Any]]]:
-    """Quaternion and matrix of the shortest turn of a unit vector to the vertical.
+def _made_vertical(q: list[Any], e: Any, n: Any, u: Any) -> tuple[list[Any], list[list[Any]]]:
+    """Attitude after the shortest turn of a unit vector (e, n, u) to the vertical, and its matrix.
 
-    (1 + u, n, -e, 0) over its length, the root of 2 (1 + u); half a turn about x where there is
-    no shortest one.
+    The turn is the quaternion (1 + u, n, -e, 0)/2 over its length, the root of (1 + u)/2; half a
+    turn about x where there is no shortest one. Of unit q the product has that length too::
+
+        M = [[1 - e^2/(1 + u), -e n/(1 + u), -e], [..., 1 - n^2/(1 + u), -n], [e, n, u]]
     """
-    s = ops.named("one_and_up", 1.0 + up)
+    s = ops.named("one_and_up", 1.0 + u)
     upside_down = s < _UPSIDE_DOWN
-    inverse = ops.rsqrt(2.0 * s)
     w, a, b = (
-        ops.where(upside_down, turned, ops.saturated(c * inverse, 1.0))
-        for c, turned in ((s, 0.0), (north, 1.0), (-east, 0.0))
+        ops.where(upside_down, other, c) for c, other in ((s, 0.0), (n, 1.0), (e, 0.0))
     )
-    across = ops.bounded(2.0 * (a * b), -1.0, 1.0, "of a matrix")
-    return [w, a, b], [
-        [ops.bounded(1.0 - 2.0 * (b * b), -1.0, 1.0, "of a matrix"), across, -east],
-        [across, ops.bounded(1.0 - 2.0 * (a * a), -1.0, 1.0, "of a matrix"), -north],
-        [east, north, up],
+    turned = [
+        0.5 * (w * q[0]) - 0.5 * (a * q[1]) + 0.5 * (b * q[2]),
+        0.5 * (w * q[1]) + 0.5 * (a * q[0]) - 0.5 * (b * q[3]),
+        0.5 * (w * q[2]) - 0.5 * (a * q[3]) - 0.5 * (b * q[0]),
+        0.5 * (w * q[3]) + 0.5 * (a * q[2]) + 0.5 * (b * q[1]),
     ]
-
-
-def _product(turned: list[Any], q: list[Any]) -> list[Any]:
-    """(w, a, b, 0) times q."""
-    w, a, b = turned
-    return [
-        w * q[0] - a * q[1] - b * q[2],
-        w * q[1] + a * q[0] + b * q[3],
-        w * q[2] - a * q[3] + b * q[0],
-        w * q[3] + a * q[2] - b * q[1],
+    turned = [ops.saturated(c, 1.0) for c in turned]
+    inverse = ops.rsqrt(ops.bounded(dot(turned, turned), 0.0, 1.0, "norms of at most one"))
+    a, b = (ops.bounded(c * inverse, -2.01, 2.01, "twice the sine of half a turn") for c in (a, b))
+    across = ops.bounded(-0.5 * (a * b), -1.0, 1.0, "of a matrix")
+    return [ops.saturated(c * inverse, 1.0) for c in turned], [
+        [ops.bounded(1.0 - 0.5 * (b * b), -1.0, 1.0, "of a matrix"), across, -e],
+        [across, ops.bounded(1.0 - 0.5 * (a * a), -1.0, 1.0, "of a matrix"), -n],
+        [e, n, u],
     ]
 
 

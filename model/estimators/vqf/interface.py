@@ -149,11 +149,6 @@ class Settings:
         """k_mag."""
         return gain_of(self.mag_tau_s, self.mag_step_s)
 
-    @property
-    def reference_gain(self) -> float:
-        """Gain of reference and candidate: 20 s."""
-        return gain_of(20.0, self.mag_step_s)
-
     # -- covariances, (0.01 deg/s)^2 ------------------------------------------------------------
 
     @property
@@ -197,6 +192,7 @@ def params_of(settings: Settings) -> tuple[Param, ...]:
     return (
         *rest,
         Param("mag_gain", settings.mag_gain, 0.0, 1.0, "", "share of the heading's error that a sample corrects"),
+        Param("field_gain", gain_of(20.0, settings.mag_step_s), 0.0, 1.0, "", "share of the field that reference and candidate take over at a sample"),
         Param("norm_share", 0.1, 0.0, 1.0, "", "least deviation of a disturbed field, of the reference's norm"),
         Param("dip_limit", 10.0 / 180.0, 0.0, 1.0, "ht", "least deviation of a disturbed field's dip"),
     )
@@ -222,7 +218,7 @@ def states_of(settings: Settings) -> tuple[State, ...]:
             State(f"q{a}", -1.0, BELOW_ONE, "", v)
             for a, v in zip("wxyz", START, strict=True)
         ),
-        *(State(f"bias_{a}", -1.0, 1.0, "") for a in "xyz"),
+        *(State(f"bias_{a}", -1.0, BELOW_ONE, "") for a in "xyz"),
         *(
             State(f"p{i}{j}", 0.0 if i == j else -most, most, "", p0 if i == j else 0.0)
             for i, j in pairs
