@@ -118,25 +118,28 @@ class LowPass:
         """
         b, a1, a2 = self.coefficients
         through = b == 1.0
+        back = 0.0 if through else 1.0 / (1.0 - b)
 
         def choose(beginning: Any, going_on: float, holding: float) -> Any:
-            if hold is None or (beginning is not holding and going_on == holding):
-                return ops.where(mean if hold is None else mean & ~hold, beginning, going_on)
-            return ops.where(hold, holding, ops.where(mean, beginning, going_on))
+            value = ops.where(mean, beginning, going_on)
+            return value if hold is None else ops.where(hold, holding, value)
 
-        back = 0.0 if through else 1.0 / (1.0 - b)
-        kept = ops.bounded((1.0 - inverse) * back, 0.0, max(back, 1.0), "share of the mean")
+        newest = ops.bounded(ops.where(mean, inverse, b), 0.0, 1.0, "share of the mean")
+        kept = ops.bounded(back - back * newest, 0.0, max(back, 1.0), "the rest of it")
+        if hold is not None:
+            newest, kept = ops.where(hold, 0.0, newest), ops.where(hold, 1.0, kept)
         fine = 1.0 - a2  # the largest weight of v; with its binary point both of 4 b are one word
         b = 0.0 if through else b
+        stay = choose(0.0, 1.0, 1.0)
         return Weights(
-            (choose(kept, 0.0 if through else 1.0, 1.0), choose(inverse, 1.0 if through else b, 0.0)),
+            (kept, newest),
             (
-                choose(0.0, 1.0, 0.0),
-                choose(0.0 if through else 1.0 - b, 0.0 if through else -1.0 - a1, 1.0),
+                stay if hold is None else choose(0.0, 1.0, 0.0),
+                choose(1.0 - b, 0.0 if through else -1.0 - a1, 1.0),
                 ops.bounded(choose(0.0, 3.0 * b, 0.0), -1.0, 1.0, "a small one"),
             ),
             (
-                choose(0.0, 1.0, 1.0),
+                stay,
                 ops.bounded(choose(0.0, 4.0 * b, 0.0), -fine, fine, "a small one"),
                 choose(fine, -4.0 * b, 0.0),
             ),
@@ -144,20 +147,30 @@ class LowPass:
 
 
 def filtered(
-    weights: Weights, low_pass: LowPass, states: Sequence[tuple[Any, Any]], samples: Sequence[Any],
+    weights: Weights,
+    low_pass: LowPass,
+    states: Sequence[tuple[Any, Any]],
+    samples: Sequence[Any],
     largest: float,
+    hold: Any = None,
 ) -> tuple[list[Any], list[tuple[Any, Any]]]:
-    """Outputs and next states (z, v) of some channels, whose samples are at most ``largest``."""
-    y_most, z_most, v_most = (c * largest for c in low_pass.largest)
+    """Outputs and next states (z, v) of some channels, whose samples are at most ``largest``.
+
+    ``hold``: the states stay. For more than four channels `LowPass.weights` does that for less.
+    """
+    bounds = [c * largest for c in low_pass.largest]
     out, after = [], []
-    for (z, v), x in zip(states, samples, strict=True):
-        y = ops.bounded(weights.output_of(z, x), -y_most, y_most, "low-pass")
-        z_next, v_next = weights.next_states(v, x, y)
-        out.append(y)
-        after.append(
-            (
-                ops.bounded(z_next, -z_most, z_most, "low-pass"),
-                ops.bounded(v_next, -v_most, v_most, "low-pass"),
+    for before, x in zip(states, samples, strict=True):
+        y = ops.bounded(weights.output_of(before[0], x), -bounds[0], bounds[0], "low-pass")
+        states_next = weights.next_states(before[1], x, y)
+        if hold is not None:
+            states_next = tuple(
+                ops.where(hold, b, a) for b, a in zip(before, states_next, strict=True)
             )
+        z, v = (
+            ops.bounded(c, -most, most, "low-pass")
+            for c, most in zip(states_next, bounds[1:], strict=True)
         )
+        out.append(y)
+        after.append((z, v))
     return out, after

@@ -26,7 +26,12 @@ def grown(p: Symmetric, start: float, growth: Any, most: float) -> Symmetric:
 
 
 def measured(
-    p: Symmetric, rows: list[list[Any]], errors: list[Any], weights: list[Any], most: float
+    p: Symmetric,
+    rows: list[list[Any]],
+    errors: list[Any],
+    weights: list[Any],
+    most: float,
+    anew: tuple[Any, float],
 ) -> tuple[list[Any], Symmetric]:
     """Change of the bias, and P after the measurement: K e, P - K R P.
 
@@ -46,22 +51,34 @@ def measured(
         e = y - R b.
     weights
         That variance over those of the components, 0 to 1; 0: no measurement.
+    anew : (condition, float)
+        Where it holds, P is diagonal with this variance instead.
     """
     change: list[Any] = [0.0] * 3
-    for row, error, weight in zip(rows, errors, weights, strict=True):
+    for k, (row, error, weight) in enumerate(zip(rows, errors, weights, strict=True)):
         column = [
             ops.bounded(dot(row, p[j]), -2.0 * most, 2.0 * most, "sqrt(P_jj r P r^T)")
             for j in range(3)
         ]
-        total = 1.0 + weight * ops.bounded(dot(row, column), 0.0, 4.0 * most, "variance along r")
-        share = ops.bounded(weight / ops.bounded(total, 1.0, 1.0 + 4.0 * most, "S"), 0.0, 1.0, "w/S")
+        along = ops.bounded(dot(row, column), 0.0, 4.0 * most, "variance along r")
+        total = ops.bounded(1.0 + weight * along, 1.0, 1.0 + 4.0 * most, "S")
+        share = ops.bounded(weight / total, 0.0, 1.0, "w/S")
         gain = [ops.bounded(c * share, -_GAIN_MOST, _GAIN_MOST, "gain") for c in column]
         move = ops.saturated(error - dot(row, change), 4.0)
-        change = [ops.saturated(d + k * move, 4.0) for d, k in zip(change, gain, strict=True)]
-        p = symmetric(
-            3,
-            lambda i, j, p=p, gain=gain, column=column: ops.bounded(  # type: ignore[misc]
-                p[i][j] - gain[i] * column[j], 0.0 if i == j else -most, most, "covariance"
-            ),
-        )
+        change = [ops.saturated(d + g * move, 4.0) for d, g in zip(change, gain, strict=True)]
+        p = _reduced(p, gain, column, most, anew if k == 2 else None)
     return change, p
+
+
+def _reduced(
+    p: Symmetric, gain: list[Any], column: list[Any], most: float, anew: tuple[Any, float] | None
+) -> Symmetric:
+    """P - k c^T, or a diagonal start."""
+
+    def element(i: int, j: int) -> Any:
+        value = p[i][j] - gain[i] * column[j]
+        if anew is not None:
+            value = ops.where(anew[0], anew[1] if i == j else 0.0, value)
+        return ops.bounded(value, 0.0 if i == j else -most, most, "covariance")
+
+    return symmetric(3, element)

@@ -9,12 +9,13 @@ from boresight.model import ops
 from boresight.model.algebra.angles import unit_angle_ht
 from boresight.model.algebra.low_pass import filtered
 from boresight.model.algebra.quaternion import Vector, dot, turn
-from boresight.model.estimators.vqf.interface import Settings
+from boresight.model.estimators.vqf.interface import Settings, counted
 
 __all__ = ["Heading", "heading_of"]
 
 _SEEN_SQ = 0.01  #: uT^2, squared field from which on there is a sample.
 _NORM_MOST = 444.0  #: uT
+_REFERENCE_MOST = 2.0 * _NORM_MOST  #: uT, of a low-passed one
 
 
 @dataclass(frozen=True)
@@ -55,10 +56,10 @@ def heading_of(
     count = x.mag_count
     inverse = ops.bounded(1.0 / (count + 1.0), 0.0, 1.0, "1/n")
     low_pass = settings.field
-    weights = low_pass.weights(count < low_pass.mean_samples - 0.5, inverse, missing)
-    norms, norm_states = filtered(weights, low_pass, [(x.norm_z, x.norm_v)], [norm], _NORM_MOST)
-    dips, dip_states = filtered(weights, low_pass, [(x.dip_z, x.dip_v)], [dip], 0.5)
-    disturbed, after = _judged(x, norms[0], dips[0], turning, p, settings)
+    weights = low_pass.weights(count < low_pass.mean_samples - 0.5, inverse)
+    norms, norm_states = filtered(weights, low_pass, [(x.norm_z, x.norm_v)], [norm], _NORM_MOST, missing)
+    dips, dip_states = filtered(weights, low_pass, [(x.dip_z, x.dip_v)], [dip], 0.5, missing)
+    disturbed, after = _judged(x, norms[0], dips[0], missing, turning, p, settings)
 
     # Gain: 1/n at first, none while a disturbance is rejected, half of it once that lasts too long.
     rejecting = x.rejected < settings.rejected_samples + 0.5
@@ -68,22 +69,18 @@ def heading_of(
     delta = ops.wrap_ht(x.delta + gain * ops.wrap_ht(angle - x.delta))
 
     longer = ops.where(rejecting, x.rejected + 1.0, x.rejected)
-    shorter = ops.maximum(x.rejected - 2.0, 0.0)
-    after["rejected"] = ops.where(disturbed, longer, shorter)
-    after["mag_count"] = ops.minimum(count + 1.0, float(settings.first_samples))
-    states = {
-        name: ops.where(restart, start, ops.where(missing, getattr(x, name), after[name]))
-        for name, start in (
-            ("ref_norm", 0.0),
-            ("new_norm", -1.0),
-            ("calm", 0.0),
-            ("rejected", float(settings.rejected_samples)),
-            ("mag_count", 0.0),
-        )
-    } | {
-        name: ops.where(missing, getattr(x, name), after[name])
-        for name in ("ref_dip", "new_dip", "new_turning")
+    after["rejected"] = ops.where(disturbed, longer, ops.maximum(x.rejected - 2.0, 0.0))
+    after["mag_count"] = counted(count, settings.first_samples)
+    for name in ("rejected", "mag_count", "calm", "new_turning"):
+        after[name] = ops.where(missing, getattr(x, name), after[name])
+    start = {
+        "ref_norm": 0.0,
+        "new_norm": -1.0,
+        "calm": 0.0,
+        "rejected": float(settings.rejected_samples),
+        "mag_count": 0.0,
     }
+    states = after | {n: ops.where(restart, c, after[n]) for n, c in start.items()}
     states |= {"norm_z": norm_states[0][0], "norm_v": norm_states[0][1]}
     states |= {"dip_z": dip_states[0][0], "dip_v": dip_states[0][1], "delta": ops.where(restart, 0.0, delta)}
     return Heading(
@@ -96,41 +93,34 @@ def heading_of(
 
 
 def _judged(
-    x: Any, norm: Any, dip: Any, turning: Any, p: Any, settings: Settings
+    x: Any, norm: Any, dip: Any, missing: Any, turning: Any, p: Any, settings: Settings
 ) -> tuple[Any, dict[str, Any]]:
     """Whether the field is disturbed, and the next reference and candidate for a new one."""
     enough_first, enough = settings.candidate_samples
 
-    def near(before: tuple[Any, Any]) -> Any:
-        d_norm, d_dip = ops.absolute(norm - before[0]), ops.absolute(dip - before[1])
-        return (d_norm < p.norm_share * before[0]) & (d_dip < p.dip_limit)
+    def near(d_norm: Any, d_dip: Any, norm: Any) -> Any:
+        return (ops.absolute(d_norm) < p.norm_share * norm) & (ops.absolute(d_dip) < p.dip_limit)
 
-    def followed(before: tuple[Any, Any]) -> tuple[Any, Any]:
-        return (
-            before[0] + p.field_gain * (norm - before[0]),
-            before[1] + p.field_gain * (dip - before[1]),
-        )
-
-    reference, candidate = (x.ref_norm, x.ref_dip), (x.new_norm, x.new_dip)
-    at_reference, at_candidate = near(reference), near(candidate)
-    full = float(settings.calm_samples)
-    calm = ops.where(at_reference, ops.minimum(x.calm + 1.0, full), 0.0)
-    quiet = calm > full - 0.5
-    ref = [ops.where(quiet, c, b) for c, b in zip(followed(reference), reference, strict=True)]
-    new = [
-        ops.where(at_candidate, c, b) for c, b in zip(followed(candidate), (norm, dip), strict=True)
-    ]
-    longer = ops.minimum(x.new_turning + 1.0, float(enough))
-    longer = ops.where(turning, longer, x.new_turning)
-    for_long = ops.where(at_candidate, longer, 0.0)
+    d_ref, d_new = (norm - x.ref_norm, dip - x.ref_dip), (norm - x.new_norm, dip - x.new_dip)
+    at_reference, at_candidate = near(*d_ref, x.ref_norm), near(*d_new, x.new_norm)
+    calm = ops.where(at_reference, counted(x.calm, settings.calm_samples), 0.0)
+    quiet = calm > settings.calm_samples - 0.5
+    follow = ops.named("follow", ops.where(missing, 0.0, ops.where(quiet, p.field_gain, 0.0)))
+    search = ops.where(missing, 0.0, ops.where(at_candidate, p.field_gain, 1.0))
+    search = ops.named("search", search)
+    new_norm = ops.bounded(x.new_norm + search * d_new[0], -1.0, _REFERENCE_MOST, "a mean")
+    new_dip = ops.bounded(x.new_dip + search * d_new[1], -1.0, 1.0, "a mean")
+    longer = ops.where(turning, counted(x.new_turning, enough), x.new_turning)
+    turned = ops.where(at_candidate, longer, 0.0)
     needed = ops.where(x.ref_norm > 0.0, enough - 0.5, enough_first - 0.5)
-    accepted = ~quiet & (for_long > needed)
+    accepted = ~quiet & (turned > needed)
+    found = accepted & ~missing
     after = {
-        "ref_norm": ops.where(accepted, new[0], ref[0]),
-        "ref_dip": ops.where(accepted, new[1], ref[1]),
-        "new_norm": new[0],
-        "new_dip": new[1],
-        "new_turning": for_long,
-        "calm": ops.where(accepted, full, calm),
+        "ref_norm": ops.where(found, new_norm, x.ref_norm + follow * d_ref[0]),
+        "ref_dip": ops.where(found, new_dip, x.ref_dip + follow * d_ref[1]),
+        "new_norm": new_norm,
+        "new_dip": new_dip,
+        "new_turning": turned,
+        "calm": ops.where(accepted, float(settings.calm_samples), calm),
     }
     return ~quiet & ~accepted, after

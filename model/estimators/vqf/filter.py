@@ -32,6 +32,7 @@ from boresight.model.estimators.vqf.interface import (
     DEGREE,
     START,
     Settings,
+    counted,
     inputs_of,
     params_of,
     states_of,
@@ -134,8 +135,10 @@ class Vqf(Estimator):
             x, restart, weights, C, bias, (east, north), mean_rate, resting, no_force
         )
         states |= filtered_states
-        counted = ops.minimum(x.count + 1.0, float(settings.vertical.mean_samples))
-        count = ops.named("samples", ops.where(no_force, x.count, counted))
+        count = ops.named(
+            "samples",
+            ops.where(no_force, x.count, counted(x.count, settings.vertical.mean_samples)),
+        )
         states |= {
             **{f"q{a}": ops.where(restart, c, v) for a, c, v in zip("wxyz", START, q, strict=True)},
             **{f"bias_{a}": b for a, b in zip("xyz", learnt, strict=True)},
@@ -179,14 +182,14 @@ class Vqf(Estimator):
         means: dict[str, list[Any]] = {}
         moving: dict[str, Any] = {}
         beginning = x.count < low_pass.mean_samples - 0.5
+        weights = low_pass.weights(beginning, inverse)
         for kind, hold, most, limit in (
             ("gyr", None, 40.0, p.rest_gyr),
             ("acc", no_force, 160.0, p.rest_acc),
         ):
             samples = [getattr(u, f"{kind[0]}{a}") for a in "xyz"]
             before = [(getattr(x, f"{kind}_z_{a}"), getattr(x, f"{kind}_v_{a}")) for a in "xyz"]
-            weights = low_pass.weights(beginning, inverse, hold)
-            means[kind], after = filtered(weights, low_pass, before, samples, most)
+            means[kind], after = filtered(weights, low_pass, before, samples, most, hold)
             deviation = [
                 ops.saturated(s - m, 1.0) for s, m in zip(samples, means[kind], strict=True)
             ]
@@ -197,7 +200,7 @@ class Vqf(Estimator):
         for rate in means["gyr"]:
             broken = broken | (ops.saturated(rate * rate - CLIP_RAD_S**2, 1.0) > 0.0)
         still = ops.named("still_before", ops.where(broken, 0.0, x.still))
-        longer = ops.minimum(still + 1.0, float(self.settings.rest_samples))
+        longer = counted(still, self.settings.rest_samples)
         still = ops.where(no_force, still, ops.where(moving["acc"], 0.0, longer))
         return ops.named("still_after", still), means["gyr"], states
 
@@ -252,14 +255,13 @@ class Vqf(Estimator):
         growth = ops.where(no_force, 0.0, settings.growth)
         start, most = settings.start_variance, settings.start_variance + settings.growth
         P = symmetric(3, lambda i, j: getattr(x, f"p{i}{j}"))
-        change, P = measured(grown(P, start, growth, most), rows, limited, w, most)
+        change, P = measured(
+            grown(P, start, growth, most), rows, limited, w, most, (restart, start)
+        )
         learnt = [
             ops.saturated(ops.where(restart, 0.0, b + d), 1.0)
             for b, d in zip(bias, change, strict=True)
         ]
-        P = symmetric(
-            3, lambda i, j: ops.where(restart, start if i == j else 0.0, P[i][j])
-        )
         states = {f"c_z_{n}": s[0] for n, s in zip(names, matrices, strict=True)}
         states |= {f"c_v_{n}": s[1] for n, s in zip(names, matrices, strict=True)}
         states |= {f"b_z_{a}": s[0] for a, s in zip("en", biases, strict=True)}

@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
+from boresight.model import ops
 from boresight.model.algebra.low_pass import LowPass, gain_of
 from boresight.model.declarations import Input, Param, State
 from boresight.model.errors import InputError
@@ -17,6 +19,7 @@ __all__ = [
     "START",
     "STATUS_BITS",
     "Settings",
+    "counted",
     "inputs_of",
     "params_of",
     "states_of",
@@ -41,6 +44,16 @@ STATUS_BITS = {
 _FORCE_MOST = 278.0  # m/s^2, three components of 160
 _RATE_MOST = 40.0  # rad/s
 _FIELD_MOST = 444.0  # uT, three components of 256
+
+
+def counter_limit(samples: float) -> float:
+    """Where a counter that must reach ``samples`` stops: a power of two, which costs nothing."""
+    return 2.0 ** math.ceil(math.log2(samples + 1.0))
+
+
+def counted(x: Any, samples: float) -> Any:
+    """One more, as far as the counter goes."""
+    return ops.saturated(x + 1.0, counter_limit(samples))
 
 
 def _samples_until(limit_s: float, step_s: float) -> int:
@@ -228,12 +241,11 @@ def states_of(settings: Settings) -> tuple[State, ...]:
         *_channels(settings.vertical, "up", "e n u", _FORCE_MOST, "m/s^2"),
         *_channels(settings.vertical, "c", "ex ey ez nx ny nz ux uy uz", 1.0, ""),
         *_channels(settings.vertical, "b", "e n", math.sqrt(3.0), ""),
-        State("count", 0.0, float(settings.vertical.mean_samples), ""),
-        State("still", 0.0, float(settings.rest_samples), ""),
+        State("count", 0.0, counter_limit(settings.vertical.mean_samples), ""),
+        State("still", 0.0, counter_limit(settings.rest_samples), ""),
     ]
     if settings.magnetic:
         norm = 2.0 * _FIELD_MOST
-        first, most_turning = settings.candidate_samples
         states += [
             State("delta", -1.0, 1.0, "ht"),  # heading of the frame in which the force is averaged
             *_channels(settings.field, "norm", "_", _FIELD_MOST, "uT"),
@@ -242,9 +254,9 @@ def states_of(settings: Settings) -> tuple[State, ...]:
             State("ref_dip", -1.0, 1.0, "ht"),
             State("new_norm", -1.0, norm, "uT", -1.0),
             State("new_dip", -1.0, 1.0, "ht"),
-            State("new_turning", 0.0, float(max(first, most_turning)), ""),
-            State("calm", 0.0, float(settings.calm_samples), ""),
+            State("new_turning", 0.0, counter_limit(settings.candidate_samples[1]), ""),
+            State("calm", 0.0, counter_limit(settings.calm_samples), ""),
             State("rejected", 0.0, settings.rejected_samples + 1.0, "", settings.rejected_samples),
-            State("mag_count", 0.0, float(settings.first_samples), ""),
+            State("mag_count", 0.0, counter_limit(settings.first_samples), ""),
         ]
     return tuple(states)
