@@ -149,10 +149,13 @@ class Settings:
 
     @cached_property
     def first_samples(self) -> int:
-        """Magnetometer samples of gain 1/n or more: the least n with tau/(n + 1) below a step."""
-        n = max(1, math.floor(self.mag_tau_s * self.mag_rate_hz) - 2)
-        while self.mag_tau_s / (n + 1) >= self.mag_step_s:
-            n += 1
+        """Magnetometer samples of gain 1/n or more, until tau/(n + 1) is below a step.
+
+        1/n is summed up as the filter's authors do, k <- k/(k + 1), whose last bit may decide.
+        """
+        gain, n = 0.5, 1
+        while gain * self.mag_tau_s >= self.mag_step_s:
+            gain, n = gain / (gain + 1.0), n + 1
         return n
 
     # -- gains --------------------------------------------------------------------------------
