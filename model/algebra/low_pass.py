@@ -13,7 +13,7 @@ word is as fine as it is small; the gain at rest is one whatever the coefficient
 
     y = z + b x      z' = v - (1 + a1) y + 3 b x      v' = v + 4 b (x - y)
 
-Mean, filter and "nothing new" are this one form with other weights, so a channel costs 8 slots.
+Mean and filter are this one form with other weights, so a channel costs 8 slots.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ class LowPass:
             sums = [s + abs(c) for s, c in zip(sums, (y, z, v), strict=True)]
         return sums[0] * _MARGIN, sums[1] * _MARGIN, max(sums[2], 1.0 - a2) * _MARGIN
 
-    def weights(self, mean: Any, inverse: Any, hold: Any = None) -> Weights:
+    def weights(self, mean: Any, inverse: Any) -> Weights:
         """Weights of a sample.
 
         Parameters
@@ -113,35 +113,26 @@ class LowPass:
             It is one of the first ``mean_samples``.
         inverse : scalar
             1/n of the n-th sample there, in (0, 1].
-        hold : condition, optional
-            There is no sample: the states stay, the output means nothing.
         """
         b, a1, a2 = self.coefficients
         through = b == 1.0
         back = 0.0 if through else 1.0 / (1.0 - b)
-
-        def choose(beginning: Any, going_on: float, holding: float) -> Any:
-            value = ops.where(mean, beginning, going_on)
-            return value if hold is None else ops.where(hold, holding, value)
-
         newest = ops.bounded(ops.where(mean, inverse, b), 0.0, 1.0, "share of the mean")
         kept = ops.bounded(back - back * newest, 0.0, max(back, 1.0), "the rest of it")
-        if hold is not None:
-            newest, kept = ops.where(hold, 0.0, newest), ops.where(hold, 1.0, kept)
         fine = 1.0 - a2  # the largest weight of v; with its binary point both of 4 b are one word
         b = 0.0 if through else b
-        stay = choose(0.0, 1.0, 1.0)
+        stay = ops.where(mean, 0.0, 1.0)
         return Weights(
             (kept, newest),
             (
-                stay if hold is None else choose(0.0, 1.0, 0.0),
-                choose(1.0 - b, 0.0 if through else -1.0 - a1, 1.0),
-                ops.bounded(choose(0.0, 3.0 * b, 0.0), -1.0, 1.0, "a small one"),
+                stay,
+                ops.where(mean, 1.0 - b, 0.0 if through else -1.0 - a1),
+                ops.bounded(ops.where(mean, 0.0, 3.0 * b), -1.0, 1.0, "a small one"),
             ),
             (
                 stay,
-                ops.bounded(choose(0.0, 4.0 * b, 0.0), -fine, fine, "a small one"),
-                choose(fine, -4.0 * b, 0.0),
+                ops.bounded(ops.where(mean, 0.0, 4.0 * b), -fine, fine, "a small one"),
+                ops.where(mean, fine, -4.0 * b),
             ),
         )
 
@@ -156,7 +147,7 @@ def filtered(
 ) -> tuple[list[Any], list[tuple[Any, Any]]]:
     """Outputs and next states (z, v) of some channels, whose samples are at most ``largest``.
 
-    ``hold``: the states stay. For more than four channels `LowPass.weights` does that for less.
+    ``hold``: there is no sample; the states stay, the outputs mean nothing.
     """
     bounds = [c * largest for c in low_pass.largest]
     out, after = [], []

@@ -13,15 +13,17 @@ __all__ = ["grown", "measured"]
 _GAIN_MOST = 2.0  #: bound of sqrt(P_jj r P r^T) w over S.
 
 
-def grown(p: Symmetric, start: float, growth: Any, most: float) -> Symmetric:
-    """P + V on the variances below their start value; ``growth`` is V, or 0 without a sample."""
+def grown(p: Symmetric, start: float, growth: float, most: float) -> Symmetric:
+    """P + V on the variances below their start value."""
     return symmetric(
         3,
-        lambda i, j: ops.bounded(
-            p[i][i] + ops.where(p[i][i] < start, growth, 0.0), 0.0, most, "start and one growth"
-        )
-        if i == j
-        else p[i][j],
+        lambda i, j: (
+            ops.bounded(
+                p[i][i] + ops.where(p[i][i] < start, growth, 0.0), 0.0, most, "start and one growth"
+            )
+            if i == j
+            else p[i][j]
+        ),
     )
 
 

@@ -57,7 +57,9 @@ def heading_of(
     inverse = ops.bounded(1.0 / (count + 1.0), 0.0, 1.0, "1/n")
     low_pass = settings.field
     weights = low_pass.weights(count < low_pass.mean_samples - 0.5, inverse)
-    norms, norm_states = filtered(weights, low_pass, [(x.norm_z, x.norm_v)], [norm], _NORM_MOST, missing)
+    norms, norm_states = filtered(
+        weights, low_pass, [(x.norm_z, x.norm_v)], [norm], _NORM_MOST, missing
+    )
     dips, dip_states = filtered(weights, low_pass, [(x.dip_z, x.dip_v)], [dip], 0.5, missing)
     disturbed, after = _judged(x, norms[0], dips[0], missing, turning, p, settings)
 
@@ -82,7 +84,11 @@ def heading_of(
     }
     states = after | {n: ops.where(restart, c, after[n]) for n, c in start.items()}
     states |= {"norm_z": norm_states[0][0], "norm_v": norm_states[0][1]}
-    states |= {"dip_z": dip_states[0][0], "dip_v": dip_states[0][1], "delta": ops.where(restart, 0.0, delta)}
+    states |= {
+        "dip_z": dip_states[0][0],
+        "dip_v": dip_states[0][1],
+        "delta": ops.where(restart, 0.0, delta),
+    }
     return Heading(
         delta,
         states,

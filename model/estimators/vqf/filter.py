@@ -21,7 +21,7 @@ from boresight.model import ops
 from boresight.model.algebra.angles import unit_angle_ht
 from boresight.model.algebra.covariance import symmetric
 from boresight.model.algebra.low_pass import filtered
-from boresight.model.algebra.quaternion import cross, dot, matrix, product, turn
+from boresight.model.algebra.quaternion import cross, dot, increment, matrix, product, turn
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.estimators.nine_axis import OUTPUTS
@@ -51,7 +51,7 @@ class Vqf(Estimator):
 
     name = "vqf"
     outputs = OUTPUTS
-    urgent = 7
+    urgent = 0
 
     def __init__(
         self,
@@ -100,7 +100,7 @@ class Vqf(Estimator):
         inverse = ops.bounded(1.0 / (x.count + 1.0), 0.0, 1.0, "1/n")
 
         # Rest: gyro and accelerometer stay near their low-passed values, and the former near zero.
-        still, mean_rate, states = self._rest(x, u, p, inverse, no_force)
+        still, mean_rate, states = self._rest(x, u, p, inverse)
         resting = still > settings.rest_samples - 0.5
         mean_rate_sq = dot(mean_rate, mean_rate)
 
@@ -112,27 +112,22 @@ class Vqf(Estimator):
             for w, b in zip(gyro, bias, strict=True)
         ]
         q = [getattr(x, f"q{a}") for a in "wxyz"]
-        q = [ops.saturated(c, 1.0) for c in product(q, _increment(half))]
+        q = [ops.saturated(c, 1.0) for c in product(q, increment(half))]
 
         # Vertical: the force in navigation axes, low-passed.
         turned = _rotated(q, force)
-        weights = settings.vertical.weights(
-            x.count < settings.vertical.mean_samples - 0.5, inverse, no_force
-        )
+        weights = settings.vertical.weights(x.count < settings.vertical.mean_samples - 0.5, inverse)
         before = [(getattr(x, f"up_z_{a}"), getattr(x, f"up_v_{a}")) for a in "enu"]
         mean_force, ups = filtered(weights, settings.vertical, before, turned, 278.0)
         length = ops.rsqrt(dot(mean_force, mean_force))
-        east, north, up = (
-            ops.where(no_force, float(k == 2), ops.saturated(c * length, 1.0))
-            for k, c in enumerate(mean_force)
-        )
+        east, north, up = (ops.saturated(c * length, 1.0) for c in mean_force)
         q, M = _made_vertical(q, east, north, up)
         C = matrix(q)
         ups = list(zip(*(turn(M, list(part)) for part in zip(*ups, strict=True)), strict=True))
 
         # Bias.
         learnt, P, filtered_states = self._bias(
-            x, restart, weights, C, bias, (east, north), mean_rate, resting, no_force
+            x, restart, weights, C, bias, (east, north), mean_rate, resting
         )
         states |= filtered_states
         count = ops.named(
@@ -173,9 +168,7 @@ class Vqf(Estimator):
         out = {"pitch": pitch, "roll": roll, "heading": heading, "status": status}
         return states, out | {f"q{a}": v for a, v in zip("wxyz", q, strict=True)}
 
-    def _rest(
-        self, x: Any, u: Any, p: Any, inverse: Any, no_force: Any
-    ) -> tuple[Any, list[Any], dict[str, Any]]:
+    def _rest(self, x: Any, u: Any, p: Any, inverse: Any) -> tuple[Any, list[Any], dict[str, Any]]:
         """Still samples so far, the low-passed rate, and the states of both low-passes."""
         low_pass = self.settings.rest
         states: dict[str, Any] = {}
@@ -183,13 +176,10 @@ class Vqf(Estimator):
         moving: dict[str, Any] = {}
         beginning = x.count < low_pass.mean_samples - 0.5
         weights = low_pass.weights(beginning, inverse)
-        for kind, hold, most, limit in (
-            ("gyr", None, 40.0, p.rest_gyr),
-            ("acc", no_force, 160.0, p.rest_acc),
-        ):
+        for kind, most, limit in (("gyr", 40.0, p.rest_gyr), ("acc", 160.0, p.rest_acc)):
             samples = [getattr(u, f"{kind[0]}{a}") for a in "xyz"]
             before = [(getattr(x, f"{kind}_z_{a}"), getattr(x, f"{kind}_v_{a}")) for a in "xyz"]
-            means[kind], after = filtered(weights, low_pass, before, samples, most, hold)
+            means[kind], after = filtered(weights, low_pass, before, samples, most)
             deviation = [
                 ops.saturated(s - m, 1.0) for s, m in zip(samples, means[kind], strict=True)
             ]
@@ -200,8 +190,7 @@ class Vqf(Estimator):
         for rate in means["gyr"]:
             broken = broken | (ops.saturated(rate * rate - CLIP_RAD_S**2, 1.0) > 0.0)
         still = ops.named("still_before", ops.where(broken, 0.0, x.still))
-        longer = counted(still, self.settings.rest_samples)
-        still = ops.where(no_force, still, ops.where(moving["acc"], 0.0, longer))
+        still = ops.where(moving["acc"], 0.0, counted(still, self.settings.rest_samples))
         return ops.named("still_after", still), means["gyr"], states
 
     def _bias(
@@ -214,7 +203,6 @@ class Vqf(Estimator):
         vertical: tuple[Any, Any],
         mean_rate: list[Any],
         resting: Any,
-        no_force: Any,
     ) -> tuple[list[Any], Any, dict[str, Any]]:
         """Bias and P after this sample, and the states of the low-passes of C and of C b."""
         settings = self.settings
@@ -251,12 +239,15 @@ class Vqf(Estimator):
         motion = settings.motion_weight
         seldom = ops.named("weight", ops.where(resting, 1.0, motion))
         never = ops.named("weight_up", ops.where(resting, 1.0, 1e-4 * motion))
-        w = [ops.where(no_force, 0.0, c) for c in (seldom, seldom, never)]
-        growth = ops.where(no_force, 0.0, settings.growth)
         start, most = settings.start_variance, settings.start_variance + settings.growth
         P = symmetric(3, lambda i, j: getattr(x, f"p{i}{j}"))
         change, P = measured(
-            grown(P, start, growth, most), rows, limited, w, most, (restart, start)
+            grown(P, start, settings.growth, most),
+            rows,
+            limited,
+            [seldom, seldom, never],
+            most,
+            (restart, start),
         )
         learnt = [
             ops.saturated(ops.where(restart, 0.0, b + d), 1.0)
@@ -277,17 +268,6 @@ class VqfSixAxis(Vqf):
     def __init__(self, rate_hz: float = 100.0, acc_tau_s: float = 3.0) -> None:
         """Fix the sample rate; see `Vqf`."""
         super().__init__(rate_hz, mag="none", acc_tau_s=acc_tau_s)
-
-
-def _increment(half: list[Any]) -> list[Any]:
-    """(cos, sin) of the turn by 2 ``half`` [rad], four terms of each series, with y = |half|^2."""
-    y = ops.bounded(dot(half, half), 0.0, 3.0, "three squares")
-    yy = ops.bounded(y * y, 0.0, 9.0, "its square")
-    w = ops.bounded(1.0 - 0.5 * y + yy * ((1.0 / 24.0) - (1.0 / 720.0) * y), -1.0, 1.0, "cosine")
-    s = ops.bounded(
-        1.0 - (1.0 / 6.0) * y + yy * ((1.0 / 120.0) - (1.0 / 5040.0) * y), 0.0, 1.0, "sine over angle"
-    )
-    return [w, *(ops.bounded(s * h, -1.0, 1.0, "sine") for h in half)]
 
 
 def _rotated(q: list[Any], v: Any) -> list[Any]:
@@ -311,9 +291,7 @@ def _made_vertical(q: list[Any], e: Any, n: Any, u: Any) -> tuple[list[Any], lis
     """
     s = ops.named("one_and_up", 1.0 + u)
     upside_down = s < _UPSIDE_DOWN
-    w, a, b = (
-        ops.where(upside_down, other, c) for c, other in ((s, 0.0), (n, 1.0), (e, 0.0))
-    )
+    w, a, b = (ops.where(upside_down, other, c) for c, other in ((s, 0.0), (n, 1.0), (e, 0.0)))
     turned = [
         0.5 * (w * q[0]) - 0.5 * (a * q[1]) + 0.5 * (b * q[2]),
         0.5 * (w * q[1]) + 0.5 * (a * q[0]) - 0.5 * (b * q[3]),

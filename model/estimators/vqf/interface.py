@@ -200,17 +200,47 @@ def inputs_of(settings: Settings) -> tuple[Input, ...]:
 def params_of(settings: Settings) -> tuple[Param, ...]:
     """Thresholds and gains that may be written while the filter runs."""
     rest = (
-        Param("rest_gyr", 2.0 * DEGREE, 0.0, 0.5, "rad/s", "least deviation from the mean rate in motion"),
+        Param(
+            "rest_gyr",
+            2.0 * DEGREE,
+            0.0,
+            0.5,
+            "rad/s",
+            "least deviation from the mean rate in motion",
+        ),
         Param("rest_acc", 0.5, 0.0, 0.9, "m/s^2", "least deviation from the mean force in motion"),
     )
     if not settings.magnetic:
         return rest
     return (
         *rest,
-        Param("mag_gain", settings.mag_gain, 0.0, 1.0, "", "share of the heading's error that a sample corrects"),
-        Param("field_gain", gain_of(20.0, settings.mag_step_s), 0.0, 1.0, "", "share of the field that reference and candidate take over at a sample"),
-        Param("norm_share", 0.1, 0.0, 1.0, "", "least deviation of a disturbed field, of the reference's norm"),
-        Param("dip_limit", 10.0 / 180.0, 0.0, 1.0, "ht", "least deviation of a disturbed field's dip"),
+        Param(
+            "mag_gain",
+            settings.mag_gain,
+            0.0,
+            1.0,
+            "",
+            "share of the heading's error that a sample corrects",
+        ),
+        Param(
+            "field_gain",
+            gain_of(20.0, settings.mag_step_s),
+            0.0,
+            1.0,
+            "",
+            "share of the field that reference and candidate take over at a sample",
+        ),
+        Param(
+            "norm_share",
+            0.1,
+            0.0,
+            1.0,
+            "",
+            "least deviation of a disturbed field, of the reference's norm",
+        ),
+        Param(
+            "dip_limit", 10.0 / 180.0, 0.0, 1.0, "ht", "least deviation of a disturbed field's dip"
+        ),
     )
 
 
@@ -230,10 +260,7 @@ def states_of(settings: Settings) -> tuple[State, ...]:
     most = p0 + settings.growth
     pairs = [(i, j) for i in range(3) for j in range(i, 3)]
     states = [
-        *(
-            State(f"q{a}", -1.0, BELOW_ONE, "", v)
-            for a, v in zip("wxyz", START, strict=True)
-        ),
+        *(State(f"q{a}", -1.0, BELOW_ONE, "", v) for a, v in zip("wxyz", START, strict=True)),
         *(State(f"bias_{a}", -1.0, BELOW_ONE, "") for a in "xyz"),
         *(
             State(f"p{i}{j}", 0.0 if i == j else -most, most, "", p0 if i == j else 0.0)
