@@ -9,7 +9,7 @@ from boresight.model import ops
 from boresight.model.algebra.angles import unit_angle_ht
 from boresight.model.algebra.low_pass import filtered
 from boresight.model.algebra.quaternion import Vector, dot, turn
-from boresight.model.estimators.vqf.interface import Settings, counted
+from boresight.model.estimators.vqf.interface import Settings, counted, counter_limit
 
 __all__ = ["Heading", "heading_of"]
 
@@ -64,22 +64,22 @@ def heading_of(
     disturbed, after = _judged(x, norms[0], dips[0], missing, turning, p, settings)
 
     # Gain: 1/n at first, none while a disturbance is rejected, half of it once that lasts too long.
-    rejecting = x.rejected < settings.rejected_samples + 0.5
+    rejecting = x.patience > settings.impatient
     usual = ops.where(disturbed, ops.where(rejecting, 0.0, 0.5 * p.mag_gain), p.mag_gain)
-    first = ops.where(count < settings.first_samples - 0.5, inverse, 0.0)
-    gain = ops.named("gain", ops.where(missing, 0.0, ops.maximum(usual, first)))
+    gain = ops.where(count < settings.first_samples - 0.5, inverse, usual)
+    gain = ops.named("gain", ops.where(missing, 0.0, gain))
     delta = ops.wrap_ht(x.delta + gain * ops.wrap_ht(angle - x.delta))
 
-    longer = ops.where(rejecting, x.rejected + 1.0, x.rejected)
-    after["rejected"] = ops.where(disturbed, longer, ops.maximum(x.rejected - 2.0, 0.0))
-    after["mag_count"] = counted(count, settings.first_samples)
-    for name in ("rejected", "mag_count", "calm", "new_turning"):
-        after[name] = ops.where(missing, getattr(x, name), after[name])
+    spent = ops.where(disturbed, ops.where(rejecting, -1.0, 0.0), 2.0)
+    spent = ops.named("spent", ops.where(missing, 0.0, spent))
+    after["patience"] = ops.saturated(x.patience + spent, settings.patience)
+    sample = ops.where(missing, 0.0, 1.0)
+    after["mag_count"] = ops.saturated(count + sample, counter_limit(settings.first_samples))
     start = {
         "ref_norm": 0.0,
         "new_norm": -1.0,
         "calm": 0.0,
-        "rejected": float(settings.rejected_samples),
+        "patience": settings.patience - settings.rejected_samples,
         "mag_count": 0.0,
     }
     states = after | {n: ops.where(restart, c, after[n]) for n, c in start.items()}
@@ -90,11 +90,7 @@ def heading_of(
         "delta": ops.where(restart, 0.0, delta),
     }
     return Heading(
-        delta,
-        states,
-        unknown=states["mag_count"] < 0.5,
-        missing=missing,
-        disturbed=states["calm"] < settings.calm_samples - 0.5,
+        delta, states, unknown=after["mag_count"] < 0.5, missing=missing, disturbed=disturbed
     )
 
 
@@ -110,6 +106,7 @@ def _judged(
     d_ref, d_new = (norm - x.ref_norm, dip - x.ref_dip), (norm - x.new_norm, dip - x.new_dip)
     at_reference, at_candidate = near(*d_ref, x.ref_norm), near(*d_new, x.new_norm)
     calm = ops.where(at_reference, counted(x.calm, settings.calm_samples), 0.0)
+    calm = ops.named("calm_for", ops.where(missing, x.calm, calm))
     quiet = calm > settings.calm_samples - 0.5
     follow = ops.named("follow", ops.where(missing, 0.0, ops.where(quiet, p.field_gain, 0.0)))
     search = ops.where(missing, 0.0, ops.where(at_candidate, p.field_gain, 1.0))
@@ -118,12 +115,12 @@ def _judged(
     new_dip = ops.bounded(x.new_dip + search * d_new[1], -1.0, 1.0, "a mean")
     longer = ops.where(turning, counted(x.new_turning, enough), x.new_turning)
     turned = ops.where(at_candidate, longer, 0.0)
+    turned = ops.named("turned_for", ops.where(missing, x.new_turning, turned))
     needed = ops.where(x.ref_norm > 0.0, enough - 0.5, enough_first - 0.5)
     accepted = ~quiet & (turned > needed)
-    found = accepted & ~missing
     after = {
-        "ref_norm": ops.where(found, new_norm, x.ref_norm + follow * d_ref[0]),
-        "ref_dip": ops.where(found, new_dip, x.ref_dip + follow * d_ref[1]),
+        "ref_norm": ops.where(accepted, new_norm, x.ref_norm + follow * d_ref[0]),
+        "ref_dip": ops.where(accepted, new_dip, x.ref_dip + follow * d_ref[1]),
         "new_norm": new_norm,
         "new_dip": new_dip,
         "new_turning": turned,

@@ -5,8 +5,8 @@ magnetic disturbance rejection", Information Fusion 91:187, 2023, doi 10.1016/j.
 the filter for real time, with the paper's numbers.
 
 One sample, in the paper's order: the gyro turns the attitude; the specific force, turned by it and
-low-passed, is made vertical by the shortest turn; that turn tells the bias in motion, the low-passed
-gyro at rest; the field turns the heading by a share of what is missing, unless it is disturbed.
+low-passed, is made vertical by the shortest turn; that turn tells the bias in motion, the gyro's
+mean at rest; the field turns the heading by a share of what is missing, unless it is disturbed.
 
 The paper averages the force in the frame that the gyro alone turns and keeps the inclination's
 correction as a second quaternion. Here there is one, q, and every correction turns the low-pass
@@ -15,13 +15,14 @@ with it: its states are linear in their samples, so the outputs are the same.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from boresight.model import ops
 from boresight.model.algebra.angles import unit_angle_ht
 from boresight.model.algebra.covariance import symmetric
 from boresight.model.algebra.low_pass import filtered
-from boresight.model.algebra.quaternion import cross, dot, increment, matrix, product, turn
+from boresight.model.algebra.quaternion import cross, dot, increment, matrix, product
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.estimators.nine_axis import OUTPUTS
@@ -121,9 +122,9 @@ class Vqf(Estimator):
         mean_force, ups = filtered(weights, settings.vertical, before, turned, 278.0)
         length = ops.rsqrt(dot(mean_force, mean_force))
         east, north, up = (ops.saturated(c * length, 1.0) for c in mean_force)
-        q, M = _made_vertical(q, east, north, up)
+        q, levelled = _made_vertical(q, east, north, up)
         C = matrix(q)
-        ups = list(zip(*(turn(M, list(part)) for part in zip(*ups, strict=True)), strict=True))
+        ups = list(zip(*(levelled(part) for part in zip(*ups, strict=True)), strict=True))
 
         # Bias.
         learnt, P, filtered_states = self._bias(
@@ -281,32 +282,39 @@ def _rotated(q: list[Any], v: Any) -> list[Any]:
     ]
 
 
-def _made_vertical(q: list[Any], e: Any, n: Any, u: Any) -> tuple[list[Any], list[list[Any]]]:
-    """Attitude after the shortest turn of a unit vector (e, n, u) to the vertical, and its matrix.
+def _made_vertical(
+    q: list[Any], e: Any, n: Any, u: Any
+) -> tuple[list[Any], Callable[[Any], tuple[Any, Any, Any]]]:
+    """Attitude after the shortest turn of a unit vector (e, n, u) to the vertical, and that turn.
 
     The turn is the quaternion (1 + u, n, -e, 0)/2 over its length, the root of (1 + u)/2; half a
-    turn about x where there is no shortest one. Of unit q the product has that length too::
+    turn about x where there is no shortest one. Of unit q the product has that length too. Its
+    matrix, which turns vectors::
 
         M = [[1 - e^2/(1 + u), -e n/(1 + u), -e], [..., 1 - n^2/(1 + u), -n], [e, n, u]]
     """
     s = ops.named("one_and_up", 1.0 + u)
-    upside_down = s < _UPSIDE_DOWN
-    w, a, b = (ops.where(upside_down, other, c) for c, other in ((s, 0.0), (n, 1.0), (e, 0.0)))
+    a = ops.where(s < _UPSIDE_DOWN, 1.0, n)
     turned = [
-        0.5 * (w * q[0]) - 0.5 * (a * q[1]) + 0.5 * (b * q[2]),
-        0.5 * (w * q[1]) + 0.5 * (a * q[0]) - 0.5 * (b * q[3]),
-        0.5 * (w * q[2]) - 0.5 * (a * q[3]) - 0.5 * (b * q[0]),
-        0.5 * (w * q[3]) + 0.5 * (a * q[2]) + 0.5 * (b * q[1]),
+        0.5 * (s * q[0]) - 0.5 * (a * q[1]) + 0.5 * (e * q[2]),
+        0.5 * (s * q[1]) + 0.5 * (a * q[0]) - 0.5 * (e * q[3]),
+        0.5 * (s * q[2]) - 0.5 * (a * q[3]) - 0.5 * (e * q[0]),
+        0.5 * (s * q[3]) + 0.5 * (a * q[2]) + 0.5 * (e * q[1]),
     ]
     turned = [ops.saturated(c, 1.0) for c in turned]
     inverse = ops.rsqrt(ops.bounded(dot(turned, turned), 0.0, 1.0, "norms of at most one"))
-    a, b = (ops.bounded(c * inverse, -2.01, 2.01, "twice the sine of half a turn") for c in (a, b))
+    a, b = (ops.bounded(c * inverse, -2.01, 2.01, "twice the sine of half a turn") for c in (a, e))
     across = ops.bounded(-0.5 * (a * b), -1.0, 1.0, "of a matrix")
-    return [ops.saturated(c * inverse, 1.0) for c in turned], [
-        [ops.bounded(1.0 - 0.5 * (b * b), -1.0, 1.0, "of a matrix"), across, -e],
-        [across, ops.bounded(1.0 - 0.5 * (a * a), -1.0, 1.0, "of a matrix"), -n],
-        [e, n, u],
-    ]
+    first, second = (ops.bounded(1.0 - 0.5 * (c * c), -1.0, 1.0, "of a matrix") for c in (b, a))
+
+    def turn(v: Any) -> tuple[Any, Any, Any]:
+        return (
+            first * v[0] + across * v[1] - e * v[2],
+            across * v[0] + second * v[1] - n * v[2],
+            e * v[0] + n * v[1] + u * v[2],
+        )
+
+    return [ops.saturated(c * inverse, 1.0) for c in turned], turn
 
 
 def _euler_ht(C: Any) -> tuple[Any, Any, Any]:

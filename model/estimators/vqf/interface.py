@@ -20,6 +20,7 @@ __all__ = [
     "STATUS_BITS",
     "Settings",
     "counted",
+    "counter_limit",
     "inputs_of",
     "params_of",
     "states_of",
@@ -146,6 +147,16 @@ class Settings:
         for _ in range(n):
             total += self.mag_step_s
         return n if total <= 60.0 else n - 1
+
+    @property
+    def patience(self) -> float:
+        """Samples that may yet be rejected when none was: a power of two, at which it stops."""
+        return counter_limit(self.rejected_samples + 1.0)
+
+    @property
+    def impatient(self) -> float:
+        """What is left of it when the field is followed again, and half a sample less."""
+        return self.patience - self.rejected_samples - 0.5
 
     @cached_property
     def first_samples(self) -> int:
@@ -275,7 +286,7 @@ def states_of(settings: Settings) -> tuple[State, ...]:
         State("still", 0.0, counter_limit(settings.rest_samples), ""),
     ]
     if settings.magnetic:
-        norm = 2.0 * _FIELD_MOST
+        norm, most = 2.0 * _FIELD_MOST, settings.patience
         states += [
             State("delta", -1.0, 1.0, "ht"),  # heading of the frame in which the force is averaged
             *_channels(settings.field, "norm", "_", _FIELD_MOST, "uT"),
@@ -286,7 +297,7 @@ def states_of(settings: Settings) -> tuple[State, ...]:
             State("new_dip", -1.0, 1.0, "ht"),
             State("new_turning", 0.0, counter_limit(settings.candidate_samples[1]), ""),
             State("calm", 0.0, counter_limit(settings.calm_samples), ""),
-            State("rejected", 0.0, settings.rejected_samples + 1.0, "", settings.rejected_samples),
+            State("patience", 0.0, most, "", most - settings.rejected_samples),
             State("mag_count", 0.0, counter_limit(settings.first_samples), ""),
         ]
     return tuple(states)
