@@ -119,20 +119,20 @@ class LowPass:
         back = 0.0 if through else 1.0 / (1.0 - b)
         newest = ops.bounded(ops.where(mean, inverse, b), 0.0, 1.0, "share of the mean")
         kept = ops.bounded(back - back * newest, 0.0, max(back, 1.0), "the rest of it")
-        fine = 1.0 - a2  # the largest weight of v; with its binary point both of 4 b are one word
         b = 0.0 if through else b
+        most = max(1.0 - a2, 4.0 * b)  # of both weights of v: with one binary point 4 b is one word
         stay = ops.where(mean, 0.0, 1.0)
         return Weights(
             (kept, newest),
             (
                 stay,
                 ops.where(mean, 1.0 - b, 0.0 if through else -1.0 - a1),
-                ops.bounded(ops.where(mean, 0.0, 3.0 * b), -1.0, 1.0, "a small one"),
+                ops.bounded(ops.where(mean, 0.0, 3.0 * b), 0.0, max(1.0, 3.0 * b), "no finer"),
             ),
             (
                 stay,
-                ops.bounded(ops.where(mean, 0.0, 4.0 * b), -fine, fine, "a small one"),
-                ops.where(mean, fine, -4.0 * b),
+                ops.bounded(ops.where(mean, 0.0, 4.0 * b), -most, most, "no finer"),
+                ops.bounded(ops.where(mean, 1.0 - a2, -4.0 * b), -most, most, "the same"),
             ),
         )
 

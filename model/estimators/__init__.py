@@ -14,6 +14,7 @@ from boresight.model.estimators.mls_attitude import MlsAttitude
 from boresight.model.estimators.radar.registration import Registration
 from boresight.model.estimators.satcom import Satcom
 from boresight.model.estimators.satcom_pointing import SatcomPointing
+from boresight.model.estimators.vqf import Vqf, VqfSixAxis
 
 __all__ = ["ESTIMATORS", "estimator"]
 
@@ -31,6 +32,8 @@ ESTIMATORS: dict[str, type[Estimator]] = {
         SatcomPointing,
         MlsAttitude,
         ArrayPhases,
+        Vqf,
+        VqfSixAxis,
     )
 }
 

@@ -15,7 +15,7 @@ with it: its states are linear in their samples, so the outputs are the same.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from boresight.model import ops
@@ -34,9 +34,7 @@ from boresight.model.estimators.vqf.interface import (
     START,
     Settings,
     counted,
-    inputs_of,
-    params_of,
-    states_of,
+    interface_of,
 )
 
 __all__ = ["Vqf", "VqfSixAxis"]
@@ -47,12 +45,19 @@ _GAP_STEPS = 1.5  #: steps that a sample's time may last before it counts as a g
 _UPSIDE_DOWN = 2.0**-20  #: 1 + cosine of a correction that has no axis.
 
 
+def _rates(settings: Settings) -> dict[str, float]:
+    return {"dt": settings.rate_hz, "mx": settings.mag_rate_hz}
+
+
 class Vqf(Estimator):
     """VQF of Laidig and Seel: low-passed vertical, bias in motion and at rest, disturbed fields."""
 
     name = "vqf"
     outputs = OUTPUTS
-    urgent = 0
+    urgent = 7
+    settings = Settings()
+    inputs, params, states = interface_of(settings)
+    rates_hz = _rates(settings)
 
     def __init__(
         self,
@@ -87,9 +92,21 @@ class Vqf(Estimator):
         if mag_rate_hz is None:
             mag_rate_hz = rate_hz
         self.settings = Settings(rate_hz, mag_rate_hz, mag == "full", acc_tau_s, mag_tau_s)
-        self.inputs = inputs_of(self.settings)
-        self.params = params_of(self.settings)
-        self.states = states_of(self.settings)
+        self.inputs, self.params, self.states = interface_of(self.settings)
+        self.rates_hz = _rates(self.settings)
+
+    def for_rates(self, rates_hz: Mapping[str, float]) -> Vqf:
+        """With its time constants, for these rates; itself where they differ by a thousandth."""
+        now = self.settings
+        # Six digits, so that logs of one sensor share what is made of it.
+        rate, field = (float(f"{rates_hz.get(n, rates_hz['dt']):.6g}") for n in ("dt", "mx"))
+        field = min(field, rate) if now.magnetic else rate
+        if abs(rate / now.rate_hz - 1.0) < 1e-3 and abs(field / now.mag_rate_hz - 1.0) < 1e-3:
+            return self
+        mag = "full" if now.magnetic else "none"
+        made = Vqf(rate, field, mag, now.acc_tau_s, now.mag_tau_s)
+        made.name = self.name
+        return made
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         """One sample; with ``dt`` below zero nothing but a new start, at the sample after it."""
@@ -265,6 +282,9 @@ class VqfSixAxis(Vqf):
     """VQF without a magnetometer: the heading is that of the gyro, less its bias."""
 
     name = "vqf_six_axis"
+    settings = Settings(magnetic=False)
+    inputs, params, states = interface_of(settings)
+    rates_hz = _rates(settings)
 
     def __init__(self, rate_hz: float = 100.0, acc_tau_s: float = 3.0) -> None:
         """Fix the sample rate; see `Vqf`."""

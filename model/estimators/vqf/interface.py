@@ -21,9 +21,7 @@ __all__ = [
     "Settings",
     "counted",
     "counter_limit",
-    "inputs_of",
-    "params_of",
-    "states_of",
+    "interface_of",
 ]
 
 DEGREE = math.pi / 180.0
@@ -76,9 +74,9 @@ class Settings:
     told from the other at any rate.
     """
 
-    rate_hz: float
-    mag_rate_hz: float
-    magnetic: bool
+    rate_hz: float = 100.0
+    mag_rate_hz: float = 100.0
+    magnetic: bool = True
     acc_tau_s: float = 3.0
     mag_tau_s: float = 9.0
 
@@ -203,12 +201,19 @@ class Settings:
         return self._noise(9.0) / self._noise(100.0)
 
 
-def inputs_of(settings: Settings) -> tuple[Input, ...]:
+def interface_of(
+    settings: Settings,
+) -> tuple[tuple[Input, ...], tuple[Param, ...], tuple[State, ...]]:
+    """Inputs, parameters and states."""
+    return _inputs(settings), _params(settings), _states(settings)
+
+
+def _inputs(settings: Settings) -> tuple[Input, ...]:
     """Inputs of all attitude filters, or without the magnetometer."""
     return INPUTS if settings.magnetic else tuple(i for i in INPUTS if i.name[0] != "m")
 
 
-def params_of(settings: Settings) -> tuple[Param, ...]:
+def _params(settings: Settings) -> tuple[Param, ...]:
     """Thresholds and gains that may be written while the filter runs."""
     rest = (
         Param(
@@ -265,7 +270,7 @@ def _channels(low_pass: LowPass, name: str, parts: str, largest: float, unit: st
     ]
 
 
-def states_of(settings: Settings) -> tuple[State, ...]:
+def _states(settings: Settings) -> tuple[State, ...]:
     """Everything that is carried from sample to sample."""
     p0 = settings.start_variance
     most = p0 + settings.growth
