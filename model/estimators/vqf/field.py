@@ -9,13 +9,12 @@ from boresight.model import ops
 from boresight.model.algebra.angles import unit_angle_ht
 from boresight.model.algebra.low_pass import filtered
 from boresight.model.algebra.quaternion import Vector, dot, turn
-from boresight.model.estimators.vqf.interface import Settings, counted, counter_limit
+from boresight.model.estimators.vqf.settings import FIELD_MOST, Settings, counted, counter_limit
 
 __all__ = ["Heading", "heading_of"]
 
 _SEEN_SQ = 0.01  #: uT^2, squared field from which on there is a sample.
-_NORM_MOST = 444.0  #: uT
-_REFERENCE_MOST = 2.0 * _NORM_MOST  #: uT, of a low-passed one
+_REFERENCE_MOST = 2.0 * FIELD_MOST  #: uT, of a low-passed one
 
 
 @dataclass(frozen=True)
@@ -35,8 +34,8 @@ def _norm_and_dip(field: Vector) -> tuple[Any, Any, Any]:
     flat_sq = ops.named("flat_sq", east * east + north * north)
     norm_sq = ops.named("norm_sq", flat_sq + up * up)
     flat_inverse, inverse = ops.rsqrt(flat_sq), ops.rsqrt(norm_sq)
-    flat = ops.bounded(flat_sq * flat_inverse, 0.0, _NORM_MOST, "magnitude")
-    norm = ops.bounded(norm_sq * inverse, 0.0, _NORM_MOST, "magnitude")
+    flat = ops.bounded(flat_sq * flat_inverse, 0.0, FIELD_MOST, "magnitude")
+    norm = ops.bounded(norm_sq * inverse, 0.0, FIELD_MOST, "magnitude")
     dip = ops.bounded(unit_angle_ht(-up, flat, inverse), -0.5, 0.5, "dip")
     return norm, dip, unit_angle_ht(east, north, flat_inverse)
 
@@ -49,7 +48,7 @@ def heading_of(
     ``turning``: the body turns fast enough to tell a new field from a magnet that it carries.
     """
     missing = ops.saturated(dot(field, field) - _SEEN_SQ, 1.0) < 0.0
-    turned = [ops.bounded(c, -_NORM_MOST, _NORM_MOST, "field") for c in turn(C, field)]
+    turned = [ops.bounded(c, -FIELD_MOST, FIELD_MOST, "field") for c in turn(C, field)]
     norm, dip, angle = _norm_and_dip(turned)
 
     # Norm and dip, low-passed.
@@ -58,7 +57,7 @@ def heading_of(
     low_pass = settings.field
     weights = low_pass.weights(count < low_pass.mean_samples - 0.5, inverse)
     norms, norm_states = filtered(
-        weights, low_pass, [(x.norm_z, x.norm_v)], [norm], _NORM_MOST, missing
+        weights, low_pass, [(x.norm_z, x.norm_v)], [norm], FIELD_MOST, missing
     )
     dips, dip_states = filtered(weights, low_pass, [(x.dip_z, x.dip_v)], [dip], 0.5, missing)
     disturbed, after = _judged(x, norms[0], dips[0], missing, turning, p, settings)

@@ -15,26 +15,26 @@ with it: its states are linear in their samples, so the outputs are the same.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from boresight.model import ops
-from boresight.model.algebra.angles import unit_angle_ht
-from boresight.model.algebra.covariance import symmetric
 from boresight.model.algebra.low_pass import filtered
-from boresight.model.algebra.quaternion import cross, dot, increment, matrix, product
+from boresight.model.algebra.quaternion import dot, increment, matrix, product
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.estimators.nine_axis import OUTPUTS
-from boresight.model.estimators.vqf.bias import grown, measured
+from boresight.model.estimators.vqf.bias import bias_of
 from boresight.model.estimators.vqf.field import heading_of
-from boresight.model.estimators.vqf.interface import (
+from boresight.model.estimators.vqf.interface import START, interface_of
+from boresight.model.estimators.vqf.motion import euler_ht, made_vertical, rotated
+from boresight.model.estimators.vqf.rest import rest_of
+from boresight.model.estimators.vqf.settings import (
     CLIP_RAD_S,
     DEGREE,
-    START,
+    FORCE_MOST,
     Settings,
     counted,
-    interface_of,
 )
 
 __all__ = ["Vqf", "VqfSixAxis"]
@@ -42,7 +42,6 @@ __all__ = ["Vqf", "VqfSixAxis"]
 _FORCE_SEEN_SQ = 1e-6  #: (m/s^2)^2, squared specific force from which on there is a sample.
 _TURNING_SQ = (20.0 * DEGREE) ** 2  #: (rad/s)^2, squared rate at which a new field is believed.
 _GAP_STEPS = 1.5  #: steps that a sample's time may last before it counts as a gap.
-_UPSIDE_DOWN = 2.0**-20  #: 1 + cosine of a correction that has no axis.
 
 
 def _rates(settings: Settings) -> dict[str, float]:
@@ -118,7 +117,7 @@ class Vqf(Estimator):
         inverse = ops.bounded(1.0 / (x.count + 1.0), 0.0, 1.0, "1/n")
 
         # Rest: gyro and accelerometer stay near their low-passed values, and the former near zero.
-        still, mean_rate, states = self._rest(x, u, p, inverse)
+        still, mean_rate, states = rest_of(x, u, p, inverse, settings)
         resting = still > settings.rest_samples - 0.5
         mean_rate_sq = dot(mean_rate, mean_rate)
 
@@ -133,19 +132,19 @@ class Vqf(Estimator):
         q = [ops.saturated(c, 1.0) for c in product(q, increment(half))]
 
         # Vertical: the force in navigation axes, low-passed.
-        turned = _rotated(q, force)
+        turned = rotated(q, force)
         weights = settings.vertical.weights(x.count < settings.vertical.mean_samples - 0.5, inverse)
         before = [(getattr(x, f"up_z_{a}"), getattr(x, f"up_v_{a}")) for a in "enu"]
-        mean_force, ups = filtered(weights, settings.vertical, before, turned, 278.0)
+        mean_force, ups = filtered(weights, settings.vertical, before, turned, FORCE_MOST)
         length = ops.rsqrt(dot(mean_force, mean_force))
         east, north, up = (ops.saturated(c * length, 1.0) for c in mean_force)
-        q, levelled = _made_vertical(q, east, north, up)
+        q, levelled = made_vertical(q, east, north, up)
         C = matrix(q)
         ups = list(zip(*(levelled(part) for part in zip(*ups, strict=True)), strict=True))
 
         # Bias.
-        learnt, P, filtered_states = self._bias(
-            x, restart, weights, C, bias, (east, north), mean_rate, resting
+        learnt, P, filtered_states = bias_of(
+            x, restart, weights, C, bias, (east, north), mean_rate, resting, settings
         )
         states |= filtered_states
         count = ops.named(
@@ -162,7 +161,7 @@ class Vqf(Estimator):
             "still": ops.where(restart, 0.0, still),
         }
         flags = {0: restart | (count < 0.5), 2: no_force, 5: resting}
-        pitch, roll, heading = _euler_ht(C)
+        pitch, roll, heading = euler_ht(C)
         if settings.magnetic:
             turning = mean_rate_sq > _TURNING_SQ
             found = heading_of(x, restart, C, (u.mx, u.my, u.mz), turning, p, settings)
@@ -186,97 +185,6 @@ class Vqf(Estimator):
         out = {"pitch": pitch, "roll": roll, "heading": heading, "status": status}
         return states, out | {f"q{a}": v for a, v in zip("wxyz", q, strict=True)}
 
-    def _rest(self, x: Any, u: Any, p: Any, inverse: Any) -> tuple[Any, list[Any], dict[str, Any]]:
-        """Still samples so far, the low-passed rate, and the states of both low-passes."""
-        low_pass = self.settings.rest
-        states: dict[str, Any] = {}
-        means: dict[str, list[Any]] = {}
-        moving: dict[str, Any] = {}
-        beginning = x.count < low_pass.mean_samples - 0.5
-        weights = low_pass.weights(beginning, inverse)
-        for kind, most, limit in (("gyr", 40.0, p.rest_gyr), ("acc", 160.0, p.rest_acc)):
-            samples = [getattr(u, f"{kind[0]}{a}") for a in "xyz"]
-            before = [(getattr(x, f"{kind}_z_{a}"), getattr(x, f"{kind}_v_{a}")) for a in "xyz"]
-            means[kind], after = filtered(weights, low_pass, before, samples, most)
-            deviation = [
-                ops.saturated(s - m, 1.0) for s, m in zip(samples, means[kind], strict=True)
-            ]
-            moving[kind] = ~(ops.saturated(dot(deviation, deviation) - limit * limit, 1.0) < 0.0)
-            states |= {f"{kind}_z_{a}": s[0] for a, s in zip("xyz", after, strict=True)}
-            states |= {f"{kind}_v_{a}": s[1] for a, s in zip("xyz", after, strict=True)}
-        broken = moving["gyr"]
-        for rate in means["gyr"]:
-            broken = broken | (ops.saturated(rate * rate - CLIP_RAD_S**2, 1.0) > 0.0)
-        still = ops.named("still_before", ops.where(broken, 0.0, x.still))
-        still = ops.where(moving["acc"], 0.0, counted(still, self.settings.rest_samples))
-        return ops.named("still_after", still), means["gyr"], states
-
-    def _bias(
-        self,
-        x: Any,
-        restart: Any,
-        weights: Any,
-        C: Any,
-        bias: list[Any],
-        vertical: tuple[Any, Any],
-        mean_rate: list[Any],
-        resting: Any,
-    ) -> tuple[list[Any], Any, dict[str, Any]]:
-        """Bias and P after this sample, and the states of the low-passes of C and of C b."""
-        settings = self.settings
-        low_pass = settings.vertical
-        names = [f"{a}{b}" for a in "enu" for b in "xyz"]
-        flat, matrices = filtered(
-            weights,
-            low_pass,
-            [(getattr(x, f"c_z_{n}"), getattr(x, f"c_v_{n}")) for n in names],
-            [c for row in C for c in row],
-            1.0,
-        )
-        R = [flat[:3], flat[3:6], flat[6:]]
-        means, biases = filtered(
-            weights,
-            low_pass,
-            [(getattr(x, f"b_z_{a}"), getattr(x, f"b_v_{a}")) for a in "en"],
-            [ops.bounded(dot(row, bias), -1.7321, 1.7321, "bias of unit size") for row in C[:2]],
-            3.0**0.5,
-        )
-        # In motion: what corrects the inclination is the mean of C times the bias that is left.
-        east, north = vertical
-        rate = settings.rate_hz / CLIP_RAD_S
-        errors = [
-            -rate * north + means[0] - dot(R[0], bias),
-            rate * east + means[1] - dot(R[1], bias),
-            -dot(R[2], bias),
-        ]
-        rows, limited = [], []
-        for i in range(3):
-            error = ops.where(resting, (1.0 / CLIP_RAD_S) * mean_rate[i] - bias[i], errors[i])
-            limited.append(ops.saturated(error, 1.0))
-            rows.append([ops.where(resting, float(i == j), R[i][j]) for j in range(3)])
-        motion = settings.motion_weight
-        seldom = ops.named("weight", ops.where(resting, 1.0, motion))
-        never = ops.named("weight_up", ops.where(resting, 1.0, 1e-4 * motion))
-        start, most = settings.start_variance, settings.start_variance + settings.growth
-        P = symmetric(3, lambda i, j: getattr(x, f"p{i}{j}"))
-        change, P = measured(
-            grown(P, start, settings.growth, most),
-            rows,
-            limited,
-            [seldom, seldom, never],
-            most,
-            (restart, start),
-        )
-        learnt = [
-            ops.saturated(ops.where(restart, 0.0, b + d), 1.0)
-            for b, d in zip(bias, change, strict=True)
-        ]
-        states = {f"c_z_{n}": s[0] for n, s in zip(names, matrices, strict=True)}
-        states |= {f"c_v_{n}": s[1] for n, s in zip(names, matrices, strict=True)}
-        states |= {f"b_z_{a}": s[0] for a, s in zip("en", biases, strict=True)}
-        states |= {f"b_v_{a}": s[1] for a, s in zip("en", biases, strict=True)}
-        return learnt, P, states
-
 
 class VqfSixAxis(Vqf):
     """VQF without a magnetometer: the heading is that of the gyro, less its bias."""
@@ -289,61 +197,3 @@ class VqfSixAxis(Vqf):
     def __init__(self, rate_hz: float = 100.0, acc_tau_s: float = 3.0) -> None:
         """Fix the sample rate; see `Vqf`."""
         super().__init__(rate_hz, mag="none", acc_tau_s=acc_tau_s)
-
-
-def _rotated(q: list[Any], v: Any) -> list[Any]:
-    """C v of a unit quaternion (w, r): v + 2 (w t + r x t) with t = r x v. 21 slots."""
-    _, x, y, z = q
-    t = [ops.bounded(c, -280.0, 280.0, "a vector") for c in cross((x, y, z), v)]
-    around = (y * t[2] - z * t[1], z * t[0] - x * t[2], x * t[1] - y * t[0])
-    return [
-        ops.bounded(a + 2.0 * (q[0] * b + c), -278.0, 278.0, "a turned vector")
-        for a, b, c in zip(v, t, around, strict=True)
-    ]
-
-
-def _made_vertical(
-    q: list[Any], e: Any, n: Any, u: Any
-) -> tuple[list[Any], Callable[[Any], tuple[Any, Any, Any]]]:
-    """Attitude after the shortest turn of a unit vector (e, n, u) to the vertical, and that turn.
-
-    The turn is the quaternion (1 + u, n, -e, 0)/2 over its length, the root of (1 + u)/2; half a
-    turn about x where there is no shortest one. Of unit q the product has that length too. Its
-    matrix, which turns vectors::
-
-        M = [[1 - e^2/(1 + u), -e n/(1 + u), -e], [..., 1 - n^2/(1 + u), -n], [e, n, u]]
-    """
-    s = ops.named("one_and_up", 1.0 + u)
-    a = ops.where(s < _UPSIDE_DOWN, 1.0, n)
-    turned = [
-        0.5 * (s * q[0]) - 0.5 * (a * q[1]) + 0.5 * (e * q[2]),
-        0.5 * (s * q[1]) + 0.5 * (a * q[0]) - 0.5 * (e * q[3]),
-        0.5 * (s * q[2]) - 0.5 * (a * q[3]) - 0.5 * (e * q[0]),
-        0.5 * (s * q[3]) + 0.5 * (a * q[2]) + 0.5 * (e * q[1]),
-    ]
-    turned = [ops.saturated(c, 1.0) for c in turned]
-    inverse = ops.rsqrt(ops.bounded(dot(turned, turned), 0.0, 1.0, "norms of at most one"))
-    a, b = (ops.bounded(c * inverse, -2.01, 2.01, "twice the sine of half a turn") for c in (a, e))
-    across = ops.bounded(-0.5 * (a * b), -1.0, 1.0, "of a matrix")
-    first, second = (ops.bounded(1.0 - 0.5 * (c * c), -1.0, 1.0, "of a matrix") for c in (b, a))
-
-    def turn(v: Any) -> tuple[Any, Any, Any]:
-        return (
-            first * v[0] + across * v[1] - e * v[2],
-            across * v[0] + second * v[1] - n * v[2],
-            e * v[0] + n * v[1] + u * v[2],
-        )
-
-    return [ops.saturated(c * inverse, 1.0) for c in turned], turn
-
-
-def _euler_ht(C: Any) -> tuple[Any, Any, Any]:
-    """Pitch, roll, heading [half turns] of C = Rz(heading) Rx(pitch) Ry(roll)."""
-    cosine_sq = C[2][2] * C[2][2] + C[2][0] * C[2][0]
-    secant = ops.rsqrt(cosine_sq)
-    cosine = ops.bounded(cosine_sq * secant, 0.0, 1.0, "cosine of the pitch")
-    return (
-        unit_angle_ht(C[2][1], cosine),
-        ops.wrap_ht(-unit_angle_ht(C[2][0], C[2][2], secant)),
-        ops.wrap_ht(-unit_angle_ht(C[0][1], C[1][1], secant)),
-    )
