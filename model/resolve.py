@@ -212,7 +212,7 @@ def _call(text: str, what: str) -> tuple[str, tuple[Any, ...], dict[str, Any]]:
         pass
     raise InputError.at(
         repr(what),
-        wanted="NAME(NAME=VALUE), file.py:Class or file.py:Class(NAME=VALUE)",
+        wanted="file.py:Class or file.py:Class(NAME=VALUE)",
         found=repr(text),
         fix="give numbers and texts as arguments, in quotes for the shell",
     )

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import vqf
+from vqf import VQF
 
 from boresight.model.estimators.vqf import Vqf
 from boresight.sim.attitude.rotation import (
@@ -32,7 +32,7 @@ def by_package(estimator: Vqf, inputs: FloatArray) -> dict[str, Any]:
         for kind in ("gam" if estimator.settings.magnetic else "ga")
     ]
     settings = estimator.settings
-    out = vqf.VQF(settings.step_s, magTs=settings.mag_step_s).updateBatch(*triads)
+    out = VQF(settings.step_s, magTs=settings.mag_step_s).updateBatch(*triads)
     return {
         "q": out["quat9D" if settings.magnetic else "quat6D"],
         "rest": out["restDetected"],
@@ -43,7 +43,8 @@ def by_package(estimator: Vqf, inputs: FloatArray) -> dict[str, Any]:
 def angle_deg(a: FloatArray, b: FloatArray) -> FloatArray:
     """Angle (n,) between attitudes (n, 4), of either sign, to the last digits of small ones."""
     chord = np.minimum(np.linalg.norm(a - b, axis=1), np.linalg.norm(a + b, axis=1))
-    return np.degrees(4.0 * np.arcsin(np.minimum(chord / 2.0, 1.0)))
+    angle: FloatArray = np.degrees(4.0 * np.arcsin(np.minimum(chord / 2.0, 1.0)))
+    return angle
 
 
 def inputs_of(estimator: Vqf, records: FloatArray) -> FloatArray:

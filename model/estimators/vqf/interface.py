@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from boresight.model.algebra.low_pass import LowPass, gain_of
+from boresight.model.algebra.low_pass import LowPass
 from boresight.model.declarations import Input, Param, State
 from boresight.model.estimators.nine_axis import INPUTS
 from boresight.model.estimators.vqf.settings import (
@@ -71,7 +71,7 @@ def _params(settings: Settings) -> tuple[Param, ...]:
         ),
         Param(
             "field_gain",
-            gain_of(20.0, settings.mag_step_s),
+            settings.field_gain,
             0.0,
             1.0,
             "",

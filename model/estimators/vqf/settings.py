@@ -162,6 +162,11 @@ class Settings:
         """k_mag."""
         return gain_of(self.mag_tau_s, self.mag_step_s)
 
+    @property
+    def field_gain(self) -> float:
+        """Gain at which reference and candidate of the field follow it: 20 s."""
+        return gain_of(20.0, self.mag_step_s)
+
     # -- covariances, (0.01 deg/s)^2 ------------------------------------------------------------
 
     @property

@@ -25,6 +25,8 @@ def test_names_as_json(capsys):
         "satcom_pointing",
         "mls_attitude",
         "array_phases",
+        "vqf",
+        "vqf_six_axis",
     ]
 
 
