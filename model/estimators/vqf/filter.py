@@ -40,7 +40,7 @@ from boresight.model.estimators.vqf.settings import (
 __all__ = ["Vqf", "VqfSixAxis"]
 
 _FORCE_SEEN_SQ = 1e-6  #: (m/s^2)^2, squared specific force from which on there is a sample.
-_TURNING_SQ = (20.0 * DEGREE) ** 2  #: (rad/s)^2, squared rate at which a new field is believed.
+_TURNING_SQ = 400.0 * DEGREE * DEGREE  #: (rad/s)^2, squared rate at which a new field is believed.
 _GAP_STEPS = 1.5  #: steps that a sample's time may last before it counts as a gap.
 
 

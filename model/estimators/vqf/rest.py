@@ -38,7 +38,7 @@ def rest_of(
         states |= {f"{kind}_v_{a}": s[1] for a, s in zip("xyz", after, strict=True)}
     broken = moving["gyr"]
     for rate in means["gyr"]:
-        broken = broken | (ops.saturated(rate * rate - CLIP_RAD_S**2, 1.0) > 0.0)
+        broken = broken | (ops.saturated(rate * rate - CLIP_RAD_S * CLIP_RAD_S, 1.0) > 0.0)
     still = ops.named("still_before", ops.where(broken, 0.0, x.still))
     still = ops.where(moving["acc"], 0.0, counted(still, settings.rest_samples))
     return ops.named("still_after", still), means["gyr"], states

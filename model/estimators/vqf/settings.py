@@ -35,7 +35,8 @@ FIELD_MOST = 444.0  #: uT, three components of 256.
 
 def counter_limit(samples: float) -> float:
     """Where a counter that must reach ``samples`` stops: a power of two, which costs nothing."""
-    return 2.0 ** math.ceil(math.log2(samples + 1.0))
+    mantissa, exponent = math.frexp(samples + 1.0)
+    return math.ldexp(1.0, exponent - (mantissa == 0.5))
 
 
 def counted(x: Any, samples: float) -> Any:
