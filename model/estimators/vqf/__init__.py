@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from boresight.model.estimators.vqf.filter import Vqf, VqfSixAxis
+from boresight.model.estimators.vqf.filter import Vqf
 
-__all__ = ["Vqf", "VqfSixAxis"]
+__all__ = ["Vqf"]

@@ -37,7 +37,7 @@ from boresight.model.estimators.vqf.settings import (
     counted,
 )
 
-__all__ = ["Vqf", "VqfSixAxis"]
+__all__ = ["Vqf"]
 
 _FORCE_SEEN_SQ = 1e-6  #: (m/s^2)^2, squared specific force from which on there is a sample.
 _TURNING_SQ = 400.0 * DEGREE * DEGREE  #: (rad/s)^2, squared rate at which a new field is believed.
@@ -68,6 +68,8 @@ class Vqf(Estimator):
     ) -> None:
         """Fix the sample rates, on which all gains depend.
 
+        Without a magnetometer its name is ``vqf_six_axis``.
+
         Parameters
         ----------
         rate_hz : float
@@ -90,6 +92,7 @@ class Vqf(Estimator):
             )
         if mag_rate_hz is None:
             mag_rate_hz = rate_hz
+        self.name = "vqf" if mag == "full" else "vqf_six_axis"
         self.settings = Settings(rate_hz, mag_rate_hz, mag == "full", acc_tau_s, mag_tau_s)
         self.inputs, self.params, self.states = interface_of(self.settings)
         self.rates_hz = _rates(self.settings)
@@ -103,9 +106,7 @@ class Vqf(Estimator):
         if abs(rate / now.rate_hz - 1.0) < 1e-3 and abs(field / now.mag_rate_hz - 1.0) < 1e-3:
             return self
         mag = "full" if now.magnetic else "none"
-        made = Vqf(rate, field, mag, now.acc_tau_s, now.mag_tau_s)
-        made.name = self.name
-        return made
+        return Vqf(rate, field, mag, now.acc_tau_s, now.mag_tau_s)
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         """One sample; with ``dt`` below zero nothing but a new start, at the sample after it."""
@@ -184,16 +185,3 @@ class Vqf(Estimator):
             status = status + ops.where(flag, float(1 << bit), 0.0)
         out = {"pitch": pitch, "roll": roll, "heading": heading, "status": status}
         return states, out | {f"q{a}": v for a, v in zip("wxyz", q, strict=True)}
-
-
-class VqfSixAxis(Vqf):
-    """VQF without a magnetometer: the heading is that of the gyro, less its bias."""
-
-    name = "vqf_six_axis"
-    settings = Settings(magnetic=False)
-    inputs, params, states = interface_of(settings)
-    rates_hz = _rates(settings)
-
-    def __init__(self, rate_hz: float = 100.0, acc_tau_s: float = 3.0) -> None:
-        """Fix the sample rate; see `Vqf`."""
-        super().__init__(rate_hz, mag="none", acc_tau_s=acc_tau_s)

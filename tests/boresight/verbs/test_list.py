@@ -20,13 +20,12 @@ def test_names_as_json(capsys):
         "ekf_quaternion",
         "ekf_quaternion_vector",
         "mekf",
+        "vqf",
         "registration",
         "satcom",
         "satcom_pointing",
         "mls_attitude",
         "array_phases",
-        "vqf",
-        "vqf_six_axis",
     ]
 
 

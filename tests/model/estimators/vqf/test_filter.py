@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from boresight.model.errors import InputError
-from boresight.model.estimators.vqf import Vqf, VqfSixAxis
+from boresight.model.estimators.vqf import Vqf
 from boresight.model.resolve import estimator_of
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
@@ -40,7 +40,7 @@ def full() -> Run:
 
 @pytest.fixture(scope="module")
 def six() -> Run:
-    return Run(VqfSixAxis(RATE))
+    return Run(Vqf(RATE, mag="none"))
 
 
 def equal(run: Run, inputs: Any) -> tuple[Any, Any]:
@@ -149,8 +149,8 @@ def test_made_for_the_rates_of_a_log() -> None:
     assert made.for_rates({"dt": 100.05}) is made
     other = made.for_rates({"dt": 285.7142861, "mx": 28.57})
     assert (other.settings.rate_hz, other.settings.mag_rate_hz) == (285.714, 28.57)
-    assert VqfSixAxis().for_rates({"dt": 50.0}).name == "vqf_six_axis"
-    assert not VqfSixAxis().for_rates({"dt": 50.0}).settings.magnetic
+    six = Vqf(mag="none").for_rates({"dt": 50.0})
+    assert (six.name, six.settings.rate_hz, six.settings.magnetic) == ("vqf_six_axis", 50.0, False)
     named = estimator_of("vqf(rate_hz=256, mag_rate_hz=64)")
     assert isinstance(named, Vqf) and named.rates_hz == {"dt": 256.0, "mx": 64.0}
     with pytest.raises(InputError, match=r'^vqf, mag: wanted "full" or "none", found \'all\''):

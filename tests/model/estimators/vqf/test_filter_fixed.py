@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from boresight.gateware.core import build_core
-from boresight.model.estimators.vqf import Vqf, VqfSixAxis
+from boresight.model.estimators.vqf import Vqf
 from boresight.sim.accuracy.manoeuvres import MANOEUVRES, manoeuvre
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
@@ -22,10 +22,11 @@ def attitude(outputs: Any) -> Any:
     return np.stack([outputs[f"q{a}"] for a in "wxyz"], axis=1)
 
 
-@pytest.mark.parametrize("kind, bound", [(Vqf, 1e-3), (VqfSixAxis, 1e-3)])
-def test_as_float64(kind: type[Vqf], bound: float) -> None:
-    build = Build(kind(RATE))
-    records = inputs_of(kind(RATE), journey(RATE))
+@pytest.mark.parametrize("mag", ["full", "none"])
+def test_as_float64(mag: str) -> None:
+    made, bound = Vqf(RATE, mag=mag), 1e-3
+    build = Build(made)
+    records = inputs_of(made, journey(RATE))
     fixed, real = Emitted(build).run(records), CompiledFloat(build).run(records)
     off = angle_deg(attitude(fixed.outputs), attitude(real.outputs))
     assert 1e-7 < off.max() < bound
