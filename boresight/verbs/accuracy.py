@@ -29,7 +29,7 @@ from boresight.sim.accuracy.peers import PEERS, require_peers, run_peer
 from boresight.sim.accuracy.tuning import means
 from boresight.sim.compare.difference import Difference
 from boresight.sim.records.bundled import bundled, bundled_names, is_comparison
-from boresight.sim.records.feed import feed
+from boresight.sim.records.feed import feed, fitted
 from boresight.sim.records.files import read_record
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
@@ -132,7 +132,7 @@ def _trial(
 ) -> Trial | None:
     """A record as a trial; None where it has no truth and nothing stands in."""
     folder = path.absolute().parent.name
-    feeds = {e.name: feed(e, record) for e in estimators}
+    feeds = {e.name: feed(fitted(e, record), record) for e in estimators}
     if any(units_of(e, feeds[e.name]) for e in estimators):
         return Trial(record, reference, folder, feeds)
     if not peers:

@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 
 #: States of one core, of 128: outputs that others read become some, too.
-ROOM = 110
+ROOM = 100
 
 
 def programs(folder: Path) -> None:

@@ -20,6 +20,7 @@ def test_names_as_json(capsys):
         "ekf_quaternion",
         "ekf_quaternion_vector",
         "mekf",
+        "vqf",
         "registration",
         "satcom",
         "satcom_pointing",
