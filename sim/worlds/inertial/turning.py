@@ -128,10 +128,10 @@ class Turning:
         self.turns, self.dt, self.earth, self.vibration = tuple(turns), dt, earth, vibration
         self.force = np.array([0.0, 0.0, gravity])
         self.begins = np.cumsum([0, *(turn.samples for turn in turns)])
-        self._starts = [start]
+        self.starts = [start]
         for turn in turns:
             vector = np.array(turn.rate) * (turn.samples * dt)
-            self._starts.append(_turned(vector) @ self._starts[-1])
+            self.starts.append(_turned(vector) @ self.starts[-1])
 
     @property
     def samples(self) -> int:
@@ -152,15 +152,16 @@ class Turning:
         angle = speed * self.dt * samples[:, None]
         along = u * (u @ vector)
         across = (vector - along) * np.cos(angle) - np.cross(u, vector) * np.sin(angle)
-        return np.asarray((along + share * across) @ self._starts[number])
+        return np.asarray((along + share * across) @ self.starts[number])
 
-    def _parts(self, first: int, last: int) -> list[tuple[int, FloatArray]]:
-        """Which turn, and samples of it from its begin on, of samples first to last - 1."""
+    def _parts(self, first: int, last: int, every: int = 1) -> list[tuple[int, FloatArray]]:
+        """Which turn, and samples of it from its begin on: the last of ``every`` from first on."""
         parts = []
         for number, (begin, end) in enumerate(pairwise(self.begins.tolist())):
-            own = np.arange(max(first, begin), min(last, end), dtype=np.float64) - begin
+            skipped = -(-max(0, begin - first - every + 1) // every)
+            own = np.arange(first + (skipped + 1) * every - 1, min(last, end), every)
             if len(own):
-                parts.append((number, own))
+                parts.append((number, (own - begin).astype(np.float64)))
         return parts
 
     def matrix(self, first: int, last: int, every: int = 1) -> FloatArray:
@@ -168,11 +169,9 @@ class Turning:
 
         Of ``every`` samples the last one.
         """
-        found = np.empty((last - first, 3, 3))
-        for row, unit in enumerate(np.eye(3)):
-            seen = [self._in_body(unit, n, own + 1.0) for n, own in self._parts(first, last)]
-            found[:, row] = np.concatenate(seen)
-        found = found[every - 1 :: every]
+        parts = self._parts(first, last, every)
+        rows = [[self._in_body(unit, n, own + 1.0) for n, own in parts] for unit in np.eye(3)]
+        found = np.stack([np.concatenate(row) for row in rows], axis=1)
         if self.vibration is not None:
             angle = self.vibration.at(self._ends(first, last, every))
             found = found @ _turned(angle[:, None] * self.vibration.axis)
