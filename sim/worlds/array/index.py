@@ -75,25 +75,25 @@ def pulses(
     mark: Mark, heading: float, rate: float, samples: int, dt: float, rng: np.random.Generator
 ) -> Pulses:
     """Pulses of a turntable that turns at a rate [rad/s], above 0, from a heading [rad] on."""
-    turn, at = 2.0 * math.pi, math.radians(mark.at_deg)
-    first = (at - heading) % turn / rate
-    count = max(0, math.ceil(samples * dt * rate / turn)) + 1
+    turn, at, each = 2.0 * math.pi, math.radians(mark.at_deg), rate * dt
+    count = math.ceil(samples * each / turn) + 1
     noise, luck = rng.normal(size=count), rng.random((4, count))
     late = 1.0 + 4.0 * rng.random(count)
-    passed = first + np.arange(count) * (turn / rate)
+    # Times are in samples, of which k ends at k + 1.
+    passed = ((at - heading) % turn + turn * np.arange(count)) / each
     told = np.full(count, at)
     if mark.index == "encoder":
-        read = np.ceil(passed / dt) * dt  # at the end of a sample
-        told = at + STEP * np.rint(rate * (read - passed) / STEP)
+        read = np.ceil(passed)
+        told = at + STEP * np.rint(each * (read - passed) / STEP)
     else:
-        read = passed + STEP / math.sqrt(12.0) * noise / rate
+        read = passed + STEP / math.sqrt(12.0) * noise / each
     there = (luck[0] >= mark.missed) & (mark.index != "none")
     again = there & (luck[1] < mark.doubled)
     astray = (luck[2] < mark.wrong) & (mark.index != "none")
-    parts = (there, read), (again, read + late * dt), (astray, passed + luck[3] * turn / rate)
+    parts = (there, read), (again, read + late), (astray, passed + luck[3] * turn / each)
     t = np.concatenate([times[some] for some, times in parts])
     azimuth = np.concatenate([told[some] for some, _ in parts]) % turn
-    inside = (t > 0.0) & (t <= samples * dt)
-    sample = np.ceil(t[inside] / dt).astype(np.int64) - 1
-    sample, kept = np.unique(sample, return_index=True)
-    return Pulses(sample, t[inside][kept] / dt - sample, azimuth[inside][kept])
+    inside = (t > 0.0) & (t <= samples)
+    t, azimuth = t[inside], azimuth[inside]
+    sample, kept = np.unique(np.ceil(t).astype(np.int64) - 1, return_index=True)
+    return Pulses(sample, t[kept] - sample, azimuth[kept])
