@@ -26,6 +26,7 @@ __all__ = [
     "multiply",
     "right_matrix",
     "scaled_matrix",
+    "small_increment",
     "turn",
 ]
 
@@ -139,6 +140,24 @@ def increment(half: Vector) -> list[Any]:
     w = ops.bounded(1.0 - 0.5 * y + (1.0 / 24.0) * yy, -1.0, 1.0, "cosine")
     s = ops.bounded(1.0 - (1.0 / 6.0) * y + (1.0 / 120.0) * yy, 0.0, 1.0, "sine over angle")
     return [w, *(ops.bounded(s * h, -1.0, 1.0, "sine") for h in half)]
+
+
+def small_increment(q: Vector, angle: Vector, limit: float) -> list[Any]:
+    """q dq - q for the turn dq by ``angle`` [rad], components at most ``limit`` <= 2^-5. 34 slots.
+
+    What is added, in words of its own size, is not rounded as q is. With y = |angle|^2::
+
+        dq - 1 = (-y/8 + y^2/384, angle/2 (1 - y/24 + y^2/1920))
+    """
+    y = ops.bounded(dot(angle, angle), 0.0, 3.0 * limit * limit, "three squares")
+    w = (1.0 / 384.0) * (y * y) - 0.125 * y
+    s = (1.0 / 1920.0) * (y * y) - (1.0 / 24.0) * y
+    bound = 0.9 * limit  # sqrt(3)/2
+    turned = [ops.bounded(0.5 * c, -bound, bound, "unit q") for c in multiply(q, (0.0, *angle))]
+    return [
+        ops.bounded(t + s * t + w * c, -bound, bound, "unit q")
+        for t, c in zip(turned, q, strict=True)
+    ]
 
 
 def euler_ht(q: Vector, norm_rsqrt: Any = 1.0) -> tuple[Any, Any, Any]:

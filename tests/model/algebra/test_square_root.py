@@ -8,7 +8,8 @@ import pytest
 
 from boresight.firmware.build import CModel
 from boresight.model import ops
-from boresight.model.algebra.square_root import BELOW, WIDE, carried, potter, whitened
+from boresight.model.algebra.carried import BELOW, carried
+from boresight.model.algebra.square_root import WIDE, potter, whitened
 from boresight.model.estimator import Estimator, Input, Output, State, input_words
 
 

@@ -1,0 +1,162 @@
+"""What `ArrayAttitude` reads, keeps and tells: inputs, parameters, states, outputs, status bits."""
+
+from __future__ import annotations
+
+import math
+
+from boresight.model.algebra.carried import BELOW
+from boresight.model.algebra.covariance import covariance_states
+from boresight.model.estimator import Input, Output, Param, State
+
+__all__ = [
+    "BELOW",
+    "AXES",
+    "FILTER_OUTPUTS",
+    "INPUTS",
+    "KINDS",
+    "NAVIGATION",
+    "OUTPUTS",
+    "STATUS_BITS",
+    "STEP_FORCE",
+    "STEP_TURN",
+    "UNITS",
+    "VELOCITY",
+    "filter_params",
+    "filter_states",
+    "strapdown_params",
+    "strapdown_states",
+]
+
+AXES = "xyz"
+NAVIGATION = "enu"
+ARCSEC = math.pi / 648000.0
+DEG_H = math.pi / 648000.0  #: rad/s
+MICRO_G = 9.80665e-6  #: m/s^2
+
+STEP_TURN = 2.0**-7  #: rad, full scale of an increment.
+STEP_FORCE = 2.0**-2  #: m/s, the same.
+VELOCITY = 4.0  #: m/s, largest velocity.
+BIAS_TURN = 2.0**-17  #: rad/s, largest gyro bias that is learnt.
+BIAS_FORCE = 2.0**-5  #: m/s^2, largest accelerometer bias.
+SCALE = 2.0**-11  #: largest scale-factor error.
+
+#: The states of the filter, by kind.
+KINDS = (*["velocity"] * 3, "scale", "tilt", "tilt", "heading", *["gyro"] * 3, *["force"] * 3)
+#: The unit that each kind is held in: variances stay below one.
+UNITS = {
+    "velocity": 2.0**-6,  # m/s
+    "scale": 2.0**-15,
+    "tilt": 64.0 * ARCSEC,  # rad
+    "heading": 256.0 * ARCSEC,  # rad
+    "gyro": 2.0**-23,  # rad/s
+    "force": 2.0**-7,  # m/s^2
+}
+WIDEST = 0.7  #: largest first standard deviation, in these units.
+
+#: Bits of the output ``status``.
+STATUS_BITS = {
+    0: "aligning: no index is used",
+    1: "erection: no index is used, accelerometer biases are known no longer",
+    2: "an index came before the array worked: not used",
+    3: "an index was beyond the gate or too soon after another one: not used",
+    4: "an increment is at or beyond full scale",
+    5: "variance of the heading at its limit",
+    6: "an index was used",
+    7: "no index for one turn and a half, or none yet",
+}
+
+INPUTS = (
+    *(Input(f"dtheta_{a}", -STEP_TURN, STEP_TURN * BELOW, "rad", clamp=True) for a in AXES),
+    *(Input(f"dv_{a}", -STEP_FORCE, STEP_FORCE * BELOW, "m/s", clamp=True) for a in AXES),
+    Input("phase", -1.0, 3.0),
+    Input("azimuth", -1.0, 1.0, "ht", missing="hold"),
+    Input("index_time", 0.0, 1.0, "", missing="hold"),
+    Input("index", 0.0, 1.0, "", valid_of=("azimuth", "index_time")),
+)
+
+
+def strapdown_params(latitude: float, height: float, start: list[float]) -> tuple[Param, ...]:
+    """Site, latitude [half turns] and height [m], and attitude after a restart."""
+    edge = 89.0 / 180.0
+    return (
+        Param("latitude", latitude, -edge, edge, "ht", "of the site, north"),
+        Param("height", height, -500.0, 10e3, "m", "of the site, above the ellipsoid"),
+        *(
+            Param(f"start_q{a}", c, -1.0, BELOW, "", "attitude after a restart")
+            for a, c in zip("wxyz", start, strict=True)
+        ),
+    )
+
+
+def filter_params() -> tuple[Param, ...]:
+    """First covariance, noises, gates."""
+
+    def first(name: str, kind: str, value: float, unit: str) -> Param:
+        meaning = f"{kind} error at first: large follows the first measurements"
+        return Param(f"p0_{name}", value, 0.0, WIDEST * UNITS[kind], unit, meaning)
+
+    return (
+        first("velocity", "velocity", 0.01, "m/s"),
+        first("scale", "scale", 2e-5, ""),
+        first("tilt", "tilt", 20.0 * ARCSEC, "rad"),
+        first("heading", "heading", 60.0 * ARCSEC, "rad"),
+        first("gyro", "gyro", 0.006 * DEG_H, "rad/s"),
+        first("force", "force", 120.0 * MICRO_G, "m/s^2"),
+        Param(
+            "erected_force",
+            150.0 * MICRO_G,
+            0.0,
+            WIDEST * UNITS["force"],
+            "m/s^2",
+            "accelerometer bias after the erection, whose scale error has turned",
+        ),
+        Param("gyro_noise", 1.5e-7, 0.0, 3e-5, "rad/sqrt(s)", "angle walk: small trusts the gyro"),
+        Param("force_noise", 5e-5, 0.0, 2e-3, "m/s/sqrt(s)", "velocity walk"),
+        Param("gyro_walk", 0.0, 0.0, 1e-9, "rad/s/sqrt(s)", "of the bias: small keeps it"),
+        Param("force_walk", 0.0, 0.0, 1e-4, "m/s^2/sqrt(s)", "of the bias: small keeps it"),
+        Param("zupt_sd", 2e-3, 1e-4, 0.5 * UNITS["velocity"], "m/s", "of the velocity zero"),
+        Param("index_sd", 1.43 * ARCSEC, 0.5 * ARCSEC, UNITS["heading"], "rad", "of an index"),
+        Param("index_gate", 25.0, 1.0, 100.0, "", "an index further off, in deviations, waits"),
+        Param("index_turn", 1.0, 0.0, 2.0, "ht", "least turn between two indices"),
+    )
+
+
+def strapdown_states(start: list[float]) -> tuple[State, ...]:
+    """Attitude in two words, velocity, last increments."""
+    return (
+        *(State(f"q{a}", -1.0, BELOW, "", c) for a, c in zip("wxyz", start, strict=True)),
+        *(State(f"rest_{a}", -(2.0**-15), 2.0**-15 * BELOW) for a in "wxyz"),
+        *(State(f"v{a}", -VELOCITY, VELOCITY * BELOW, "m/s") for a in NAVIGATION),
+        *(State(f"last_turn_{a}", -STEP_TURN / 8.0, STEP_TURN / 8.0 * BELOW) for a in AXES),
+        *(State(f"last_force_{a}", -STEP_FORCE / 8.0, STEP_FORCE / 8.0 * BELOW) for a in AXES),
+    )
+
+
+def filter_states(start: list[float], first: list[float], literal: bool) -> tuple[State, ...]:
+    """Instrument errors, covariance, and what the filter remembers from one second to the next.
+
+    ``first``: variances, scaled, of the 13 states.
+    """
+    return (
+        *(State(f"eps_{a}", -BIAS_TURN, BIAS_TURN * BELOW, "rad/s") for a in AXES),
+        *(State(f"nabla_{a}", -BIAS_FORCE, BIAS_FORCE * BELOW, "m/s^2") for a in AXES),
+        State("scale_up", -SCALE, SCALE * BELOW),
+        *covariance_states(13, lambda i: first[i]),
+        State("count", 0.0, 1024.0),
+        *(State(f"from_q{a}", -1.0, BELOW, "", c) for a, c in zip("wxyz", start, strict=True)),
+        State("turned", -4.0, 4.0 * BELOW, "", 4.0 * BELOW),
+        *([State("last_off", -1.0, BELOW, "ht")] if literal else []),
+    )
+
+
+OUTPUTS = (
+    *(Output(name, "ht", 0.3 / 648000.0) for name in ("pitch", "roll", "heading")),
+    *(Output(f"q{a}", "", 1e-6) for a in "wxyz"),
+    *(Output(f"v{a}", "m/s", 2e-5) for a in NAVIGATION),
+)
+FILTER_OUTPUTS = (
+    *(Output(f"eps_{a}", "rad/s", 2e-10) for a in AXES),
+    *(Output(f"nabla_{a}", "m/s^2", 1e-5) for a in AXES),
+    Output("scale_up", "", 5e-7),
+    Output("status", "bits"),
+)
