@@ -24,6 +24,7 @@ class Case:
     options: Mapping[str, Any] = field(default_factory=dict)
     runs: int = 1000
     compared: bool = False
+    hours: float = 8.0
 
 
 _NONE, _PLUS, _NOISE = {"index": "none"}, {"plus": True}, {"noise": 1.0}
@@ -33,7 +34,7 @@ _FAULTS = {"missed": 0.1, "doubled": 0.1, "wrong": 0.05}
 _BOTH: tuple[tuple[str, str, dict[str, Any], dict[str, Any], int, bool], ...] = (
     ("index", "with index", {}, {}, 1000, True),
     ("none", "no index", _NONE, {}, 1000, False),
-    ("literal", "index read literally: H = [I 0]", {}, {"reading": "literal"}, 1000, False),
+    ("literal", "index read literally: H = [I 0]", {}, {"reading": "literal"}, 4, False),
     ("plus", "all errors plus, exact start", _PLUS, {}, 1, False),
     ("noise", "fibre-optic noise", _NOISE, {}, 2, True),
     ("nods", "the same, and the array nods by 5 arcsec", _NODS, {}, 1, False),

@@ -9,14 +9,17 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from boresight.model.estimators.array.attitude import ArrayAttitude
 
+from boresight.firmware.build import CModel
+from boresight.model.estimators.array.attitude import ArrayAttitude
 from boresight.sim.accuracy.covariance import covariance_of
 from boresight.sim.attitude.zyx import wrapped
 from boresight.sim.experiments.array.cases import Case
 from boresight.sim.experiments.array.printed import statistics
 from boresight.sim.experiments.seeds import Runs
 from boresight.sim.levels.build import Build
+from boresight.sim.levels.integer import words_of
+from boresight.sim.levels.level import outputs_of
 from boresight.sim.levels.registry import make_level
 from boresight.sim.levels.stream import fed
 from boresight.sim.worlds.array.world import ANGLES, DT, ERECTED, TurningArray
@@ -29,7 +32,8 @@ EVERY = (
     96  #: samples between two that are judged: every phase of a turn and of the filter's second.
 )
 _HOUR = round(3600.0 / DT) // EVERY
-_SECOND = round(1.0 / DT)
+#: Samples between two covariances that are looked at: every phase of the filter's second.
+_LOOKED_AT = 1013
 
 
 @dataclass(eq=False)
@@ -58,47 +62,58 @@ class Told:
     eigenvalue: float
     scale_up: float
 
+    @property
+    def hourly(self) -> FloatArray:
+        """Errors (hours, 3) after each whole hour; of less than one the last."""
+        found = self.error[_HOUR - 1 :: _HOUR]
+        return found if len(found) else self.error[-1:]
+
 
 def told_of(world: TurningArray, build: Build, *, compared: bool = False) -> Told:
     """Run a world on the integer C; ``compared``: and on float64."""
-    estimator, program, size = build.estimators[0], build.programs[0], len(ANGLES)
-    levels = [make_level(n, build) for n in ("c", *(["float"] if compared else []))]
-    covariance = covariance_of(estimator)
+    estimator, program = build.estimators[0], build.programs[0]
+    model, covariance = CModel(program), covariance_of(estimator)
+    reference = make_level("float", build) if compared else None
     stream = fed(estimator, world.pieces(truth=False), world.name)
     restart = next(stream)
-    for level in levels:
-        level.run(restart)
-    kept, least, bits = [], np.inf, np.zeros(0, dtype=np.int64)
-    square, most, done, saturated = np.zeros(size), np.zeros(size), 0, 0
+    model.update(words_of(program, restart))
+    if reference is not None:
+        reference.run(restart)
+    kept, apart, least, used, refused, saturated, done = [], [], np.inf, 0, 0, 0, 0
     for inputs in stream:
-        runs = [level.run(inputs) for level in levels]
-        angles = [np.stack([r.outputs[n] for n in ANGLES], axis=1) for r in runs]
-        off = wrapped(angles[0] - angles[-1], 2.0)
-        square, most = square + (off**2).sum(axis=0), np.maximum(most, np.abs(off).max(axis=0))
-        words = runs[0]
-        assert words.saturated is not None and words.states is not None
-        saturated += int(words.saturated.sum())
-        p = covariance.of_words(program, words.states[_SECOND - 1 :: _SECOND])
+        words = words_of(program, inputs)
+        parts, states = [], []
+        for first in range(0, len(words), _LOOKED_AT):
+            some = words[first : first + _LOOKED_AT]
+            begun, last = model.update(some[:-1]), model.trajectory(some[-1:])
+            states.append(last[2])
+            parts += [begun, last[:2]]
+        p = covariance.of_words(program, np.concatenate(states))
         least = min(least, float(np.linalg.eigvalsh(p).min()))
-        bits = np.concatenate([bits, np.rint(words.outputs["status"]).astype(np.int64)])
-        kept.append(angles[0][(ERECTED - 1 - done) % EVERY :: EVERY])
+        found, clamped = (np.concatenate(part) for part in zip(*parts, strict=True))
+        outputs = outputs_of(program, found)
+        angles = np.stack([outputs[n] for n in ANGLES], axis=1)
+        if reference is not None:
+            beside = reference.run(inputs).outputs
+            off = wrapped(angles - np.stack([beside[n] for n in ANGLES], axis=1), 2.0)
+            apart.append([(off**2).sum(axis=0), np.abs(off).max(axis=0)])
+        bits = np.rint(outputs["status"]).astype(np.int64)
+        used, refused = used + int((bits >> 6 & 1).sum()), refused + int((bits >> 3 & 1).sum())
+        saturated += int(clamped.sum())
+        kept.append(angles[(ERECTED - 1 - done) % EVERY :: EVERY])
         done += len(inputs)
     truth = world.truth(ERECTED, world.samples, EVERY) / np.pi
-    told = np.concatenate(kept)[-len(truth) :]
-    return Told(
-        ARCSEC * wrapped(told - truth, 2.0),
-        ARCSEC * np.stack([np.sqrt(square / done), most]),
-        saturated,
-        *(int((bits >> bit & 1).sum()) for bit in (6, 3)),
-        least,
-        float(words.outputs["scale_up"][-1]),
-    )
+    error = ARCSEC * wrapped(np.concatenate(kept)[-len(truth) :] - truth, 2.0)
+    square, most = np.array(apart or np.zeros((1, 2, 3))).transpose(1, 0, 2)
+    off = ARCSEC * np.stack([np.sqrt(square.sum(axis=0) / done), most.max(axis=0)])
+    scale_up = float(outputs["scale_up"][-1])
+    return Told(error, off, saturated, used, refused, least, scale_up)
 
 
-def run_array(case: Case, seeds: range, hours: float) -> Runs:
+def run_array(case: Case, seeds: range) -> Runs:
     """Figures of a case; see `figures_of`."""
     build = Build(ArrayAttitude(**case.options))
-    worlds = (TurningArray(case.deg_s, s, hours=hours, **case.world) for s in seeds)
+    worlds = (TurningArray(case.deg_s, s, hours=case.hours, **case.world) for s in seeds)
     return figures_of([told_of(world, build, compared=case.compared) for world in worlds])
 
 
@@ -106,7 +121,7 @@ def figures_of(told: Sequence[Told]) -> Runs:
     """Figures of each run while it turns, in arcsec; kept of each: `Told`."""
     figures: dict[str, list[float]] = defaultdict(list)
     for one in told:
-        hourly = statistics(one.error[_HOUR - 1 :: _HOUR])
+        hourly = statistics(one.hourly)
         for k, axis in enumerate(ANGLES):
             error = one.error[:, k]
             figures[f"{axis}_rms"].append(math.sqrt(np.mean(error**2)))
