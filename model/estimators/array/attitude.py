@@ -150,6 +150,7 @@ class ArrayAttitude(Estimator):
         restart, working = now.restart, u.phase > 1.5
         arrived = u.index > 0.5
         turned = ops.saturated(x.turned + (1.0 / math.pi) * now.up, 4.0)
+        turned = ops.bounded(turned, -4.0, 4.0 * interface.BELOW, "saturated")
         apart = ops.absolute(turned)
         index = working & arrived & (x.count > 2.5) & (apart >= p.index_turn)
         count = ops.where(restart, 0.0, x.count + 1.0)
