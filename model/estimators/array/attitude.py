@@ -220,7 +220,16 @@ class ArrayAttitude(Estimator):
             "turned": ops.where(restart, 4.0 * interface.BELOW, ops.where(used, 0.0, turned)),
         }
         if self.literal:
-            states["last_off"] = ops.where(used, off, x.last_off)
+            # Corrections are no change that the gyro has seen: heading -= row . phi / cos
+            h = heading_row(now.seen)
+            fixed = ops.bounded(
+                dot(list(h.values()), [update.gain[k] for k in h]), -1.0, 1.0, "row"
+            )
+            fixed = ops.saturated(
+                ops.saturated(fixed * step["heading"], 0.25) * now.seen.secant, 0.5
+            )
+            old = ops.where(used, off, x.last_off)
+            states["last_off"] = ops.wrap_ht(old - (1.0 / math.pi) * fixed)
         return _Filtered(states, instruments | {"status": status_word(flags)}, moves, due)
 
     @staticmethod
