@@ -238,8 +238,8 @@ class ArrayAttitude(Estimator):
 
         heading' = (w_z C_33 + w_x C_31)/cos^2(pitch)
         """
-        up, secant = now.seen.row_up, now.seen.secant
-        along = (now.sample.turn[2] * up[2] + now.sample.turn[0] * up[0]) * secant
+        up, secant = now.seen.up, now.seen.secant
+        along = (now.sample.turn[2] * up[1] + now.sample.turn[0] * up[0]) * secant
         along = ops.saturated(ops.saturated(along, 2.0**-5) * secant, 2.0**-4)
         passed = (1.0 / math.pi) * (along - along * u.index_time)
         return ops.wrap_ht(now.seen.told["heading"] - passed - u.azimuth)
@@ -289,12 +289,12 @@ def heading_row(seen: sd.Angles) -> dict[int, Any]:
     share = UNITS["tilt"] / UNITS["heading"]
     tilt = [
         ops.bounded(
-            share * (ops.bounded(y * seen.secant, -1.0, 1.0, "unit") * seen.row_y[2]),
+            share * (ops.bounded(y * seen.secant, -1.0, 1.0, "unit") * seen.y[2]),
             -share,
             share,
             "row",
         )
-        for y in seen.row_y[:2]
+        for y in seen.y[:2]
     ]
     return dict(zip(errors.PHI, [*tilt, -seen.cosine], strict=True))
 
