@@ -26,8 +26,10 @@ __all__ = [
     "multiply",
     "right_matrix",
     "scaled_matrix",
-    "small_increment",
+    "small_turn",
+    "times_vector",
     "turn",
+    "vector_times",
 ]
 
 Vector = Sequence[Any]
@@ -142,22 +144,50 @@ def increment(half: Vector) -> list[Any]:
     return [w, *(ops.bounded(s * h, -1.0, 1.0, "sine") for h in half)]
 
 
-def small_increment(q: Vector, angle: Vector, limit: float) -> list[Any]:
-    """q dq - q for the turn dq by ``angle`` [rad], components at most ``limit`` <= 2^-5. 34 slots.
+def times_vector(q: Vector, a: Vector) -> list[Any]:
+    """q (0, a), 12 slots."""
+    v = q[1:]
+    across = [q[0] * c + e for c, e in zip(a, cross(v, a), strict=True)]
+    return [-(v[0] * a[0]) - v[1] * a[1] - v[2] * a[2], *across]
 
-    What is added, in words of its own size, is not rounded as q is. With y = |angle|^2::
+
+def vector_times(a: Vector, q: Vector) -> list[Any]:
+    """(0, a) q, 12 slots."""
+    v = q[1:]
+    across = [q[0] * c + e for c, e in zip(a, cross(a, v), strict=True)]
+    return [-(v[0] * a[0]) - v[1] * a[1] - v[2] * a[2], *across]
+
+
+def small_turn(
+    q: Vector, angle: Vector, limit: float, nearly: Vector | None = None
+) -> tuple[list[Any], list[Any]]:
+    """(q dq, q dq - q) for the turn dq by ``angle`` [rad], at most ``limit`` <= 2^-5. 40 slots.
+
+    The difference, to be added up, is in words of its own size and not rounded as q is; the product
+    is known earlier, without y^2 and with y/25.6 for y/24. With y = |angle|^2::
 
         dq - 1 = (-y/8 + y^2/384, angle/2 (1 - y/24 + y^2/1920))
+
+    Parameters
+    ----------
+    nearly : (3,), optional
+        What y is taken of: the angle without a small correction that is known later.
     """
-    y = ops.bounded(dot(angle, angle), 0.0, 3.0 * limit * limit, "three squares")
-    w = (1.0 / 384.0) * (y * y) - 0.125 * y
-    s = (1.0 / 1920.0) * (y * y) - (1.0 / 24.0) * y
+    near = angle if nearly is None else nearly
+    # Ranges of more than is needed: their words are short enough for the next product.
+    y = ops.bounded(dot(near, near), 0.0, 2.0**-8, "small")
+    yy = ops.bounded(y * y, 0.0, 2.0**-8, "small")
+    w = ops.bounded((1.0 / 384.0) * yy - 0.125 * y, -(2.0**-10), 2.0**-10, "small")
+    s = ops.bounded((1.0 / 1920.0) * yy - (1.0 / 24.0) * y, -(2.0**-10), 2.0**-10, "small")
+    cosine = ops.bounded(1.0 - 0.125 * y, 0.5, 1.0, "small")
+    sine = ops.bounded(1.0 - (0.03125 * y + 0.0078125 * y), 0.5, 1.0, "small")
     bound = 0.9 * limit  # sqrt(3)/2
-    turned = [ops.bounded(0.5 * c, -bound, bound, "unit q") for c in multiply(q, (0.0, *angle))]
-    return [
-        ops.bounded(t + s * t + w * c, -bound, bound, "unit q")
-        for t, c in zip(turned, q, strict=True)
-    ]
+    turned = [ops.bounded(0.5 * c, -bound, bound, "unit q") for c in times_vector(q, angle)]
+    pairs = list(zip(q, turned, strict=True))
+    return (
+        [ops.saturated(c * cosine + t * sine, 1.0) for c, t in pairs],
+        [ops.bounded(t + s * t + w * c, -bound, bound, "unit q") for c, t in pairs],
+    )
 
 
 def euler_ht(q: Vector, norm_rsqrt: Any = 1.0) -> tuple[Any, Any, Any]:

@@ -150,6 +150,7 @@ class ArrayAttitude(Estimator):
         restart, working = now.restart, u.phase > 1.5
         arrived = u.index > 0.5
         turned = ops.saturated(x.turned + (1.0 / math.pi) * now.up, 4.0)
+        turned = ops.bounded(turned, -4.0, 4.0 * interface.BELOW, "saturated")
         apart = ops.absolute(turned)
         index = working & arrived & (x.count > 2.5) & (apart >= p.index_turn)
         count = ops.where(restart, 0.0, x.count + 1.0)
@@ -219,7 +220,16 @@ class ArrayAttitude(Estimator):
             "turned": ops.where(restart, 4.0 * interface.BELOW, ops.where(used, 0.0, turned)),
         }
         if self.literal:
-            states["last_off"] = ops.where(used, off, x.last_off)
+            # Corrections are no change that the gyro has seen: heading -= row . phi / cos
+            h = heading_row(now.seen)
+            fixed = ops.bounded(
+                dot(list(h.values()), [update.gain[k] for k in h]), -1.0, 1.0, "row"
+            )
+            fixed = ops.saturated(
+                ops.saturated(fixed * step["heading"], 0.25) * now.seen.secant, 0.5
+            )
+            old = ops.where(used, off, x.last_off)
+            states["last_off"] = ops.wrap_ht(old - (1.0 / math.pi) * fixed)
         return _Filtered(states, instruments | {"status": status_word(flags)}, moves, due)
 
     @staticmethod
@@ -228,8 +238,8 @@ class ArrayAttitude(Estimator):
 
         heading' = (w_z C_33 + w_x C_31)/cos^2(pitch)
         """
-        up, secant = now.seen.row_up, now.seen.secant
-        along = (now.sample.turn[2] * up[2] + now.sample.turn[0] * up[0]) * secant
+        up, secant = now.seen.up, now.seen.secant
+        along = (now.sample.turn[2] * up[1] + now.sample.turn[0] * up[0]) * secant
         along = ops.saturated(ops.saturated(along, 2.0**-5) * secant, 2.0**-4)
         passed = (1.0 / math.pi) * (along - along * u.index_time)
         return ops.wrap_ht(now.seen.told["heading"] - passed - u.azimuth)
@@ -279,12 +289,12 @@ def heading_row(seen: sd.Angles) -> dict[int, Any]:
     share = UNITS["tilt"] / UNITS["heading"]
     tilt = [
         ops.bounded(
-            share * (ops.bounded(y * seen.secant, -1.0, 1.0, "unit") * seen.row_y[2]),
+            share * (ops.bounded(y * seen.secant, -1.0, 1.0, "unit") * seen.y[2]),
             -share,
             share,
             "row",
         )
-        for y in seen.row_y[:2]
+        for y in seen.y[:2]
     ]
     return dict(zip(errors.PHI, [*tilt, -seen.cosine], strict=True))
 

@@ -127,7 +127,7 @@ def strapdown_states(start: list[float]) -> tuple[State, ...]:
         *(State(f"q{a}", -1.0, BELOW, "", c) for a, c in zip("wxyz", start, strict=True)),
         *(State(f"rest_{a}", -(2.0**-15), 2.0**-15 * BELOW) for a in "wxyz"),
         *(State(f"v{a}", -VELOCITY, VELOCITY * BELOW, "m/s") for a in NAVIGATION),
-        *(State(f"last_turn_{a}", -STEP_TURN / 8.0, STEP_TURN / 8.0 * BELOW) for a in AXES),
+        *(State(f"last_turn_{a}", -STEP_TURN, STEP_TURN * BELOW) for a in AXES),
         *(State(f"last_force_{a}", -STEP_FORCE / 8.0, STEP_FORCE / 8.0 * BELOW) for a in AXES),
     )
 

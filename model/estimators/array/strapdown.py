@@ -18,17 +18,16 @@ from dataclasses import dataclass
 from typing import Any
 
 from boresight.model import ops
-from boresight.model.algebra.angles import unit_angle_ht
+from boresight.model.algebra.angles import steep_angle_ht, unit_angle_ht
 from boresight.model.algebra.carried import carried
 from boresight.model.algebra.quaternion import (
     Matrix,
     Vector,
     cross,
     dot,
-    matrix,
-    multiply,
-    small_increment,
+    small_turn,
     turn,
+    vector_times,
 )
 from boresight.model.estimators.array.interface import (
     AXES,
@@ -109,7 +108,8 @@ def sampled(x: Any, u: Any) -> Sample:
     d1 = [getattr(x, f"last_force_{k}") for k in AXES]
     turned = [ops.saturated(c + e, STEP_TURN) for c, e in zip(a, cross(a1, a), strict=True)]
     q = [getattr(x, f"q{k}") for k in "wxyz"]
-    step = small_increment(q, turned, STEP_TURN)
+    # coning changes the square of the angle by 1e-9 of the angle at most
+    after, step = small_turn(q, turned, STEP_TURN, nearly=a)
     arm = [0.5 * c + e for c, e in zip(a, a1, strict=True)]
     force = [
         ops.saturated(c + e + f, 2.0 * STEP_FORCE)
@@ -117,7 +117,6 @@ def sampled(x: Any, u: Any) -> Sample:
     ]
     last = {f"last_turn_{k}": (1.0 / 12.0) * c for k, c in zip(AXES, a, strict=True)}
     last |= {f"last_force_{k}": (1.0 / 12.0) * c for k, c in zip(AXES, d, strict=True)}
-    after = [ops.saturated(c + e, 1.0) for c, e in zip(q, step, strict=True)]
     return Sample(after, step, turned, force, last)
 
 
@@ -125,30 +124,39 @@ def sampled(x: Any, u: Any) -> Sample:
 class Angles:
     """Of C = Rz(heading) Rx(pitch) Ry(roll), [half turns].
 
-    ``row_y``: the y axis, east, north, up; ``row_up``: up in the body; ``cosine``, ``secant``: of
-    the pitch.
+    ``y``: the body's y axis east, north, up; ``up``: x and z of up in the body; ``cosine``,
+    ``secant``: of the pitch.
     """
 
     told: dict[str, Any]
-    row_y: list[Any]
-    row_up: list[Any]
+    y: tuple[Any, Any, Any]
+    up: tuple[Any, Any]
     cosine: Any
     secant: Any
 
 
 def angles(q: Vector) -> Angles:
     """Angles of a unit quaternion; at a pitch of 90 deg heading and roll are any."""
-    c = matrix(q)
-    y, up = [row[1] for row in c], c[2]
-    square = up[0] * up[0] + up[2] * up[2]
+    w, x, y, z = q
+    west, x_down, c22, c32, c33 = (
+        ops.bounded(c, -1.0, 1.0, "rotation matrix")
+        for c in (
+            2.0 * w * z - 2.0 * x * y,
+            2.0 * w * y - 2.0 * x * z,
+            1.0 - 2.0 * x * x - 2.0 * z * z,
+            2.0 * y * z + 2.0 * w * x,
+            1.0 - 2.0 * x * x - 2.0 * y * y,
+        )
+    )
+    square = x_down * x_down + c33 * c33
     secant = ops.rsqrt(square)
     cosine = ops.bounded(square * secant, 0.0, 1.0, "cosine of the pitch")
     told = {
-        "pitch": unit_angle_ht(up[1], cosine),
-        "roll": unit_angle_ht(-up[0], up[2], secant),
-        "heading": unit_angle_ht(-y[0], y[1], secant),
+        "pitch": steep_angle_ht(c32, cosine, square < 0.5),
+        "roll": unit_angle_ht(x_down, c33, secant),
+        "heading": unit_angle_ht(west, c22, secant),
     }
-    return Angles(told, y, list(up), cosine, secant)
+    return Angles(told, (-west, c22, c32), (-x_down, c33), cosine, secant)
 
 
 def velocity(x: Any, c: Matrix, force: Vector, place: Site) -> tuple[list[Any], list[Any]]:
@@ -182,8 +190,8 @@ def kept(
     ``base``: the sample's attitude, or where ``begin`` holds the one to begin with.
     """
     # (0, angle)/2 x q: words of its own for what is small and always there. q (1 - |q|^2)/2
-    ahead = multiply((0.0, *(ops.saturated(0.5 * w, SLOW) for w in slow)), base)
-    moved = multiply((0.0, *(ops.saturated(0.5 * w, FAST) for w in correction)), base)
+    ahead = vector_times([ops.saturated(0.5 * w, SLOW) for w in slow], base)
+    moved = vector_times([ops.saturated(0.5 * w, FAST) for w in correction], base)
     short = ops.saturated(0.5 - 0.5 * dot(base, base), 2.0**-10)
     after = {}
     for k, a in enumerate("wxyz"):
