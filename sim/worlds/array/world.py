@@ -16,7 +16,6 @@ from boresight.sim.attitude.rotation import (
     rotation_vector_to_quaternion,
 )
 from boresight.sim.attitude.zyx import wrapped
-from boresight.sim.worlds.array.index import Mark, pulses
 from boresight.sim.worlds.inertial.sensors import (
     ACCELEROMETER,
     FIBRE_OPTIC,
@@ -33,6 +32,7 @@ from boresight.sim.worlds.inertial.turning import (
     earth_rate,
     normal_gravity,
 )
+from boresight.sim.worlds.inertial.turntable import Mark, pulses
 from boresight.sim.worlds.world import Streamed
 
 __all__ = [

@@ -1,1 +1,1 @@
-"""What a strapdown inertial unit feels and reports: exact increments, and the errors of sensors."""
+"""A strapdown inertial unit: exact increments, errors of its sensors, the turntable it is on."""

@@ -1,4 +1,4 @@
-"""A mark on the turntable that tells an azimuth once a turn, and what goes wrong with it."""
+"""A mark on a turntable that tells an azimuth once a turn, and what goes wrong with it."""
 
 from __future__ import annotations
 

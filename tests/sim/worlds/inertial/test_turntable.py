@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from boresight.model.errors import InputError
-from boresight.sim.worlds.array.index import STEP, Mark, Pulses, pulses
+from boresight.sim.worlds.inertial.turntable import STEP, Mark, Pulses, pulses
 
 DT, TURN = 0.01, 2.0 * math.pi
 ARCSEC = math.radians(1.0) / 3600.0
