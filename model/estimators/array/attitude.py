@@ -222,9 +222,7 @@ class ArrayAttitude(Estimator):
         if self.literal:
             # Corrections are no change that the gyro has seen: heading -= row . phi / cos
             h = heading_row(now.seen)
-            fixed = ops.bounded(
-                dot(list(h.values()), [update.gain[k] for k in h]), -1.0, 1.0, "row"
-            )
+            fixed = ops.saturated(dot(list(h.values()), [update.gain[k] for k in h]), 1.0)
             fixed = ops.saturated(
                 ops.saturated(fixed * step["heading"], 0.25) * now.seen.secant, 0.5
             )
@@ -259,6 +257,7 @@ class ArrayAttitude(Estimator):
         change = ops.flip(turned < 0.0, ops.wrap_ht(off - x.last_off))
         z = ops.saturated((0.5 / UNITS["scale"]) * change, 8.0)
         sd_scaled = (math.sqrt(0.5) / math.pi / UNITS["scale"]) * p.index_sd
+        sd_scaled = ops.saturated(sd_scaled, 1.0)  # 43 arcsec
         return {errors.SCALE: ops.where(whole, 1.0, 0.0)}, z, sd_scaled * sd_scaled
 
 
