@@ -25,7 +25,6 @@ class Case:
     runs: int = 1000
     compared: bool = False
     hours: float = 8.0
-    word: int = 32
 
 
 _NONE, _PLUS, _NOISE = {"index": "none"}, {"plus": True}, {"noise": 1.0}

@@ -70,7 +70,7 @@ class Array(Experiment):
             figures=figures,
             targets=targets,
             details={"cases": {n: c.meaning for n, c in CASES.items()}, "hourly_arcsec": hourly},
-            pages={"array.html": render(flown, words, figures, targets)},
+            pages={"array.html": render(flown, words, targets)},
         )
 
 

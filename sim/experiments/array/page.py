@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
 from boresight.sim.experiments.array.cases import CASES, RATES
 from boresight.sim.experiments.array.printed import BUDGET, HOURLY, SIGMA, statistics
-from boresight.sim.experiments.array.runs import EVERY, Told
+from boresight.sim.experiments.array.runs import EVERY
 from boresight.sim.experiments.array.words import FORTY, WORDS
 from boresight.sim.experiments.experiment import Target
 from boresight.sim.experiments.page import Section
 from boresight.sim.experiments.page import render as page
 from boresight.sim.experiments.seeds import Runs
-from boresight.sim.plotting import COLOUR, figure_and_axes, legend, settings, svg
+from boresight.sim.plotting import COLOUR, band, figure_and_axes, legend, settings, svg
 from boresight.sim.worlds.array.world import ANGLES, DT
 
 __all__ = ["render"]
@@ -45,13 +45,14 @@ _FLOOR = (
     "where all signs are plus, and no state of the filter can tell them from the tilt."
 )
 _OVER = (
-    "Errors of the first run over the hours, least and most of every two minutes; the heading is "
+    "Errors of the first run over the hours, least and most of each 240th of them; the heading is "
     "worst before the filter has seen some turns."
 )
 _WORDS = (
     "The strapdown alone, perfect sensors that count in words of the same length; error of the "
-    "worst angle, root mean square over {hours:.0f} hours. Grey: what a prototype in words of 40 "
-    "bits had after eight (0.16 to 0.43 arcsec), the specification's reason to ask for them."
+    "worst angle while it turns, root mean square. Carried: remainders in a second word; plain: "
+    "none. Grey: what a prototype in words of 40 bits had in eight hours (0.16 to 0.43 arcsec), "
+    "the specification's reason to ask for them."
 )
 _COLUMNS = {
     **{f"{a} rms, most": (f"{a}_rms", f"{a}_max") for a in ANGLES},
@@ -62,22 +63,17 @@ _COLUMNS = {
 }
 
 
-def render(
-    flown: Mapping[str, Runs],
-    words: Mapping[str, Runs],
-    figures: Mapping[str, float],
-    targets: Sequence[Target],
-) -> str:
+def render(flown: Mapping[str, Runs], words: Mapping[str, Runs], targets: Sequence[Target]) -> str:
     """HTML text: no script, nothing outside."""
     heading = HOURLY["b"][:, 2]
     sigma = _SIGMA.format(
         all=heading.std(ddof=1), seven=heading[:7].std(ddof=1), most=np.abs(HOURLY["a"]).max()
     )
-    budget: list[list[str | float]] = [[name, *row] for name, row in BUDGET.items()]
-    square = np.sqrt((np.array([*BUDGET.values()][:-1]) ** 2).sum(axis=0))
-    budget.append(["root of the sum of squares", *square.tolist()])
-    hours = len(next(iter(flown.values())).each[0].error) * EVERY * DT / 3600.0
+    parts = np.array([*BUDGET.values()])
+    rows: list[list[str | float]] = [[name, *row] for name, row in BUDGET.items()]
+    rows.append(["root of the sum of squares", *np.sqrt((parts[:-1] ** 2).sum(axis=0)).tolist()])
     bands = [(f"{deg_s:g} deg/s", _bands(flown, key)) for key, deg_s in RATES.items()]
+    hourly = ("paper", "all errors plus", "draws, rms")
     return page(
         "array",
         _INTRO,
@@ -87,110 +83,98 @@ def render(
             Section(
                 title="Tables 4 and 5: errors after each hour, arcsec",
                 text=_FLOOR,
-                columns=("hour: pitch, roll, heading", *_hour_columns()),
+                columns=(
+                    "hour: pitch, roll, heading",
+                    *(f"{deg_s:g} deg/s, {what}" for deg_s in RATES.values() for what in hourly),
+                ),
                 rows=_hours(flown),
             ),
             Section(
                 title='What "1 sigma" means',
                 text=sigma,
-                columns=("arcsec: pitch, roll, heading", "0.35 deg/s", "36 deg/s"),
+                columns=(
+                    "arcsec: pitch, roll, heading",
+                    *(f"{deg_s:g} deg/s" for deg_s in RATES.values()),
+                ),
                 rows=_meaning(flown),
             ),
             Section(
                 title="Table 1: heading by the old method, arcsec",
                 text="A chain of parts, each with its share; Tables 2 and 3 are lost.",
                 columns=("", "allocated", "real"),
-                rows=budget,
+                rows=rows,
             ),
-            Section(
-                title="How long words must be",
-                text=_WORDS.format(hours=hours),
-                figures=[("Filled: carried remainders; open: none.", _lengths(words))],
-            ),
+            Section(title="How long words must be", text=_WORDS, figures=[("", _lengths(words))]),
             Section(
                 title="Cases",
                 text="Over all runs of each, arcsec where nothing else is said.",
                 columns=("", "runs", *_COLUMNS),
-                rows=_cases(flown, figures),
+                rows=_cases(flown),
             ),
         ],
     )
 
 
-def _triple(values: Sequence[float]) -> str:
-    return ", ".join(f"{v:.2f}" for v in values).replace("-", "\N{MINUS SIGN}")
-
-
-def _hour_columns() -> list[str]:
-    return [
-        f"{deg_s:g} deg/s, {what}"
-        for deg_s in RATES.values()
-        for what in ("paper", "all errors plus", "draws, rms")
-    ]
+def _numbers(values: Iterable[float], form: str = ".2f") -> str:
+    return ", ".join(f"{v:{form}}" for v in values).replace("-", "\N{MINUS SIGN}")
 
 
 def _hours(flown: Mapping[str, Runs]) -> list[list[str | float]]:
     """Hourly errors: of the paper, of the run with all errors plus, and over the draws."""
+    ours = {key: flown[f"{key}_plus"].each[0].hourly for key in RATES}
+    drawn = {key: np.array([told.hourly for told in flown[f"{key}_index"].each]) for key in RATES}
     rows: list[list[str | float]] = []
-    for hour in range(len(flown["a_plus"].each[0].hourly)):
+    for hour in range(len(ours["a"])):
         row: list[str | float] = [str(hour + 1)]
-        for key in RATES:
-            drawn = np.array([told.hourly[hour] for told in flown[f"{key}_index"].each])
-            printed = HOURLY[key]
-            row += [_triple(printed[hour]) if hour < len(printed) else ""]
-            row += [_triple(flown[f"{key}_plus"].each[0].hourly[hour])]
-            row += [_triple(np.sqrt(np.mean(drawn**2, axis=0)))]
+        for key, printed in HOURLY.items():
+            row.append(_numbers(printed[hour]) if hour < len(printed) else "")
+            row.append(_numbers(ours[key][hour]))
+            row.append(_numbers(np.sqrt(np.mean(drawn[key][:, hour] ** 2, axis=0))))
         rows.append(row)
     return rows
 
 
 def _meaning(flown: Mapping[str, Runs]) -> list[list[str | float]]:
     """Statistics of the paper's hourly values, and of ours."""
-    rows: list[list[str | float]] = [["printed as 1 sigma", *map(_triple, SIGMA.values())]]
-    for name, key in (
+    printed = {key: statistics(hourly) for key, hourly in HOURLY.items()}
+    ours = {key: flown[f"{key}_index"].pooled() for key in RATES}
+    rows: list[list[str | float]] = [["printed as 1 sigma", *map(_numbers, SIGMA.values())]]
+    for name, kind in (
         ("deviation of the printed values", "sigma"),
         ("their root mean square", "rms"),
         ("their most", "most"),
     ):
-        rows.append([name, *(_triple(statistics(HOURLY[k])[key]) for k in RATES)])
-    for name, key in (
+        rows.append([name, *(_numbers(one[kind]) for one in printed.values())])
+    for name, kind in (
         ("ours, deviation of the hours", "sigma"),
         ("ours, all the time, rms", "rms"),
+        ("ours, most at any time", "max"),
     ):
-        pooled = {k: flown[f"{k}_index"].pooled() for k in RATES}
-        rows.append([name, *(_triple([pooled[k][f"{a}_{key}"] for a in ANGLES]) for k in RATES)])
+        rows.append([name, *(_numbers(o[f"{a}_{kind}"] for a in ANGLES) for o in ours.values())])
     return rows
 
 
-def _cases(flown: Mapping[str, Runs], figures: Mapping[str, float]) -> list[list[str | float]]:
+def _cases(flown: Mapping[str, Runs]) -> list[list[str | float]]:
     rows: list[list[str | float]] = []
     for name, case in CASES.items():
+        found = flown[name].pooled()
         row: list[str | float] = [case.meaning, str(len(flown[name].each))]
         for keys in _COLUMNS.values():
             shown = case.compared or not keys[0].startswith("fixed")
-            values = [figures[f"array_{name}_{key}"] for key in keys]
-            row.append(", ".join(f"{v:.3g}" for v in values) if shown else "")
+            row.append(_numbers((found[key] for key in keys), ".3g") if shown else "")
         rows.append(row)
     return rows
 
 
 def _bands(flown: Mapping[str, Runs], key: str) -> str:
-    """Least and most error of every two minutes, by angle and reading of the index."""
-    names = {"none": "grey", "literal": "amber", "index": "heading"}
+    """Errors of the first run with each reading of the index."""
     with settings():
         figure, axes = figure_and_axes(6.0, 3, sharex=True)
-        for name, colour in names.items():
-            told: Told = flown[f"{key}_{name}"].each[0]
-            each = round(120.0 / (EVERY * DT))
-            n = len(told.error) // each
-            parts = told.error[: n * each].reshape(n, each, 3)
-            t = (np.arange(n) + 0.5) / 30.0
-            for k, one in enumerate(axes):
-                low, high = parts[:, :, k].min(axis=1), parts[:, :, k].max(axis=1)
-                label = CASES[f"{key}_{name}"].meaning.partition(", ")[2]
-                one.fill_between(
-                    t, low, high, color=COLOUR[colour], label=label, alpha=0.75, linewidth=0.8
-                )
+        for name, colour in (("none", "grey"), ("literal", "amber"), ("index", "heading")):
+            label = CASES[f"{key}_{name}"].meaning.partition(", ")[2]
+            style = {"color": COLOUR[colour], "label": label, "alpha": 0.75, "linewidth": 0.8}
+            for one, error in zip(axes, flown[f"{key}_{name}"].each[0].error.T, strict=True):
+                band(one, error, EVERY * DT / 3600.0, 240, **style)
         for axis, one in zip(ANGLES, axes, strict=True):
             one.set_ylabel(f"{axis}, arcsec")
         axes[2].set_xlabel("time since it turns, h")
@@ -204,12 +188,10 @@ def _lengths(words: Mapping[str, Runs]) -> str:
         figure, one = figure_and_axes(3.2)
         one.axhspan(*FORTY, color=COLOUR["grey"], alpha=0.35, label="40 bits, prototype")
         for (key, deg_s), colour in zip(RATES.items(), ("heading", "pitch"), strict=True):
-            for form, fill, style in (("carried", "full", "-"), ("plain", "none", "--")):
+            for form, style in (("carried", "o-"), ("plain", "o--")):
                 rms = [words[f"{key}_{w}"].pooled()[f"{form}_rms"] for w in WORDS]
                 label = f"{deg_s:g} deg/s, {form}"
-                one.semilogy(
-                    WORDS, rms, style, marker="o", fillstyle=fill, color=COLOUR[colour], label=label
-                )
+                one.semilogy(WORDS, rms, style, color=COLOUR[colour], label=label)
         one.set(xlabel="bits of a word", ylabel="error, rms, arcsec", xticks=WORDS)
         legend(one, 5)
         return svg(figure, "lengths")

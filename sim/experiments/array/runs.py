@@ -54,7 +54,7 @@ def errors_of(world: TurningArray, long: Endurance) -> FloatArray:
 
 def run_array(case: Case, seeds: range) -> Runs:
     """Figures of a case; see `figures_of`."""
-    build = Build(ArrayAttitude(**case.options), word=case.word)
+    build = Build(ArrayAttitude(**case.options))
     told = []
     for seed in seeds:
         world = TurningArray(case.deg_s, seed, hours=case.hours, **case.world)
