@@ -152,7 +152,7 @@ class ArrayAttitude(Estimator):
         turned = ops.saturated(x.turned + (1.0 / math.pi) * now.up, 4.0)
         turned = ops.bounded(turned, -4.0, 4.0 * interface.BELOW, "saturated")
         apart = ops.absolute(turned)
-        index = working & arrived & (x.count > 2.5) & (apart >= p.index_turn)
+        index = working & arrived & (x.count > 3.5) & (apart >= p.index_turn)
         count = ops.where(restart, 0.0, x.count + 1.0)
         due = (count > 1.0 / self.dt - 0.5) | index
         samples = ops.where(due, count, 0.0)
@@ -177,7 +177,7 @@ class ArrayAttitude(Estimator):
             row | along,
             ops.where(index, noise, ops.where(cut, CUT_NOISE, zupt * zupt)),
             ops.saturated(zero, 8.0) + ops.where(index, told, 0.0),
-            ops.where(index, p.index_gate, 2.0 * errors.MOVE_LIMIT),
+            ops.where(index & ~wide, p.index_gate, 2.0 * errors.MOVE_LIMIT),
         )
 
         # What P loses and grows by.

@@ -42,7 +42,7 @@ __all__ = [
 SCALE = 3
 PHI, GYRO, FORCE = (4, 5, 6), (7, 8, 9), (10, 11, 12)
 #: What an element of the diagonal grows by in every propagation, lest rounding outgrow the noise.
-FLOOR_NOISE = 2.0**-28
+FLOOR_NOISE = 2.0**-27
 #: Sum of the instruments' variances, scaled, above which they grow no more.
 FULL = 0.9
 G = 9.8  #: m/s^2, of the model of the errors.

@@ -114,7 +114,7 @@ def filter_params() -> tuple[Param, ...]:
         Param("force_noise", 5e-5, 0.0, 2e-3, "m/s/sqrt(s)", "velocity walk"),
         Param("gyro_walk", 0.0, 0.0, 1e-9, "rad/s/sqrt(s)", "of the bias: small keeps it"),
         Param("force_walk", 0.0, 0.0, 1e-4, "m/s^2/sqrt(s)", "of the bias: small keeps it"),
-        Param("zupt_sd", 2e-3, 1e-4, 0.5 * UNITS["velocity"], "m/s", "of the velocity zero"),
+        Param("zupt_sd", 2e-3, 5e-4, 0.5 * UNITS["velocity"], "m/s", "of the velocity zero"),
         Param("index_sd", 1.43 * ARCSEC, 0.5 * ARCSEC, UNITS["heading"], "rad", "of an index"),
         Param("index_gate", 25.0, 1.0, 100.0, "", "an index further off, in deviations, waits"),
         Param("index_turn", 1.0, 0.0, 2.0, "ht", "least turn between two indices"),
