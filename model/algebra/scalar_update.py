@@ -1,7 +1,7 @@
 """One scalar measurement of a scaled covariance, with a gate; see `model.algebra.covariance`.
 
-L = P h/sqrt(h.P h + R), x += L z/sqrt(...), P -= L L^T: a row of zeros, as where nothing is measured
-in this sample, changes nothing, so rows that are due in turn share one update.
+L = P h/sqrt(s), s = h.P h + R, x += L z/sqrt(s), P -= L L^T. A row of zeros changes nothing: rows
+that are due in turn, in samples of their own, share one update.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ MOVE_LIMIT = 128.0  #: largest innovation over its standard deviation.
 
 @dataclass(frozen=True)
 class Measured:
-    """Row by state, at most of unit length; innovation, up to 8; variance R, up to 2. All scaled."""
+    """Scaled: row by state, at most of unit length; innovation, up to 8; variance R, up to 2."""
 
     row: Mapping[int, Any]
     innovation: Any
