@@ -24,6 +24,7 @@ __all__ = [
     "left_matrix",
     "matrix",
     "multiply",
+    "of_angles",
     "right_matrix",
     "scaled_matrix",
     "small_turn",
@@ -188,6 +189,12 @@ def small_turn(
         [ops.saturated(c * cosine + t * sine, 1.0) for c, t in pairs],
         [ops.bounded(t + s * t + w * c, -bound, bound, "unit q") for c, t in pairs],
     )
+
+
+def of_angles(pitch: float, roll: float, heading: float) -> list[Any]:
+    """Quaternion of angles [deg], C = Rz(heading) Rx(pitch) Ry(roll)."""
+    (sp, cp), (sr, cr), (sh, ch) = (ops.sincos_ht(a / 360.0) for a in (pitch, roll, heading))
+    return multiply(multiply([ch, 0.0, 0.0, sh], [cp, sp, 0.0, 0.0]), [cr, 0.0, sr, 0.0])
 
 
 def euler_ht(q: Vector, norm_rsqrt: Any = 1.0) -> tuple[Any, Any, Any]:

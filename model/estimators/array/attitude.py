@@ -25,14 +25,18 @@ from types import SimpleNamespace
 from typing import Any
 
 from boresight.model import ops
+from boresight.model.algebra import strapdown as sd
+from boresight.model.algebra.carried import BELOW
 from boresight.model.algebra.covariance import covariance_of, element_names
-from boresight.model.algebra.quaternion import Vector, dot, matrix, multiply, turn
-from boresight.model.errors import InputError, require
+from boresight.model.algebra.ellipsoid import Site, site
+from boresight.model.algebra.quaternion import Vector, dot, matrix, of_angles, turn
+from boresight.model.algebra.scalar_update import MOVE_LIMIT, Measured, lowered, updated
+from boresight.model.algebra.strapdown import AXES, NAVIGATION, STEP_TURN
+from boresight.model.errors import require
 from boresight.model.estimator import Estimator
 from boresight.model.estimators.array import error_filter as errors
-from boresight.model.estimators.array import interface
-from boresight.model.estimators.array import strapdown as sd
-from boresight.model.estimators.array.interface import AXES, KINDS, NAVIGATION, STEP_TURN, UNITS
+from boresight.model.estimators.array import index, interface
+from boresight.model.estimators.array.interface import KINDS, UNITS
 from boresight.model.estimators.ekf_parts import status_word
 
 __all__ = ["ArrayAttitude"]
@@ -41,7 +45,6 @@ READINGS = ("heading", "literal")
 CUT_AT = 0.7  #: variance of the heading from which on it is cut, scaled,
 CUT_NOISE = 0.5  #: and with which noise.
 REFUSED = 2.0**-6  #: what the heading's variance grows by where an index is beyond the gate.
-FULL_SCALE = 1.0 - 2.0**-16  #: increments from there on count as beyond.
 
 
 class ArrayAttitude(Estimator):
@@ -85,38 +88,31 @@ class ArrayAttitude(Estimator):
     ) -> None:
         _check("latitude", latitude, -89.0, 89.0)
         _check("height", height, -500.0, 10e3)
-        _check("rate", rate, 10.0, 1000.0)
+        _check("rate", rate, 50.0, 1000.0)
         for name, value in zip(("pitch", "roll", "heading"), attitude, strict=True):
             _check(name, value, -360.0, 360.0)
-        if reading not in READINGS:
-            raise InputError.at(
-                "array_attitude, reading",
-                wanted=f"one of {', '.join(READINGS)}",
-                found=repr(reading),
-                fix="choose one of these",
-            )
+        known = " or ".join(READINGS)
+        require(reading in READINGS, "array_attitude, reading", known, reading, "choose one")
         self.dt, self.literal, self.aided = 1.0 / rate, reading == "literal", aided
-        start = quaternion(*attitude)
-        self.params = interface.strapdown_params(latitude / 180.0, height, start)
-        place = sd.site(latitude / 180.0, height, self.dt)
-        ahead = multiply((0.0, 0.0, *(-0.5 * w for w in place.earth)), start)
-        ready = [min(c + w, interface.BELOW) for c, w in zip(start, ahead, strict=True)]
-        self.states = interface.strapdown_states(ready)
-        self.outputs = interface.OUTPUTS
+        start = [min(c, BELOW) for c in of_angles(*attitude)]
+        self.params = interface.site_params(latitude / 180.0, height, start)
+        place = site(latitude / 180.0, height, self.dt)
+        self.states = sd.states(sd.ahead(start, place))
+        self.outputs = sd.OUTPUTS
         if aided:
             self.params += interface.filter_params()
             first = errors.first_variances(
                 SimpleNamespace(**{p.name: p.default for p in self.params})
             )
             self.states += interface.filter_states(start, [first[k] for k in KINDS], self.literal)
-            self.outputs += interface.FILTER_OUTPUTS
+            self.outputs += interface.OUTPUTS
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         """One sample: see the module docstring."""
         restart = u.phase < -0.5
         sample = sd.sampled(x, u)
         seen = sd.angles(sample.q)
-        place = sd.site(p.latitude, p.height, self.dt)
+        place = site(p.latitude, p.height, self.dt)
         c = matrix([getattr(x, f"q{k}") for k in "wxyz"])
         start = [getattr(p, f"start_q{k}") for k in "wxyz"]
         base = [ops.where(restart, s, q) for s, q in zip(start, sample.q, strict=True)]
@@ -133,7 +129,7 @@ class ArrayAttitude(Estimator):
             filtered = self._filtered(x, u, p, _Now(restart, sample, seen, place, v, up))
             v = [a - m for a, m in zip(v, filtered.moves[:3], strict=True)]
             correction = [filtered.moves[k] for k in errors.PHI]
-        v = [ops.saturated(ops.where(restart, 0.0, a), interface.VELOCITY) for a in v]
+        v = [ops.saturated(ops.where(restart, 0.0, a), sd.VELOCITY) for a in v]
         velocities = {f"v{a}": s for a, s in zip(NAVIGATION, v, strict=True)}
         after = velocities | sample.last
         after |= sd.kept(x, sample, base, [-a for a in axes], correction, restart)
@@ -147,118 +143,64 @@ class ArrayAttitude(Estimator):
 
     def _filtered(self, x: Any, u: Any, p: Any, now: _Now) -> _Filtered:
         """The filter's part of a sample."""
-        restart, working = now.restart, u.phase > 1.5
-        arrived = u.index > 0.5
+        restart, working, arrived = now.restart, u.phase > 1.5, u.index > 0.5
+        erecting = (u.phase > 0.5) & ~working
         turned = ops.saturated(x.turned + (1.0 / math.pi) * now.up, 4.0)
-        turned = ops.bounded(turned, -4.0, 4.0 * interface.BELOW, "saturated")
+        turned = ops.bounded(turned, -4.0, 4.0 * BELOW, "saturated")
         apart = ops.absolute(turned)
-        index = working & arrived & (x.count > 3.5) & (apart >= p.index_turn)
+        # Three samples after a propagation are the velocities', one the cut's.
+        ready = x.count > 3.5
+        found = working & arrived & ready & (apart >= p.index_turn)
         count = ops.where(restart, 0.0, x.count + 1.0)
-        due = (count > 1.0 / self.dt - 0.5) | index
+        due = (count > 1.0 / self.dt - 0.5) | found
         samples = ops.where(due, count, 0.0)
         earth = (samples * now.place.earth[0], samples * now.place.earth[1])
         ends = ([getattr(x, f"from_q{k}") for k in "wxyz"], now.sample.q)
         ahead = errors.propagated(covariance_of(x, 13), *ends, self.dt * samples, earth)
 
-        # What is measured: a velocity, the index, or nothing where the heading is cut.
-        before = [ops.where(count < k + 0.5, 1.0, 0.0) for k in range(4)]
-        row = {k: b - a for k, (a, b) in enumerate(zip(before, before[1:], strict=False))}
         wide = x.p66 > CUT_AT
-        cut = wide & (count > 3.5) & ~index
-        off = self._off(u, now)
-        measured, told, noise = self._index(x, p, now, off, turned, index)
-        along = {k: ops.where(cut, h, 0.0) for k, h in heading_row(now.seen).items()}
-        for k, h in measured.items():
-            along[k] = ops.where(index, h, along[k]) if k in along else ops.where(index, h, 0.0)
-        zero = dot(list(row.values()), [(1.0 / UNITS["velocity"]) * a for a in now.v])
-        zupt = (1.0 / UNITS["velocity"]) * p.zupt_sd
-        update = errors.updated(
-            ahead,
-            row | along,
-            ops.where(index, noise, ops.where(cut, CUT_NOISE, zupt * zupt)),
-            ops.saturated(zero, 8.0) + ops.where(index, told, 0.0),
-            ops.where(index & ~wide, p.index_gate, 2.0 * errors.MOVE_LIMIT),
-        )
+        off = index.offset(u, now.sample, now.seen)
+        at_index = index.change(x, p, off, turned) if self.literal else index.fix(p, now.seen, off)
+        measured = _measured(p, now, count, at_index, found, wide)
+        gate = ops.where(found & ~wide, p.index_gate, 2.0 * MOVE_LIMIT)
+        update = updated(ahead, measured, gate)
 
-        # What P loses and grows by.
-        erecting = (u.phase > 0.5) & ~working
-        anew = errors.first_variances(p)
-        more = errors.noises(x, p, self.dt * samples, due)
+        more = errors.grown(x, p, self.dt * samples, due, erecting)
         more["heading"] = ops.where(update.beyond, REFUSED, more["heading"])
-        more = {k: ops.where(restart, anew[k], g) for k, g in more.items()}
-        erected = (1.0 / UNITS["force"]) * p.erected_force
-        erected = ops.where(erecting & due, erected * erected, more["force"])
-        more["force"] = ops.where(restart, anew["force"], erected)
-        keep = (~restart, ~(restart | (erecting & due)))
-        p_after = errors.lowered(ahead, update, *keep, [more[k] for k in KINDS])
-
-        step = {k: unit * update.move for k, unit in UNITS.items()}
-        moves = [step[k] * g for k, g in zip(KINDS, update.gain, strict=True)]
-        learnt = ((errors.GYRO, "eps"), (errors.FORCE, "nabla"))
-        names = {k: f"{n}_{a}" for group, n in learnt for k, a in zip(group, AXES, strict=True)}
-        names[errors.SCALE] = "scale_up"
-        limits = {s.name: s.high / interface.BELOW for s in self.states}
-        instruments = {
-            name: ops.saturated(ops.where(restart, 0.0, getattr(x, name) + moves[k]), limits[name])
-            for k, name in names.items()
+        more = {k: ops.where(restart, v, more[k]) for k, v in errors.first_variances(p).items()}
+        kept, known = ~restart, ~(restart | (erecting & due))
+        p_after = lowered(
+            ahead,
+            update,
+            lambda i, j: known if {i, j} & {*errors.FORCE} else kept,
+            [more[k] for k in KINDS],
+        )
+        moves = errors.moves(update)
+        learnt = {
+            name: ops.saturated(ops.where(restart, 0.0, getattr(x, name) + moves[k]), limit)
+            for k, (name, limit) in interface.LEARNT.items()
         }
-        used = index & ~update.beyond
+        used = found & ~update.beyond
+        states = {
+            **learnt,
+            **{name: p_after[i][j] for name, i, j in element_names(13)},
+            "count": ops.where(due, 0.0, count),
+            "turned": ops.where(restart, 4.0 * BELOW, ops.where(used, 0.0, turned)),
+        }
+        if self.literal:
+            before = ops.where(used, off, x.last_off)
+            states["last_off"] = index.corrected(before, now.seen, update)
         flags = {
             0: u.phase < 0.5,
             1: erecting,
             2: arrived & ~working,
-            3: (arrived & working & ~index) | update.beyond,
-            4: _beyond(u),
+            3: (arrived & working & ~found) | update.beyond,
+            4: sd.beyond(u),
             5: wide,
             6: used,
             7: apart >= 3.0,
         }
-        states = {
-            **instruments,
-            **{name: p_after[i][j] for name, i, j in element_names(13)},
-            "count": ops.where(due, 0.0, count),
-            "turned": ops.where(restart, 4.0 * interface.BELOW, ops.where(used, 0.0, turned)),
-        }
-        if self.literal:
-            # Corrections are no change that the gyro has seen: heading -= row . phi / cos
-            h = heading_row(now.seen)
-            fixed = ops.saturated(dot(list(h.values()), [update.gain[k] for k in h]), 1.0)
-            fixed = ops.saturated(
-                ops.saturated(fixed * step["heading"], 0.25) * now.seen.secant, 0.5
-            )
-            old = ops.where(used, off, x.last_off)
-            states["last_off"] = ops.wrap_ht(old - (1.0 / math.pi) * fixed)
-        return _Filtered(states, instruments | {"status": status_word(flags)}, moves, due)
-
-    @staticmethod
-    def _off(u: Any, now: _Now) -> Any:
-        """Heading at the index less the azimuth there [half turns].
-
-        heading' = (w_z C_33 + w_x C_31)/cos^2(pitch)
-        """
-        up, secant = now.seen.up, now.seen.secant
-        along = (now.sample.turn[2] * up[1] + now.sample.turn[0] * up[0]) * secant
-        along = ops.saturated(ops.saturated(along, 2.0**-5) * secant, 2.0**-4)
-        passed = (1.0 / math.pi) * (along - along * u.index_time)
-        return ops.wrap_ht(now.seen.told["heading"] - passed - u.azimuth)
-
-    def _index(
-        self, x: Any, p: Any, now: _Now, off: Any, turned: Any, index: Any
-    ) -> tuple[dict[int, Any], Any, Any]:
-        """Row, innovation and variance of an index, scaled."""
-        if not self.literal:
-            # heading - azimuth = row . phi, all times the cosine of the pitch
-            cosine = now.seen.cosine
-            sd_scaled = (1.0 / UNITS["heading"]) * p.index_sd * cosine
-            z = ops.saturated((math.pi / UNITS["heading"]) * off, 8.0) * cosine
-            return heading_row(now.seen), z, sd_scaled * sd_scaled
-        # The change over a turn, where there was one, over 360 deg.
-        whole = (turned < 3.0) & (turned > -3.0)
-        change = ops.flip(turned < 0.0, ops.wrap_ht(off - x.last_off))
-        z = ops.saturated((0.5 / UNITS["scale"]) * change, 8.0)
-        sd_scaled = (math.sqrt(0.5) / math.pi / UNITS["scale"]) * p.index_sd
-        sd_scaled = ops.saturated(sd_scaled, 1.0)  # 43 arcsec
-        return {errors.SCALE: ops.where(whole, 1.0, 0.0)}, z, sd_scaled * sd_scaled
+        return _Filtered(states, learnt | {"status": status_word(flags)}, moves, due)
 
 
 @dataclass(frozen=True)
@@ -268,7 +210,7 @@ class _Now:
     restart: Any
     sample: sd.Sample
     seen: sd.Angles
-    place: sd.Site
+    place: Site
     v: list[Any]
     up: Any
 
@@ -283,36 +225,20 @@ class _Filtered:
     due: Any
 
 
-def heading_row(seen: sd.Angles) -> dict[int, Any]:
-    """d(heading)/d(phi) times the cosine of the pitch, scaled."""
-    share = UNITS["tilt"] / UNITS["heading"]
-    tilt = [
-        ops.bounded(
-            share * (ops.bounded(y * seen.secant, -1.0, 1.0, "unit") * seen.y[2]),
-            -share,
-            share,
-            "row",
-        )
-        for y in seen.y[:2]
-    ]
-    return dict(zip(errors.PHI, [*tilt, -seen.cosine], strict=True))
-
-
-def quaternion(pitch: float, roll: float, heading: float) -> list[float]:
-    """Of angles [deg]."""
-    (sp, cp), (sr, cr), (sh, ch) = (ops.sincos_ht(a / 360.0) for a in (pitch, roll, heading))
-    q = multiply(multiply([ch, 0.0, 0.0, sh], [cp, sp, 0.0, 0.0]), [cr, 0.0, sr, 0.0])
-    return [min(c, interface.BELOW) for c in q]
-
-
-def _beyond(u: Any) -> Any:
-    """Whether an increment is at full scale."""
-    found = None
-    for name, full in (("dtheta", STEP_TURN), ("dv", interface.STEP_FORCE)):
-        for a in AXES:
-            one = ops.absolute(getattr(u, f"{name}_{a}")) > full * FULL_SCALE
-            found = one if found is None else found | one
-    return found
+def _measured(p: Any, now: _Now, count: Any, at_index: Measured, found: Any, wide: Any) -> Measured:
+    """What a sample measures: an index, a velocity in its turn, or nothing where it cuts."""
+    early = [ops.where(count < k + 0.5, 1.0, 0.0) for k in range(4)]
+    row = {k: b - a for k, (a, b) in enumerate(zip(early, early[1:], strict=False))}
+    zero = dot(list(row.values()), [(1.0 / UNITS["velocity"]) * v for v in now.v])
+    cut = wide & (count > 3.5) & ~found
+    row |= {k: ops.where(cut, h, 0.0) for k, h in index.heading_row(now.seen).items()}
+    row |= {k: ops.where(found, h, row.get(k, 0.0)) for k, h in at_index.row.items()}
+    zupt = (1.0 / UNITS["velocity"]) * p.zupt_sd
+    return Measured(
+        row,
+        ops.saturated(zero, 8.0) + ops.where(found, at_index.innovation, 0.0),
+        ops.where(found, at_index.variance, ops.where(cut, CUT_NOISE, zupt * zupt)),
+    )
 
 
 def _check(name: str, value: float, low: float, high: float) -> None:

@@ -11,33 +11,15 @@ What the transport rate and the Coriolis force do to errors of some mm/s is belo
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from boresight.model import ops
-from boresight.model.algebra.covariance import (
-    BELOW_ONE,
-    Symmetric,
-    bounded_element,
-    sheared,
-    symmetric,
-)
+from boresight.model.algebra.covariance import Symmetric, sheared
 from boresight.model.algebra.quaternion import Vector, dot, scaled_matrix
-from boresight.model.estimators.array.interface import UNITS
+from boresight.model.algebra.scalar_update import Update
+from boresight.model.estimators.array.interface import KINDS, UNITS
 
-__all__ = [
-    "FORCE",
-    "GYRO",
-    "PHI",
-    "SCALE",
-    "Update",
-    "first_variances",
-    "lowered",
-    "noises",
-    "propagated",
-    "updated",
-]
+__all__ = ["FORCE", "GYRO", "PHI", "SCALE", "first_variances", "grown", "moves", "propagated"]
 
 SCALE = 3
 PHI, GYRO, FORCE = (4, 5, 6), (7, 8, 9), (10, 11, 12)
@@ -46,7 +28,6 @@ FLOOR_NOISE = 2.0**-27
 #: Sum of the instruments' variances, scaled, above which they grow no more.
 FULL = 0.9
 G = 9.8  #: m/s^2, of the model of the errors.
-MOVE_LIMIT = 128.0  #: largest innovation over its standard deviation.
 
 
 def propagated(
@@ -96,46 +77,10 @@ def propagated(
     return sheared(p, rows)
 
 
-@dataclass(frozen=True)
-class Update:
-    """Of one measurement: ``gain`` L = P h/sqrt(s), ``move`` z/sqrt(s); P falls by L L^T.
-
-    ``beyond``: it was further off than the gate, and is not used.
-    """
-
-    gain: list[Any]
-    move: Any
-    beyond: Any
-
-
-def updated(
-    p: Symmetric, row: Mapping[int, Any], variance: Any, innovation: Any, gate: Any
-) -> Update:
-    """Update along ``row`` (length at most one; zero: none); gate is for |z| over sqrt(s)."""
-    column = [
-        ops.bounded(dot(list(row.values()), [p[k][i] for k in row]), -BELOW_ONE, BELOW_ONE, "P h")
-        for i in range(len(p))
-    ]
-    s = dot(list(row.values()), [column[k] for k in row]) + variance
-    weight = ops.rsqrt(ops.bounded(s, 0.0, 3.0, "P + R"))
-    move = ops.saturated(ops.saturated(innovation, 8.0) * weight, MOVE_LIMIT)
-    beyond = ops.absolute(move) > gate
-    gain = [
-        ops.bounded(ops.where(beyond, 0.0, c) * weight, -BELOW_ONE, BELOW_ONE, "root of a variance")
-        for c in column
-    ]
-    return Update(gain, ops.where(beyond, 0.0, move), beyond)
-
-
-def lowered(p: Symmetric, update: Update, keep: Any, keep_force: Any, more: list[Any]) -> Symmetric:
-    """P - L L^T + diag(more); without P where ``keep``, of the forces ``keep_force``, fails."""
-
-    def element(i: int, j: int) -> Any:
-        kept = keep_force if {i, j} & set(FORCE) else keep
-        value = ops.where(kept, p[i][j], 0.0) - update.gain[i] * update.gain[j]
-        return bounded_element(value + more[i] if i == j else value, i, j)
-
-    return symmetric(len(p), element)
+def moves(update: Update) -> list[Any]:
+    """What the 13 states move by, in their units."""
+    step = {k: unit * update.move for k, unit in UNITS.items()}
+    return [step[k] * g for k, g in zip(KINDS, update.gain, strict=True)]
 
 
 def first_variances(p: Any) -> dict[str, Any]:
@@ -144,10 +89,11 @@ def first_variances(p: Any) -> dict[str, Any]:
     return {k: root * root for k, root in roots.items()}
 
 
-def noises(x: Any, p: Any, seconds: Any, due: Any) -> dict[str, Any]:
+def grown(x: Any, p: Any, seconds: Any, due: Any, erecting: Any) -> dict[str, Any]:
     """What the variances of a kind grow by in a propagation, scaled.
 
-    Those of the instruments, which no measurement may see, stop while their sum is near one.
+    Those of the instruments, which no measurement may see, stop while their sum is near one. During
+    the erection the accelerometers' begin anew each time.
     """
     slow = dot([1.0] * 7, [getattr(x, f"p{k}{k}") for k in "3789abc"])
     floor = ops.where(due, FLOOR_NOISE, 0.0)
@@ -158,11 +104,13 @@ def noises(x: Any, p: Any, seconds: Any, due: Any) -> dict[str, Any]:
         root = (1.0 / UNITS[kind]) * getattr(p, name)
         return (root * root) * time
 
+    erected = (1.0 / UNITS["force"]) * p.erected_force
+    force = walk("force_walk", "force", slow_time) + slow_floor
     return {
         "velocity": walk("force_noise", "velocity", seconds) + floor,
         "scale": slow_floor,
         "tilt": walk("gyro_noise", "tilt", seconds) + floor,
         "heading": walk("gyro_noise", "heading", seconds) + floor,
         "gyro": walk("gyro_walk", "gyro", slow_time) + slow_floor,
-        "force": walk("force_walk", "force", slow_time) + slow_floor,
+        "force": ops.where(erecting & due, erected * erected, force),
     }

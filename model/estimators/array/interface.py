@@ -4,41 +4,36 @@ from __future__ import annotations
 
 import math
 
+from boresight.model.algebra import strapdown
 from boresight.model.algebra.carried import BELOW
 from boresight.model.algebra.covariance import covariance_states
+from boresight.model.algebra.strapdown import AXES
 from boresight.model.estimator import Input, Output, Param, State
 
 __all__ = [
-    "BELOW",
-    "AXES",
-    "FILTER_OUTPUTS",
     "INPUTS",
     "KINDS",
-    "NAVIGATION",
+    "LEARNT",
     "OUTPUTS",
     "STATUS_BITS",
-    "STEP_FORCE",
-    "STEP_TURN",
     "UNITS",
-    "VELOCITY",
     "filter_params",
     "filter_states",
-    "strapdown_params",
-    "strapdown_states",
+    "site_params",
 ]
 
-AXES = "xyz"
-NAVIGATION = "enu"
 ARCSEC = math.pi / 648000.0
 DEG_H = math.pi / 648000.0  #: rad/s
 MICRO_G = 9.80665e-6  #: m/s^2
 
-STEP_TURN = 2.0**-7  #: rad, full scale of an increment.
-STEP_FORCE = 2.0**-2  #: m/s, the same.
-VELOCITY = 4.0  #: m/s, largest velocity.
-BIAS_TURN = 2.0**-17  #: rad/s, largest gyro bias that is learnt.
-BIAS_FORCE = 2.0**-5  #: m/s^2, largest accelerometer bias.
-SCALE = 2.0**-11  #: largest scale-factor error.
+#: Errors of the instruments: name, largest that is learnt, unit.
+_LEARNT = (
+    ("scale_up", 2.0**-11, ""),
+    *((f"eps_{a}", 2.0**-17, "rad/s") for a in AXES),
+    *((f"nabla_{a}", 2.0**-5, "m/s^2") for a in AXES),
+)
+#: Name and limit of those, by number of the filter's state.
+LEARNT = {k: one[:2] for k, one in zip((3, *range(7, 13)), _LEARNT, strict=True)}
 
 #: The states of the filter, by kind.
 KINDS = (*["velocity"] * 3, "scale", "tilt", "tilt", "heading", *["gyro"] * 3, *["force"] * 3)
@@ -66,8 +61,7 @@ STATUS_BITS = {
 }
 
 INPUTS = (
-    *(Input(f"dtheta_{a}", -STEP_TURN, STEP_TURN * BELOW, "rad", clamp=True) for a in AXES),
-    *(Input(f"dv_{a}", -STEP_FORCE, STEP_FORCE * BELOW, "m/s", clamp=True) for a in AXES),
+    *strapdown.INPUTS,
     Input("phase", -1.0, 3.0),
     Input("azimuth", -1.0, 1.0, "ht", missing="hold"),
     Input("index_time", 0.0, 1.0, "", missing="hold"),
@@ -75,7 +69,7 @@ INPUTS = (
 )
 
 
-def strapdown_params(latitude: float, height: float, start: list[float]) -> tuple[Param, ...]:
+def site_params(latitude: float, height: float, start: list[float]) -> tuple[Param, ...]:
     """Site, latitude [half turns] and height [m], and attitude after a restart."""
     edge = 89.0 / 180.0
     return (
@@ -121,26 +115,13 @@ def filter_params() -> tuple[Param, ...]:
     )
 
 
-def strapdown_states(start: list[float]) -> tuple[State, ...]:
-    """Attitude in two words, velocity, last increments."""
-    return (
-        *(State(f"q{a}", -1.0, BELOW, "", c) for a, c in zip("wxyz", start, strict=True)),
-        *(State(f"rest_{a}", -(2.0**-15), 2.0**-15 * BELOW) for a in "wxyz"),
-        *(State(f"v{a}", -VELOCITY, VELOCITY * BELOW, "m/s") for a in NAVIGATION),
-        *(State(f"last_turn_{a}", -STEP_TURN, STEP_TURN * BELOW) for a in AXES),
-        *(State(f"last_force_{a}", -STEP_FORCE / 8.0, STEP_FORCE / 8.0 * BELOW) for a in AXES),
-    )
-
-
 def filter_states(start: list[float], first: list[float], literal: bool) -> tuple[State, ...]:
     """Instrument errors, covariance, and what the filter remembers from one second to the next.
 
     ``first``: variances, scaled, of the 13 states.
     """
     return (
-        *(State(f"eps_{a}", -BIAS_TURN, BIAS_TURN * BELOW, "rad/s") for a in AXES),
-        *(State(f"nabla_{a}", -BIAS_FORCE, BIAS_FORCE * BELOW, "m/s^2") for a in AXES),
-        State("scale_up", -SCALE, SCALE * BELOW),
+        *(State(name, -limit, limit * BELOW, unit) for name, limit, unit in _LEARNT),
         *covariance_states(13, lambda i: first[i]),
         State("count", 0.0, 1024.0),
         *(State(f"from_q{a}", -1.0, BELOW, "", c) for a, c in zip("wxyz", start, strict=True)),
@@ -149,12 +130,8 @@ def filter_states(start: list[float], first: list[float], literal: bool) -> tupl
     )
 
 
+#: Besides those of the strapdown.
 OUTPUTS = (
-    *(Output(name, "ht", 0.3 / 648000.0) for name in ("pitch", "roll", "heading")),
-    *(Output(f"q{a}", "", 1e-6) for a in "wxyz"),
-    *(Output(f"v{a}", "m/s", 2e-5) for a in NAVIGATION),
-)
-FILTER_OUTPUTS = (
     *(Output(f"eps_{a}", "rad/s", 2e-10) for a in AXES),
     *(Output(f"nabla_{a}", "m/s^2", 1e-5) for a in AXES),
     Output("scale_up", "", 5e-7),

@@ -1,7 +1,8 @@
-"""Strapdown in east, north, up at 100 Hz: attitude in two words, velocity, no trigonometry of it.
+"""Strapdown in east, north, up: attitude in two words, velocity, no trigonometry on the way.
 
-Increments are those of integrating instruments. Titterton & Weston, Strapdown Inertial Navigation
-Technology, 2004, ch. 11; Savage, J. Guidance 21(1, 2), 1998: with the increments of the sample
+For any estimator whose states and inputs hold those of `states` and `INPUTS`, increments of
+integrating instruments. Titterton & Weston, Strapdown Inertial Navigation Technology, 2004, ch. 11;
+Savage, J. Guidance 21(1, 2), 1998: with the increments of the sample
 before, a_1 and d_1 for the angle and the velocity,
 
     turn   = a + a_1 x a / 12                                       (coning)
@@ -19,7 +20,8 @@ from typing import Any
 
 from boresight.model import ops
 from boresight.model.algebra.angles import steep_angle_ht, unit_angle_ht
-from boresight.model.algebra.carried import carried
+from boresight.model.algebra.carried import BELOW, carried
+from boresight.model.algebra.ellipsoid import Site
 from boresight.model.algebra.quaternion import (
     Matrix,
     Vector,
@@ -29,64 +31,62 @@ from boresight.model.algebra.quaternion import (
     turn,
     vector_times,
 )
-from boresight.model.estimators.array.interface import (
-    AXES,
-    NAVIGATION,
-    STEP_FORCE,
-    STEP_TURN,
-    VELOCITY,
-)
+from boresight.model.declarations import Input, Output, State
 
-__all__ = ["Angles", "Sample", "Site", "angles", "kept", "sampled", "site", "velocity"]
+__all__ = [
+    "AXES",
+    "INPUTS",
+    "NAVIGATION",
+    "OUTPUTS",
+    "STEP_FORCE",
+    "STEP_TURN",
+    "VELOCITY",
+    "Angles",
+    "Sample",
+    "ahead",
+    "angles",
+    "beyond",
+    "kept",
+    "sampled",
+    "states",
+    "velocity",
+]
 
-EARTH = 7.292115e-5  #: rad/s, WGS 84.
-EQUATOR = 6378137.0  #: m
-E2 = 6.69437999014e-3  #: eccentricity squared.
-GAMMA = (9.7803253359, 1.931852652458e-3)  #: m/s^2, of Somigliana's formula.
-FREE_AIR = (2.0 * 1.006802597, 2.0 * 6.70562e-3)  #: (1 + f + m, f) twice, over the height/equator.
+AXES, NAVIGATION = "xyz", "enu"
+STEP_TURN = 2.0**-7  #: rad, full scale of an increment.
+STEP_FORCE = 2.0**-2  #: m/s, the same.
+VELOCITY = 4.0  #: m/s, largest velocity.
+FULL_SCALE = 1.0 - 2.0**-16  #: share of it from which on an increment counts as beyond.
 SLOW = 2.0**-17  #: rad, most that the axes turn in half a sample.
 FAST = 2.0**-8  #: rad, half the largest correction by a filter.
 
 
-@dataclass(frozen=True)
-class Site:
-    """What the place decides, per sample.
-
-    ``earth``: north and up, rad; ``gravity``: m/s; ``curvature``: of meridian, prime vertical,
-    and the second times the tangent of the latitude, rad/s per m/s.
-    """
-
-    earth: tuple[Any, Any]
-    gravity: Any
-    curvature: tuple[Any, Any, Any]
+INPUTS = (
+    *(Input(f"dtheta_{a}", -STEP_TURN, STEP_TURN * BELOW, "rad", clamp=True) for a in AXES),
+    *(Input(f"dv_{a}", -STEP_FORCE, STEP_FORCE * BELOW, "m/s", clamp=True) for a in AXES),
+)
+OUTPUTS = (
+    *(Output(name, "ht", 0.3 / 648000.0) for name in ("pitch", "roll", "heading")),
+    *(Output(f"q{a}", "", 1e-6) for a in "wxyz"),
+    *(Output(f"v{a}", "m/s", 2e-5) for a in NAVIGATION),
+)
 
 
-def site(latitude: Any, height: Any, dt: float) -> Site:
-    """Earth rate, gravity and curvatures on the ellipsoid of WGS 84.
-
-    Somigliana's gravity with the free-air gradient to second order, and radii to first order of
-    the height, in series of e^2 sin^2: 1e-8 m/s^2 and 1e-8 of the radii.
-    """
-    sine, cosine = ops.sincos_ht(latitude)
-    cosine = ops.bounded(cosine, 0.0174, 1.0, "up to 89 deg")
-    s2 = ops.bounded(sine * sine, 0.0, 1.0, "square")
-    # 1/sqrt(1 - e^2 s^2), four terms
-    x = E2 * s2
-    root = 1.0 + x * (0.5 + x * (0.375 + x * 0.3125))
-    up = (1.0 / EQUATOR) * height
-    normal = GAMMA[0] * (1.0 + GAMMA[1] * s2) * root
-    lift = 1.0 - up * (FREE_AIR[0] - FREE_AIR[1] * s2 - 3.0 * up)
-    gravity = ops.bounded(dt * normal * lift, 9.7 * dt, 9.9 * dt, "gravity")
-    # 1/R_N = sqrt(1 - e^2 s^2)/a, 1/R_M = (1 - e^2 s^2)^1.5/(a (1 - e^2))
-    flat = 1.0 - x * (0.5 + x * (0.125 + x * 0.0625))
-    across = (dt / EQUATOR) * flat * (1.0 - up * flat)
-    bent = (1.0 - x) * flat * (1.0 / (1.0 - E2))
-    along = (dt / EQUATOR) * bent * (1.0 - up * bent)
-    return Site(
-        (EARTH * dt * cosine, EARTH * dt * sine),
-        gravity,
-        (along, across, ops.bounded(across * (sine / cosine), -1e-3 * dt, 1e-3 * dt, "89 deg")),
+def states(start: Vector) -> tuple[State, ...]:
+    """Attitude in two words, velocity, last increments over 12."""
+    return (
+        *(State(f"q{a}", -1.0, BELOW, "", c) for a, c in zip("wxyz", start, strict=True)),
+        *(State(f"rest_{a}", -(2.0**-15), 2.0**-15 * BELOW) for a in "wxyz"),
+        *(State(f"v{a}", -VELOCITY, VELOCITY * BELOW, "m/s") for a in NAVIGATION),
+        *(State(f"last_turn_{a}", -STEP_TURN, STEP_TURN * BELOW) for a in AXES),
+        *(State(f"last_force_{a}", -STEP_FORCE, STEP_FORCE * BELOW) for a in AXES),
     )
+
+
+def ahead(start: Vector, place: Site) -> list[Any]:
+    """Attitude to begin with, turned on by the Earth as `kept` does."""
+    moved = vector_times((0.0, *(-0.5 * w for w in place.earth)), start)
+    return [min(c + m, BELOW) for c, m in zip(start, moved, strict=True)]
 
 
 @dataclass(frozen=True)
@@ -204,3 +204,13 @@ def kept(
             q, rest, [sample.step[k]], 1.0, begin, base[k], moves
         )
     return after
+
+
+def beyond(u: Any) -> Any:
+    """Whether an increment is at full scale."""
+    found = None
+    for name, full in (("dtheta", STEP_TURN), ("dv", STEP_FORCE)):
+        for a in AXES:
+            one = ops.absolute(getattr(u, f"{name}_{a}")) > full * FULL_SCALE
+            found = one if found is None else found | one
+    return found
