@@ -16,35 +16,12 @@ from boresight.sim.attitude.rotation import (
     rotation_vector_to_quaternion,
 )
 from boresight.sim.attitude.zyx import wrapped
-from boresight.sim.worlds.inertial.sensors import (
-    ACCELEROMETER,
-    FIBRE_OPTIC,
-    MICRO_G,
-    PER_HOUR,
-    Noise,
-    Triad,
-    signed,
-)
-from boresight.sim.worlds.inertial.turning import (
-    Turn,
-    Turning,
-    Vibration,
-    earth_rate,
-    normal_gravity,
-)
+from boresight.sim.worlds.inertial import sensors
+from boresight.sim.worlds.inertial.turning import Turn, Turning, drawn, earth_rate, normal_gravity
 from boresight.sim.worlds.inertial.turntable import Mark, pulses
 from boresight.sim.worlds.world import Streamed
 
-__all__ = [
-    "ALIGNED",
-    "ANGLES",
-    "DT",
-    "ERECTED",
-    "HEIGHT",
-    "LATITUDE_DEG",
-    "START_DEG",
-    "TurningArray",
-]
+__all__ = ["ALIGNED", "ANGLES", "DT", "ERECTED", "START_DEG", "TurningArray"]
 
 FloatArray = npt.NDArray[np.float64]
 ANGLES = ("pitch", "roll", "heading")
@@ -54,7 +31,7 @@ ALIGNED, ERECTED = 30_000, 31_300  #: samples at the end of the alignment, of th
 START_DEG = (1.0, 2.0, 90.0)  #: pitch, roll, heading before the erection.
 LATITUDE_DEG, HEIGHT = 31.9521, 45.0
 #: The paper's constant errors: bias, scale, misalignment of gyros, of accelerometers.
-ERRORS = np.array([[0.003 * PER_HOUR, 1e-5, 20e-6], [20.0 * MICRO_G, 1e-4, 20e-6]])
+ERRORS = np.array([[0.003 * sensors.PER_HOUR, 1e-5, 20e-6], [20.0 * sensors.MICRO_G, 1e-4, 20e-6]])
 _PIECE = 20_000  #: records made at once.
 
 
@@ -124,49 +101,38 @@ class TurningArray(Streamed):
         self.mark = Mark(mark_deg, index, missed, doubled, wrong)
         full = (2.0**-7, 2.0**-2)
         self.noise = [
-            Noise(noise * of.white, noise * of.walk, lsb * 2.0 ** (1 - counts_bits))
-            for of, lsb in zip((FIBRE_OPTIC, ACCELEROMETER), full, strict=True)
+            sensors.Noise(noise * of.white, noise * of.walk, lsb * 2.0 ** (1 - counts_bits))
+            for of, lsb in zip((sensors.FIBRE_OPTIC, sensors.ACCELEROMETER), full, strict=True)
         ]
         self.samples = ERECTED + round(hours * 3600.0 / DT)
         self.draw(seed)
 
     def draw(self, seed: int) -> None:
         """See `World`."""
-        self.seed = seed
+        self.seed, plus = seed, self.plus
         signs, shakes, luck = (np.random.default_rng([seed, k]) for k in range(3))
         start = euler_to_matrix(np.radians(START_DEG))
-        if not self.plus:
+        if not plus:
             off = ARCSEC * np.array([5.0, 5.0, 20.0]) * signs.choice([-1.0, 1.0], 3)
             start = quaternion_to_matrix(rotation_vector_to_quaternion(off)) @ start
         roll, rate = math.radians(START_DEG[1]), math.radians(self.deg_s)
         hinge = np.array([math.cos(roll), 0.0, math.sin(roll)])
         east, north, up = (math.radians(5.0) * start @ hinge).tolist()
-        last = self.samples - ERECTED
+        lengths = np.diff((0, ALIGNED, ERECTED, self.samples)).tolist()
+        rates = (0.0, 0.0, 0.0), (east, north, up), (0.0, 0.0, rate)
         self.motion = Turning(
             start,
-            (
-                Turn(ALIGNED),
-                Turn(ERECTED - ALIGNED, (east, north, up)),
-                Turn(last, (0.0, 0.0, rate)),
-            ),
+            [Turn(n, r) for n, r in zip(lengths, rates, strict=True)],
             DT,
             earth=earth_rate(LATITUDE_DEG),
             gravity=normal_gravity(LATITUDE_DEG, HEIGHT),
-            vibration=self._nods(hinge, shakes) if self.nods_arcsec else None,
+            vibration=drawn(self.nods_arcsec * ARCSEC, 3.0, 12.0, hinge, (0.0, 0.0, 1.0), shakes),
         )
         heading = float(matrix_to_euler(self.motion.starts[2])[2])
-        self.pulses = pulses(self.mark, heading, rate, last, DT, luck)
-        self.constant = [signed(None if self.plus else signs, *(self.errors * e)) for e in ERRORS]
-
-    def _nods(self, hinge: FloatArray, rng: np.random.Generator) -> Vibration:
-        parts = 8
-        return Vibration(
-            np.full(parts, self.nods_arcsec * ARCSEC * math.sqrt(2.0 / parts)),
-            rng.uniform(3.0, 12.0, parts),
-            rng.uniform(0.0, 2.0 * math.pi, parts),
-            hinge,
-            np.array([0.0, 0.0, 1.0]),
-        )
+        self.pulses = pulses(self.mark, heading, rate, lengths[2], DT, luck)
+        self.constant = [
+            sensors.signed(None if plus else signs, *(self.errors * e)) for e in ERRORS
+        ]
 
     def truth(self, first: int, last: int, every: int = 1) -> FloatArray:
         """Pitch, roll, heading (n, 3) [rad] at the ends of samples; see `Turning.matrix`."""
@@ -175,7 +141,7 @@ class TurningArray(Streamed):
     def pieces(self, truth: bool = True) -> Iterator[Mapping[str, FloatArray]]:
         """See `Streamed`: first the record that restarts, then one of each sample."""
         triads = [
-            Triad(*errors, noise, (self.seed, 2016, k), DT)
+            sensors.Triad(*errors, noise, (self.seed, 2016, k), DT)
             for k, (errors, noise) in enumerate(zip(self.constant, self.noise, strict=True))
         ]
         restart = np.array([[*np.zeros(6), math.radians(self.mark.at_deg), 0.0, -1.0]])

@@ -18,7 +18,7 @@ import numpy.typing as npt
 from boresight.model.errors import require
 from boresight.sim.attitude.rotation import quaternion_to_matrix, rotation_vector_to_quaternion
 
-__all__ = ["EARTH_RATE", "Turn", "Turning", "Vibration", "earth_rate", "normal_gravity"]
+__all__ = ["EARTH_RATE", "Turn", "Turning", "Vibration", "drawn", "earth_rate", "normal_gravity"]
 
 FloatArray = npt.NDArray[np.float64]
 EARTH_RATE = 7.292115e-5  #: rad/s, WGS 84.
@@ -88,6 +88,21 @@ class Vibration:
         w = 2.0 * math.pi * self.hertz
         angle = w * t[..., None] + self.phase + 0.5 * math.pi * derivative
         return np.asarray(np.sin(angle) @ (self.amplitude * w**derivative))
+
+
+def drawn(
+    rms: float,
+    low_hz: float,
+    high_hz: float,
+    axis: npt.ArrayLike,
+    lever: npt.ArrayLike,
+    rng: np.random.Generator,
+) -> Vibration | None:
+    """A vibration of eight parts of random frequency and phase, ``rms`` [rad]; None for 0."""
+    parts = 8
+    hertz, phase = rng.uniform(low_hz, high_hz, parts), rng.uniform(0.0, 2.0 * math.pi, parts)
+    each = np.full(parts, rms * math.sqrt(2.0 / parts))
+    return Vibration(each, hertz, phase, np.asarray(axis), np.asarray(lever)) if rms else None
 
 
 class Turning:

@@ -13,6 +13,7 @@ from boresight.sim.worlds.inertial.turning import (
     Turn,
     Turning,
     Vibration,
+    drawn,
     earth_rate,
     normal_gravity,
 )
@@ -129,3 +130,16 @@ def test_what_is_refused() -> None:
         Turning(START, (), DT, earth=EARTH, gravity=G)
     with pytest.raises(InputError, match="turning, dt: wanted more than 0 s, found 0"):
         Turning(START, TURNS, 0.0, earth=EARTH, gravity=G)
+
+
+def test_a_vibration_is_as_large_as_asked_for() -> None:
+    """Within its band; another draw is another one; none is none."""
+    rng = np.random.default_rng(2)
+    one, other = (drawn(0.02, 3.0, 12.0, (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), rng) for _ in "ab")
+    assert one is not None and other is not None
+    t = np.arange(100_000) * DT
+    assert one.at(t).std() == pytest.approx(0.02, rel=0.02)
+    assert one.hertz.min() >= 3.0 and one.hertz.max() <= 12.0 and np.ptp(one.hertz) > 2.0
+    assert (one.hertz != other.hertz).all() and (one.phase != other.phase).all()
+    assert one.side.tolist() == [0.0, -1.0, 0.0]
+    assert drawn(0.0, 3.0, 12.0, (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), rng) is None
