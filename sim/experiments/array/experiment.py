@@ -12,7 +12,7 @@ from boresight.model.estimators.array.attitude import ArrayAttitude
 from boresight.sim.experiments.array.cases import CASES, RATES
 from boresight.sim.experiments.array.page import render
 from boresight.sim.experiments.array.runs import run_array
-from boresight.sim.experiments.array.words import WORDS, Width, run_width
+from boresight.sim.experiments.array.words import WORDS, run_width
 from boresight.sim.experiments.experiment import Experiment, Result
 from boresight.sim.experiments.seeds import Runs, run_cases, spreads_of
 from boresight.sim.experiments.targets import targets_of
@@ -52,7 +52,7 @@ class Array(Experiment):
         ]
         flown = run_cases(run_array, cases, seed=seed, at_once=1, jobs=self.jobs, say=say)
         widths = [
-            (f"{key}_{word}", Width(word, deg_s, self.hours), 1)
+            (f"{key}_{word}", (word, deg_s, self.hours), 1)
             for word in WORDS
             for key, deg_s in RATES.items()
         ]

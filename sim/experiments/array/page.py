@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from boresight.sim.experiments.array.printed import BUDGET, HOURLY, SIGMA, stati
 from boresight.sim.experiments.array.runs import EVERY
 from boresight.sim.experiments.array.words import FORTY, WORDS
 from boresight.sim.experiments.experiment import Target
-from boresight.sim.experiments.page import Section
+from boresight.sim.experiments.page import Section, numbers
 from boresight.sim.experiments.page import render as page
 from boresight.sim.experiments.seeds import Runs
 from boresight.sim.plotting import COLOUR, band, figure_and_axes, legend, settings, svg
@@ -21,39 +21,39 @@ __all__ = ["render"]
 
 _INTRO = (
     "A radar array is aligned at rest for 300 s, erected to a pitch of 66 deg, and turned about "
-    "the vertical for hours at 0.35 or 36 deg/s; gyros and accelerometers on it tell its attitude, "
-    "and a mark on the turntable its azimuth once a turn. Wang Wenzhe et al. (2016) print errors "
-    "after each hour. Here the integer program of the core runs through every sample, in C.",
+    "the vertical for hours. Gyros and accelerometers on it tell its attitude, a mark on the "
+    "turntable its azimuth once a turn. Wang Wenzhe et al. (2016) print errors after each hour. "
+    "Here the integer program of the core runs through every sample, in C.",
     "Sensor errors are the paper's (gyro 0.003 deg/h, 1e-5, 20e-6; accelerometer 20 ug, 1e-4, "
     "20e-6), their signs drawn in every run, the start off by 5 arcsec of tilt and 20 of heading. "
-    "As in the paper sensors have no noise, unless a case says so. Errors count from the first "
-    "sample that turns.",
-)
-_SIGMA = (
-    'The last row of Tables 4 and 5, "1 sigma", is the deviation of the eight hourly values from '
-    "their own mean (n - 1). It leaves out the mean, and what happens between the hours. An hour "
-    "is 3.5 turns at 0.35 deg/s, so odd hours are half a turn away from the mark and even hours at "
-    "it: hence the alternation of Table 4. It is 360 whole turns at 36 deg/s: hours 1 to 7 of "
-    "Table 5 are read right where the heading was just set (heading 0.05 to 1.12), and the eighth "
-    'is not (52.03): without that one value its 1 sigma of {all:.2f} is {seven:.2f}. "All below '
-    '40" holds of these deviations; single values reach {most:.2f} and 52.03. Our figures are root '
-    "mean squares over all the time, with the mean in them."
-)
-_FLOOR = (
-    "What is left is constant: gyro misalignments m = 20e-6 look like a tilt of "
-    "m (cos^2 66 - sin^2 66) = -2.8 arcsec in pitch and m (sin 66 + cos 66)/cos 66 = 13.4 in roll "
-    "where all signs are plus, and no state of the filter can tell them from the tilt."
+    "As in the paper there is no noise, unless a case says so. Errors count while it turns.",
 )
 _OVER = (
-    "Errors of the first run over the hours, least and most of each 240th of them; the heading is "
-    "worst before the filter has seen some turns."
+    "First run, least and most of each 240th of the time. The heading is worst before the filter "
+    "has seen some turns."
 )
+_FLOOR = (
+    "Our errors are constant: gyro misalignments m = 20e-6 look like a tilt of m (cos^2 66 - "
+    "sin^2 66) = -2.8 arcsec in pitch and m (sin 66 + cos 66)/cos 66 = 13.4 in roll where all are "
+    "plus, and no state of the filter can tell them from the tilt."
+)
+_SIGMA = (
+    'The last rows of Tables 4 and 5, "1 sigma", are the deviations (n - 1) of the eight hourly '
+    "values from their own mean: without that mean, and without what happens between the hours. An "
+    "hour is 3.5 turns at 0.35 deg/s, so odd hours are half a turn away from the mark: hence the "
+    "alternation of Table 4. It is 360 whole turns at 36 deg/s: hours 1 to 7 of Table 5 are read "
+    "where the heading was just set, the eighth (52.03) is not, and without that one value the "
+    '{all:.2f} is {seven:.2f}. "All below 40" holds of these deviations; single values reach 60.82 '
+    "and 52.03. Our root mean squares are over all the time, with the mean."
+)
+_OLD = "A chain of parts, each with its share; Tables 2 and 3 are lost."
 _WORDS = (
-    "The strapdown alone, perfect sensors that count in words of the same length; error of the "
-    "worst angle while it turns, root mean square. Carried: remainders in a second word; plain: "
-    "none. Grey: what a prototype in words of 40 bits had in eight hours (0.16 to 0.43 arcsec), "
-    "the specification's reason to ask for them."
+    "The strapdown alone, perfect sensors that count in words of the same length: worst angle "
+    "while it turns, root mean square. Carried: remainders in a second word; plain: none. Grey: "
+    "what a prototype in words of 40 bits had in eight hours, the specification's reason to ask "
+    "for them."
 )
+_CASES = "Over all runs of each; arcsec where nothing else is said."
 _COLUMNS = {
     **{f"{a} rms, most": (f"{a}_rms", f"{a}_max") for a in ANGLES},
     **{"1 sigma of the hours": tuple(f"{a}_sigma" for a in ANGLES)},
@@ -65,71 +65,37 @@ _COLUMNS = {
 
 def render(flown: Mapping[str, Runs], words: Mapping[str, Runs], targets: Sequence[Target]) -> str:
     """HTML text: no script, nothing outside."""
-    heading = HOURLY["b"][:, 2]
-    sigma = _SIGMA.format(
-        all=heading.std(ddof=1), seven=heading[:7].std(ddof=1), most=np.abs(HOURLY["a"]).max()
+    heading, parts = HOURLY["b"][:, 2], np.array([*BUDGET.values()])
+    sigma = _SIGMA.format(all=heading.std(ddof=1), seven=heading[:7].std(ddof=1))
+    old: list[list[str | float]] = [[name, *row] for name, row in BUDGET.items()]
+    old.append(["root of the sum of squares", *np.sqrt((parts[:-1] ** 2).sum(axis=0)).tolist()])
+    rates = [f"{deg_s:g} deg/s" for deg_s in RATES.values()]
+    bands = [(rate, _bands(flown, key)) for key, rate in zip(RATES, rates, strict=True)]
+    hourly = [f"{rate}, {what}" for rate in rates for what in ("paper", "plus", "draws, rms")]
+    three = "arcsec: pitch, roll, heading"
+    sections = (
+        ("Errors over the hours", _OVER, (), (), bands),
+        ("Tables 4 and 5: errors after each hour", _FLOOR, (three, *hourly), _hours(flown), ()),
+        ('What "1 sigma" means', sigma, (three, *rates), _meaning(flown), ()),
+        ("Table 1: heading by the old method", _OLD, ("arcsec", "allocated", "real"), old, ()),
+        ("How long words must be", _WORDS, (), (), [("", _lengths(words))]),
+        ("Cases", _CASES, ("", "runs", *_COLUMNS), _cases(flown), ()),
     )
-    parts = np.array([*BUDGET.values()])
-    rows: list[list[str | float]] = [[name, *row] for name, row in BUDGET.items()]
-    rows.append(["root of the sum of squares", *np.sqrt((parts[:-1] ** 2).sum(axis=0)).tolist()])
-    bands = [(f"{deg_s:g} deg/s", _bands(flown, key)) for key, deg_s in RATES.items()]
-    hourly = ("paper", "all errors plus", "draws, rms")
-    return page(
-        "array",
-        _INTRO,
-        targets,
-        [
-            Section(title="Errors over the hours", text=_OVER, figures=bands),
-            Section(
-                title="Tables 4 and 5: errors after each hour, arcsec",
-                text=_FLOOR,
-                columns=(
-                    "hour: pitch, roll, heading",
-                    *(f"{deg_s:g} deg/s, {what}" for deg_s in RATES.values() for what in hourly),
-                ),
-                rows=_hours(flown),
-            ),
-            Section(
-                title='What "1 sigma" means',
-                text=sigma,
-                columns=(
-                    "arcsec: pitch, roll, heading",
-                    *(f"{deg_s:g} deg/s" for deg_s in RATES.values()),
-                ),
-                rows=_meaning(flown),
-            ),
-            Section(
-                title="Table 1: heading by the old method, arcsec",
-                text="A chain of parts, each with its share; Tables 2 and 3 are lost.",
-                columns=("", "allocated", "real"),
-                rows=rows,
-            ),
-            Section(title="How long words must be", text=_WORDS, figures=[("", _lengths(words))]),
-            Section(
-                title="Cases",
-                text="Over all runs of each, arcsec where nothing else is said.",
-                columns=("", "runs", *_COLUMNS),
-                rows=_cases(flown),
-            ),
-        ],
-    )
-
-
-def _numbers(values: Iterable[float], form: str = ".2f") -> str:
-    return ", ".join(f"{v:{form}}" for v in values).replace("-", "\N{MINUS SIGN}")
+    names = ("title", "text", "columns", "rows", "figures")
+    made = [Section(**dict(zip(names, one, strict=True))) for one in sections]  # type: ignore[arg-type]
+    return page("array", _INTRO, targets, made)
 
 
 def _hours(flown: Mapping[str, Runs]) -> list[list[str | float]]:
     """Hourly errors: of the paper, of the run with all errors plus, and over the draws."""
-    ours = {key: flown[f"{key}_plus"].each[0].hourly for key in RATES}
-    drawn = {key: np.array([told.hourly for told in flown[f"{key}_index"].each]) for key in RATES}
     rows: list[list[str | float]] = []
-    for hour in range(len(ours["a"])):
+    for hour in range(len(flown["a_plus"].each[0].hourly)):
         row: list[str | float] = [str(hour + 1)]
         for key, printed in HOURLY.items():
-            row.append(_numbers(printed[hour]) if hour < len(printed) else "")
-            row.append(_numbers(ours[key][hour]))
-            row.append(_numbers(np.sqrt(np.mean(drawn[key][:, hour] ** 2, axis=0))))
+            drawn = np.array([told.hourly[hour] for told in flown[f"{key}_index"].each])
+            row.append(numbers(printed[hour]) if hour < len(printed) else "")
+            row.append(numbers(flown[f"{key}_plus"].each[0].hourly[hour]))
+            row.append(numbers(np.sqrt(np.mean(drawn**2, axis=0))))
         rows.append(row)
     return rows
 
@@ -138,19 +104,13 @@ def _meaning(flown: Mapping[str, Runs]) -> list[list[str | float]]:
     """Statistics of the paper's hourly values, and of ours."""
     printed = {key: statistics(hourly) for key, hourly in HOURLY.items()}
     ours = {key: flown[f"{key}_index"].pooled() for key in RATES}
-    rows: list[list[str | float]] = [["printed as 1 sigma", *map(_numbers, SIGMA.values())]]
-    for name, kind in (
-        ("deviation of the printed values", "sigma"),
-        ("their root mean square", "rms"),
-        ("their most", "most"),
-    ):
-        rows.append([name, *(_numbers(one[kind]) for one in printed.values())])
-    for name, kind in (
-        ("ours, deviation of the hours", "sigma"),
-        ("ours, all the time, rms", "rms"),
-        ("ours, most at any time", "max"),
-    ):
-        rows.append([name, *(_numbers(o[f"{a}_{kind}"] for a in ANGLES) for o in ours.values())])
+    kinds = {"sigma": "deviation of the hours", "rms": "root mean square", "max": "most"}
+    rows: list[list[str | float]] = [["printed as 1 sigma", *map(numbers, SIGMA.values())]]
+    for kind, name in kinds.items():
+        rows.append([f"printed, {name}", *(numbers(printed[k][kind]) for k in RATES)])
+    for kind, name in kinds.items():
+        found = [[ours[key][f"{axis}_{kind}"] for axis in ANGLES] for key in RATES]
+        rows.append([f"ours, {name}", *map(numbers, found)])
     return rows
 
 
@@ -158,11 +118,13 @@ def _cases(flown: Mapping[str, Runs]) -> list[list[str | float]]:
     rows: list[list[str | float]] = []
     for name, case in CASES.items():
         found = flown[name].pooled()
-        row: list[str | float] = [case.meaning, str(len(flown[name].each))]
-        for keys in _COLUMNS.values():
-            shown = case.compared or not keys[0].startswith("fixed")
-            row.append(_numbers((found[key] for key in keys), ".3g") if shown else "")
-        rows.append(row)
+        cells = [
+            numbers((found[key] for key in keys), ".3g")
+            if case.compared or not keys[0].startswith("fixed")
+            else ""
+            for keys in _COLUMNS.values()
+        ]
+        rows.append([case.meaning, str(len(flown[name].each)), *cells])
     return rows
 
 

@@ -44,5 +44,5 @@ def statistics(hourly: FloatArray) -> dict[str, FloatArray]:
     return {
         "sigma": hourly.std(axis=0, ddof=1) if len(hourly) > 1 else np.zeros(3),
         "rms": np.sqrt(np.mean(hourly**2, axis=0)),
-        "most": np.abs(hourly).max(axis=0),
+        "max": np.abs(hourly).max(axis=0),
     }

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,7 @@ from boresight.sim.experiments.seeds import Runs
 from boresight.sim.levels.build import Build
 from boresight.sim.worlds.array.world import ERECTED, TurningArray
 
-__all__ = ["FORTY", "WORDS", "Plain", "Width", "run_width"]
+__all__ = ["FORTY", "WORDS", "Plain", "run_width"]
 
 WORDS = (24, 26, 28, 30, 32)
 FORTY = (0.16, 0.43)  #: what a prototype with words of 40 bits had after eight hours [arcsec].
@@ -31,23 +30,16 @@ class Plain(ArrayAttitude):
         return state | {n: 0.0 * u.phase for n in state if n.startswith("rest_")}, told
 
 
-@dataclass(frozen=True)
-class Width:
-    """Bits of words, and of the counts that a perfect unit gives; at a rate, for some hours."""
+def run_width(width: tuple[int, float, float], seeds: range) -> Runs:
+    """Error of the worst angle [arcsec] while it turns, root mean square, of both forms.
 
-    word: int
-    deg_s: float
-    hours: float
-
-
-def run_width(width: Width, seeds: range) -> Runs:
-    """Error of the worst angle [arcsec] while it turns, root mean square, of both forms."""
-    world = TurningArray(
-        width.deg_s, hours=width.hours, errors=0.0, plus=True, index="none", counts_bits=width.word
-    )
+    ``width``: bits of words, and of the counts of a perfect unit; its rate [deg/s]; hours.
+    """
+    word, deg_s, hours = width
+    world = TurningArray(deg_s, hours=hours, errors=0.0, plus=True, index="none", counts_bits=word)
     figures = {}
     for name, form in (("carried", ArrayAttitude), ("plain", Plain)):
-        build = Build(form(aided=False), word=width.word)
+        build = Build(form(aided=False), word=word)
         pieces = world.pieces(truth=False)
         long = endurance(build, pieces, first=ERECTED + EVERY, every=EVERY)
         square = np.mean(errors_of(world, long) ** 2, axis=0)

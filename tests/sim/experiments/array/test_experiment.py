@@ -1,6 +1,7 @@
 """The experiment: which case gives which figure, target and verdict, with stand-ins for hours."""
 
 import json
+from collections.abc import Iterator
 from types import SimpleNamespace
 
 import pytest
@@ -14,29 +15,30 @@ from boresight.sim.experiments.experiment import Result
 from boresight.sim.experiments.targets import targets_of
 
 
-@pytest.fixture
-def result(monkeypatch, runs, words) -> Result:
+@pytest.fixture(scope="module")
+def result(runs, words) -> Iterator[Result]:
     """Every case wrong by 0.1" more than the one before."""
 
     def run_cases(run, cases, *, seed, at_once, jobs, say):
         assert (seed, at_once, jobs) == (5, 1, 1)
-        assert all(case.hours == 2.0 for _, case, _ in cases)
         if run is not run_array:
-            assert [(name, case.word, case.deg_s) for name, case, _ in cases][:2] == [
-                ("a_24", 24, 0.35),
-                ("b_24", 24, 36.0),
+            assert [(n, case) for n, case, _ in cases][:2] == [
+                ("a_24", (24, 0.35, 2.0)),
+                ("b_24", (24, 36.0, 2.0)),
             ]
             return words
+        assert all(case.hours == 2.0 for _, case, _ in cases)
         assert {n: some for n, _, some in cases} == {n: min(9, c.runs) for n, c in CASES.items()}
         return {name: runs(0.1 * (1 + k)) for k, (name, _, _) in enumerate(cases)}
 
-    monkeypatch.setattr(experiment, "run_cases", run_cases)
     core = SimpleNamespace(schedule=SimpleNamespace(interval=1000, latency=110))
-    monkeypatch.setattr(experiment, "build_core", lambda *a: core)
-    return Array(hours=2.0, jobs=1).run(seed=5, runs=9, say=lambda text: None)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(experiment, "run_cases", run_cases)
+        patch.setattr(experiment, "build_core", lambda *a: core)
+        yield Array(hours=2.0, jobs=1).run(seed=5, runs=9, say=lambda text: None)
 
 
-def test_run(result: Result, runs) -> None:
+def test_run(result: Result) -> None:
     f = result.figures
     assert [*CASES][:2] == ["a_index", "b_index"]
     assert f["array_b_index_pitch_rms"] == pytest.approx(0.2 * 2.5**0.5)

@@ -1,12 +1,12 @@
 """The strapdown in short words: carried remainders are what keeps it."""
 
 from boresight.model.estimators.array.attitude import ArrayAttitude
-from boresight.sim.experiments.array.words import Plain, Width, run_width
+from boresight.sim.experiments.array.words import Plain, run_width
 
 
 def test_carried_remainders_keep_the_attitude() -> None:
     """Words of 24 bits, slowly: without remainders the error is many times as large."""
-    f = run_width(Width(24, 0.35, 0.05), range(1, 2)).pooled()
+    f = run_width((24, 0.35, 0.05), range(1, 2)).pooled()
     assert 0.0 < 10.0 * f["carried_rms"] < f["plain_rms"]
 
 
