@@ -7,6 +7,7 @@ import pytest
 
 from boresight.model.errors import InputError
 from boresight.sim.worlds.array.world import ALIGNED, DT, ERECTED, TurningArray
+from boresight.sim.worlds.inertial import sensors
 
 ARCSEC = math.radians(1.0) / 3600.0
 SHORT = {"hours": 30.0 / 3600.0}
@@ -108,8 +109,11 @@ def test_noise_and_vibration() -> None:
     added = vectors(noisy, "dtheta")[1:] - vectors(quiet, "dtheta")[1:]
     wanted = 10.0 * math.radians(5e-4) / 60.0 * math.sqrt(DT)
     np.testing.assert_allclose(added.std(axis=0), wanted, rtol=0.02)
-    added = vectors(noisy, "dv")[1:] - vectors(quiet, "dv")[1:]
-    np.testing.assert_allclose(added.std(axis=0), 10.0 * 5e-6 * 9.80665 * 0.1, rtol=0.02)
+    pushed = vectors(noisy, "dv")[1:] - vectors(quiet, "dv")[1:]
+    np.testing.assert_allclose(pushed.std(axis=0), 10.0 * 5e-6 * 9.80665 * 0.1, rtol=0.02)
+    assert np.abs(np.corrcoef(added.T, pushed.T) - np.eye(6)).max() < 0.03
+    walks = [noise.walk for noise in TurningArray(noise=10.0, **SHORT).noise]
+    assert walks == [10.0 * sensors.FIBRE_OPTIC.walk, 10.0 * sensors.ACCELEROMETER.walk]
     shaken = TurningArray(36.0, nods_arcsec=3.0, **SHORT)
     still = TurningArray(36.0, **SHORT)
     off = (shaken.truth(0, ALIGNED) - still.truth(0, ALIGNED)) / ARCSEC

@@ -70,6 +70,8 @@ def test_faults_by_their_shares() -> None:
     assert len(twice.sample) / n == pytest.approx(1.2, abs=0.03)
     late = np.diff(twice.sample)
     assert set(whole.sample) < set(twice.sample) and set(late[late < 100]) == {1, 2, 3, 4, 5}
+    both = drawn(Mark(at_deg=200.0, missed=0.3, doubled=0.2), hours=8.0)
+    assert len(both.sample) / n == pytest.approx(0.7 * 1.2, abs=0.04)
     astray = drawn(Mark(at_deg=200.0, wrong=0.25), hours=8.0)
     assert len(astray.sample) / n == pytest.approx(1.25, abs=0.03)
     wrong = np.abs(off(astray)) > 60.0
