@@ -69,7 +69,8 @@ def test_the_change_over_a_turn_is_the_scale_factor() -> None:
     sd = np.sqrt(2.0) * 2.0 * ARCSEC / (2.0 * np.pi) / UNITS["scale"]
     assert found.variance == pytest.approx(sd**2)
     for turned in (3.5, -3.5):
-        assert index.change(x, p, 0.7, turned).row == {SCALE: 0.0}
+        found = index.change(x, p, -0.7, turned)
+        assert found.row == {SCALE: 0.0} and found.innovation == 0.0
     assert index.change(x, SimpleNamespace(index_sd=1e-3), 0.7, 2.0).variance == 1.0
 
 
