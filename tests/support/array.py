@@ -9,8 +9,20 @@ import numpy as np
 import pymap3d
 from scipy.spatial.transform import Rotation
 
-__all__ = ["ARCSEC", "EARTH", "LATITUDE", "body", "counts", "gravity", "increments", "turning"]
+__all__ = [
+    "ARCSEC",
+    "EARTH",
+    "LATITUDE",
+    "Motion",
+    "body",
+    "counts",
+    "gravity",
+    "increments",
+    "turning",
+]
 
+#: Of times (m,): pitch, roll, heading (m, 3) [rad], and their rates.
+Motion = Callable[[Any], tuple[Any, Any]]
 ARCSEC = np.pi / 648000.0
 EARTH = 7.292115e-5
 LATITUDE = 31.9521
@@ -35,23 +47,20 @@ def body(angles: Any) -> Rotation:
     return Rotation.from_euler("ZXY", np.asarray(angles)[:, [2, 0, 1]])
 
 
-def increments(
-    angles: Callable[[Any], Any], n: int, dt: float = 0.01, latitude: float = LATITUDE
-) -> Any:
+def increments(motion: Motion, n: int, dt: float = 0.01, latitude: float = LATITUDE) -> Any:
     """Turns and velocity increments (n, 6) of a unit that stays where it is, from time 0 on.
 
-    ``angles``: of times (m,) to (m, 3) pitch, roll, heading [rad], smooth within every sample. The
-    turn is taken from attitudes close together, to fourth order, and integrated by Gauss.
+    ``motion``: smooth within every sample; integrated by Gauss.
     """
     points, weights = np.polynomial.legendre.leggauss(4)
     t = (np.arange(n)[:, None] * dt + 0.5 * dt * (points + 1.0)).ravel()
-    c, h = body(angles(t)), 1e-4
-    rate = np.zeros((len(t), 3))
-    for k, w in ((1, 8.0), (2, -1.0)):
-        step = body(angles(t - k * h)).inv() * body(angles(t + k * h))
-        rate += w * step.as_rotvec() / (12.0 * h)
+    angles, (pitch, roll, heading) = motion(t)[0], motion(t)[1].T
+    c, zero = body(angles), np.zeros_like(t)
     lat = np.radians(latitude)
-    rate += c.inv().apply(EARTH * np.array([0.0, np.cos(lat), np.sin(lat)]))
+    earth = EARTH * np.array([0.0, np.cos(lat), np.sin(lat)])
+    rate = c.inv().apply(np.stack([zero, zero, heading], axis=1) + earth)
+    inner = Rotation.from_euler("Y", angles[:, 1:2]).inv()
+    rate += inner.apply(np.stack([pitch, zero, zero], axis=1)) + np.stack([zero, roll, zero], 1)
     force = c.inv().apply([0.0, 0.0, gravity(latitude, 45.0)])
     each = np.concatenate([rate, force], axis=1).reshape(n, 4, 6)
     return 0.5 * dt * np.einsum("nkj,k->nj", each, weights)
@@ -64,14 +73,15 @@ def counts(u: Any) -> Any:
     return np.diff(total, axis=0, prepend=0.0) * lsb
 
 
-def turning(
-    rate: float, still: float, erection: float, start: Any = (1.0, 2.0, 90.0)
-) -> Callable[[Any], Any]:
-    """Angles of the array: still, erected at 5 deg/s, then turning at ``rate`` [deg/s]."""
+def turning(rate: float, still: float, erection: float, start: Any = (1.0, 2.0, 90.0)) -> Motion:
+    """The array: still, erected at 5 deg/s, then turning at ``rate`` [deg/s]."""
 
-    def angles(t: Any) -> Any:
-        pitch = start[0] + 5.0 * np.clip(t - still, 0.0, erection)
-        heading = start[2] + rate * np.clip(t - still - erection, 0.0, None)
-        return np.radians(np.stack([pitch, np.full_like(t, start[1]), heading], axis=1))
+    def motion(t: Any) -> Any:
+        up, around = t - still, t - still - erection
+        pitch = start[0] + 5.0 * np.clip(up, 0.0, erection)
+        heading = start[2] + rate * np.clip(around, 0.0, None)
+        angles = np.stack([pitch, np.full_like(t, start[1]), heading], axis=1)
+        rates = [5.0 * ((up > 0.0) & (around < 0.0)), 0.0 * t, rate * (around > 0.0)]
+        return np.radians(angles), np.radians(np.stack(rates, axis=1))
 
-    return angles
+    return motion

@@ -89,10 +89,13 @@ class ArrayAttitude(Estimator):
         _check("latitude", latitude, -89.0, 89.0)
         _check("height", height, -500.0, 10e3)
         _check("rate", rate, 50.0, 1000.0)
-        for name, value in zip(("pitch", "roll", "heading"), attitude, strict=True):
+        known = "pitch, roll, heading"
+        require(len(attitude) == 3, "array_attitude, attitude", known, attitude, "give all three")
+        for name, value in zip(known.split(", "), attitude, strict=True):
             _check(name, value, -360.0, 360.0)
-        known = " or ".join(READINGS)
-        require(reading in READINGS, "array_attitude, reading", known, reading, "choose one")
+        require(
+            reading in READINGS, "array_attitude, reading", " or ".join(READINGS), reading, "choose"
+        )
         self.dt, self.literal, self.aided = 1.0 / rate, reading == "literal", aided
         start = [min(c, BELOW) for c in of_angles(*attitude)]
         self.params = interface.site_params(latitude / 180.0, height, start)
