@@ -102,7 +102,8 @@ def endurance(
                 found.most[d.output] = max(found.most.get(d.output, 0.0), d.largest)
         for name in flags:
             bits = np.rint(outputs[name]).astype(np.int64)
-            found.counts[name] += [int((bits >> k & 1).sum()) for k in range(_WORD)]
+            for k in range(int(bits.max()).bit_length()):
+                found.counts[name][k] += np.count_nonzero(bits >> k & 1)
         found.saturated += int(saturated.sum())
         skipped = first - found.records
         kept.append(words[skipped if skipped >= 0 else skipped % every :: every])

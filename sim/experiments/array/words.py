@@ -15,7 +15,7 @@ from boresight.sim.worlds.array.world import ERECTED, TurningArray
 
 __all__ = ["FORTY", "WORDS", "Plain", "run_width"]
 
-WORDS = (24, 26, 28, 30, 32)
+WORDS = (24, 28, 32)
 FORTY = (0.16, 0.43)  #: what a prototype with words of 40 bits had after eight hours [arcsec].
 
 
