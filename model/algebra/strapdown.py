@@ -150,7 +150,7 @@ def angles(q: Vector) -> Angles:
     )
     square = x_down * x_down + c33 * c33
     secant = ops.rsqrt(square)
-    cosine = ops.bounded(square * secant, 0.0, 1.0, "cosine of the pitch")
+    cosine = ops.saturated(square * secant, 1.0)
     told = {
         "pitch": steep_angle_ht(c32, cosine, square < 0.5),
         "roll": unit_angle_ht(x_down, c33, secant),
