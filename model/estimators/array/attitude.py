@@ -152,8 +152,7 @@ class ArrayAttitude(Estimator):
         turned = ops.bounded(turned, -4.0, 4.0 * BELOW, "saturated")
         apart = ops.absolute(turned)
         # Four samples after an index are the velocities' and the cut's; those after a second wait.
-        ready = (x.count > 3.5) | (x.late < 0.5)
-        found = working & arrived & ready & (apart >= p.index_turn)
+        found = working & arrived & ((x.count > 3.5) | (x.late < 0.5)) & (apart >= p.index_turn)
         count = ops.where(restart, 0.0, x.count + 1.0)
         due = (count > 1.0 / self.dt - 0.5) | found
         samples = ops.where(due, count, 0.0)
