@@ -31,7 +31,7 @@ from boresight.model.algebra.quaternion import (
     turn,
     vector_times,
 )
-from boresight.model.declarations import Input, Output, State
+from boresight.model.declarations import Input, Output, Param, State
 
 __all__ = [
     "AXES",
@@ -47,6 +47,7 @@ __all__ = [
     "angles",
     "beyond",
     "kept",
+    "params",
     "sampled",
     "states",
     "velocity",
@@ -80,6 +81,19 @@ def states(start: Vector) -> tuple[State, ...]:
         *(State(f"v{a}", -VELOCITY, VELOCITY * BELOW, "m/s") for a in NAVIGATION),
         *(State(f"last_turn_{a}", -STEP_TURN, STEP_TURN * BELOW) for a in AXES),
         *(State(f"last_force_{a}", -STEP_FORCE, STEP_FORCE * BELOW) for a in AXES),
+    )
+
+
+def params(latitude: float, height: float, start: list[float]) -> tuple[Param, ...]:
+    """Site, latitude [half turns] and height [m], and attitude after a restart."""
+    edge = 89.0 / 180.0
+    return (
+        Param("latitude", latitude, -edge, edge, "ht", "of the site, north"),
+        Param("height", height, -500.0, 10e3, "m", "of the site, above the ellipsoid"),
+        *(
+            Param(f"start_q{a}", c, -1.0, BELOW, "", "attitude after a restart")
+            for a, c in zip("wxyz", start, strict=True)
+        ),
     )
 
 
