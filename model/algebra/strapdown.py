@@ -6,7 +6,7 @@ Savage, J. Guidance 21(1, 2), 1998: with the increments of the sample
 before, a_1 and d_1 for the angle and the velocity,
 
     turn   = a + a_1 x a / 12                                       (coning)
-    force  = d + a x d / 2 + (a_1 x d + d_1 x a) / 12                (rotation and sculling)
+    force  = d + a x (d/2 + a x d / 6) + (a_1 x d + d_1 x a) / 12    (rotation and sculling)
 
 The attitude is kept turned on by what turns slowly, as it will be after the next sample (Earth,
 transport rate, gyro biases, corrections): a turn of the body is a product from the right, one of
@@ -31,7 +31,7 @@ from boresight.model.algebra.quaternion import (
     turn,
     vector_times,
 )
-from boresight.model.declarations import Input, Output, State
+from boresight.model.declarations import Input, Output, Param, State
 
 __all__ = [
     "AXES",
@@ -47,6 +47,7 @@ __all__ = [
     "angles",
     "beyond",
     "kept",
+    "params",
     "sampled",
     "states",
     "velocity",
@@ -83,6 +84,19 @@ def states(start: Vector) -> tuple[State, ...]:
     )
 
 
+def params(latitude: float, height: float, start: list[float]) -> tuple[Param, ...]:
+    """Site, latitude [half turns] and height [m], and attitude after a restart."""
+    edge = 89.0 / 180.0
+    return (
+        Param("latitude", latitude, -edge, edge, "ht", "of the site, north"),
+        Param("height", height, -500.0, 10e3, "m", "of the site, above the ellipsoid"),
+        *(
+            Param(f"start_q{a}", c, -1.0, BELOW, "", "attitude after a restart")
+            for a, c in zip("wxyz", start, strict=True)
+        ),
+    )
+
+
 def ahead(start: Vector, place: Site) -> list[Any]:
     """Attitude to begin with, turned on by the Earth as `kept` does."""
     moved = vector_times((0.0, *(-0.5 * w for w in place.earth)), start)
@@ -110,10 +124,10 @@ def sampled(x: Any, u: Any) -> Sample:
     q = [getattr(x, f"q{k}") for k in "wxyz"]
     # coning changes the square of the angle by 1e-9 of the angle at most
     after, step = small_turn(q, turned, STEP_TURN, nearly=a)
-    arm = [0.5 * c + e for c, e in zip(a, a1, strict=True)]
+    bent = [0.5 * c + (1.0 / 6.0) * e for c, e in zip(d, cross(a, d), strict=True)]
     force = [
-        ops.saturated(c + e + f, 2.0 * STEP_FORCE)
-        for c, e, f in zip(d, cross(arm, d), cross(d1, a), strict=True)
+        ops.saturated(c + e + f + g, 2.0 * STEP_FORCE)
+        for c, e, f, g in zip(d, cross(a, bent), cross(a1, d), cross(d1, a), strict=True)
     ]
     last = {f"last_turn_{k}": (1.0 / 12.0) * c for k, c in zip(AXES, a, strict=True)}
     last |= {f"last_force_{k}": (1.0 / 12.0) * c for k, c in zip(AXES, d, strict=True)}

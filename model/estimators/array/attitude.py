@@ -89,24 +89,21 @@ class ArrayAttitude(Estimator):
         _check("latitude", latitude, -89.0, 89.0)
         _check("height", height, -500.0, 10e3)
         _check("rate", rate, 50.0, 1000.0)
-        known = "pitch, roll, heading"
-        require(len(attitude) == 3, "array_attitude, attitude", known, attitude, "give all three")
-        for name, value in zip(known.split(", "), attitude, strict=True):
+        names = ("pitch", "roll", "heading")
+        require(len(attitude) == 3, "array_attitude, attitude", ", ".join(names), attitude)
+        for name, value in zip(names, attitude, strict=True):
             _check(name, value, -360.0, 360.0)
-        require(
-            reading in READINGS, "array_attitude, reading", " or ".join(READINGS), reading, "choose"
-        )
+        known = " or ".join(READINGS)
+        require(reading in READINGS, "array_attitude, reading", known, reading, "choose one")
         self.dt, self.literal, self.aided = 1.0 / rate, reading == "literal", aided
         start = [min(c, BELOW) for c in of_angles(*attitude)]
-        self.params = interface.site_params(latitude / 180.0, height, start)
+        self.params = sd.params(latitude / 180.0, height, start)
         place = site(latitude / 180.0, height, self.dt)
         self.states = sd.states(sd.ahead(start, place))
         self.outputs = sd.OUTPUTS
         if aided:
             self.params += interface.filter_params()
-            first = errors.first_variances(
-                SimpleNamespace(**{p.name: p.default for p in self.params})
-            )
+            first = errors.first_variances(SimpleNamespace(**self.param_values()))
             self.states += interface.filter_states(start, [first[k] for k in KINDS], self.literal)
             self.outputs += interface.OUTPUTS
 

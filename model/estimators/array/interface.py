@@ -10,20 +10,10 @@ from boresight.model.algebra.covariance import covariance_states
 from boresight.model.algebra.strapdown import AXES
 from boresight.model.estimator import Input, Output, Param, State
 
-__all__ = [
-    "INPUTS",
-    "KINDS",
-    "LEARNT",
-    "OUTPUTS",
-    "STATUS_BITS",
-    "UNITS",
-    "filter_params",
-    "filter_states",
-    "site_params",
-]
+__all__ = ["INPUTS", "KINDS", "LEARNT", "OUTPUTS", "STATUS_BITS", "UNITS", "filter_params"]
+__all__ += ["filter_states"]
 
-ARCSEC = math.pi / 648000.0
-DEG_H = math.pi / 648000.0  #: rad/s
+ARCSEC = math.pi / 648000.0  #: rad; a degree an hour is as many rad/s.
 MICRO_G = 9.80665e-6  #: m/s^2
 
 #: Errors of the instruments: name, largest that is learnt, unit.
@@ -47,6 +37,15 @@ UNITS = {
     "force": 2.0**-7,  # m/s^2
 }
 WIDEST = 0.7  #: largest first standard deviation, in these units.
+#: First standard deviations, and what they are in.
+FIRST = {
+    "velocity": (0.01, "m/s"),
+    "scale": (2e-5, ""),
+    "tilt": (20.0 * ARCSEC, "rad"),
+    "heading": (60.0 * ARCSEC, "rad"),
+    "gyro": (0.006 * ARCSEC, "rad/s"),
+    "force": (120.0 * MICRO_G, "m/s^2"),
+}
 
 #: Bits of the output ``status``.
 STATUS_BITS = {
@@ -69,41 +68,15 @@ INPUTS = (
 )
 
 
-def site_params(latitude: float, height: float, start: list[float]) -> tuple[Param, ...]:
-    """Site, latitude [half turns] and height [m], and attitude after a restart."""
-    edge = 89.0 / 180.0
-    return (
-        Param("latitude", latitude, -edge, edge, "ht", "of the site, north"),
-        Param("height", height, -500.0, 10e3, "m", "of the site, above the ellipsoid"),
-        *(
-            Param(f"start_q{a}", c, -1.0, BELOW, "", "attitude after a restart")
-            for a, c in zip("wxyz", start, strict=True)
-        ),
-    )
-
-
 def filter_params() -> tuple[Param, ...]:
     """First covariance, noises, gates."""
-
-    def first(name: str, kind: str, value: float, unit: str) -> Param:
-        meaning = f"{kind} error at first: large follows the first measurements"
-        return Param(f"p0_{name}", value, 0.0, WIDEST * UNITS[kind], unit, meaning)
-
+    meaning = "error at first: large follows the first measurements"
     return (
-        first("velocity", "velocity", 0.01, "m/s"),
-        first("scale", "scale", 2e-5, ""),
-        first("tilt", "tilt", 20.0 * ARCSEC, "rad"),
-        first("heading", "heading", 60.0 * ARCSEC, "rad"),
-        first("gyro", "gyro", 0.006 * DEG_H, "rad/s"),
-        first("force", "force", 120.0 * MICRO_G, "m/s^2"),
-        Param(
-            "erected_force",
-            150.0 * MICRO_G,
-            0.0,
-            WIDEST * UNITS["force"],
-            "m/s^2",
-            "accelerometer bias after the erection, whose scale error has turned",
+        *(
+            Param(f"p0_{k}", value, 0.0, WIDEST * UNITS[k], unit, f"{k} {meaning}")
+            for k, (value, unit) in FIRST.items()
         ),
+        Param("erected_force", 150.0 * MICRO_G, 0.0, 5e-3, "m/s^2", "bias after the erection"),
         Param("gyro_noise", 1.5e-7, 0.0, 3e-5, "rad/sqrt(s)", "angle walk: small trusts the gyro"),
         Param("force_noise", 5e-5, 0.0, 2e-3, "m/s/sqrt(s)", "velocity walk"),
         Param("gyro_walk", 0.0, 0.0, 1e-9, "rad/s/sqrt(s)", "of the bias: small keeps it"),
