@@ -26,6 +26,7 @@ def test_names_as_json(capsys):
         "satcom_pointing",
         "mls_attitude",
         "array_phases",
+        "array_attitude",
     ]
 
 
