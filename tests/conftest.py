@@ -56,7 +56,7 @@ def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, Any, Any]:
     A fault in a component mostly shows as something that never comes; without a limit the bench
     would hang, and with it the whole run of tests.
 
-    Schedules are searched for briefly: any is proven by the same checks, and a search takes seconds.
+    Schedules are searched for briefly: each is proven by the same checks.
     """
     marker = item.get_closest_marker("cycles")
     limit = marker.args[0] if marker else CYCLES
