@@ -32,7 +32,7 @@ from boresight.sim.accuracy.protocol.summary import text as summary_text
 from boresight.sim.accuracy.tuning import means
 from boresight.sim.compare.difference import Difference
 from boresight.sim.records.bundled import bundled, bundled_names, is_comparison
-from boresight.sim.records.feed import feed
+from boresight.sim.records.feed import feed, fitted
 from boresight.sim.records.files import read_record
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
@@ -46,7 +46,7 @@ SOURCE = (
     "truth; fixed point is the emitted C, whose words are the core's"
 )
 #: What runs where nothing is named: ours, and the published filters that take seconds.
-FIRST = "complementary,ekf_bias,mekf,vqf,vqf_basic"
+FIRST = "complementary,ekf_bias,mekf,vqf_online,vqf_basic"
 #: Peer whose estimate stands in where a log has no reference.
 STAND_IN = "vqf_offline"
 
@@ -137,7 +137,7 @@ def _trial(
 ) -> Trial | None:
     """A record as a trial; None where it has no truth and nothing stands in."""
     folder = path.absolute().parent.name
-    feeds = {e.name: feed(e, record) for e in estimators}
+    feeds = {e.name: feed(fitted(e, record), record) for e in estimators}
     if any(units_of(e, feeds[e.name]) for e in estimators):
         return Trial(record, reference, folder, feeds)
     if not peers:

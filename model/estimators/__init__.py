@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
+from boresight.model.estimators.array.attitude import ArrayAttitude
 from boresight.model.estimators.array_phases import ArrayPhases
 from boresight.model.estimators.complementary import Complementary, ComplementaryAsPrinted
 from boresight.model.estimators.ekf_bias import EkfBias
@@ -14,6 +15,7 @@ from boresight.model.estimators.mls_attitude import MlsAttitude
 from boresight.model.estimators.radar.registration import Registration
 from boresight.model.estimators.satcom import Satcom
 from boresight.model.estimators.satcom_pointing import SatcomPointing
+from boresight.model.estimators.vqf import Vqf
 
 __all__ = ["ESTIMATORS", "estimator"]
 
@@ -26,11 +28,13 @@ ESTIMATORS: dict[str, type[Estimator]] = {
         EkfQuaternion,
         EkfQuaternionVector,
         Mekf,
+        Vqf,
         Registration,
         Satcom,
         SatcomPointing,
         MlsAttitude,
         ArrayPhases,
+        ArrayAttitude,
     )
 }
 

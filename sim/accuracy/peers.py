@@ -235,7 +235,7 @@ PEERS: dict[str, Peer] = {
     name: Peer(name, summary, package, kernel, settings)
     for name, summary, package, kernel, settings in (
         ("vqf_offline", "VQF, offline (not causal)", "vqf", _vqf_offline, ()),
-        ("vqf", "VQF", "vqf", _online, ("VQF",)),
+        ("vqf_online", "VQF", "vqf", _online, ("VQF",)),
         ("vqf_basic", "VQF without rest, bias and disturbance handling", "vqf", _online, _BASIC),
         ("madgwick", "Madgwick, ahrs, its gain 0.041", "ahrs", _madgwick, (0.041,)),
         ("madgwick_tuned", f"Madgwick, ahrs, gain 0.08 {_TUNED}", "ahrs", _madgwick, (0.08,)),

@@ -14,7 +14,7 @@ from boresight.sim.accuracy.protocol.runs import SETTLED_DEG
 __all__ = ["RIVAL", "summary", "text"]
 
 #: The published filter that others are measured by, where it runs.
-RIVAL = "vqf"
+RIVAL = "vqf_online"
 #: A ratio to the rival on one trial is not told where both are below this, degrees.
 SMALL_DEG = 0.5
 #: What is added to the name of a filter in float64.
@@ -130,7 +130,7 @@ def _fixed(runs: Sequence[Row]) -> list[dict[str, Any]]:
     found: dict[str, dict[str, Any]] = {}
     for run in runs:
         for row in run["rows"]:
-            if row["level"] != "fixed":
+            if row["level"] != "fixed" or "refused" in row:
                 continue
             start = {"apart_deg": 0.0, "where": "", "changed": 0, "saturated": 0, "good": True}
             kept = found.setdefault(row["estimator"], start)
