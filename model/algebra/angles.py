@@ -10,7 +10,7 @@ from typing import Any
 from boresight.model import ops
 from boresight.model.algebra.quaternion import Matrix
 
-__all__ = ["acos_ht", "asin_ht", "roll_pitch_heading_ht", "unit_angle_ht"]
+__all__ = ["acos_ht", "asin_ht", "roll_pitch_heading_ht", "steep_angle_ht", "unit_angle_ht"]
 
 
 def unit_angle_ht(y: Any, x: Any, inverse: Any = 1.0) -> Any:
@@ -25,6 +25,18 @@ def unit_angle_ht(y: Any, x: Any, inverse: Any = 1.0) -> Any:
     base = ops.where(swap, ops.flip(y < 0.0, 0.5), ops.where(x < 0.0, -1.0, 0.0))
     base = ops.bounded(base, -1.0, 0.5, "quadrant")
     return ops.wrap_ht(base + ops.flip(sign < 0.0, ops.asin_ht(sine)))
+
+
+def steep_angle_ht(sine: Any, cosine: Any, steep: Any) -> Any:
+    """Angle in half turns, [-1/2, 1/2], whose sine and cosine >= 0 are known.
+
+    ``steep``: condition, known before the cosine, that this is the smaller one.
+    """
+    smaller = ops.where(steep, cosine, ops.absolute(sine))
+    smaller = ops.bounded(smaller, 0.0, 0.7188, "smaller component of a unit vector")
+    base = ops.where(steep, ops.flip(sine < 0.0, 0.5), 0.0)
+    base = ops.bounded(base, -0.5, 0.5, "quarter")
+    return ops.wrap_ht(base + ops.flip(ops.flip(steep, sine) < 0.0, ops.asin_ht(smaller)))
 
 
 def asin_ht(x: Any) -> Any:

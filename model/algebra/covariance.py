@@ -7,7 +7,7 @@ symmetric by construction and every element is computed once. Why this form and 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from boresight.model import ops
@@ -26,6 +26,7 @@ __all__ = [
     "element_names",
     "partly_turned",
     "reduced",
+    "sheared",
     "symmetric",
     "updated_column",
 ]
@@ -46,8 +47,9 @@ def symmetric(n: int, element: Callable[[int, int], Any]) -> Symmetric:
 
 
 def element_names(n: int, prefix: str = "p") -> list[tuple[str, int, int]]:
-    """(name, i, j) of the stored elements, i <= j."""
-    return [(f"{prefix}{i}{j}", i, j) for i in range(n) for j in range(i, n)]
+    """(name, i, j) of the stored elements, i <= j; from ten on a state's digit is a letter."""
+    digits = "0123456789abcdefghijklmnopqrstuvwxyz"
+    return [(f"{prefix}{digits[i]}{digits[j]}", i, j) for i in range(n) for j in range(i, n)]
 
 
 def covariance_states(n: int, initial: Callable[[int], float]) -> tuple[State, ...]:
@@ -60,7 +62,8 @@ def covariance_states(n: int, initial: Callable[[int], float]) -> tuple[State, .
 
 def covariance_of(x: Any, n: int) -> Symmetric:
     """The covariance among the states ``x``."""
-    return symmetric(n, lambda i, j: getattr(x, f"p{i}{j}"))
+    names = {(i, j): name for name, i, j in element_names(n)}
+    return symmetric(n, lambda i, j: getattr(x, names[i, j]))
 
 
 def bounded_element(value: Any, i: int, j: int) -> Any:
@@ -128,6 +131,30 @@ def drifted(p: Symmetric, g: Matrix, white: Any, walk: Any) -> Symmetric:
         return bounded_element(value + noise if i == j else value, i, j)
 
     return symmetric(6, element)
+
+
+def sheared(p: Symmetric, rows: Mapping[int, Mapping[int, Any]]) -> Symmetric:
+    """Phi P Phi^T where some states move by others that stay.
+
+    x_i += sum_j rows[i][j] x_j, no j among the i: 1 + m_i slots for an element in one of those
+    rows of m_i entries, 1 + m_i + m_j in two.
+    """
+
+    def part(value: Any) -> Any:
+        return ops.bounded(value, -BELOW_ONE, BELOW_ONE, "part of P")
+
+    def moved(i: int, j: int) -> Any:
+        return p[i][j] + dot(list(rows[i].values()), [p[k][j] for k in rows[i]])
+
+    across = {(i, j): part(moved(i, j)) for i in rows for j in range(len(p)) if j not in rows}
+
+    def element(i: int, j: int) -> Any:
+        if i in rows and j in rows:
+            value = moved(i, j) + dot(list(rows[j].values()), [across[i, k] for k in rows[j]])
+            return bounded_element(value, i, j)
+        return across[i, j] if i in rows else across[j, i] if j in rows else p[i][j]
+
+    return symmetric(len(p), element)
 
 
 def updated_column(p: Symmetric, c: int, gains: list[list[Any]]) -> list[Any]:

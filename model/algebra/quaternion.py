@@ -24,10 +24,14 @@ __all__ = [
     "left_matrix",
     "matrix",
     "multiply",
+    "of_angles",
     "product",
     "right_matrix",
     "scaled_matrix",
+    "small_turn",
+    "times_vector",
     "turn",
+    "vector_times",
 ]
 
 Vector = Sequence[Any]
@@ -150,6 +154,58 @@ def increment(half: Vector) -> list[Any]:
     w = ops.bounded(1.0 - 0.5 * y + (1.0 / 24.0) * yy, -1.0, 1.0, "cosine")
     s = ops.bounded(1.0 - (1.0 / 6.0) * y + (1.0 / 120.0) * yy, 0.0, 1.0, "sine over angle")
     return [w, *(ops.bounded(s * h, -1.0, 1.0, "sine") for h in half)]
+
+
+def times_vector(q: Vector, a: Vector) -> list[Any]:
+    """q (0, a), 12 slots."""
+    v = q[1:]
+    across = [q[0] * c + e for c, e in zip(a, cross(v, a), strict=True)]
+    return [-(v[0] * a[0]) - v[1] * a[1] - v[2] * a[2], *across]
+
+
+def vector_times(a: Vector, q: Vector) -> list[Any]:
+    """(0, a) q, 12 slots."""
+    v = q[1:]
+    across = [q[0] * c + e for c, e in zip(a, cross(a, v), strict=True)]
+    return [-(v[0] * a[0]) - v[1] * a[1] - v[2] * a[2], *across]
+
+
+def small_turn(
+    q: Vector, angle: Vector, limit: float, nearly: Vector | None = None
+) -> tuple[list[Any], list[Any]]:
+    """(q dq, q dq - q) for the turn dq by ``angle`` [rad], at most ``limit`` <= 2^-5. 40 slots.
+
+    The difference, to be added up, is in words of its own size and not rounded as q is; the product
+    is known earlier, without y^2 and with y/25.6 for y/24. With y = |angle|^2::
+
+        dq - 1 = (-y/8 + y^2/384, angle/2 (1 - y/24 + y^2/1920))
+
+    Parameters
+    ----------
+    nearly : (3,), optional
+        What y is taken of: the angle without a small correction that is known later.
+    """
+    near = angle if nearly is None else nearly
+    # Ranges of more than is needed: their words are short enough for the next product.
+    y = ops.bounded(dot(near, near), 0.0, 2.0**-8, "small")
+    yy = ops.bounded(y * y, 0.0, 2.0**-8, "small")
+    w = ops.bounded((1.0 / 384.0) * yy - 0.125 * y, -(2.0**-10), 2.0**-10, "small")
+    s = ops.bounded((1.0 / 1920.0) * yy - (1.0 / 24.0) * y, -(2.0**-10), 2.0**-10, "small")
+    cosine = ops.bounded(1.0 - 0.125 * y, 0.5, 1.0, "small")
+    sine = ops.bounded(1.0 - (0.03125 * y + 0.0078125 * y), 0.5, 1.0, "small")
+    bound = 0.9 * limit  # sqrt(3)/2
+    turned = [ops.bounded(0.5 * c, -bound, bound, "unit q") for c in times_vector(q, angle)]
+    pairs = list(zip(q, turned, strict=True))
+    return (
+        [ops.saturated(c * cosine + t * sine, 1.0) for c, t in pairs],
+        [ops.bounded(t + s * t + w * c, -bound, bound, "unit q") for c, t in pairs],
+    )
+
+
+def of_angles(pitch: float, roll: float, heading: float) -> list[Any]:
+    """Quaternion of angles [deg], C = Rz(heading) Rx(pitch) Ry(roll)."""
+    (sp, cp), (sr, cr), (sh, ch) = (ops.sincos_ht(a / 360.0) for a in (pitch, roll, heading))
+    return multiply(multiply([ch, 0.0, 0.0, sh], [cp, sp, 0.0, 0.0]), [cr, 0.0, sr, 0.0])
 
 
 def euler_ht(q: Vector, norm_rsqrt: Any = 1.0) -> tuple[Any, Any, Any]:

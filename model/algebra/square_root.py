@@ -15,16 +15,14 @@ so that its first value is the identity. Hence no covariance is too wide for the
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from boresight.model import ops
+from boresight.model.algebra.carried import BELOW
 from boresight.model.algebra.quaternion import Matrix, Vector, dot
 
-__all__ = ["BELOW", "Potter", "carried", "potter", "whitened"]
-
-BELOW = 1.0 - 2.0**-31  #: largest word of a range up to one.
+__all__ = ["Potter", "potter", "whitened"]
 
 
 def whitened(
@@ -66,7 +64,7 @@ WIDE = 2.0**3  #: words of S^T a; a row whose f.f passes half its square is not 
 class Potter:
     """What `potter` gives.
 
-    ``root`` S (n, n); ``moves`` (n,), the factors whose products move the state: see `carried`;
+    ``root`` S (n, n); ``moves`` (n,), factors whose products move the state (`algebra.carried`);
     ``white`` (m,), innovations over their standard deviations; ``wide``: a row was not used, P
     being too wide along it.
     """
@@ -143,24 +141,3 @@ def potter(root: Matrix, rows: Matrix, values: Vector, live: Any, begin: Any) ->
         )
         moves.append(list(zip(turned, weights, strict=True)))
     return Potter(after, moves, white, wide)
-
-
-def carried(
-    high: Any, low: Any, pairs: Sequence[tuple[Any, Any]], limit: float, begin: Any
-) -> tuple[Any, Any]:
-    """``high`` + ``low`` + the products of ``pairs`` in two words: rounding does not move the sum.
-
-    ``high`` is at most ``limit``, a power of two; where it is clamped the rest is lost. Where
-    ``begin`` holds both become zero.
-    """
-    # Sum by sum: a part that both shared would become a word, and be rounded.
-    total = high + low
-    for a, b in pairs:
-        total = total + a * b
-    total = ops.where(begin, 0.0, total)
-    total = ops.bounded(ops.saturated(total, limit), -limit, limit * BELOW, "saturated")
-    rest = high - total + low
-    for a, b in pairs:
-        rest = rest + a * b
-    rest = ops.saturated(ops.where(begin, 0.0, rest), limit * 2.0**-15)
-    return total, ops.bounded(rest, -limit * 2.0**-15, limit * 2.0**-15 * BELOW, "saturated")

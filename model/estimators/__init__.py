@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
+from boresight.model.estimators.array.attitude import ArrayAttitude
 from boresight.model.estimators.array_phases import ArrayPhases
 from boresight.model.estimators.complementary import Complementary, ComplementaryAsPrinted
 from boresight.model.estimators.ekf_bias import EkfBias
@@ -33,6 +34,7 @@ ESTIMATORS: dict[str, type[Estimator]] = {
         SatcomPointing,
         MlsAttitude,
         ArrayPhases,
+        ArrayAttitude,
     )
 }
 

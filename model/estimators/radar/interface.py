@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from boresight.model.algebra.square_root import BELOW
+from boresight.model.algebra.carried import BELOW
 from boresight.model.estimator import Input, Output, Param, State
 
 __all__ = [

@@ -7,7 +7,13 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from boresight.model import ops
-from boresight.model.algebra.angles import acos_ht, asin_ht, roll_pitch_heading_ht, unit_angle_ht
+from boresight.model.algebra.angles import (
+    acos_ht,
+    asin_ht,
+    roll_pitch_heading_ht,
+    steep_angle_ht,
+    unit_angle_ht,
+)
 
 EDGES = np.array([-1.0, -0.999999, -0.75, -0.5, -1e-9, 0.0, 1e-9, 0.5, 0.71, 0.999999, 1.0])
 SINES = np.concatenate([EDGES, np.linspace(-1.0, 1.0, 4001), 1.0 - np.logspace(-9, -1, 200)])
@@ -80,3 +86,13 @@ def test_roll_pitch_heading_of_a_scaled_matrix(trace: Any) -> None:
     for y, real, wanted in zip(fixed, floats, angles[:, ::-1].T / np.pi, strict=True):
         assert np.abs((real - wanted + 1.0) % 2.0 - 1.0).max() < 1e-8
         assert np.abs((y - real + 1.0) % 2.0 - 1.0).max() < 2e-6
+
+
+def test_steep_angle(trace: Any) -> None:
+    angle = np.linspace(-0.4999, 0.4999, 2001)
+    sine, cosine = np.sin(np.pi * angle), np.cos(np.pi * angle)
+    assert np.abs(steep_angle_ht(sine, cosine, cosine < 0.7) - angle).max() < 1e-12
+    traced = trace(lambda s, c: steep_angle_ht(s, c, c * c < 0.5), [(-1.0, 1.0), (0.0, 1.0)])
+    (fixed,), (floating,), saturated = traced.run(sine, cosine)
+    assert not saturated.any() and np.abs(fixed - floating).max() < 4e-9
+    assert np.abs(fixed - angle).max() < 4e-9

@@ -16,6 +16,7 @@ from boresight.model.algebra.covariance import (
     element_names,
     partly_turned,
     reduced,
+    sheared,
     symmetric,
     updated_column,
 )
@@ -119,3 +120,21 @@ def test_drift_of_three_rotations() -> None:
     found = np.array(drifted(listed(p), g.tolist(), 1e-4, 1e-5))
     wanted = phi @ p @ phi.T + np.diag([1e-4] * 3 + [1e-5] * 3)
     assert found == pytest.approx(wanted, abs=1e-15)
+
+
+def test_sheared_is_the_congruence() -> None:
+    p = positive(6)
+    phi = np.eye(6)
+    rows = {1: {0: 0.3, 4: -0.2}, 3: {2: 0.1, 4: 0.5, 5: -0.4}}
+    for i, row in rows.items():
+        for j, value in row.items():
+            phi[i, j] = value
+    assert np.array(sheared(listed(p), rows)) == pytest.approx(phi @ p @ phi.T)
+
+
+def test_names_of_more_than_ten_states() -> None:
+    names = element_names(13)
+    assert len({name for name, _, _ in names}) == len(names) == 91
+    assert ("pac", 10, 12) in names and ("p09", 0, 9) in names
+    x = SimpleNamespace(**{name: float(16 * i + j) for name, i, j in names})
+    assert covariance_of(x, 13)[12][10] == 16 * 10 + 12

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from boresight.model.algebra.quaternion import (
     conjugate_turn,
@@ -13,9 +14,13 @@ from boresight.model.algebra.quaternion import (
     left_matrix,
     matrix,
     multiply,
+    of_angles,
     right_matrix,
     scaled_matrix,
+    small_turn,
+    times_vector,
     turn,
+    vector_times,
 )
 from boresight.sim.attitude.rotation import (
     euler_to_quaternion,
@@ -54,6 +59,31 @@ def test_increment_is_the_turn_by_twice_its_argument(angle: float, bound: float)
     want = rotation_vector_to_quaternion(2.0 * half)
     error = np.abs(np.stack(increment(half.T), 1) - want).max()
     assert 1e-3 * bound < error < bound
+
+
+def test_products_with_vectors() -> None:
+    v = RNG.normal(size=(3, 500))
+    pure = np.concatenate([np.zeros((1, 500)), v])
+    assert np.allclose(times_vector(Q.T, v), multiply(Q.T, pure), atol=1e-14)
+    assert np.allclose(vector_times(v, Q.T), multiply(pure, Q.T), atol=1e-14)
+
+
+def test_small_turn_to_the_last_digit() -> None:
+    """What is added up has no error at 2^-7 rad; the product, one of y^2."""
+    angle = RNG.uniform(-(2.0**-7), 2.0**-7, (3, 500))
+    want = quaternion_multiply(Q, rotation_vector_to_quaternion(angle.T))
+    after, step = (np.stack(part, 1) for part in small_turn(Q.T, angle, 2.0**-7))
+    assert np.abs(Q + step - want).max() < 1e-15
+    assert 1e-12 < np.abs(after - want).max() < 5e-9
+    _, nearly = small_turn(Q.T, angle, 2.0**-7, nearly=0.999 * angle)
+    off = np.abs(np.stack(nearly, 1) - step).max()
+    assert 1e-9 < off < 1e-7  # of the cosine: its y is another one
+
+
+def test_of_angles() -> None:
+    q = np.array(of_angles(66.0, 2.0, -100.0))
+    want = Rotation.from_euler("ZXY", [-100.0, 66.0, 2.0], degrees=True).as_quat()[[3, 0, 1, 2]]
+    assert q * np.sign(q @ want) == pytest.approx(want, abs=1e-15)
 
 
 def test_scaled_matrix_of_any_length() -> None:

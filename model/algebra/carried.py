@@ -1,0 +1,54 @@
+"""Sums over millions of steps in two words: what one word rounds away, the second one keeps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from boresight.model import ops
+
+__all__ = ["BELOW", "carried"]
+
+BELOW = 1.0 - 2.0**-31  #: largest word of a range up to one.
+
+
+def carried(
+    high: Any,
+    low: Any,
+    moves: Sequence[Any],
+    limit: float,
+    begin: Any,
+    first: Any = 0.0,
+    after: Sequence[Any] = (),
+) -> tuple[Any, Any]:
+    """``high`` + ``low`` + ``moves`` in two words: rounding does not move the sum.
+
+    3 + 2 slots, and two for every move.
+
+    Parameters
+    ----------
+    high, low : scalar
+        The state and its rest, at most ``limit``, a power of two, and 2^-15 of it. Where the
+        state is clamped, what the rest does not hold is lost.
+    moves : sequence of scalars or pairs
+        What is added; the product of a pair is not rounded.
+    begin : condition
+        Where it holds, the sum becomes ``first``.
+    after : sequence of scalars or pairs
+        Moves that count there too.
+    """
+    # Sum by sum: a part that both shared would become a word, and be rounded.
+    total = ops.where(begin, first, _moved(high + low, moves))
+    total = _moved(total, after)
+    total = ops.bounded(ops.saturated(total, limit), -limit, limit * BELOW, "saturated")
+    start = high - total + low
+    rest = _moved(start, moves)
+    rest = ops.where(begin, first - total if after else 0.0, rest)
+    rest = ops.saturated(_moved(rest, after), limit * 2.0**-15)
+    return total, ops.bounded(rest, -limit * 2.0**-15, limit * 2.0**-15 * BELOW, "saturated")
+
+
+def _moved(total: Any, moves: Sequence[Any]) -> Any:
+    for move in moves:
+        total = total + (move[0] * move[1] if isinstance(move, tuple) else move)
+    return total

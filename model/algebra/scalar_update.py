@@ -1,0 +1,67 @@
+"""One scalar measurement of a scaled covariance, with a gate; see `model.algebra.covariance`.
+
+L = P h/sqrt(s), s = h.P h + R, x += L z/sqrt(s), P -= L L^T. A row of zeros changes nothing: rows
+that are due in turn, in samples of their own, share one update.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from boresight.model import ops
+from boresight.model.algebra.covariance import BELOW_ONE, Symmetric, bounded_element, symmetric
+from boresight.model.algebra.quaternion import dot
+
+__all__ = ["MOVE_LIMIT", "Measured", "Update", "lowered", "updated"]
+
+MOVE_LIMIT = 128.0  #: largest innovation over its standard deviation.
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Scaled: row by state, at most of unit length; innovation, up to 8; variance R, up to 2."""
+
+    row: Mapping[int, Any]
+    innovation: Any
+    variance: Any
+
+
+@dataclass(frozen=True)
+class Update:
+    """``gain`` L, ``move`` z/sqrt(s); ``beyond``: further off than the gate, both are zero."""
+
+    gain: list[Any]
+    move: Any
+    beyond: Any
+
+
+def updated(p: Symmetric, measured: Measured, gate: Any) -> Update:
+    """Of one measurement; ``gate``: largest move, from `MOVE_LIMIT` on there is none."""
+    row = measured.row
+    column = [
+        ops.bounded(dot(list(row.values()), [p[k][i] for k in row]), -BELOW_ONE, BELOW_ONE, "P h")
+        for i in range(len(p))
+    ]
+    s = dot(list(row.values()), [column[k] for k in row]) + measured.variance
+    weight = ops.rsqrt(ops.bounded(s, 0.0, 3.0, "P + R"))
+    move = ops.saturated(ops.saturated(measured.innovation, 8.0) * weight, MOVE_LIMIT)
+    beyond = ops.absolute(move) > gate
+    gain = [
+        ops.bounded(ops.where(beyond, 0.0, c) * weight, -BELOW_ONE, BELOW_ONE, "root of a variance")
+        for c in column
+    ]
+    return Update(gain, ops.where(beyond, 0.0, move), beyond)
+
+
+def lowered(
+    p: Symmetric, update: Update, keep: Callable[[int, int], Any], more: Sequence[Any]
+) -> Symmetric:
+    """P - L L^T + diag(more); no P in the elements whose condition ``keep`` fails."""
+
+    def element(i: int, j: int) -> Any:
+        value = ops.where(keep(i, j), p[i][j], 0.0) - update.gain[i] * update.gain[j]
+        return bounded_element(value + more[i] if i == j else value, i, j)
+
+    return symmetric(len(p), element)

@@ -1,0 +1,230 @@
+"""Strapdown in east, north, up: attitude in two words, velocity, no trigonometry on the way.
+
+For any estimator whose states and inputs hold those of `states` and `INPUTS`, increments of
+integrating instruments. Titterton & Weston, Strapdown Inertial Navigation Technology, 2004, ch. 11;
+Savage, J. Guidance 21(1, 2), 1998: with the increments of the sample
+before, a_1 and d_1 for the angle and the velocity,
+
+    turn   = a + a_1 x a / 12                                       (coning)
+    force  = d + a x (d/2 + a x d / 6) + (a_1 x d + d_1 x a) / 12    (rotation and sculling)
+
+The attitude is kept turned on by what turns slowly, as it will be after the next sample (Earth,
+transport rate, gyro biases, corrections): a turn of the body is a product from the right, one of
+the axes from the left, and they commute. So a sample's own attitude is q dq.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from boresight.model import ops
+from boresight.model.algebra.angles import steep_angle_ht, unit_angle_ht
+from boresight.model.algebra.carried import BELOW, carried
+from boresight.model.algebra.ellipsoid import Site
+from boresight.model.algebra.quaternion import (
+    Matrix,
+    Vector,
+    cross,
+    dot,
+    small_turn,
+    turn,
+    vector_times,
+)
+from boresight.model.declarations import Input, Output, Param, State
+
+__all__ = [
+    "AXES",
+    "INPUTS",
+    "NAVIGATION",
+    "OUTPUTS",
+    "STEP_FORCE",
+    "STEP_TURN",
+    "VELOCITY",
+    "Angles",
+    "Sample",
+    "ahead",
+    "angles",
+    "beyond",
+    "kept",
+    "params",
+    "sampled",
+    "states",
+    "velocity",
+]
+
+AXES, NAVIGATION = "xyz", "enu"
+STEP_TURN = 2.0**-7  #: rad, full scale of an increment.
+STEP_FORCE = 2.0**-2  #: m/s, the same.
+VELOCITY = 4.0  #: m/s, largest velocity.
+FULL_SCALE = 1.0 - 2.0**-16  #: share of it from which on an increment counts as beyond.
+SLOW = 2.0**-17  #: rad, most that the axes turn in half a sample.
+FAST = 2.0**-8  #: rad, half the largest correction by a filter.
+
+
+INPUTS = (
+    *(Input(f"dtheta_{a}", -STEP_TURN, STEP_TURN * BELOW, "rad", clamp=True) for a in AXES),
+    *(Input(f"dv_{a}", -STEP_FORCE, STEP_FORCE * BELOW, "m/s", clamp=True) for a in AXES),
+)
+OUTPUTS = (
+    *(Output(name, "ht", 0.3 / 648000.0) for name in ("pitch", "roll", "heading")),
+    *(Output(f"q{a}", "", 1e-6) for a in "wxyz"),
+    *(Output(f"v{a}", "m/s", 2e-5) for a in NAVIGATION),
+)
+
+
+def states(start: Vector) -> tuple[State, ...]:
+    """Attitude in two words, velocity, last increments over 12."""
+    return (
+        *(State(f"q{a}", -1.0, BELOW, "", c) for a, c in zip("wxyz", start, strict=True)),
+        *(State(f"rest_{a}", -(2.0**-15), 2.0**-15 * BELOW) for a in "wxyz"),
+        *(State(f"v{a}", -VELOCITY, VELOCITY * BELOW, "m/s") for a in NAVIGATION),
+        *(State(f"last_turn_{a}", -STEP_TURN, STEP_TURN * BELOW) for a in AXES),
+        *(State(f"last_force_{a}", -STEP_FORCE, STEP_FORCE * BELOW) for a in AXES),
+    )
+
+
+def params(latitude: float, height: float, start: list[float]) -> tuple[Param, ...]:
+    """Site, latitude [half turns] and height [m], and attitude after a restart."""
+    edge = 89.0 / 180.0
+    return (
+        Param("latitude", latitude, -edge, edge, "ht", "of the site, north"),
+        Param("height", height, -500.0, 10e3, "m", "of the site, above the ellipsoid"),
+        *(
+            Param(f"start_q{a}", c, -1.0, BELOW, "", "attitude after a restart")
+            for a, c in zip("wxyz", start, strict=True)
+        ),
+    )
+
+
+def ahead(start: Vector, place: Site) -> list[Any]:
+    """Attitude to begin with, turned on by the Earth as `kept` does."""
+    moved = vector_times((0.0, *(-0.5 * w for w in place.earth)), start)
+    return [min(c + m, BELOW) for c, m in zip(start, moved, strict=True)]
+
+
+@dataclass(frozen=True)
+class Sample:
+    """A sample's own attitude, and what its increments are in the body's axes."""
+
+    q: list[Any]
+    step: list[Any]
+    turn: list[Any]
+    force: list[Any]
+    last: dict[str, Any]
+
+
+def sampled(x: Any, u: Any) -> Sample:
+    """Attitude after the increments of ``u``."""
+    a = [getattr(u, f"dtheta_{k}") for k in AXES]
+    d = [getattr(u, f"dv_{k}") for k in AXES]
+    a1 = [getattr(x, f"last_turn_{k}") for k in AXES]  # over 12, as d1
+    d1 = [getattr(x, f"last_force_{k}") for k in AXES]
+    turned = [ops.saturated(c + e, STEP_TURN) for c, e in zip(a, cross(a1, a), strict=True)]
+    q = [getattr(x, f"q{k}") for k in "wxyz"]
+    # coning changes the square of the angle by 1e-9 of the angle at most
+    after, step = small_turn(q, turned, STEP_TURN, nearly=a)
+    bent = [0.5 * c + (1.0 / 6.0) * e for c, e in zip(d, cross(a, d), strict=True)]
+    force = [
+        ops.saturated(c + e + f + g, 2.0 * STEP_FORCE)
+        for c, e, f, g in zip(d, cross(a, bent), cross(a1, d), cross(d1, a), strict=True)
+    ]
+    last = {f"last_turn_{k}": (1.0 / 12.0) * c for k, c in zip(AXES, a, strict=True)}
+    last |= {f"last_force_{k}": (1.0 / 12.0) * c for k, c in zip(AXES, d, strict=True)}
+    return Sample(after, step, turned, force, last)
+
+
+@dataclass(frozen=True)
+class Angles:
+    """Of C = Rz(heading) Rx(pitch) Ry(roll), [half turns].
+
+    ``y``: the body's y axis east, north, up; ``up``: x and z of up in the body; ``cosine``,
+    ``secant``: of the pitch.
+    """
+
+    told: dict[str, Any]
+    y: tuple[Any, Any, Any]
+    up: tuple[Any, Any]
+    cosine: Any
+    secant: Any
+
+
+def angles(q: Vector) -> Angles:
+    """Angles of a unit quaternion; at a pitch of 90 deg heading and roll are any."""
+    w, x, y, z = q
+    west, x_down, c22, c32, c33 = (
+        ops.bounded(c, -1.0, 1.0, "rotation matrix")
+        for c in (
+            2.0 * w * z - 2.0 * x * y,
+            2.0 * w * y - 2.0 * x * z,
+            1.0 - 2.0 * x * x - 2.0 * z * z,
+            2.0 * y * z + 2.0 * w * x,
+            1.0 - 2.0 * x * x - 2.0 * y * y,
+        )
+    )
+    square = x_down * x_down + c33 * c33
+    secant = ops.rsqrt(square)
+    cosine = ops.saturated(square * secant, 1.0)
+    told = {
+        "pitch": steep_angle_ht(c32, cosine, square < 0.5),
+        "roll": unit_angle_ht(x_down, c33, secant),
+        "heading": unit_angle_ht(west, c22, secant),
+    }
+    return Angles(told, (-west, c22, c32), (-x_down, c33), cosine, secant)
+
+
+def velocity(x: Any, c: Matrix, force: Vector, place: Site) -> tuple[list[Any], list[Any]]:
+    """Velocity after the sample, and how far the axes turn meanwhile [rad].
+
+    v += C force - (0, 0, g) dt - (2 w_ie + w_en) x v dt    w_en = (-vn/R_M, ve/R_N, ve tan(L)/R_N)
+    """
+    v = [getattr(x, f"v{k}") for k in NAVIGATION]
+    north, up = place.earth
+    along, across, around = place.curvature
+    carry = [-(along * v[1]), across * v[0], around * v[0]]
+    wide = [carry[0], 2.0 * north + carry[1], 2.0 * up + carry[2]]
+    wide = [ops.bounded(w, -(2.0**-16), 2.0**-16, "rate of the axes") for w in wide]
+    # C stands for the end of the sample in axes of the end: half a sample of Earth too far.
+    early = 0.5 * place.gravity * north
+    moved = [
+        ops.saturated(s + f - w - o, VELOCITY)
+        for s, f, w, o in zip(
+            v, turn(c, force), cross(wide, v), (-early, 0.0, place.gravity), strict=True
+        )
+    ]
+    slow = [carry[0], north + carry[1], up + carry[2]]
+    return moved, slow
+
+
+def kept(
+    x: Any, sample: Sample, base: Vector, slow: Vector, correction: Vector, begin: Any
+) -> dict[str, Any]:
+    """States of the attitude: turned on by ``slow`` and ``correction`` [rad, axes], of norm one.
+
+    ``base``: the sample's attitude, or where ``begin`` holds the one to begin with.
+    """
+    # (0, angle)/2 x q: words of its own for what is small and always there. q (1 - |q|^2)/2
+    ahead = vector_times([ops.saturated(0.5 * w, SLOW) for w in slow], base)
+    moved = vector_times([ops.saturated(0.5 * w, FAST) for w in correction], base)
+    short = ops.saturated(0.5 - 0.5 * dot(base, base), 2.0**-10)
+    after = {}
+    for k, a in enumerate("wxyz"):
+        moves = [
+            ops.saturated(ahead[k], 2.0 * SLOW),
+            ops.saturated(moved[k] + short * base[k], 2.0 * FAST),
+        ]
+        q, rest = getattr(x, f"q{a}"), getattr(x, f"rest_{a}")
+        after[f"q{a}"], after[f"rest_{a}"] = carried(
+            q, rest, [sample.step[k]], 1.0, begin, base[k], moves
+        )
+    return after
+
+
+def beyond(u: Any) -> Any:
+    """Whether an increment is at full scale."""
+    found = None
+    for name, full in (("dtheta", STEP_TURN), ("dv", STEP_FORCE)):
+        for a in AXES:
+            one = ops.absolute(getattr(u, f"{name}_{a}")) > full * FULL_SCALE
+            found = one if found is None else found | one
+    return found
