@@ -14,7 +14,7 @@ from boresight.sim.accuracy.protocol.runs import SETTLED_DEG
 __all__ = ["RIVAL", "summary", "text"]
 
 #: The published filter that others are measured by, where it runs.
-RIVAL = "vqf"
+RIVAL = "vqf_online"
 #: A ratio to the rival on one trial is not told where both are below this, degrees.
 SMALL_DEG = 0.5
 #: What is added to the name of a filter in float64.
