@@ -6,7 +6,7 @@ import operator
 from collections.abc import Iterable
 from typing import Any
 
-from boresight.gateware.machine import CONFIGS
+from boresight.gateware.machine import ALL_CONFIGS
 from boresight.model.errors import InputError
 
 __all__ = ["JOBS_MOST", "check_choice", "check_machine", "check_number", "check_word"]
@@ -41,7 +41,7 @@ def check_choice(where: str, value: Any, choices: Iterable[str]) -> None:
 
 def check_machine(config: str, word: int) -> None:
     """Raise InputError unless there is a configuration ``config`` with words of ``word`` bits."""
-    check_choice("config", config, CONFIGS)
+    check_choice("config", config, ALL_CONFIGS)
     check_word(word)
 
 

@@ -39,7 +39,11 @@ def number_options(parser: ArgumentParser) -> None:
 
 def model_options(parser: ArgumentParser) -> None:
     """Configuration of the core, word width, parameter values."""
-    parser.add_argument("--config", default="small", help="small (one lane) or fast (two lanes)")
+    parser.add_argument(
+        "--config",
+        default="small",
+        help="small (one lane), fast (two lanes), small-1024 or fast-1024 (twice the registers)",
+    )
     number_options(parser)
 
 

@@ -10,7 +10,7 @@ from functools import cached_property, lru_cache
 
 from boresight.gateware.engine.engine import Engine
 from boresight.gateware.kept_schedules import kept_schedule
-from boresight.gateware.machine import CONFIGS, Machine
+from boresight.gateware.machine import ALL_CONFIGS, Machine
 from boresight.gateware.microcode.assemble import assemble
 from boresight.gateware.microcode.image import Image
 from boresight.gateware.microcode.listing import listing
@@ -35,14 +35,14 @@ def machine_for(config: str, program: Program) -> Machine:
     InputError
         No such configuration.
     """
-    if config not in CONFIGS:
+    if config not in ALL_CONFIGS:
         raise InputError.at(
             "config",
-            wanted=f"one of {', '.join(CONFIGS)}",
+            wanted=f"one of {', '.join(ALL_CONFIGS)}",
             found=repr(config),
             fix="choose one of these",
         )
-    return dataclasses.replace(CONFIGS[config], arithmetic=program.arithmetic)
+    return dataclasses.replace(ALL_CONFIGS[config], arithmetic=program.arithmetic)
 
 
 @dataclass(frozen=True)
@@ -140,7 +140,10 @@ class Core:
     def parameter_addresses(self) -> dict[str, int]:
         """Bus address of every parameter of the program."""
         where = self.allocation.addresses()
-        return {self.program.values[n].name: where[n] for n in self.program.of_kind(Kind.PARAM)}
+        return {
+            self.program.values[n].name: self.machine.parameter_address(where[n])
+            for n in self.program.of_kind(Kind.PARAM)
+        }
 
 
 def build_core(

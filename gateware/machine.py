@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 from boresight.model.words.fixed import Arithmetic
 
-__all__ = ["CONFIGS", "Field", "Machine"]
+__all__ = ["ALL_CONFIGS", "CONFIGS", "Field", "Machine"]
 
 
 @dataclass(frozen=True)
@@ -36,12 +36,15 @@ class Machine:
         Word, guard and accumulator widths.
     rom_words : int, >= 16
         Most microwords of all programs of a core together.
+    register_words : int, 512 or 1024
+        Words of the register file, all banks together.
     """
 
     name: str
     lanes: int
     arithmetic: Arithmetic = Arithmetic()
     rom_words: int = 4096
+    register_words: int = field(default=512, kw_only=True)
 
     #: Stages of the pipeline (see docs/engine.md).
     STAGE_READ = 1
@@ -53,12 +56,16 @@ class Machine:
     #: Words of one block of the table memory and number of blocks.
     TABLE_BLOCK = 512
     TABLE_BLOCKS = 3
+    #: Addresses of the bus for parameters, shared out among the lanes' banks.
+    PARAMETER_ADDRESSES = 512
 
     def __post_init__(self) -> None:
         if self.lanes not in (1, 2):
             raise ValueError(f"lanes must be 1 or 2, not {self.lanes!r}")
         if self.rom_words < 16:
             raise ValueError(f"rom_words must be 16 or more, not {self.rom_words!r}")
+        if self.register_words not in (512, 1024):
+            raise ValueError(f"register_words must be 512 or 1024, not {self.register_words!r}")
 
     @property
     def latency(self) -> int:
@@ -68,7 +75,7 @@ class Machine:
     @property
     def bank_depth(self) -> int:
         """Words of one register-file bank."""
-        return 512 // self.lanes
+        return self.register_words // self.lanes
 
     @property
     def state_slots(self) -> int:
@@ -86,19 +93,44 @@ class Machine:
         return bank * self.bank_depth + number - bank * room
 
     @property
+    def bus_bank_words(self) -> int:
+        """Addresses of the bus for each bank: from its first register on, as far as its lower half.
+
+        So the bus has the same addresses however many registers there are.
+        """
+        return self.PARAMETER_ADDRESSES // self.lanes
+
+    def parameter_address(self, register: int) -> int:
+        """Address at which the bus writes a register, one of a bank's lower half."""
+        bank, offset = divmod(register, self.bank_depth)
+        return bank * self.bus_bank_words + offset
+
+    @property
     def register_bits(self) -> int:
-        """Bits of a register address (bank and offset): 9 for both configurations."""
-        return 9
+        """Bits of a register address, bank and offset."""
+        return (self.register_words - 1).bit_length()
+
+    @property
+    def offset_bits(self) -> int:
+        """Bits of an offset in a bank."""
+        return (self.bank_depth - 1).bit_length()
+
+    @property
+    def remedy(self) -> str:
+        """End of an error line that says registers do not suffice: who has more of them."""
+        larger = (m for m in ALL_CONFIGS.values() if m.lanes == self.lanes)
+        name = next((m.name for m in larger if m.register_words > self.register_words), None)
+        return f"; config {name} has more" if name else ""
 
     def fields(self) -> tuple[Field, ...]:
         """Fields of the microword, least significant first; per-lane names end in the lane."""
         out: list[Field] = []
         for k in range(self.lanes):
             out += [
-                Field(f"a_addr{k}", 9, 0, "register address of operand a"),
+                Field(f"a_addr{k}", self.register_bits, 0, "register address of operand a"),
                 Field(
                     f"b_addr{k}",
-                    9,
+                    self.register_bits,
                     0,
                     "register address of operand b, or with table: "
                     "bits 1:0 coefficient, bits 3:2 block",
@@ -125,7 +157,7 @@ class Machine:
                 Field(f"we{k}", 1, 6, "write the result"),
                 Field(f"wrap{k}", 1, 6, "result is modulo 2^W"),
                 Field(f"sticky{k}", 1, 6, "saturation raises the flag"),
-                Field(f"dest{k}", 9 - (self.lanes - 1), 6, "offset in the lane's bank"),
+                Field(f"dest{k}", self.offset_bits, 6, "offset in the lane's bank"),
             ]
         out += [
             Field("get", 1, 6, "lane 0 writes the next input word instead of a result"),
@@ -141,6 +173,23 @@ class Machine:
         """Width of the microword."""
         return sum(f.width for f in self.fields())
 
+    def rom_columns(self, depth: int) -> tuple[int, ...]:
+        """Widths of the memories side by side that hold so many microwords.
+
+        2,048 words deep, a block RAM has 9 bits and half of one 4: a few bits beyond a multiple of
+        9 get a half of their own, or yosys builds all of it of shallower ones and multiplexers.
+        Machines with 512 registers keep the Verilog that they have.
+        """
+        rest = self.word_bits % 9
+        if depth < 2048 or self.register_words == 512 or not 0 < rest <= 4:
+            return (self.word_bits,)
+        return (self.word_bits - rest, rest)
+
 
 #: The configurations that ship.
 CONFIGS = {"small": Machine(name="small", lanes=1), "fast": Machine(name="fast", lanes=2)}
+#: And the same with twice the registers, for cores that these have no room for.
+ALL_CONFIGS = CONFIGS | {
+    f"{m.name}-1024": replace(m, name=f"{m.name}-1024", register_words=1024)
+    for m in CONFIGS.values()
+}

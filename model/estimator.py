@@ -78,6 +78,8 @@ class Estimator:
     states: tuple[State, ...] = ()
     outputs: tuple[Output, ...] = ()
     urgent: int = _AllOutputs()  # type: ignore[assignment]
+    #: Samples a second of inputs, by name, that its gains are made for; empty: any.
+    rates_hz: Mapping[str, float] = {}
     #: Degrees of freedom of an output ``nis``, the normalised innovation squared; 0: there is none.
     nis_freedom: int = 0
 
@@ -153,6 +155,10 @@ class Estimator:
         Returns the next states and the outputs, by name.
         """
         raise NotImplementedError
+
+    def for_rates(self, rates_hz: Mapping[str, float]) -> Estimator:
+        """Give one for inputs that come so often, by name; itself where any rate will do."""
+        return self
 
     def error_covariance(
         self, states: Mapping[str, FloatArray], params: Mapping[str, float]

@@ -1,4 +1,4 @@
-"""From what a user writes to an object: ``mekf``, ``file.py:Class``, ``file.py:Class(sites=2)``.
+"""From what a user writes to an object: ``mekf``, ``vqf(rate_hz=256)``, ``file.py:Class(sites=2)``.
 
 A name stands for one of ours or for an entry point of an installed package; a file may hold several
 classes, and needs no class name where it holds one. Classes and objects stand for themselves.
@@ -105,7 +105,8 @@ def load(what: Any, base: type[T], kind: str, known: Mapping[str, type[T]], grou
     stem, colon, rest = what.partition(".py:")
     path = f"{stem}.py" if colon else what
     if not colon and not what.endswith(".py"):
-        return _made(_named(what, base, kind, known, group), what, (), {})
+        name, args, options = _call(what, what) if what.endswith(")") else (what, (), {})
+        return _made(_named(name, base, kind, known, group), what, args, options)
     module = _module(Path(path), kind)
     name, args, options = _call(rest, what) if colon else ("", (), {})
     return _made(_class(module, name, base, kind, path), what, args, options)

@@ -7,9 +7,12 @@ import os
 import re
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
 from boresight.model.tools.folders import matplotlib_environment
 
-__all__ = ["COLOUR", "INK", "figure_and_axes", "legend", "settings", "svg"]
+__all__ = ["COLOUR", "INK", "band", "figure_and_axes", "legend", "settings", "svg"]
 
 #: Okabe and Ito's colours: apart for every kind of colour vision.
 COLOUR = {
@@ -85,6 +88,14 @@ def legend(axes: Any, columns: int) -> None:
         handlelength=2.0,
         columnspacing=1.6,
     )
+
+
+def band(axes: Any, values: npt.NDArray[np.float64], step: float, parts: int, **style: Any) -> None:
+    """Least and most of each of ``parts`` lengths of a curve too long to draw, ``step`` apart."""
+    each = max(1, len(values) // parts)
+    whole = values[: len(values) // each * each].reshape(-1, each)
+    t = step * each * (np.arange(len(whole)) + 0.5)
+    axes.fill_between(t, whole.min(axis=1), whole.max(axis=1), **style)
 
 
 def svg(figure: Any, salt: str) -> str:

@@ -9,8 +9,13 @@ import pytest
 from amaranth.sim import Simulator
 from hypothesis import HealthCheck, settings
 
+from boresight.gateware import core
+
 #: Cycles after which a bench has failed, and the simulator's steps in each: two edges.
 CYCLES, STEPS = 200_000, 2
+
+#: Passes of the scheduler's search, where neither a test nor its marker says how many.
+PASSES = 2
 
 #: Properties: the same cases in every run, and nothing that depends on how busy the machine is;
 #: `make soak` draws new ones (`--hypothesis-profile=soak`).
@@ -31,6 +36,17 @@ def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line(
         "markers", f"cycles(limit): cycles that a simulated bench may take, instead of {CYCLES}"
     )
+    config.addinivalue_line(
+        "markers", f"full_search: schedules as a user gets them, not after {PASSES} passes"
+    )
+
+
+_schedule = core._schedule
+
+
+def _brief(program: Any, machine: Any, urgent: Any, restarts: int | None, *key: Any) -> Any:
+    """`gateware.core._schedule`, with few passes by default."""
+    return _schedule(program, machine, urgent, PASSES if restarts is None else restarts, *key)
 
 
 @pytest.hookimpl(wrapper=True)
@@ -39,6 +55,8 @@ def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, Any, Any]:
 
     A fault in a component mostly shows as something that never comes; without a limit the bench
     would hang, and with it the whole run of tests.
+
+    Schedules are searched for briefly: each is proven by the same checks.
     """
     marker = item.get_closest_marker("cycles")
     limit = marker.args[0] if marker else CYCLES
@@ -52,4 +70,6 @@ def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, Any, Any]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Simulator, "run", run)
+        if not item.get_closest_marker("full_search"):
+            patch.setattr(core, "_schedule", _brief)
         return (yield)

@@ -21,15 +21,18 @@ from boresight.model.estimators.nine_axis import INPUTS
 from boresight.model.resolve import Named, estimator_of, split_names
 from boresight.options import Outcome, number_options, progress_of
 from boresight.parameters import values_for
+from boresight.protocol import run_protocol
 from boresight.sharing import params_for_each
 from boresight.sim.accuracy.benchmark import Result, Trial, benchmark
 from boresight.sim.accuracy.benchmark_page import render_page
 from boresight.sim.accuracy.figures import ANGLES, units_of
 from boresight.sim.accuracy.peers import PEERS, require_peers, run_peer
+from boresight.sim.accuracy.protocol.plan import PROTOCOLS
+from boresight.sim.accuracy.protocol.summary import text as summary_text
 from boresight.sim.accuracy.tuning import means
 from boresight.sim.compare.difference import Difference
 from boresight.sim.records.bundled import bundled, bundled_names, is_comparison
-from boresight.sim.records.feed import feed
+from boresight.sim.records.feed import feed, fitted
 from boresight.sim.records.files import read_record
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
@@ -42,6 +45,8 @@ SOURCE = (
     "benchmark (doi 10.3390/data6070072), over the samples that count; means over the trials with "
     "truth; fixed point is the emitted C, whose words are the core's"
 )
+#: What runs where nothing is named: ours, and the published filters that take seconds.
+FIRST = "complementary,ekf_bias,mekf,vqf,vqf_basic"
 #: Peer whose estimate stands in where a log has no reference.
 STAND_IN = "vqf_offline"
 
@@ -132,7 +137,7 @@ def _trial(
 ) -> Trial | None:
     """A record as a trial; None where it has no truth and nothing stands in."""
     folder = path.absolute().parent.name
-    feeds = {e.name: feed(e, record) for e in estimators}
+    feeds = {e.name: feed(fitted(e, record), record) for e in estimators}
     if any(units_of(e, feeds[e.name]) for e in estimators):
         return Trial(record, reference, folder, feeds)
     if not peers:
@@ -357,11 +362,19 @@ def add_arguments(parser: ArgumentParser) -> None:
     """What the command line takes."""
     parser.add_argument(
         "estimators",
+        nargs="?",
         metavar="ESTIMATOR[,ESTIMATOR...]",
-        help="estimators and published filters, or: ours, published, all",
+        help=f"estimators and published filters, or: ours, published, all; without anything "
+        f"{FIRST} at a glance",
     )
     parser.add_argument(
         "logs", nargs="*", metavar="LOG", help="logs, or folders of logs; default: the bundled logs"
+    )
+    parser.add_argument(
+        "--protocol",
+        metavar="NAME",
+        help=f"{', '.join(PROTOCOLS)}: each log cut, biased, resampled, blinded, ...; without logs "
+        "the bundled ones and four synthetic carriers",
     )
     parser.add_argument("--no-float", action="store_true", help="fixed point only")
     parser.add_argument(
@@ -377,6 +390,10 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def call(args: Namespace) -> Outcome:
     """Do it; see `Outcome`."""
+    if args.estimators is None:
+        args.estimators, args.protocol = FIRST, args.protocol or "glance"
+    if args.protocol is not None:
+        return _call_protocol(args)
     data = accuracy(
         args.estimators,
         *args.logs,
@@ -392,3 +409,19 @@ def call(args: Namespace) -> Outcome:
     if args.output is not None:
         text += f"\n\n{args.output}/accuracy.html"
     return 0 if data["good"] else 1, data, text
+
+
+def _call_protocol(args: Namespace) -> Outcome:
+    named, peers = chosen(args.estimators)
+    data = run_protocol(
+        args.protocol,
+        named,
+        peers,
+        log_files(args.logs) if args.logs else (),
+        params=params_by_estimator(named, args.params, args.param),
+        word=args.word,
+        jobs=args.jobs,
+        output=args.output or "build",
+        progress=progress_of(args),
+    )
+    return 0 if data["good"] else 1, data, f"{summary_text(data)}\n\n{data['file']}"

@@ -74,7 +74,7 @@ def compile(
     name, others : str, class or Estimator
         Names, ``file.py:Class``, classes or objects, in the order of their numbers in the core.
     config : str
-        "small" or "fast".
+        "small" or "fast", or with twice the registers "small-1024" or "fast-1024".
     board : str, optional
         Also write an ISE project for this board.
     top : str

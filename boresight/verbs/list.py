@@ -5,7 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from typing import Any
 
-from boresight.gateware.machine import CONFIGS
+from boresight.gateware.machine import ALL_CONFIGS
 from boresight.model.estimators import ESTIMATORS
 from boresight.options import Outcome
 from boresight.sim.experiments.registry import EXPERIMENTS
@@ -39,7 +39,10 @@ def list_estimators() -> dict[str, Any]:
             for e in ESTIMATORS.values()
         ],
         "experiments": [{"name": e.name, "summary": e.summary} for e in EXPERIMENTS.values()],
-        "configs": [{"name": m.name, "lanes": m.lanes} for m in CONFIGS.values()],
+        "configs": [
+            {"name": m.name, "lanes": m.lanes, "registers": m.register_words}
+            for m in ALL_CONFIGS.values()
+        ],
     }
 
 
@@ -61,7 +64,8 @@ def call(args: Namespace) -> Outcome:
     lines.append(
         "configurations: "
         + ", ".join(
-            f"{c['name']} ({c['lanes']} lane{'s' if c['lanes'] > 1 else ''})"
+            f"{c['name']} ({c['lanes']} lane{'s' if c['lanes'] > 1 else ''}, "
+            f"{c['registers']:,} registers)"
             for c in data["configs"]
         )
     )

@@ -12,7 +12,7 @@ from typing import Any
 from boresight.arguments import check_choice
 from boresight.disk.output import output_folder
 from boresight.gateware.core import Core
-from boresight.gateware.machine import CONFIGS
+from boresight.gateware.machine import ALL_CONFIGS
 from boresight.gateware.system.programs import FILTERS, system_core
 from boresight.loop import WORLD_GROUP, loop_text, simulate_world, world_of
 from boresight.model.errors import InputError
@@ -87,7 +87,7 @@ def simulate(
         Log with reference attitude; its rows are the samples, at 1024 a second whatever its own
         rate. By default a synthetic motion.
     config : str
-        "small" or "fast".
+        "small" or "fast", or with twice the registers "small-1024" or "fast-1024".
     seconds : float
         Length of the long run.
     source : str
@@ -225,7 +225,7 @@ def feed_words(registers: Mapping[str, Value], values: Mapping[str, float]) -> d
 
 def check_options(*, config: str, seconds: float, source: str) -> None:
     """Raise InputError for what no simulation can be told."""
-    check_choice("config", config, CONFIGS)
+    check_choice("config", config, ALL_CONFIGS)
     check_choice("source", source, _SOURCES)
     if not 0.05 <= seconds <= _LONGEST_S:
         raise InputError.at(

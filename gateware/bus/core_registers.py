@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth.hdl import Module, Signal, Value
+from amaranth.hdl import Const, Module, Signal, Value
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
@@ -19,8 +19,8 @@ class Registers(wiring.Component):
 
     ::
 
-        0..511  parameters, write only: a word of the register file, by its register address. The
-                write waits until the machine is idle; writes to states are ignored.
+        0..511  parameters, write only: a word of the register file (`Machine.parameter_address`).
+                The write waits until the machine is idle; writes to states are ignored.
         512     status: bit 0 saturated, bit 1 framing (sticky, write 1 to clear), bit 2 idle,
                 bit 3 parity
         513     completed updates, modulo 2^W
@@ -106,7 +106,7 @@ class Registers(wiring.Component):
         fixed = bus.addr[9]
         waits = Signal()
         m.d.comb += [
-            waits.eq(~fixed & ~bus.addr[(self.machine.bank_depth - 1).bit_length() - 1]),
+            waits.eq(~fixed & ~self._of_state()),
             bus.w_ack.eq(bus.w_stb & (~waits | self.grant)),
         ]
         m.d.sync += self.request.eq(bus.w_stb & waits & ~self.grant)
@@ -143,6 +143,13 @@ class Registers(wiring.Component):
             with m.Default():
                 m.d.sync += bus.r_data.eq(self.program)
         return m
+
+    def _of_state(self) -> Value:
+        """The address is below the fixed ones, but none of a bank's lower half."""
+        lower = self.machine.bank_depth // 2
+        if lower == self.machine.bus_bank_words:
+            return Const(0)
+        return self.bus.addr[lower.bit_length() - 1]
 
     def _flags(self, m: Module, cleared: Value) -> tuple[Signal, Signal, Signal]:
         """Sticky flags, which a write clears, and the number of updates."""

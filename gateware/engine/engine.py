@@ -161,6 +161,9 @@ class Engine(wiring.Component):
         own = {name: word[f"{name}{k}"] for name in (*FIELDS, "we", "dest")}
         write = sequencer.write[k]
         saturated = lane.saturated & write
+        offset: Value = self.bus.addr
+        if self.machine.bus_bank_words < self.machine.bank_depth:  # the next bank's begin sooner
+            offset = offset[: (self.machine.bus_bank_words - 1).bit_length()]
         if k == 0:
             if self.machine.lanes > 1:
                 write = write & ~(claimed & self.bus.addr[8])
@@ -183,7 +186,7 @@ class Engine(wiring.Component):
             lane.b.eq(operands.b[k]),
             lane.words[0].eq(self.bus.w_data),
             operands.w_en[k].eq(write),
-            operands.w_addr[k].eq(Mux(claimed, self.bus.addr, own["dest"])),
+            operands.w_addr[k].eq(Mux(claimed, offset, own["dest"])),
             operands.w_data[k].eq(lane.result),
         ]
         return saturated

@@ -20,8 +20,9 @@ class Operands(wiring.Component):
     """Operand memories of all lanes.
 
     Lane i writes bank i; every lane has its own copy of every bank for each of its operands. With
-    one lane the function tables share the memory of operand b, behind the registers; with two they
-    have memories of their own with two read ports, blocks 0 and 1 in one and block 2 in another.
+    one lane the function tables share the memory of operand b, behind the registers: all of them,
+    or with 1,024 registers blocks 0 and 1, block 2 having one of its own. With two lanes they have
+    memories of their own with two read ports, blocks 0 and 1 in one and block 2 in another.
     The bit of a state's address that tells current from next state is XORed with ``parity`` on
     every port, in the image's window on the reading ones with that of the program it belongs to.
 
@@ -41,7 +42,7 @@ class Operands(wiring.Component):
         Clock enable of reading. Writing has its own.
     parity : In(1)
         Which half of the state region is current.
-    a_addr, b_addr : In(9) array, table : In(1) array
+    a_addr, b_addr : In(register) array, table : In(1) array
         Addresses of each lane (fields of the microword).
     index : In(7) array
         Segment index of each lane for table addresses.
@@ -118,23 +119,27 @@ class Operands(wiring.Component):
         return port.data
 
     def _one_lane(self, m: Module) -> None:
-        registers = self.image.registers
+        registers, block = self.image.registers, self.machine.TABLE_BLOCK
+        depth, field = 4 * block, self.b_addr[0]
+        shared = depth - len(registers)
         a_store = self._memory(m, "a0", registers, len(registers))
-        b_store = self._memory(m, "b0", registers + self.image.tables, 4 * len(registers))
+        b_store = self._memory(m, "b0", registers + self.image.tables[:shared], depth)
         for store in (a_store, b_store):
             self._write(m, store, 0)
-        field = self.b_addr[0]
-        # Block k of the tables is quarter k + 1 of the memory.
-        block = Cat(~field[2], field[2] ^ field[3])
-        address = Mux(
-            self.table[0],
-            Cat(field[:2], self.index[0], block),
-            Cat(self._reads(field), Const(0, 2)),
-        )
-        m.d.comb += [
-            self.a[0].eq(self._read(m, a_store, self._reads(self.a_addr[0]))),
-            self.b[0].eq(self._read(m, b_store, address)),
-        ]
+        # With 512 registers block k is quarter k + 1 of the memory, with 1,024 quarter k + 2.
+        apart = len(self.image.tables) > shared
+        quarter = Cat(field[2], 1) if apart else Cat(~field[2], field[2] ^ field[3])
+        place = Cat(field[:2], self.index[0])
+        offset = self._reads(field)
+        address = Mux(self.table[0], Cat(place, quarter), Cat(offset, Const(0, 11 - len(offset))))
+        a, b = self._read(m, a_store, self._reads(self.a_addr[0])), self._read(m, b_store, address)
+        if apart:
+            rest = self._memory(m, "tables2", self.image.tables[shared:], block)
+            chosen = Signal(name="tables2_select", reset_less=True)
+            with m.If(self.en):
+                m.d.sync += chosen.eq(self.table[0] & field[3])
+            b = Mux(chosen, self._read(m, rest, place), b)
+        m.d.comb += [self.a[0].eq(a), self.b[0].eq(b)]
 
     def _more_lanes(self, m: Module) -> None:
         lanes, depth = self.machine.lanes, self.machine.bank_depth

@@ -184,27 +184,36 @@ class Sequencer(wiring.Component):
         contents = self.image.hardware_rom(self.machine)
         chosen: Value | None = None
         for k, words in reversed(list(enumerate(contents))):
-            m.submodules[f"rom{k}"] = rom = memory.Memory(
-                shape=self.machine.word_bits,
-                depth=len(words),
-                init=words,
-                attrs={"rom_style": "block"},
-            )
-            port = rom.read_port()
-            m.d.comb += [port.addr.eq(pc), port.en.eq(self.en)]
+            found = self._piece(m, f"rom{k}", words, pc)
             if chosen is None:
-                chosen = port.data
+                chosen = found
                 continue
             # This memory holds all words up to the bit of its depth, those behind it the rest.
             behind = Signal(name=f"behind{k}", reset_less=True)
             with m.If(self.en):
                 m.d.sync += behind.eq(pc[(len(words) - 1).bit_length()])
-            chosen = Mux(behind, chosen, port.data)
+            chosen = Mux(behind, chosen, found)
         word = Signal(self.machine.word_bits, reset_less=True)
         assert chosen is not None
         with m.If(self.en):
             m.d.sync += word.eq(chosen)
         m.d.comb += self.word.eq(word)
+
+    def _piece(self, m: Module, name: str, words: list[int], pc: Value) -> Value:
+        """What one memory, or several side by side, hold at an address."""
+        data, low = [], 0
+        for column, width in enumerate(self.machine.rom_columns(len(words))):
+            m.submodules[name if column == 0 else f"{name}_{column}"] = rom = memory.Memory(
+                shape=width,
+                depth=len(words),
+                init=[word >> low & (1 << width) - 1 for word in words],
+                attrs={"rom_style": "block"},
+            )
+            port = rom.read_port()
+            m.d.comb += [port.addr.eq(pc), port.en.eq(self.en)]
+            data.append(port.data)
+            low += width
+        return Cat(*data) if len(data) > 1 else data[0]
 
 
 def _table(m: Module, name: str, function: Callable[..., Any], *bits: Value) -> Value:

@@ -140,10 +140,12 @@ class Emulator:
         return self.registers[self._physical(address, parity)]
 
     def poke(self, address: int, word: int) -> None:
-        """Host write of a parameter; only between updates."""
+        """Host write of a parameter at its address of the bus; only between updates."""
         if self.pc != 0:
             raise ValueError("parameters must be written between updates")
-        self.registers[address] = self._signed(word)
+        bank, offset = divmod(address, Machine.PARAMETER_ADDRESSES // self.machine.lanes)
+        if offset < self.machine.bank_depth // 2:  # states cannot be written
+            self.registers[bank * self.machine.bank_depth + offset] = self._signed(word)
 
     def select(self, number: int) -> None:
         """Host write of the program's number; only between updates."""

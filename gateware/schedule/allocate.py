@@ -8,6 +8,9 @@ same word share a register too. The upper half holds the states, current ones at
 next ones at ``1 1 ...``, in the bank of the lane that computes the next value; no two programs
 share them, so a program that does not run keeps its own. Those that other programs read stand in
 the window (`gateware.schedule.links`), at the end.
+
+Where the lower half does not suffice, results that are needed no longer by then also live where a
+next state of their own program is yet to be written.
 """
 
 from __future__ import annotations
@@ -112,8 +115,15 @@ def allocate_together(schedules: Sequence[Schedule]) -> tuple[Allocation, ...]:
         part.states(opened[number], first)
     for part in parts:
         part.links({p.program.name: p for p in parts})
-    shared = [part.temporaries() for part in parts]
-    core.top = [max(tops) for tops in zip(*shared, strict=True)]
+    words = {word for part in parts for word in part.constant_words()}
+    for spread in (False, True):
+        shared = [part.temporaries(spread=spread) for part in parts]
+        top = [max(tops) for tops in zip(*shared, strict=True)]
+        if max(top) <= core.half and sum(core.half - n for n in top) >= len(words):
+            break
+    for part, tops in zip(parts, shared, strict=True):
+        part.check_room(tops)
+    core.top = top
     for part in parts:
         part.constants()
     initial = [0] * (core.machine.bank_depth * core.machine.lanes)
@@ -171,7 +181,7 @@ class _Allocator:
     def full(self, what: str, bank: int, wanted: int, there: int) -> ScheduleError:
         return ScheduleError(
             f"{self.program.name}: {what} need {wanted} registers of bank {bank}, "
-            f"the {self.machine.name} machine has {there} for them"
+            f"the {self.machine.name} machine has {there} for them{self.machine.remedy}"
         )
 
     def parameters(self) -> None:
@@ -209,41 +219,66 @@ class _Allocator:
             assert link.state is not None
             self.own(n, parts[link.program].tenants[link.state].address, 0, self.end)
 
-    def temporaries(self) -> list[int]:
+    def temporaries(self, *, spread: bool) -> list[int]:
         """Inputs and results, in the order in which they are written; registers are reused.
 
-        Returns how far each bank is taken.
+        With ``spread`` those of next states come first, each for what is last read before it is
+        written. Returns how far each bank's lower half is taken, or would have to be.
         """
         schedule, program = self.schedule, self.program
+        kept = {after for _, after in program.states}
+        unwritten = self._unwritten() if spread else [{} for _ in self.core.top]
         births = [(g, n, 0) for g, n in zip(schedule.gets, program.streamed, strict=True)]
         births += [
             (schedule.write_cycle(k), op.dest, result_bank(schedule, k))
             for k, op in enumerate(program.ops)
-            if op.dest not in self.tenants
+            if op.dest not in kept
         ]
         top = list(self.core.top)
-        busy: list[dict[int, int]] = [{} for _ in top]  # offset -> last read of its owner
+        # Offset -> last read of its owner.
+        busy = [dict.fromkeys(offsets, -1) for offsets in unwritten]
         for written, n, bank in sorted(births):
-            offset = next((k for k, end in sorted(busy[bank].items()) if end < written), top[bank])
-            top[bank] = max(top[bank], offset + 1)
             end = max(self.last_read.get(n, 0), written)
+            free = [k for k, last in sorted(busy[bank].items()) if last < written]
+            fit = [k for k in free if end < unwritten[bank].get(k, 0)]
+            if fit:  # as short a time as suffices
+                offset = min(fit, key=unwritten[bank].__getitem__)
+            else:
+                offset = next((k for k in free if k not in unwritten[bank]), top[bank])
+                top[bank] = max(top[bank], offset + 1)
             busy[bank][offset] = end
             self.own(n, bank * self.machine.bank_depth + offset, written + 1, end)
+        return top
+
+    def _unwritten(self) -> list[dict[int, int]]:
+        """For each bank, the offsets of the program's next states: when each is written."""
+        out: list[dict[int, int]] = [{} for _ in self.core.top]
+        for _, after in self.program.states:
+            bank, offset = divmod(self.tenants[after].address, self.machine.bank_depth)
+            out[bank][offset] = self.tenants[after].start - 1
+        return out
+
+    def check_room(self, top: Sequence[int]) -> None:
+        """Raise ScheduleError if the lower half of a bank has to be taken further than it goes."""
         for bank, taken in enumerate(top):
             if taken > self.core.half:
                 raise self.full("parameters, inputs and results", bank, taken, self.core.half)
-        return top
+
+    def constant_words(self) -> set[int]:
+        """Words of the constants that are read."""
+        constants = self.program.of_kind(Kind.CONST)
+        return {self.program.values[n].initial for n in constants if n in self.last_read}
 
     def constants(self) -> None:
         """Constants that are read: one register for each word, in the emptiest bank."""
         core, owner = self.core, self.core.constants
         wanted = [n for n in self.program.of_kind(Kind.CONST) if n in self.last_read]
-        words = {self.program.values[n].initial for n in wanted} - owner.keys()
+        words = self.constant_words() - owner.keys()
         room = sum(core.half - top for top in core.top)
         if len(words) > room:
             raise ScheduleError(
-                f"{self.program.name}: {len(words)} constants, {room} registers of "
-                f"the {self.machine.name} machine left for them"
+                f"{self.program.name}: {len(words)} constants, {room} registers of the "
+                f"{self.machine.name} machine left for them{self.machine.remedy}"
             )
         for n in wanted:
             word = self.program.values[n].initial

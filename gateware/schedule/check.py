@@ -109,11 +109,13 @@ def _check_registers(schedule: Schedule, allocation: Allocation, before: int) ->
             f"{len(allocation.initial)} initial words, there must be {depth * machine.lanes}",
         )
     states = {n for pair in program.states for n in pair} | set(program.linked)
+    unwritten = {where.get(after) for _, after in program.states}
     for n, address in where.items():
         name = _name(schedule, n)
         if not 0 <= address < depth * machine.lanes:
             raise _fail(schedule, None, None, f"register {address} of {name} does not exist")
-        if (address % depth >= half) != (n in states):
+        passing = program.values[n].kind in (Kind.INPUT, Kind.OP) and address in unwritten
+        if (address % depth >= half) != (n in states) and not passing:
             raise _fail(schedule, None, None, f"{name} is on the wrong side of the state region")
         if (
             program.values[n].kind in (Kind.CONST, Kind.PARAM, Kind.STATE)

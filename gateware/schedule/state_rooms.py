@@ -32,7 +32,7 @@ def state_rooms(programs: Sequence[Program], machine: Machine) -> list[tuple[int
     if total > lanes * slots:
         raise ScheduleError(
             f"{', '.join(p.name for p in programs)}: {total} states, the "
-            f"{machine.name} machine has room for {lanes * slots}"
+            f"{machine.name} machine has room for {lanes * slots}{machine.remedy}"
         )
     spare = slots - -(-total // lanes)
     rooms, first = [], 0

@@ -138,7 +138,7 @@ def system_core(
     filters : sequence of str, class or Estimator
         Estimators of any inputs and outputs.
     config : str
-        "small" or "fast".
+        "small" or "fast", or with twice the registers "small-1024" or "fast-1024".
     clock_hz : float
         Clock of the system, Hz: time stamps count its cycles (``tick_s``).
     params : mapping, optional
@@ -171,6 +171,9 @@ def system_core(
                 found=repr(name),
             )
     values = {"calibrate_inertial": {"tick_s": 1.0 / clock_hz}}
+    # Who asks for the gyro's full scale is told: a little less, since calibration moves it.
+    most = {"gyro_most_sq": (0.98 * SENSED["gx"].high) ** 2}
+    values |= {e.name: most for e in estimators if "gyro_most_sq" in {q.name for q in e.params}}
     for name, given in (params or {}).items():
         values[name] = {**values.get(name, {}), **given}
     programs = [with_params(e.compile(word=word), e, values.get(e.name)) for e in estimators]

@@ -25,6 +25,7 @@ __all__ = [
     "matrix",
     "multiply",
     "of_angles",
+    "product",
     "right_matrix",
     "scaled_matrix",
     "small_turn",
@@ -100,6 +101,16 @@ def matrix(q: Vector) -> list[list[Any]]:
             element(2.0 * y * z + 2.0 * w * x),
             element(1.0 - 2.0 * x * x - 2.0 * y * y),
         ],
+    ]
+
+
+def product(p: Vector, q: Vector) -> list[Any]:
+    """`multiply` without a negated component of its own, which would cost a slot. 16 slots."""
+    return [
+        p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3],
+        p[0] * q[1] + p[1] * q[0] + p[2] * q[3] - p[3] * q[2],
+        p[0] * q[2] - p[1] * q[3] + p[2] * q[0] + p[3] * q[1],
+        p[0] * q[3] + p[1] * q[2] - p[2] * q[1] + p[3] * q[0],
     ]
 
 

@@ -15,6 +15,7 @@ from boresight.model.estimators.mls_attitude import MlsAttitude
 from boresight.model.estimators.radar.registration import Registration
 from boresight.model.estimators.satcom import Satcom
 from boresight.model.estimators.satcom_pointing import SatcomPointing
+from boresight.model.estimators.vqf import Vqf
 
 __all__ = ["ESTIMATORS", "estimator"]
 
@@ -27,6 +28,7 @@ ESTIMATORS: dict[str, type[Estimator]] = {
         EkfQuaternion,
         EkfQuaternionVector,
         Mekf,
+        Vqf,
         Registration,
         Satcom,
         SatcomPointing,

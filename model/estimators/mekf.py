@@ -10,9 +10,10 @@ Every measurement is a scalar along one axis of the attitude error, so no matrix
 
 * tilt: the specific force, turned to navigation axes and low-passed there (its three states turn
   with every correction), must point up: d_e = f_n/|f|, d_n = -f_e/|f|;
-* heading: the field, turned and low-passed likewise, must point north: d_u = m_e/m_h. Its variance
-  grows with the squared deviation of the field (m_h, m_u) from a slow reference, the largest of
-  late, in units of m_h: a disturbance of that size turns the heading by as much.
+* heading: the field, turned likewise, must point north: d_u = m_e/m_h. Its variance grows with the
+  squared deviation of the field (m_h, m_u) from a slow reference, the largest of late, in units of
+  m_h: a disturbance of that size turns the heading by as much; and with P of the tilt, times
+  tan^2(dip).
 
 They take turns, one each time ``update_s`` has passed. A measurement that speaks for Dt seconds has
 the variance var/Dt, so the same parameters hold at any sample rate::
@@ -22,7 +23,10 @@ the variance var/Dt, so the same parameters hold at any sample rate::
 At rest the bias goes to the low-passed gyro, b <- b + k (mean - b); with D = diag(1, 1, 1, 1-k,
 1-k, 1-k) that makes P <- D P D + k rest_var, whatever k: P_bb tends to rest_var/2.
 
-Evidence and alternatives: `docs/decisions/0006-mekf.md`.
+The first sample aligns it. Means begin young: with y one over their age they follow the faster, and
+Q grows by a multiple of y^2, so that what was learnt from a bad first sample is forgotten.
+
+Evidence and alternatives: `docs/decisions/0006-mekf.md` and `0037-any-start.md`.
 """
 
 from __future__ import annotations
@@ -34,6 +38,7 @@ from boresight.model.algebra.angles import unit_angle_ht
 from boresight.model.algebra.covariance import Symmetric, symmetric
 from boresight.model.algebra.quaternion import cross, dot, matrix, turn
 from boresight.model.estimator import Estimator
+from boresight.model.estimators.mekf_alignment import about_vertical, first_turns, turned_over
 from boresight.model.estimators.mekf_interface import (
     BIAS_SCALE,
     INPUTS,
@@ -61,9 +66,18 @@ FORCE_LIMIT = 256.0  #: m/s^2, largest component of the mean force.
 FORCE_STEP_LIMIT = 64.0  #: m/s^2, largest deviation from the mean force that counts.
 RATE_STEP_LIMIT = 4.0  #: rad/s, the same of the rate.
 RATE_WEIGHT = 256.0  #: (m/s^2)^2 of motion that (1 rad/s)^2 of the rate's deviation stand for.
-MEAN_WEIGHT = 32.0  #: the same for the mean rate: a body that keeps turning is not at rest.
+MEAN_WEIGHT = 512.0  #: the same for the mean rate less the bias: who keeps turning is not at rest.
+HORIZONTAL_LIMIT = 128.0  #: uT, largest horizontal component of the field.
 FIELD_AGE_LIMIT = 0.25  #: s, age from which on the field's direction is not used.
-NEVER_ZERO = 2.0**-29  #: keeps the alignment's quaternion from vanishing at half a turn.
+FIRST_FORCE_LIMIT = 64.0  #: m/s^2, largest component of the first force that is used.
+FIRST_FIELD_LIMIT = 128.0  #: uT, the same of the first field.
+P0_TILT, P0_HEADING = 0.07, 0.05  #: rad^2, variances of the first attitude.
+LOST_VAR = 1.0  #: rad^2/s, random walk of the attitude while the gyro says nothing.
+HEADING_LIMIT = 0.5  #: rad^2, variance from which on a heading that nothing tells gets no worse.
+#: 1/s, one over the age of a mean: at its start, the most that adds to the covariance, how much
+#: faster than its exponential it ends; and by how much more than a plain mean followers follow.
+YOUTH_START, YOUTH_LIMIT, YOUTH_ENDS = 64.0, 8.0, 0.15
+FORCE_YOUTH, FIELD_YOUTH = 2.0, 8.0
 
 
 def _three(x: Any, name: str, axes: str) -> tuple[Any, Any, Any]:
@@ -108,6 +122,11 @@ def _element(value: Any) -> Any:
     return ops.bounded(value, -3.9, 3.9, "element of P, of limited trace")
 
 
+def _older(youth: Any, dt: Any) -> Any:
+    """One over the age, which grows: y' = -y^2 - y/T, y = (1/T)/(exp(t/T) - 1)."""
+    return youth - youth * ops.saturated((youth + YOUTH_ENDS) * dt, 0.5)
+
+
 def _below(a: Any, b: Any) -> Any:
     """a < b, decided on a difference that keeps all its bits near zero."""
     return ops.saturated(a - b, 1.0) < 0.0
@@ -126,13 +145,22 @@ class Mekf(Estimator):
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         """One sample: update with what earlier samples left, then predict with this one."""
-        gyro, field, force = (u.gx, u.gy, u.gz), (u.mx, u.my, u.mz), (u.ax, u.ay, u.az)
-        restart = u.dt < 0.0
-        dt = ops.named("step", ops.where(restart, 0.0, u.dt))
-        tilt_unknown, heading_unknown = x.rest_s < 0.0, x.horizontal < 0.0
-        leveling = restart | tilt_unknown
+        field, force = (u.mx, u.my, u.mz), (u.ax, u.ay, u.az)
+        bias, rate = _three(x, "bias", "xyz"), _three(x, "rate", "xyz")
+        leveling = (u.dt < 0.0) | (x.rest_s < 0.0)
+        dt = ops.named("step", ops.where(leveling, 0.0, u.dt))
         no_field = _below(dot(field, field), p.field_min_sq)
-        field_stale = x.since_field > FIELD_AGE_LIMIT
+
+        # A gyro beyond its full scale says nothing: the mean rate stands in.
+        told = (u.gx, u.gy, u.gz)
+        speed_sq = ops.named("speed_sq", dot(told, told))
+        lost = p.gyro_most_sq < speed_sq
+        gyro = [ops.where(lost, mean, now) for mean, now in zip(rate, told, strict=True)]
+        stale = (leveling & no_field) | (~leveling & (x.since_field > FIELD_AGE_LIMIT))
+        heading_unknown = leveling | (x.horizontal < 0.0)
+        # Begun anew without a field, the attitude that it had is better than none.
+        anew = leveling & (~no_field | (x.rest_s < 0.0))
+        no_heading, aligning = heading_unknown | stale, heading_unknown & ~stale
 
         # Whose turn: one-hot weights (h_1, h_2, h_3) of the axis -1, 0, 1.
         since = ops.named("since", ops.where(leveling, 0.0, x.since_update + dt))
@@ -145,44 +173,60 @@ class Mekf(Estimator):
             for w in (0.5 * axis_sq - 0.5 * x.axis, 1.0 - axis_sq, 0.5 * axis_sq + 0.5 * x.axis)
         )
 
-        # Directions of the low-passed force and field of the last sample.
-        f, m = _three(x, "force", "enu"), _three(x, "field", "enu")
+        # Directions of the mean force and of the field of the last sample; at the first one those
+        # of itself, half a turn about x where it hangs upside down.
+        over = force[2] < 0.0
+        f_first = turned_over(over, force, FIRST_FORCE_LIMIT)
+        m_first = turned_over(over, field, FIRST_FIELD_LIMIT)
+        pairs = zip(f_first, _three(x, "force", "enu"), strict=True)
+        f = [ops.where(anew, first, mean) for first, mean in pairs]
+        m = _three(x, "field", "enu")
+        east = cross(m_first, [(1.0 / 128.0) * c for c in f_first])
         f_sq, m_sq = dot(f, f), m[0] * m[0] + m[1] * m[1]
         no_vertical = _below(f_sq, p.force_min_sq)
-        f_inverse, m_inverse = ops.rsqrt(f_sq), ops.rsqrt(m_sq)
-        up = tuple(ops.saturated(c * f_inverse, 1.0) for c in f)
+        f_inverse = ops.rsqrt(f_sq)
+        m_inverse = ops.rsqrt(ops.where(anew, dot(east, east), m_sq))
+        up = [ops.saturated(c * f_inverse, 1.0) for c in f]
         sine, cosine = (ops.saturated(c * m_inverse, 1.0) for c in m[:2])
+        level, north = first_turns(up, [ops.saturated(c * m_inverse, 1.0) for c in east])
 
         # How odd the field is: squared deviation from the reference over the horizontal field,
         # the most of late.
-        change = (
-            ops.bounded(m_sq * m_inverse, 0.0, 440.0, "magnitude") - x.horizontal,
-            m[2] - x.vertical,
-        )
-        odd = tuple(ops.saturated(d * m_inverse, 4.0) for d in change)
-        odd_now = ops.named("odd_now", ops.bounded(dot(odd, odd), 0.0, 32.0, "two squares"))
-        odd_past = x.odd_sq - ops.saturated(p.field_forget_per_s * dt, 1.0) * x.odd_sq
-        odd_past = ops.named("odd_past", ops.bounded(odd_past, 0.0, 32.0, "a part of it"))
+        change = (ops.saturated(m_sq * m_inverse, 256.0) - x.horizontal, m[2] - x.vertical)
+        odd = tuple(ops.saturated(d * m_inverse, 1.0) for d in change)
+        odd_now = ops.named("odd_now", ops.bounded(dot(odd, odd), 0.0, 2.0, "two squares"))
+        forget = ops.maximum(p.field_forget_per_s, FIELD_YOUTH * x.field_youth)
+        forget = ops.saturated(forget * dt, 1.0)
+        odd_past = ops.bounded(x.odd_sq - forget * x.odd_sq, 0.0, 2.0, "a part of it")
+        odd_past = ops.named("odd_past", odd_past)
         odd_sq = ops.named("odd", ops.where(odd_now < odd_past, odd_past, odd_now))
 
         # At rest the gyro's mean is the bias: b <- b + k (mean - b) with the gain k on every axis.
-        bias, rate = _three(x, "bias", "xyz"), _three(x, "rate", "xyz")
+        off = [r - b for r, b in zip(rate, bias, strict=True)]
         resting = p.rest_time_s < x.rest_s
         rest_gain = ops.named(
             "rest_gain", ops.where(resting, ops.saturated(p.rest_rate_per_s * step, 0.5), 0.0)
         )
         keep = ops.named("rest_keep", 1.0 - rest_gain)
 
+        # Beyond a right angle the heading is off by that at least; without a field by nobody knows.
+        most = ops.where(no_heading, 0.0, ops.where(m[0] < 0.0, -1.0, 1.0))
+        turn_off = ops.where(no_heading | (m[1] < 0.0), most, sine)
+
         # Innovation, its variance and the time Dt it speaks for, for the axis whose turn it is.
         innovation = ops.named(
             "innovation",
-            ops.bounded(h[0] * up[1] - h[1] * up[0] + h[2] * sine, -1.0, 1.0, "one of three"),
+            ops.bounded(h[0] * up[1] - h[1] * up[0] + h[2] * turn_off, -1.0, 1.0, "one of three"),
         )
-        trusted = ops.saturated(p.heading_var + p.field_trust_s * odd_sq, NOISE_LIMIT)
-        variance = ops.where(heading_turn, trusted, p.tilt_var)
+        dip = ops.saturated(m[2] * m_inverse, 4.0)
+        odd_var = ops.named("odd_var", ops.saturated(p.field_trust_s * odd_sq, NOISE_LIMIT))
+        trusted = p.heading_var + odd_var + p.dip_trust_s * (dip * dip * x.p_nn)
+        trusted = ops.saturated(trusted, NOISE_LIMIT)
+        variance = ops.where(heading_turn, ops.where(no_heading, NOISE_LIMIT, trusted), p.tilt_var)
         span = ops.named("span", ops.saturated(3.0 * step, SPAN_LIMIT))
+        idle = no_heading & (x.p_uu < HEADING_LIMIT)
         span = ops.where(
-            heading_turn, ops.where(field_stale, 0.0, span), ops.where(no_vertical, 0.0, span)
+            heading_turn, ops.where(idle, 0.0, span), ops.where(no_vertical, 0.0, span)
         )
 
         # Scalar update: gain and correction; P itself below.
@@ -193,7 +237,8 @@ class Mekf(Estimator):
             dot(h, column[:3]) * span + variance, NOISE_FLOOR, 7.99, "at least the noise"
         )
         inverse = ops.bounded(1.0 / total, 0.0, 1.0 / NOISE_FLOOR, "1 / S")
-        scale = ops.bounded(span * inverse, 0.0, SPAN_LIMIT / NOISE_FLOOR, "Dt / S")
+        scale = ops.where(leveling, 0.0, span * inverse)
+        scale = ops.bounded(scale, 0.0, SPAN_LIMIT / NOISE_FLOOR, "Dt / S")
         gain = [
             ops.bounded(c * scale, -GAIN_LIMIT, GAIN_LIMIT, "sqrt(P_ii Dt) / (2 sd)")
             for c in column
@@ -201,59 +246,59 @@ class Mekf(Estimator):
         turned = tuple(ops.saturated(k * innovation, CORRECTION_LIMIT) for k in gain[:3])
         learnt = [
             ops.saturated(
-                ops.where(
-                    leveling, 0.0, b * keep + r * rest_gain + k * (1.0 / BIAS_SCALE) * innovation
-                ),
+                ops.where(leveling, 0.0, b + rest_gain * o + k * (1.0 / BIAS_SCALE) * innovation),
                 BIAS_LIMIT,
             )
-            for b, r, k in zip(bias, rate, gain[3:], strict=True)
+            for b, o, k in zip(bias, off, gain[3:], strict=True)
         ]
 
         # Attitude: correction (or alignment), then the gyro's step, then |q| = 1.
-        unknown = leveling | (heading_unknown & field_stale)
         correction = self._correction(
-            up, sine, cosine, turned, tilt_unknown, heading_unknown & ~unknown
+            anew, aligning, level, north, about_vertical(1.0, cosine, sine), turned
         )
         half = tuple(
             ops.saturated(0.5 * (w * dt - b * dt), HALF_STEP_LIMIT)
             for w, b in zip(gyro, bias, strict=True)
         )
-        before = [getattr(x, f"q{a}") for a in "wxyz"]
+        first = (ops.where(over, 0.0, 1.0), ops.where(over, 1.0, 0.0), 0.0, 0.0)
+        pairs = zip(first, (getattr(x, f"q{a}") for a in "wxyz"), strict=True)
+        before = [ops.where(anew, start, kept) for start, kept in pairs]
         q = tuple(ops.saturated(c, 1.0) for c in _product(before, _increment(half)))
         q = tuple(ops.saturated(c, 1.0) for c in _product(correction, q))
-        norm = ops.rsqrt(ops.bounded(dot(q, q), 0.0, 1.0, "norms of at most 1.2, 0.7 and 1"))
+        norm = ops.rsqrt(ops.bounded(dot(q, q), 0.0, 1.0, "norms of at most 1.1, 0.75 and 1"))
         q = tuple(ops.saturated(c * norm, 1.0) for c in q)
         C = matrix(q)
         pitch, roll, heading = _euler_ht(C)
 
-        after = self._covariance(P, gain, column, C, step, leveling, keep, rest_gain, gyro, p)
+        youth = [ops.saturated(y, YOUTH_LIMIT) for y in (x.force_youth, x.field_youth)]
+        walk = ops.where(lost, LOST_VAR, p.gyro_var + p.gyro_scale_var * speed_sq)
+        growth = [
+            q * (y * y) for q, y in zip((p.start_tilt_var, p.start_heading_var), youth, strict=True)
+        ]
+        after = self._covariance(
+            P, gain, column, C, step, leveling, keep, rest_gain, walk, growth, p
+        )
 
         # Low-passes: force and field in navigation axes, rate in body axes.
         f_change = [
             ops.saturated(a - c, FORCE_STEP_LIMIT) for a, c in zip(turn(C, force), f, strict=True)
         ]
         r_change = [ops.saturated(w - c, RATE_STEP_LIMIT) for w, c in zip(gyro, rate, strict=True)]
-        m_change = [a - c for a, c in zip(turn(C, field), m, strict=True)]
-        since_field = ops.named(
-            "field_age", ops.saturated(ops.where(heading_unknown, 1.0, x.since_field + dt), 1.0)
+        age = ops.saturated(ops.where(heading_unknown, 1.0, x.since_field + dt), 1.0)
+        age = ops.named("field_age", age)
+        f_rate = ops.maximum(p.force_rate_per_s, FORCE_YOUTH * x.force_youth)
+        f_follow, r_follow = (
+            ops.where(leveling, 1.0, ops.saturated(rate * dt, 1.0))
+            for rate in (f_rate, p.gyro_rate_per_s)
         )
-        f_follow, m_follow, r_follow = (
-            ops.saturated(rate * age, 1.0)
-            for rate, age in (
-                (p.force_rate_per_s, dt),
-                (p.field_rate_per_s, since_field),
-                (p.gyro_rate_per_s, dt),
-            )
-        )
-        f_follow = ops.where(leveling, 1.0, f_follow)
-        m_follow = ops.where(no_field, 0.0, ops.where(heading_unknown, 1.0, m_follow))
         f_after = [
             ops.saturated(c + f_follow * d + t, FORCE_LIMIT)
             for c, d, t in zip(f, f_change, cross(turned, f), strict=True)
         ]
+        e_now, n_now, u_now = turn(C, field)
+        level_now = (ops.saturated(c, HORIZONTAL_LIMIT) for c in (e_now, n_now))
         m_after = [
-            ops.bounded(c + m_follow * d, -444.0, 444.0, "a mean of fields")
-            for c, d in zip(m, m_change, strict=True)
+            ops.where(no_field, kept, new) for kept, new in zip(m, (*level_now, u_now), strict=True)
         ]
         r_after = [
             ops.saturated(c + r_follow * d, RATE_STEP_LIMIT)
@@ -261,9 +306,12 @@ class Mekf(Estimator):
         ]
 
         # Reference of the field; its horizontal part is negative until the heading is known.
-        follow = ops.where(heading_unknown, 1.0, ops.saturated(p.field_follow_per_s * dt, 1.0))
+        m_rate = ops.maximum(p.field_follow_per_s, FIELD_YOUTH * x.field_youth)
+        follow = ops.where(heading_unknown, 1.0, ops.saturated(m_rate * dt, 1.0))
         horizontal = ops.bounded(
-            ops.where(unknown, -1.0, x.horizontal + follow * change[0]),
+            ops.where(
+                leveling | ~aligning & heading_unknown, -1.0, x.horizontal + follow * change[0]
+            ),
             -1.0,
             450.0,
             "a mean of magnitudes",
@@ -274,13 +322,20 @@ class Mekf(Estimator):
         motion = (
             dot(f_change, f_change)
             + RATE_WEIGHT * dot(r_change, r_change)
-            + MEAN_WEIGHT * dot(rate, rate)
+            + MEAN_WEIGHT * dot(off, off)
         )
         at_rest = _below(motion, p.rest_motion_sq)
         rest_s = ops.where(at_rest, ops.saturated(x.rest_s + dt, 32.0), 0.0)
-        rest_s = ops.where(leveling, ops.where(restart | no_vertical, -1.0, 0.0), rest_s)
+        rest_s = ops.where(leveling, ops.where(no_vertical, -1.0, 0.0), rest_s)
 
-        flags = (leveling, unknown, no_vertical, no_field, 2.0 * p.heading_var < trusted, resting)
+        flags = (
+            leveling & no_vertical,
+            heading_unknown & stale,
+            no_vertical,
+            no_field,
+            p.heading_var < odd_var,
+            resting,
+        )
         status: Any = 0.0
         for bit, flag in enumerate(flags):
             status = status + ops.where(flag, float(1 << bit), 0.0)
@@ -294,11 +349,13 @@ class Mekf(Estimator):
             **{f"rate_{a}": v for a, v in zip("xyz", r_after, strict=True)},
             "horizontal": horizontal,
             "vertical": vertical,
+            "force_youth": ops.where(leveling, YOUTH_START, _older(x.force_youth, dt)),
+            "field_youth": ops.where(aligning, YOUTH_START, _older(x.field_youth, dt)),
             "odd_sq": ops.where(heading_unknown, 0.0, odd_sq),
             "since_update": ops.where(due, 0.0, since),
             "axis": ops.bounded(ops.where(due, h[1] - h[2], x.axis), -1.0, 1.0, "one of three"),
             "rest_s": rest_s,
-            "since_field": ops.where(no_field, since_field, 0.0),
+            "since_field": ops.where(no_field, age, 0.0),
         }
         out = {
             "pitch": pitch,
@@ -314,24 +371,28 @@ class Mekf(Estimator):
 
     @staticmethod
     def _correction(
-        up: Any, sine: Any, cosine: Any, turned: Any, tilt_unknown: Any, aligning_heading: Any
+        anew: Any, aligning: Any, level: Any, north: Any, around: Any, turned: Any
     ) -> list[Any]:
-        """Quaternion of norm up to 1.2 that turns the attitude about navigation axes.
+        """Quaternion of norm 0.2 to 1.1 that turns the attitude about navigation axes.
 
-        * in general (1, d/2);
-        * tilt not known: the shortest turn of the measured vertical (e, n, u) to the top,
-          (1 + u, n, -e, 0)/2;
-        * heading not known: the turn about the vertical by the angle of (cosine, sine),
-          (1 + c, 0, 0, s)/2.
+        The product of a turn about the vertical, where the heading aligns (that of ``north`` at
+        the first sample, then of ``around``), and of ``level`` at the first sample, then of the
+        correction (1, d/2).
         """
-        level = (up[2] - 1.0, up[1], -up[0], 0.0)
-        around = (cosine - 1.0, 0.0, 0.0, sine)
-        small = (0.0, *turned)
-        w, *v = (
-            0.5 * ops.where(tilt_unknown, a, ops.where(aligning_heading, b, c))
-            for a, b, c in zip(level, around, small, strict=True)
-        )
-        return [(1.0 + NEVER_ZERO) + w, *v]
+        a = [
+            ops.where(aligning, ops.where(anew, first, later), other)
+            for first, later, other in zip(north, around, (2.0, 0.0), strict=True)
+        ]
+        b = [
+            ops.where(anew, first, later)
+            for first, later in zip((*level, 0.0), (2.0, *turned), strict=True)
+        ]
+        return [
+            0.25 * (a[0] * b[0] - a[1] * b[3]),
+            0.25 * (a[0] * b[1] - a[1] * b[2]),
+            0.25 * (a[0] * b[2] + a[1] * b[1]),
+            0.25 * (a[0] * b[3] + a[1] * b[0]),
+        ]
 
     @staticmethod
     def _covariance(
@@ -343,7 +404,8 @@ class Mekf(Estimator):
         start: Any,
         keep: Any,
         rest_gain: Any,
-        gyro: Any,
+        attitude: Any,
+        growth: Any,
         p: Any,
     ) -> Symmetric:
         """Update, then predict: Phi (P - K P_h:) Phi^T + Q, Phi = [I, -A; 0, I], A = C step.
@@ -354,10 +416,9 @@ class Mekf(Estimator):
         trace = P[0][0] + P[1][1] + P[2][2] + P[3][3] + P[4][4] + P[5][5]
         step = ops.named("growth_step", ops.where(trace > TRACE_LIMIT, 0.0, step))
         A = [[c * (step * (1.0 / BIAS_SCALE)) for c in row] for row in C]
-        attitude = p.gyro_var + p.gyro_scale_var * dot(gyro, gyro)
-        attitude = ops.saturated(attitude * step, GROWTH_LIMIT)
+        added = [ops.saturated(attitude * step + more * step, GROWTH_LIMIT) for more in growth]
         walk = BIAS_SCALE * BIAS_SCALE * (p.bias_var * step + p.rest_var * rest_gain)
-        p0 = (p.p0_tilt, p.p0_tilt, p.p0_heading, *(BIAS_SCALE * BIAS_SCALE * p.p0_bias,) * 3)
+        p0 = (P0_TILT, P0_TILT, P0_HEADING, *(BIAS_SCALE * BIAS_SCALE * p.p0_bias,) * 3)
         factor = (1.0, keep, ops.named("rest_keep_sq", keep * keep))
 
         def updated(i: int, j: int) -> Any:
@@ -385,7 +446,7 @@ class Mekf(Estimator):
 
         def tilt(i: int, j: int) -> Any:
             if i == j:
-                value = updated(i, i) - 2.0 * dot(A[i], across[i]) + attitude
+                value = updated(i, i) - 2.0 * dot(A[i], across[i]) + added[i // 2]
             else:
                 value = updated(i, j) - dot(A[i], across[j]) - dot(across[i], A[j])
             return _element(ops.where(start, p0[i] if i == j else 0.0, value))

@@ -12,7 +12,6 @@ __all__ = [
     "OUTPUTS",
     "PAIRS",
     "PARAMS",
-    "START",
     "STATES",
     "STATUS_BITS",
     "covariance_name",
@@ -25,12 +24,12 @@ BIAS_SCALE = 128.0
 AXES = ("e", "n", "u", "x", "y", "z")
 PAIRS = tuple((i, j) for i in range(6) for j in range(i, 6))
 
-#: Attitude from which every alignment starts: half a turn away from none that people stand at.
-START = (0.5377, 0.3126, -0.2871, 0.7285)
+#: No attitude yet, which status bit 0 says.
+START = (("w", 1.0 - 2.0**-31), ("x", 0.0), ("y", 0.0), ("z", 0.0))
 
 #: Bits of the output ``status``.
 STATUS_BITS = {
-    0: "aligning: no attitude yet",
+    0: "no attitude yet: no specific force so far",
     1: "heading not aligned: no magnetometer sample so far",
     2: "accelerometer not used: no specific force",
     3: "no magnetometer sample",
@@ -47,7 +46,7 @@ def covariance_name(i: int, j: int) -> str:
 PARAMS = (
     Param(
         "gyro_var",
-        3.6e-5,
+        4e-05,
         1e-6,
         0.0156,
         "rad^2/s",
@@ -56,7 +55,7 @@ PARAMS = (
     ),
     Param(
         "gyro_scale_var",
-        4e-5,
+        2e-05,
         0.0,
         0.0039,
         "s",
@@ -64,7 +63,7 @@ PARAMS = (
     ),
     Param(
         "bias_var",
-        1e-10,
+        3e-08,
         3e-11,
         1e-7,
         "(rad/s)^2/s",
@@ -72,7 +71,7 @@ PARAMS = (
     ),
     Param(
         "tilt_var",
-        8e-4,
+        0.00075,
         1e-4,
         1.0,
         "rad^2*s",
@@ -80,7 +79,7 @@ PARAMS = (
     ),
     Param(
         "heading_var",
-        0.032,
+        1e-3,
         1e-4,
         3.6,
         "rad^2*s",
@@ -95,20 +94,19 @@ PARAMS = (
         "1/s",
         "how fast the bias goes to the gyro's mean at rest; 0 never",
     ),
-    Param("rest_var", 3e-8, 1e-9, 6e-5, "(rad/s)^2", "twice the variance of the bias learnt so"),
+    Param("rest_var", 1e-07, 1e-9, 6e-5, "(rad/s)^2", "twice the variance of the bias learnt so"),
     Param(
         "force_rate_per_s",
-        0.7,
+        0.65,
         0.01,
         30.0,
         "1/s",
         "corner of the low-pass of the specific "
         "force in navigation axes: small averages longer accelerations",
     ),
-    Param("field_rate_per_s", 12.0, 0.1, 63.0, "1/s", "corner of the low-pass of the field"),
     Param(
         "field_trust_s",
-        1.0,
+        0.28,
         0.0,
         1e3,
         "s",
@@ -117,7 +115,7 @@ PARAMS = (
     ),
     Param(
         "field_forget_per_s",
-        1.0,
+        0.4,
         0.0,
         30.0,
         "1/s",
@@ -125,11 +123,37 @@ PARAMS = (
     ),
     Param(
         "field_follow_per_s",
-        0.05,
+        0.04,
         0.0,
         30.0,
         "1/s",
         "how fast the reference follows the field: large adopts a new place soon, 0 never",
+    ),
+    Param(
+        "dip_trust_s",
+        0.6,
+        0.0,
+        1e3,
+        "s",
+        "how much the variance of the tilt, times the squared tangent of the dip, adds to "
+        "heading_var",
+    ),
+    Param(
+        "start_tilt_var",
+        0.04,
+        0.0,
+        0.25,
+        "rad^2*s",
+        "more random walk of the tilt while the mean force is young, over its squared age: large "
+        "follows the accelerometer at the start",
+    ),
+    Param(
+        "start_heading_var",
+        0.07,
+        0.0,
+        0.25,
+        "rad^2*s",
+        "the same of the heading while it has not been observed for long",
     ),
     Param("field_min_sq", 4.0, 0.1, 4e3, "uT^2", "squared field below which there is no sample"),
     Param(
@@ -140,10 +164,19 @@ PARAMS = (
         "(m/s^2)^2",
         "squared low-passed specific force below which it is not used",
     ),
+    Param(
+        "gyro_most_sq",
+        1500.0,
+        0.25,
+        4800.0,
+        "(rad/s)^2",
+        "squared rate beyond which the gyro says nothing and the mean rate stands in: a little "
+        "less than its full scale",
+    ),
     Param("gyro_rate_per_s", 2.0, 0.01, 30.0, "1/s", "corner of the low-pass of the gyro"),
     Param(
         "rest_motion_sq",
-        0.25,
+        0.4,
         0.0,
         900.0,
         "(m/s^2)^2",
@@ -151,23 +184,24 @@ PARAMS = (
         "force's deviation from its mean; 16 m/s^2 stand for 1 rad/s of the rate's deviation "
         "from its mean, 5.7 for 1 rad/s of that mean",
     ),
-    Param("rest_time_s", 1.5, 0.0, 30.0, "s", "how long that must last"),
-    Param("p0_tilt", 1.2e-3, 1e-8, 1.0, "rad^2", "variance of the first tilt"),
-    Param("p0_heading", 7.6e-3, 1e-8, 1.0, "rad^2", "variance of the first heading"),
-    Param("p0_bias", 3e-6, 1e-11, 6e-5, "(rad/s)^2", "variance of the gyro's bias at the start"),
+    Param("rest_time_s", 0.5, 0.0, 30.0, "s", "how long that must last"),
+    Param("p0_bias", 4.5e-05, 1e-11, 6e-5, "(rad/s)^2", "variance of the gyro's bias at the start"),
     Param("update_s", 0.0087, 0.004, 0.24, "s", "least time between two scalar updates"),
 )
 
 STATES = (
-    *(State(f"q{a}", -1.0, 1.0 - 2.0**-31, "", v) for a, v in zip("wxyz", START, strict=True)),
+    *(State(f"q{a}", -1.0, 1.0 - 2.0**-31, "", v) for a, v in START),
     *(State(f"bias_{a}", -0.25, 0.25 * (1 - 2.0**-31), "rad/s") for a in "xyz"),
     *(State(covariance_name(i, j), -3.9, 3.9, "") for i, j in PAIRS),
     *(State(f"force_{a}", -256.0, 256.0 * (1 - 2.0**-31), "m/s^2") for a in "enu"),
-    *(State(f"field_{a}", -444.0, 444.0, "uT") for a in "enu"),
+    *(State(f"field_{a}", -128.0, 128.0 * (1 - 2.0**-31), "uT") for a in "en"),
+    State("field_u", -444.0, 444.0, "uT"),
     *(State(f"rate_{a}", -4.0, 4.0 * (1 - 2.0**-31), "rad/s") for a in "xyz"),
     State("horizontal", -1.0, 450.0, "uT", -1.0),  # of the reference field; -1: not known
     State("vertical", -450.0, 450.0, "uT"),
-    State("odd_sq", 0.0, 32.0, ""),
+    State("force_youth", 0.0, 64.0, "1/s", 64.0),  # one over the age of the mean force
+    State("field_youth", 0.0, 64.0, "1/s", 64.0),  # the same of the heading
+    State("odd_sq", 0.0, 2.0, ""),
     State("since_update", 0.0, 0.5, "s"),
     State("axis", -1.0, 1.0, "", -1.0),  # whose turn it is: -1, 0, 1 first, second, third
     State("rest_s", -1.0, 32.0, "s", -1.0),  # for how long at rest; -1: tilt not known

@@ -22,7 +22,7 @@ from boresight.sim.compare.difference import Difference, differences
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.processes import dealt
-from boresight.sim.records.feed import Feed, feed
+from boresight.sim.records.feed import Feed, feed, fitted
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
 
@@ -82,7 +82,26 @@ def _ours(
     with_float: bool,
     jobs: int | None,
 ) -> list[Result]:
-    """One of our estimators on all records."""
+    """One of our estimators on all records, made anew for each rate that it needs to know."""
+    made: dict[tuple[float, ...], tuple[Estimator, list[Trial]]] = {}
+    for t in trials:
+        one = fitted(estimator, t.record)
+        made.setdefault(tuple(one.rates_hz.values()), (one, []))[1].append(t)
+    out: list[Result] = []
+    for one, those in made.values():
+        out += _at_one_rate(one, those, params, word, with_float, jobs)
+    return out
+
+
+def _at_one_rate(
+    estimator: Estimator,
+    trials: Sequence[Trial],
+    params: Mapping[str, float] | None,
+    word: int,
+    with_float: bool,
+    jobs: int | None,
+) -> list[Result]:
+    """One of our estimators on records that one build of it takes."""
     feeds = [t.fed(estimator) for t in trials]
     start = time.perf_counter()
     runs = Scorer(estimator, feeds, word=word, jobs=jobs).runs(params)

@@ -2,7 +2,8 @@
 
 Each gives attitudes b to n (ENU) like ours. What their packages leave to the user:
 
-* `vqf` works in ENU. Its filters want one rate; a log with other steps gets the median step. Where
+* `vqf` works in ENU. Its filters want one rate; a log with other steps gets the median step, and
+  gaps are filled with the sample that ends them. Without any field it is its six-axis form. Where
   the magnetometer has nothing new they are fed the zero vector, which they skip, and are told the
   mean step of the magnetometer; the offline filter, which knows one rate only, gets the last
   sample again.
@@ -45,6 +46,10 @@ FloatArray = npt.NDArray[np.float64]
 
 #: ENU out of axes with x to the north and y to the west: a quarter turn about the vertical.
 _QUARTER = np.array([np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)])
+
+
+#: Longest gap [s] that is filled.
+_LONGEST_GAP_S = 1.0
 
 
 @dataclass(frozen=True)
@@ -151,10 +156,20 @@ def _contiguous(*arrays: FloatArray) -> list[FloatArray]:
 
 def _online(log: NineAxis, dip: float | None, kind: str) -> FloatArray:
     step = float(np.median(log.dt))
-    samples = _contiguous(log.gyr, log.acc, _field(log))
-    every = len(log) / int(np.count_nonzero(log.mag_new))
-    filter_ = getattr(_package("vqf"), kind)(step, magTs=step * every)
-    return np.asarray(filter_.updateBatch(*samples)["quat9D"], dtype=np.float64)
+    # What is missing in a gap is the next sample, again and again.
+    times = np.clip(np.rint(log.dt / step), 1, _LONGEST_GAP_S / step).astype(np.int64)
+    rows, last = np.repeat(np.arange(len(log)), times), np.cumsum(times) - 1
+    gyr, acc = log.gyr[rows], log.acc[rows]
+    package = _package("vqf")
+    if not log.mag_new.any():
+        out = getattr(package, kind)(step).updateBatch(*_contiguous(gyr, acc))
+        return np.asarray(out["quat6D"], dtype=np.float64)[last]
+    field = np.zeros_like(gyr)
+    field[last] = _field(log)
+    every = len(rows) / int(np.count_nonzero(log.mag_new))
+    filter_ = getattr(package, kind)(step, magTs=step * every)
+    out = filter_.updateBatch(*_contiguous(gyr, acc, field))
+    return np.asarray(out["quat9D"], dtype=np.float64)[last]
 
 
 def _vqf_offline(log: NineAxis, dip: float | None) -> FloatArray:
@@ -220,7 +235,7 @@ PEERS: dict[str, Peer] = {
     name: Peer(name, summary, package, kernel, settings)
     for name, summary, package, kernel, settings in (
         ("vqf_offline", "VQF, offline (not causal)", "vqf", _vqf_offline, ()),
-        ("vqf", "VQF", "vqf", _online, ("VQF",)),
+        ("vqf_online", "VQF", "vqf", _online, ("VQF",)),
         ("vqf_basic", "VQF without rest, bias and disturbance handling", "vqf", _online, _BASIC),
         ("madgwick", "Madgwick, ahrs, its gain 0.041", "ahrs", _madgwick, (0.041,)),
         ("madgwick_tuned", f"Madgwick, ahrs, gain 0.08 {_TUNED}", "ahrs", _madgwick, (0.08,)),

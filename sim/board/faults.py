@@ -140,6 +140,7 @@ def fault_trial(
     *,
     log: Record | None = None,
     updates: int = _UPDATES,
+    span: tuple[int, int] | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> FaultTrial:
     """Run one fault.
@@ -152,12 +153,14 @@ def fault_trial(
         One of `INERTIAL_FAULTS`, `COMPASS_FAULTS`.
     updates : int
         Length of the run: an inertial fault is over after 1,400 samples, one of the compass after
-        1,900.
+        1,900, if ``span`` does not say otherwise.
+    span : (int, int)
+        First sample (line of the compass) of the fault, and the first after it.
     """
     say = progress or (lambda text: None)
     log = log or trial_log()
     say(f"{device}: {fault}")
-    first, last = _INERTIAL_SPAN if device == "adis" else _COMPASS_SPAN
+    first, last = span or (_INERTIAL_SPAN if device == "adis" else _COMPASS_SPAN)
     name = fault if device == "adis" else str(COMPASS_FAULTS.index(fault))
     run = run_board(
         board,

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from boresight.sim.experiments.experiment import Target
 from boresight.sim.pages import page
 
-__all__ = ["Section", "render"]
+__all__ = ["Section", "numbers", "render"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,6 +31,11 @@ class Section:
     columns: Sequence[str] = ()
     rows: Sequence[Sequence[str | float]] = ()
     figures: Sequence[tuple[str, str]] = ()
+
+
+def numbers(values: Iterable[float], form: str = ".2f") -> str:
+    """Several numbers as one cell."""
+    return ", ".join(f"{v:{form}}" for v in values).replace("-", "\N{MINUS SIGN}")
 
 
 def render(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from boresight.model.resolve import load
+from boresight.sim.experiments.array.experiment import Array
 from boresight.sim.experiments.experiment import Experiment
 from boresight.sim.experiments.ma2014.experiment import Ma2014
 from boresight.sim.experiments.mls.experiment import Mls
@@ -14,7 +15,7 @@ __all__ = ["EXPERIMENTS", "EXPERIMENT_GROUP", "experiment_of"]
 #: Entry points of installed packages that are experiments.
 EXPERIMENT_GROUP = "boresight.experiments"
 
-EXPERIMENTS: dict[str, type[Experiment]] = {e.name: e for e in (Ma2014, Mls, Radar, Satcom)}
+EXPERIMENTS: dict[str, type[Experiment]] = {e.name: e for e in (Array, Ma2014, Mls, Radar, Satcom)}
 
 
 def experiment_of(what: str | type[Experiment] | Experiment) -> Experiment:

@@ -21,6 +21,7 @@ Case = TypeVar("Case")
 POOLED: dict[str, Callable[[FloatArray], Any]] = {
     "rms": lambda values: np.sqrt(np.mean(values**2)),
     "max": np.max,
+    "min": np.min,
     "sum": np.sum,
 }
 

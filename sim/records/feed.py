@@ -16,7 +16,10 @@ from boresight.sim.records.nine_axis import check_norm, truth_names
 from boresight.sim.records.plausible import warnings_of
 from boresight.sim.records.record import Record
 
-__all__ = ["Feed", "feed"]
+__all__ = ["Feed", "feed", "fitted"]
+
+#: Share by which a record's rate may differ from the one that an estimator is made for.
+_RATE_TOLERANCE = 0.02
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -72,8 +75,9 @@ def feed(estimator: Estimator, record: Record, *, linked: Collection[int] = ()) 
     InputError
         No column for an input, a unit that is not known or of another dimension, a missing sample
         where none may be missing, a value outside the declared range of an input that does not
-        clamp.
+        clamp, samples at another rate than the estimator is made for.
     """
+    _refuse_rate(estimator, record)
     n = len(record)
     inputs = np.empty((n, len(estimator.inputs)))
     new = np.ones((n, len(estimator.inputs)), dtype=np.bool_)
@@ -109,6 +113,42 @@ def feed(estimator: Estimator, record: Record, *, linked: Collection[int] = ()) 
         record.columns["mov"].values != 0.0 if "mov" in record.columns else np.ones(n, dtype=bool),
         warnings_of(estimator, inputs, new),
     )
+
+
+def fitted(estimator: Estimator, record: Record) -> Estimator:
+    """The estimator, made for the rates of a record where it needs to know them."""
+    if not estimator.rates_hz or not _timed(record):
+        return estimator
+    rate = _rate_hz(record)
+    shares = {
+        i.name: float(np.mean(~np.isnan(record.columns[i.name].values)))
+        for i in estimator.inputs
+        if i.name in record.columns
+    }
+    found = {name: rate * share for name, share in shares.items() if share}
+    return estimator.for_rates(found | {"dt": rate})
+
+
+def _timed(record: Record) -> bool:
+    return "t" in record.columns or "dt" in record.columns
+
+
+def _rate_hz(record: Record) -> float:
+    return 1.0 / max(float(np.median(record.steps())), 1e-9)
+
+
+def _refuse_rate(estimator: Estimator, record: Record) -> None:
+    wanted = estimator.rates_hz.get("dt")
+    if wanted is None or not _timed(record):
+        return
+    found = _rate_hz(record)
+    if abs(found / wanted - 1.0) > _RATE_TOLERANCE:
+        raise InputError.at(
+            record.where,
+            wanted=f"{wanted:g} samples a second, for which {estimator.name} is made",
+            found=f"{found:.6g}",
+            fix=f"write {type(estimator).__name__.lower()}(rate_hz={found:.6g})",
+        )
 
 
 def _values(estimator: Estimator, record: Record, declared: Input) -> FloatArray:

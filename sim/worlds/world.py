@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
 from boresight.model.errors import InputError
 
-__all__ = ["Played", "World"]
+__all__ = ["Played", "Streamed", "World"]
 
 
 class World:
@@ -83,3 +83,24 @@ class Played(World):
     def record(self, outputs: Mapping[str, float] | None) -> Mapping[str, float] | None:
         """The next record; see `World`."""
         return next(self._left, None)
+
+
+class Streamed(World):
+    """A world that hears nothing, of very many records: it makes them piece by piece, as arrays."""
+
+    def pieces(self) -> Iterator[Mapping[str, npt.NDArray[np.float64]]]:
+        """All records from the start on: columns (n,) by name, as in `World.record`."""
+        raise NotImplementedError
+
+    def start(self) -> None:
+        """Begin anew."""
+        self._rows = self._each()
+
+    def _each(self) -> Iterator[Mapping[str, float]]:
+        for piece in self.pieces():
+            for row in np.stack([*piece.values()], axis=1).tolist():
+                yield dict(zip(piece, row, strict=True))
+
+    def record(self, outputs: Mapping[str, float] | None) -> Mapping[str, float] | None:
+        """The next record; see `World`."""
+        return next(self._rows, None)

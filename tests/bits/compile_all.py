@@ -2,27 +2,28 @@
 
 Run as a process of its own by `test_same_bits`, in an environment that the test chooses::
 
-    python compile_all.py FOLDER [--passes N] [--off-by-one] [--synth]
+    python compile_all.py FOLDER [--passes N] [--words W ...] [--off-by-one] [--synth]
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 #: States of one core, of 128: outputs that others read become some, too.
-ROOM = 110
+ROOM = 100
 
 
-def programs(folder: Path) -> None:
+def programs(folder: Path, words: Sequence[int]) -> None:
     """Every estimator and every program before the filters; cores have 24 bits besides."""
     from boresight.firmware.emit import emit_c
     from boresight.model.estimators import ESTIMATORS
     from boresight.model.front import FRONT
 
     for name, kind in {**ESTIMATORS, **FRONT}.items():
-        for word in (32, 18):
+        for word in words:
             program = kind().compile(word=word)
             place = folder / f"{name}-{word}"
             place.mkdir(parents=True)
@@ -58,6 +59,7 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("folder", type=Path)
     parser.add_argument("--passes", type=int, help="most passes of the scheduler per program")
+    parser.add_argument("--words", type=int, nargs="+", default=(32, 18), help="widths of programs")
     parser.add_argument("--off-by-one", action="store_true")
     parser.add_argument("--synth", action="store_true")
     args = parser.parse_args()
@@ -69,7 +71,7 @@ def main() -> None:
         from boresight.gateware.schedule import search as schedule
 
         schedule._PASSES = (args.passes, args.passes)
-    programs(args.folder / "programs")
+    programs(args.folder / "programs", args.words)
     cores(args.folder, args.synth)
     import boresight
 

@@ -56,7 +56,10 @@ def refused(tmp_path, capsys, monkeypatch):
         ("run mekf log.csv --steps 0", "steps: wanted 1 or more, found 0"),
         ("run mekf log.csv --steps -1", "steps: wanted 1 or more, found -1"),
         ("run mekf log.csv --steps x", "--steps: wanted a whole number, found 'x'"),
-        ("run mekf log.csv --config huge", "config: wanted one of small, fast, found 'huge'"),
+        (
+            "run mekf log.csv --config huge",
+            "config: wanted one of small, fast, small-1024, fast-1024, found 'huge'",
+        ),
         ("run mekf /dev/zero", "/dev/zero: wanted a log file that can be read, found a device"),
         ("run mekf folder", "folder: wanted a log file that can be read, found a folder"),
         ("run mekf text.txt/x", "wanted a log file that can be read, found not a directory"),
@@ -100,11 +103,17 @@ def refused(tmp_path, capsys, monkeypatch):
         ("monitor empty.bin -q", "wanted attitudes, in frames or lines of text, found none;"),
         ("monitor text.txt --map other.json", "other.json, registers: wanted a registers.json of"),
         ("monitor /dev/null", "/dev/null: wanted a serial port, or a file of captured bytes, "),
-        ("simulate --config nosuch -o x", "config: wanted one of small, fast, found 'nosuch'"),
+        (
+            "simulate --config nosuch -o x",
+            "config: wanted one of small, fast, small-1024, fast-1024, found 'nosuch'",
+        ),
         ("simulate mekf --word 30 -o x", "--word: wanted a world before it, found the simula"),
         ("simulate mekf --param a=1 -o x", "--param: wanted a world before it, found the simulat"),
         ("simulate --steps 5 -o x", "--steps: wanted a world before it, found the simulation"),
-        ("simulate --faults --config nosuch", "config: wanted one of small, fast, found 'nosuch'"),
+        (
+            "simulate --faults --config nosuch",
+            "config: wanted one of small, fast, small-1024, fast-1024, found 'nosuch'",
+        ),
         ("simulate --faults --seconds nan", "seconds: wanted 0.05 to 20, found nan"),
     ],
 )

@@ -10,11 +10,12 @@ import pytest
 
 from boresight.gateware import core as core_module
 from boresight.gateware.core import Core, build_core, build_shared_core
-from boresight.gateware.machine import CONFIGS
+from boresight.gateware.machine import ALL_CONFIGS, CONFIGS
 from boresight.gateware.microcode.emulator import Emulator
 from boresight.gateware.schedule.slots import ScheduleError
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Kind
+from tests.support.crowded_program import crowded_program
 from tests.support.random_program import random_inputs, random_program, random_programs
 
 CONFIG = pytest.mark.parametrize("config", sorted(CONFIGS))
@@ -58,6 +59,24 @@ def test_taking_turns_changes_nothing(config: str, seed: int) -> None:
 
 
 @CONFIG
+def test_crowded_programs_leave_each_others_states_alone(config: str) -> None:
+    """Their results live in the registers of next states, under parities that differ."""
+    programs = [crowded_program(), crowded_program("other", states=68)]
+    core = build_shared_core(programs, config, restarts=0)
+    rng, emulator = random.Random(2), Emulator(core.machine, core.image)
+    models = [Interpreter(p) for p in programs]
+    for _ in range(24):
+        number = rng.randrange(2)
+        emulator.select(number)
+        words = [rng.getrandbits(32) - (1 << 31) for _ in range(2)]
+        if rng.random() < 0.2:
+            emulator.update(words[:1])
+            continue
+        wanted, _ = models[number].update(np.array(words)[:, None])
+        assert emulator.update(words).outputs == wanted[:, 0].tolist()
+
+
+@CONFIG
 def test_the_program_at_hand(config: str) -> None:
     core = shared(config, 1)
     assert core.number == 0 and core.names == ("random0", "random1", "random2")
@@ -91,9 +110,9 @@ def test_parameters_go_on_in_the_next_bank() -> None:
     assert [fast.parameter_register(k) for k in (0, 47, 48, 100)] == [0, 47, 256, 308]
 
 
-@CONFIG
+@pytest.mark.parametrize("config", sorted(ALL_CONFIGS))
 def test_many_parameters(config: str) -> None:
-    """So many that in ``fast`` they fill more than one bank's share."""
+    """So many that with two lanes they fill more than one bank's share."""
     from boresight.model.words.fixed import Arithmetic
     from boresight.model.words.program import Op, Program, Term, Value
 
@@ -106,16 +125,30 @@ def test_many_parameters(config: str) -> None:
         op = Op(n + 1, tuple(Term(0, k + 1, 23) for k in range(n)))
         return Program(name, Arithmetic(), tuple(values), (op,), (0,), (n + 1,), ("y",), (), ())
 
-    programs = [wide("a", 40), wide("b", 50)]
+    programs = [wide("a", 40), wide("b", 70)]
     core = build_shared_core(programs, config, restarts=0)
     machine = core.machine
     addresses = [list(core.select(k).parameter_addresses.values()) for k in range(2)]
-    assert addresses[0] + addresses[1] == [machine.parameter_register(k) for k in range(90)]
+    registers = [machine.parameter_register(k) for k in range(110)]
+    assert addresses[0] + addresses[1] == [machine.parameter_address(r) for r in registers]
+    assert max(addresses[1]) < 512 and machine.lanes == len(
+        {r // machine.bank_depth for r in registers}
+    )
     for number, program in enumerate(programs):
         emulator = Emulator(machine, core.image)
         emulator.select(number)
         wanted, _ = Interpreter(program).update(np.array([[1 << 28]]))
         assert emulator.update([1 << 28]).outputs == wanted[:, 0].tolist()
+        model = Interpreter(program)
+        for k, address in enumerate(addresses[number]):
+            model.params[program.find(f"p{k}")] = 3 << k % 24
+            emulator.poke(address, 3 << k % 24)
+        if config in CONFIGS:  # a state's: nothing happens
+            before = list(emulator.registers)
+            emulator.poke(511, 1)
+            assert emulator.registers == before
+        wanted, _ = model.update(np.array([[1 << 27]]))
+        assert emulator.update([1 << 27]).outputs == wanted[:, 0].tolist()
 
 
 @CONFIG
@@ -161,7 +194,7 @@ def test_refused() -> None:
     with pytest.raises(
         ScheduleError,
         match=r"^random0, random1, random2: 129 states, the fast "
-        r"machine has room for 128$",
+        r"machine has room for 128; config fast-1024 has more$",
     ):
         build_shared_core(crowd, "fast", restarts=0)
 
@@ -170,7 +203,7 @@ def test_too_long_together(monkeypatch) -> None:
     programs = random_programs(4, 2)
     lengths = [build_core(p, "small", restarts=0).schedule.length for p in programs]
     machine = dataclasses.replace(CONFIGS["small"], rom_words=sum(lengths) - 1)
-    monkeypatch.setitem(CONFIGS, "small", machine)
+    monkeypatch.setitem(ALL_CONFIGS, "small", machine)
     with pytest.raises(
         ScheduleError,
         match=rf"^the programs take {sum(lengths)} microwords, the "

@@ -1,8 +1,8 @@
-"""The two configurations, in the figures that docs/engine.md gives of them."""
+"""The configurations, in the figures that docs/engine.md gives of them."""
 
 import pytest
 
-from boresight.gateware.machine import CONFIGS, Machine
+from boresight.gateware.machine import ALL_CONFIGS, CONFIGS, Machine
 
 SMALL, FAST = CONFIGS["small"], CONFIGS["fast"]
 
@@ -15,8 +15,44 @@ def test_figures() -> None:
     assert [m.word_bits for m in (SMALL, FAST)] == [54, 101]
 
 
+def test_twice_the_registers_and_nothing_else() -> None:
+    large = [m for m in ALL_CONFIGS.values() if m not in CONFIGS.values()]
+    assert [m.name for m in large] == ["small-1024", "fast-1024"]
+    for few, many in zip(CONFIGS.values(), large, strict=True):
+        assert (many.register_words, few.register_words) == (1024, 512)
+        assert many.bank_depth == 2 * few.bank_depth
+        assert many.state_slots == 2 * few.state_slots
+        assert (many.lanes, many.latency) == (few.lanes, few.latency)
+        wider = {"a_addr", "b_addr", "dest"}
+        for a, b in zip(few.fields(), many.fields(), strict=True):
+            assert b.width == a.width + (a.name[:-1] in wider)
+            assert (a.name, a.stage, a.meaning) == (b.name, b.stage, b.meaning)
+
+
+@pytest.mark.parametrize("words", [0, 511, 768, 2048])
+def test_512_registers_or_1024(words: int) -> None:
+    with pytest.raises(ValueError, match=f"^register_words must be 512 or 1024, not {words}$"):
+        Machine("odd", 1, register_words=words)
+
+
+def test_who_has_more_registers() -> None:
+    assert SMALL.remedy == "; config small-1024 has more"
+    assert FAST.remedy == "; config fast-1024 has more"
+    assert ALL_CONFIGS["small-1024"].remedy == ALL_CONFIGS["fast-1024"].remedy == ""
+
+
+def test_memories_side_by_side_hold_a_microword() -> None:
+    for machine in ALL_CONFIGS.values():
+        for depth in (256, 1024):
+            assert machine.rom_columns(depth) == (machine.word_bits,)
+    assert ALL_CONFIGS["small-1024"].rom_columns(2048) == (54, 3)
+    assert SMALL.rom_columns(2048) == (54,)
+    assert FAST.rom_columns(4096) == (101,)
+    assert ALL_CONFIGS["fast-1024"].rom_columns(4096) == (107,)
+
+
 def test_every_field_stands_once_and_works_in_a_stage_of_the_pipeline() -> None:
-    for machine in CONFIGS.values():
+    for machine in ALL_CONFIGS.values():
         fields = machine.fields()
         assert len({f.name for f in fields}) == len(fields)
         assert {f.stage for f in fields} <= set(range(machine.STAGE_WRITE + 1))
@@ -30,6 +66,19 @@ def test_every_field_stands_once_and_works_in_a_stage_of_the_pipeline() -> None:
 def test_parameters_fill_three_eighths_of_the_lower_half_then_the_next_bank() -> None:
     assert [SMALL.parameter_register(k) for k in (0, 95, 96, 200)] == [0, 95, 96, 200]
     assert [FAST.parameter_register(k) for k in (0, 47, 48, 200)] == [0, 47, 256, 408]
+    large = ALL_CONFIGS["fast-1024"]
+    assert [large.parameter_register(k) for k in (0, 95, 96, 200)] == [0, 95, 512, 616]
+
+
+def test_the_bus_has_the_lower_half_of_every_bank_below_512() -> None:
+    for name, wanted in (
+        ("small", {0: 0, 255: 255}),
+        ("small-1024", {0: 0, 511: 511}),
+        ("fast", {127: 127, 256: 256, 383: 383}),
+        ("fast-1024", {0: 0, 255: 255, 512: 256, 767: 511}),
+    ):
+        machine = ALL_CONFIGS[name]
+        assert {register: machine.parameter_address(register) for register in wanted} == wanted
 
 
 @pytest.mark.parametrize("lanes", [0, 3])

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import os
 
+import numpy as np
 import pytest
 
 from boresight.sim import plotting
-from boresight.sim.plotting import COLOUR, INK, figure_and_axes, legend, settings, svg
+from boresight.sim.plotting import COLOUR, INK, band, figure_and_axes, legend, settings, svg
 
 
 def drawn(salt: str = "one", **keywords) -> str:
@@ -58,3 +59,17 @@ def test_variables_are_left_as_they_were(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.delenv("MPLCONFIGDIR", raising=False)
     settings()
     assert "MPLCONFIGDIR" not in os.environ
+
+
+def test_band_shows_least_and_most() -> None:
+    """Of each part of the curve, in its middle; what is left at the end is not shown."""
+    values = np.array([0.0, 3.0, 1.0, -1.0, 5.0, 4.0, 9.0])
+    with settings():
+        figure, axes = figure_and_axes(2.0)
+        band(axes, values, 0.5, 2, color=COLOUR["roll"], label="curve")
+        (shown,) = axes.collections
+        corners = {(float(x), float(y)) for x, y in shown.get_paths()[0].vertices}
+        assert corners == {(0.75, 0.0), (0.75, 3.0), (2.25, -1.0), (2.25, 5.0)}
+        assert shown.get_label() == "curve" and "<svg" in svg(figure, "band")
+        band(axes, values, 0.5, 100)
+        assert len(axes.collections[1].get_paths()[0].vertices) == 2 * len(values) + 3

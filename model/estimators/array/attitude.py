@@ -148,9 +148,8 @@ class ArrayAttitude(Estimator):
         turned = ops.saturated(x.turned + (1.0 / math.pi) * now.up, 4.0)
         turned = ops.bounded(turned, -4.0, 4.0 * BELOW, "saturated")
         apart = ops.absolute(turned)
-        # Three samples after a propagation are the velocities', one the cut's.
-        ready = x.count > 3.5
-        found = working & arrived & ready & (apart >= p.index_turn)
+        # Four samples after an index are the velocities' and the cut's; those after a second wait.
+        found = working & arrived & ((x.count > 3.5) | (x.late < 0.5)) & (apart >= p.index_turn)
         count = ops.where(restart, 0.0, x.count + 1.0)
         due = (count > 1.0 / self.dt - 0.5) | found
         samples = ops.where(due, count, 0.0)
@@ -185,6 +184,7 @@ class ArrayAttitude(Estimator):
             **learnt,
             **{name: p_after[i][j] for name, i, j in element_names(13)},
             "count": ops.where(due, 0.0, count),
+            "late": ops.where(due, ops.where(found, 1.0, 0.0), x.late),
             "turned": ops.where(restart, 4.0 * BELOW, ops.where(used, 0.0, turned)),
         }
         if self.literal:
@@ -228,7 +228,8 @@ class _Filtered:
 def _measured(p: Any, now: _Now, count: Any, at_index: Measured, found: Any, wide: Any) -> Measured:
     """What a sample measures: an index, a velocity in its turn, or nothing where it cuts."""
     early = [ops.where(count < k + 0.5, 1.0, 0.0) for k in range(4)]
-    row = {k: b - a for k, (a, b) in enumerate(zip(early, early[1:], strict=False))}
+    turns = [b - a for a, b in zip(early, early[1:], strict=False)]
+    row = {k: ops.where(found, 0.0, one) for k, one in enumerate(turns)}
     zero = dot(list(row.values()), [(1.0 / UNITS["velocity"]) * v for v in now.v])
     cut = wide & (count > 3.5) & ~found
     row |= {k: ops.where(cut, h, 0.0) for k, h in index.heading_row(now.seen).items()}

@@ -97,6 +97,7 @@ def filter_states(start: list[float], first: list[float], literal: bool) -> tupl
         *(State(name, -limit, limit * BELOW, unit) for name, limit, unit in _LEARNT),
         *covariance_states(13, lambda i: first[i]),
         State("count", 0.0, 1024.0),
+        State("late", 0.0, 1.0),  # P was last propagated at an index
         *(State(f"from_q{a}", -1.0, BELOW, "", c) for a, c in zip("wxyz", start, strict=True)),
         State("turned", -4.0, 4.0 * BELOW, "", 4.0 * BELOW),
         *([State("last_off", -1.0, BELOW, "ht")] if literal else []),

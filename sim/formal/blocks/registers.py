@@ -7,7 +7,7 @@ from typing import Any
 from amaranth.hdl import Array, Assert, Assume, Const, Elaboratable, Module, Mux, Signal
 
 from boresight.gateware.bus.core_registers import Registers
-from boresight.gateware.machine import CONFIGS
+from boresight.gateware.machine import ALL_CONFIGS
 from boresight.gateware.registers.core import PROGRAM
 from boresight.sim.formal.harness import after_start, before, reached, unknown
 from boresight.sim.formal.inside import Inside
@@ -52,8 +52,9 @@ class Bus(Elaboratable):
             w_data == before(m, w_data, "w_data_before")
         )
         m.d.comb += [Assume(~waited | (w_stb & same)), Assume(~grant | dut.request)]
-        fixed, half = addr[9], (dut.machine.bank_depth - 1).bit_length() - 1
-        parameter = ~fixed & ~addr[half]
+        # 512 addresses for all banks: of each those of its lower half are parameters.
+        offset, half = addr[:9] % (512 // dut.machine.lanes), dut.machine.bank_depth // 2
+        parameter = ~addr[9] & (offset < half)
         if dut.selector:
             self._chosen(m, w_stb=w_stb, parameter=parameter, grant=grant, waited=waited)
         else:
@@ -180,17 +181,17 @@ class Bus(Elaboratable):
 
 
 def _proof(config: str, programs: int, *, selector: bool = False) -> Proof:
-    machine = CONFIGS[config]
+    machine = ALL_CONFIGS[config]
     how = ", the program chosen by the port" if selector else ""
     return Proof(
         name=f"registers.{config}_{programs}" + ("_selector" if selector else ""),
         depth=12,
         induction=4,
         cover=range(11, 13),
-        claim=f"Registers, {machine.lanes} lane(s), {programs} program(s){how}: every acknowledged "
-        "write was granted once, at its own address and data; nothing is granted or acknowledged "
-        "without a write; a program that exists runs; a word read is that of the address of the "
-        "cycle before",
+        claim=f"Registers, {machine.lanes} lane(s), {machine.register_words} words, {programs} "
+        f"program(s){how}: every acknowledged write was granted once, at its own address and data; "
+        "nothing is granted or acknowledged without a write; a program that exists runs; a word "
+        "read is that of the address of the cycle before",
         harness=lambda: Bus(
             Registers(
                 machine=machine,
@@ -207,6 +208,8 @@ PROOFS = (
     _proof("small", 4),
     _proof("fast", 1),
     _proof("fast", 3),
+    _proof("small-1024", 4),
+    _proof("fast-1024", 3),
     _proof("small", 4, selector=True),
     _proof("small", 7, selector=True),
 )

@@ -7,7 +7,7 @@ from typing import Any
 from amaranth.hdl import Array, Assert, Const, Elaboratable, Module, Mux, Signal
 
 from boresight.gateware.engine.sequencer import Sequencer
-from boresight.gateware.machine import CONFIGS, Machine
+from boresight.gateware.machine import ALL_CONFIGS, CONFIGS, Machine
 from boresight.gateware.microcode.assemble import encode
 from boresight.gateware.microcode.image import Image
 from boresight.sim.formal.harness import reached, unknown
@@ -40,7 +40,7 @@ def tiny_image(machine: Machine) -> Image:
             rom.append(encode(machine, {"shift0": len(rom), **fields}))
     return Image(
         rom=rom,
-        registers=[0] * 512,
+        registers=[0] * machine.register_words,
         tables=[0] * 1536,
         lengths=tuple(len(words) for words in PROGRAMS),
     )
@@ -223,17 +223,19 @@ class Stepped(Elaboratable):
 
 
 def _proof(config: str) -> Proof:
-    machine = CONFIGS[config]
+    machine = ALL_CONFIGS[config]
     return Proof(
         name=f"sequencer.{config}",
         depth=30,
         induction=6,
         cover=range(29, 31),
-        claim=f"Sequencer, {machine.lanes} lane(s), two tiny programs, any streams and requests: "
+        short=config in CONFIGS,
+        claim=f"Sequencer, {machine.lanes} lane(s), microwords of {machine.word_bits} bits, two "
+        "tiny programs, any streams and requests: "
         "outputs as the rules say; the counter stays in its program; grants only at the first word "
         "of a record; back there within the longest program + 4 cycles in which the streams flow",
         harness=lambda: Stepped(Sequencer(machine=machine, image=tiny_image(machine))),
     )
 
 
-PROOFS = tuple(_proof(config) for config in sorted(CONFIGS))
+PROOFS = tuple(_proof(config) for config in ("fast", "small", "small-1024"))

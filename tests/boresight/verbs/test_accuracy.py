@@ -21,7 +21,7 @@ from boresight.sim.worlds.synthetic import SensorError, synthetic_log
 from boresight.verbs.accuracy import accuracy, chosen, params_by_estimator, read_trials
 from tests.support.records import write_record
 
-CHOICE = "complementary,vqf,madgwick"
+CHOICE = "complementary,vqf_online,madgwick"
 
 
 @pytest.fixture(scope="module")
@@ -74,7 +74,7 @@ def test_means_are_over_truth_alone(data):
     assert [(r["estimator"], r["level"], r["kind"]) for r in data["estimators"]] == [
         ("complementary", "fixed", "ours"),
         ("complementary", "float", "ours"),
-        ("vqf", "package", "peer"),
+        ("vqf_online", "package", "peer"),
         ("madgwick", "package", "peer"),
     ]
     for row in data["estimators"]:
@@ -118,7 +118,9 @@ def test_bundled_logs_by_default():
 
 
 def test_the_reference_is_not_measured_against_itself(folder, tmp_path):
-    data = accuracy(["vqf", "vqf_offline"], folder / "none", folder / "a", jobs=1, output=tmp_path)
+    data = accuracy(
+        ["vqf_online", "vqf_offline"], folder / "none", folder / "a", jobs=1, output=tmp_path
+    )
     row = next(line for line in accuracy_text(data).splitlines() if line.startswith("  none"))
     assert row.split()[2] == "-" and float(row.split()[1]) > 0.0
     page = (tmp_path / "accuracy.html").read_text()
@@ -145,7 +147,10 @@ def test_names():
     ours, peers = chosen("all")
     assert {"mekf", "complementary"} <= set(ours) and peers == list(PEERS)
     assert chosen("ours") == (ours, []) and chosen("published") == ([], list(PEERS))
-    assert chosen(["mekf,vqf", "f.py:A(n=[1,2])"]) == (["mekf", "f.py:A(n=[1,2])"], ["vqf"])
+    assert chosen(["mekf,vqf_online", "f.py:A(n=[1,2])"]) == (
+        ["mekf", "f.py:A(n=[1,2])"],
+        ["vqf_online"],
+    )
     with pytest.raises(InputError, match="^estimators: .*each once, found mekf twice"):
         chosen("ours,mekf")
 
@@ -304,8 +309,8 @@ def test_refused(folder, tmp_path):
 def test_missing_package_is_one_line(folder, monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "vqf", None)
     with pytest.raises(ToolMissing):
-        accuracy("vqf,complementary", folder, jobs=1)
-    assert main(["accuracy", "vqf", str(folder)]) == 1
+        accuracy("vqf_online,complementary", folder, jobs=1)
+    assert main(["accuracy", "vqf_online", str(folder)]) == 1
     err = capsys.readouterr().err
     assert err == (
         "error: the Python package vqf was not found: install it (pip install vqf), or "

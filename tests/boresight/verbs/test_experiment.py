@@ -110,8 +110,9 @@ def refused(capsys, *argv):
 
 
 def test_bad_names_seeds_and_folders(tmp_path, capsys):
-    assert "wanted one of ma2014, mls, radar, satcom, or file.py:Class, found 'ma2015'" in refused(
-        capsys, "experiment", "ma2015"
+    assert (
+        "wanted one of array, ma2014, mls, radar, satcom, or file.py:Class, found 'ma2015'"
+        in refused(capsys, "experiment", "ma2015")
     )
     assert "seed" in refused(capsys, "experiment", "ma2014", "--seed", "-1", "-o", tmp_path)
     assert "runs" in refused(capsys, "experiment", "ma2014", "--runs", "1", "-o", tmp_path)

@@ -20,6 +20,7 @@ def test_names_as_json(capsys):
         "ekf_quaternion",
         "ekf_quaternion_vector",
         "mekf",
+        "vqf",
         "registration",
         "satcom",
         "satcom_pointing",
@@ -38,7 +39,12 @@ def test_experiments() -> None:
 
 def test_interfaces_are_the_estimators_own() -> None:
     data = list_estimators()
-    assert data["configs"] == [{"name": "small", "lanes": 1}, {"name": "fast", "lanes": 2}]
+    assert data["configs"] == [
+        {"name": "small", "lanes": 1, "registers": 512},
+        {"name": "fast", "lanes": 2, "registers": 512},
+        {"name": "small-1024", "lanes": 1, "registers": 1024},
+        {"name": "fast-1024", "lanes": 2, "registers": 1024},
+    ]
     for shown, e in zip(data["estimators"], ESTIMATORS.values(), strict=True):
         assert shown["summary"] == e.summary
         for key, declared in (("inputs", e.inputs), ("parameters", e.params)):
@@ -60,6 +66,9 @@ def test_text(capsys) -> None:
     assert heads == [*ESTIMATORS, "experiments", "configurations"]
     assert len(lines) == len(heads) + sum(len(e.params) for e in ESTIMATORS.values())
     assert lines[-2] == f"experiments: {', '.join(EXPERIMENTS)}"
-    assert lines[-1] == "configurations: small (1 lane), fast (2 lanes)"
+    assert lines[-1] == (
+        "configurations: small (1 lane, 512 registers), fast (2 lanes, 512 registers), "
+        "small-1024 (1 lane, 1,024 registers), fast-1024 (2 lanes, 1,024 registers)"
+    )
     row = next(line for line in lines if "kp_pitch_per_s" in line)
     assert row.split(maxsplit=3)[2:] == ["1/s", "[0, 32]"]

@@ -7,7 +7,7 @@ import pytest
 from amaranth.sim import Simulator
 
 from boresight.gateware.engine.engine import Engine
-from boresight.gateware.machine import CONFIGS, Machine
+from boresight.gateware.machine import ALL_CONFIGS, CONFIGS, Machine
 from boresight.gateware.microcode.image import Image
 from boresight.model.words.fixed import saturate, table_index, wrap
 
@@ -18,6 +18,7 @@ ONE, X, Y, PARAM, PRODUCT = 0, 10, 11, 5, 12
 DIGEST = 0x0123_4567_89AB_CDEF
 STATUS, UPDATES = 512, 513
 CONFIG = pytest.mark.parametrize("config", sorted(CONFIGS))
+ANY_CONFIG = pytest.mark.parametrize("config", sorted(ALL_CONFIGS))
 
 
 @dataclass
@@ -59,6 +60,11 @@ def register(machine: Machine, offset: int, bank: int = 0) -> int:
     return bank * machine.bank_depth + offset
 
 
+def parameter(machine: Machine, offset: int, bank: int = 0) -> int:
+    """Its address on the bus."""
+    return 512 // machine.lanes * bank + offset
+
+
 def state_offsets(machine: Machine) -> tuple[int, int]:
     """Offsets of state 0: current and next."""
     half = machine.bank_depth // 2
@@ -90,7 +96,7 @@ def image(machine: Machine) -> Image:
     asm.slot(5 + machine.latency, a_addr=register(machine, PRODUCT, other))
     asm.word(6 + machine.latency, emit=1, emit_last=1)
     asm.word(8 + machine.latency, home=1)
-    registers = [0] * 512
+    registers = [0] * machine.register_words
     registers[ONE] = 1 << 16
     registers[register(machine, PARAM, other)] = 3 << 16
     rom = asm.rom()
@@ -121,7 +127,7 @@ class Bench:
     def __init__(
         self, config: str, seed: int = 0, gaps: float = 0.0, blocked: float = 0.0, program=image
     ) -> None:
-        self.machine = CONFIGS[config]
+        self.machine = ALL_CONFIGS[config]
         self.dut = Engine(machine=self.machine, image=program(self.machine))
         self.rng = random.Random(seed)
         self.gaps, self.blocked = gaps, blocked
@@ -363,10 +369,10 @@ def test_reset_in_mid_update_keeps_the_states(config: str, after: int) -> None:
     assert bench.outputs == model.update(1 << 16, 7)[0]
 
 
-@CONFIG
+@ANY_CONFIG
 def test_parameter_written_while_idle_counts_at_once(config: str) -> None:
     bench, model = Bench(config), Model()
-    address = register(bench.machine, PARAM, bench.machine.lanes - 1)
+    address = parameter(bench.machine, PARAM, bench.machine.lanes - 1)
 
     async def test(ctx):
         await ctx.tick().repeat(5)
@@ -385,7 +391,7 @@ def test_parameter_written_while_idle_counts_at_once(config: str) -> None:
 def test_parameter_written_while_busy_waits(config: str, blocked: float) -> None:
     """With the input always valid the write takes one cycle between two records."""
     bench, model = Bench(config, blocked=blocked), Model()
-    address = register(bench.machine, PARAM, bench.machine.lanes - 1)
+    address = parameter(bench.machine, PARAM, bench.machine.lanes - 1)
     expected = []
 
     async def test(ctx):
@@ -410,7 +416,7 @@ def test_parameter_written_while_busy_waits(config: str, blocked: float) -> None
 @CONFIG
 def test_parameter_write_in_mid_record_does_not_hold_the_record(config: str) -> None:
     bench, model = Bench(config), Model()
-    address = register(bench.machine, PARAM, bench.machine.lanes - 1)
+    address = parameter(bench.machine, PARAM, bench.machine.lanes - 1)
     bus = bench.dut.bus
 
     async def test(ctx):
@@ -437,7 +443,7 @@ def test_parameter_write_in_mid_record_does_not_hold_the_record(config: str) -> 
 def test_parameter_written_after_a_fault(config: str, words: int) -> None:
     """Early last, or missing last with the rest still to be swallowed: idle all the same."""
     bench, model = Bench(config), Model()
-    address = register(bench.machine, PARAM, bench.machine.lanes - 1)
+    address = parameter(bench.machine, PARAM, bench.machine.lanes - 1)
 
     async def test(ctx):
         await bench.put(ctx, *range(words), last=0 if words == 1 else None)
@@ -452,12 +458,13 @@ def test_parameter_written_after_a_fault(config: str, words: int) -> None:
     assert bench.outputs == model.update(1000, 5)[0]
 
 
-def test_parameter_goes_to_one_bank_only() -> None:
-    bench, model = Bench("fast"), Model()
+@pytest.mark.parametrize("config", ["fast", "fast-1024"])
+def test_parameter_goes_to_one_bank_only(config: str) -> None:
+    bench, model = Bench(config), Model()
 
     async def test(ctx):
-        await bench.write(ctx, register(bench.machine, ONE, 1), 999)
-        await bench.write(ctx, register(bench.machine, PARAM, 0), 999)
+        await bench.write(ctx, parameter(bench.machine, ONE, 1), 999)
+        await bench.write(ctx, parameter(bench.machine, PARAM, 0), 999)
         for x, y in ((1 << 16, 5), (1 << 16, 7)):
             await bench.put(ctx, x, y)
         await bench.drain(ctx, 4)
@@ -533,7 +540,7 @@ def table_image(machine: Machine) -> Image:
         asm.word(cycle + 1, emit=1, emit_last=int(address == emits[-1]))
         cycle += 1
     asm.word(cycle + 2, home=1)
-    registers = [0] * 512
+    registers = [0] * machine.register_words
     registers[ONE] = 1 << 16
     rng = random.Random(9)
     rom = asm.rom()
@@ -545,7 +552,7 @@ def table_image(machine: Machine) -> Image:
     )
 
 
-@CONFIG
+@ANY_CONFIG
 def test_tables(config: str) -> None:
     bench = Bench(config, program=table_image)
     machine, tables = bench.machine, bench.dut.image.tables

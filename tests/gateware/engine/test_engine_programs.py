@@ -106,10 +106,12 @@ class Bench:
         await ctx.tick().repeat(max(self.core.image.lengths) + 10)
 
 
-@CONFIG
-@pytest.mark.parametrize(
-    "seed, count, pauses", [(1, 2, 0.0), (2, 3, 0.4), (3, 4, 0.2), (4, 5, 0.6), (6, 4, 0.0)]
-)
+TURNS = [(1, 2, 0.0), (2, 3, 0.4), (3, 4, 0.2), (4, 5, 0.6), (6, 4, 0.0)]
+CASES = [(config, *turn) for config in sorted(CONFIGS) for turn in TURNS]
+CASES.append(("fast-1024", *TURNS[1]))
+
+
+@pytest.mark.parametrize(("config", "seed", "count", "pauses"), CASES)
 def test_turns(config: str, seed: int, count: int, pauses: float) -> None:
     bench = Bench(config, seed, count, pauses)
     rng = random.Random(seed)

@@ -159,7 +159,12 @@ def cases() -> dict[str, Case]:
         Case(Multiplier(word=27), {"W": 27}),
         Case(
             Operands(machine=linked.machine, image=linked.image),
-            {"W": 32, "offset": range(linked.machine.bank_depth), "owners": 2},
+            {
+                "W": 32,
+                "register": linked.machine.register_bits,
+                "offset": range(linked.machine.bank_depth),
+                "owners": 2,
+            },
         ),
         Case(BusSignature(word=30, address=11), {"W": 30, "A": 11}),
         Case(Registers(machine=machine, digest=1, programs=5, selector=True), w),

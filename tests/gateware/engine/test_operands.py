@@ -5,7 +5,7 @@ import random
 import pytest
 
 from boresight.gateware.engine.operands import Operands
-from boresight.gateware.machine import CONFIGS, Machine
+from boresight.gateware.machine import ALL_CONFIGS, CONFIGS, Machine
 from boresight.gateware.microcode.image import Image
 from boresight.gateware.schedule.links import Window
 
@@ -25,15 +25,17 @@ def read_of(machine: Machine, address: int, parity: int, window: Window | None, 
     return physical(machine, address, parity)
 
 
-@pytest.mark.parametrize("config", sorted(CONFIGS))
-@pytest.mark.parametrize(
-    "window", [None, Window(4, (2,)), Window(16, (0, 1, 3, 2)), Window(2, (1, 0))]
-)
+WINDOWS = [None, Window(4, (2,)), Window(16, (0, 1, 3, 2)), Window(2, (1, 0))]
+CASES = [(config, w) for config in sorted(CONFIGS) for w in WINDOWS]
+CASES += [("small-1024", Window(16, (0, 1, 3, 2))), ("fast-1024", Window(128, (1, 0)))]
+
+
+@pytest.mark.parametrize(("config", "window"), CASES)
 def test_random_traffic(config: str, window: Window | None, simulate) -> None:
-    machine = CONFIGS[config]
+    machine = ALL_CONFIGS[config]
     rng = random.Random(3)
     lanes, depth = machine.lanes, machine.bank_depth
-    registers = [rng.getrandbits(32) for _ in range(512)]
+    registers = [rng.getrandbits(32) for _ in range(machine.register_words)]
     tables = [rng.getrandbits(32) for _ in range(1536)]
     image = Image(rom=[], registers=registers, tables=tables, lengths=(3,), window=window)
     dut = Operands(machine=machine, image=image)
@@ -50,7 +52,8 @@ def test_random_traffic(config: str, window: Window | None, simulate) -> None:
             ctx.set(dut.parity, parity)
             ctx.set(dut.en, running)
             for k in range(lanes):
-                a, b, index = rng.randrange(512), rng.randrange(512), rng.randrange(128)
+                a, b = rng.randrange(len(registers)), rng.randrange(len(registers))
+                index = rng.randrange(128)
                 table = rng.random() < 0.4
                 if table:
                     b = rng.randrange(machine.TABLE_BLOCKS) << 2 | b & 3

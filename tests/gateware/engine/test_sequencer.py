@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import pytest
 
 from boresight.gateware.engine.sequencer import Sequencer
-from boresight.gateware.machine import CONFIGS
+from boresight.gateware.machine import ALL_CONFIGS, CONFIGS
 from boresight.gateware.microcode.assemble import encode
 from boresight.gateware.microcode.image import Image
 
@@ -97,17 +97,18 @@ def random_words(rng: random.Random, length: int) -> list[dict[str, int]]:
     return words
 
 
-@pytest.mark.parametrize("count", [1, 2, 3])
-@pytest.mark.parametrize("seed", range(5))
-@pytest.mark.parametrize("config", sorted(CONFIGS))
+CASES = [(c, seed, count) for c in sorted(CONFIGS) for seed in range(5) for count in (1, 2, 3)]
+
+
+@pytest.mark.parametrize(("config", "seed", "count"), [*CASES, ("small-1024", 0, 3)])
 def test_random_programs(config: str, seed: int, count: int, simulate) -> None:
     rng = random.Random(seed)
-    machine = CONFIGS[config]
+    machine = ALL_CONFIGS[config]
     lengths = [rng.randrange(3, 20) for _ in range(count)]
     # A long program in between, so that the ROM has several memories. The machine waits at a
     # program's first word, while the counter is two words ahead: also across memories.
     if count == 3:
-        lengths[0], lengths[1] = 1022 + seed, 600
+        lengths[0], lengths[1] = 1022 + seed, 600 if config in CONFIGS else 1100
     programs = [random_words(rng, length) for length in lengths]
     known = {f.name for f in machine.fields()}
     rom = [
@@ -119,7 +120,9 @@ def test_random_programs(config: str, seed: int, count: int, simulate) -> None:
     ]
     # Words behind the programs are never at work: fill them with everything at once.
     rom += [(1 << machine.word_bits) - 1] * 5
-    image = Image(rom=rom, registers=[0] * 512, tables=[0] * 1536, lengths=tuple(lengths))
+    image = Image(
+        rom=rom, registers=[0] * machine.register_words, tables=[0] * 1536, lengths=tuple(lengths)
+    )
     dut = Sequencer(machine=machine, image=image)
     rules = Rules(programs, machine.lanes)
     home = encode(machine, {"home": 1})

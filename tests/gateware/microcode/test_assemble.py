@@ -6,13 +6,13 @@ import dataclasses
 
 import pytest
 
-from boresight.gateware.machine import CONFIGS, Machine
+from boresight.gateware.machine import ALL_CONFIGS, CONFIGS, Machine
 from boresight.gateware.microcode.assemble import assemble, decode, encode
 from boresight.gateware.schedule.allocate import allocate
 from boresight.gateware.schedule.search import ScheduleError, schedule
 from tests.support.random_program import random_program
 
-MACHINES = pytest.mark.parametrize("machine", CONFIGS.values(), ids=CONFIGS)
+MACHINES = pytest.mark.parametrize("machine", ALL_CONFIGS.values(), ids=ALL_CONFIGS)
 
 
 @MACHINES

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from boresight.gateware.machine import CONFIGS, Machine
+from boresight.gateware.machine import ALL_CONFIGS, CONFIGS, Machine
 from boresight.gateware.microcode.assemble import assemble
 from boresight.gateware.microcode.emulator import Emulator
 from boresight.gateware.schedule.allocate import allocate
@@ -15,7 +15,7 @@ from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Kind, Program
 from tests.support.random_program import random_inputs, random_program
 
-MACHINES = pytest.mark.parametrize("machine", CONFIGS.values(), ids=CONFIGS)
+MACHINES = pytest.mark.parametrize("machine", ALL_CONFIGS.values(), ids=ALL_CONFIGS)
 
 
 def build(program: Program, machine: Machine, restarts: int = 3) -> tuple[Schedule, Emulator]:

@@ -6,9 +6,11 @@ import pytest
 
 from boresight.gateware.machine import CONFIGS, Machine
 from boresight.gateware.schedule.allocate import Allocation, allocate, allocate_together
-from boresight.gateware.schedule.search import ScheduleError, schedule
+from boresight.gateware.schedule.check import check_schedule
+from boresight.gateware.schedule.search import Schedule, ScheduleError, schedule
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import Kind, Op, Program, Term, Value
+from tests.support.crowded_program import crowded_program
 from tests.support.random_program import random_program
 
 MACHINES = pytest.mark.parametrize("machine", CONFIGS.values(), ids=CONFIGS)
@@ -109,22 +111,59 @@ def test_full() -> None:
     with pytest.raises(
         ScheduleError,
         match=r"^wide: 256 constants, \d+ registers of the small "
-        r"machine left for them$",
+        r"machine left for them; config small-1024 has more$",
     ):
         allocate(schedule(wide(consts=256), small, restarts=0))
     with pytest.raises(
         ScheduleError,
         match=r"^wide: parameters need 129 registers of bank 1, the "
-        r"fast machine has 128 for them$",
+        r"fast machine has 128 for them; config fast-1024 has more$",
     ):
         allocate(schedule(wide(params=177), fast, restarts=0))
     many = schedule(wide(states=65), small, restarts=0)
     with pytest.raises(
         ScheduleError,
         match=r"^wide: states need 130 registers of bank 0, the "
-        r"small machine has 128 for them$",
+        r"small machine has 128 for them; config small-1024 has more$",
     ):
         allocate_together([many, many])
+
+
+@MACHINES
+def test_results_live_where_next_states_are_yet_to_be_written(machine: Machine) -> None:
+    s = schedule(crowded_program(), machine, restarts=0)
+    a = allocate(s)
+    where, depth = a.addresses(), machine.bank_depth
+    nexts = {where[after]: s.write_cycle(k) for k, after in _makers(s).items()}
+    guests = [t for t in a.tenants if t.address in nexts and t.value not in _makers(s).values()]
+    assert len(guests) >= 20
+    assert all(t.end < nexts[t.address] for t in guests)
+    below = {t.address for t in a.tenants if t.address % depth < depth // 2}
+    assert len(below) <= depth // 2 * machine.lanes
+    # Where the lower half suffices, nobody does.
+    few = schedule(crowded_program(results=60), machine, restarts=0)
+    used = allocate(few).addresses()
+    taken = [used[after] for _, after in few.program.states]
+    assert len([n for n in used.values() if n in taken]) == len(taken)
+    # So too where only the bank of the inputs is too small.
+    many = crowded_program(inputs=140, results=4, constants=3)
+    plan = schedule(many, machine, restarts=0)
+    check_schedule(many, plan, allocate(plan))
+    # And next states are not enough for everything.
+    wanted = r"^crowded: \d+ constants, \d+ registers of the \w+ machine left for them; config \S+"
+    with pytest.raises(ScheduleError, match=wanted):
+        allocate(schedule(crowded_program(constants=240), machine, restarts=0))
+    wanted = (
+        r"^crowded: parameters, inputs and results need \d+ registers of bank 0, the \w+ machine"
+    )
+    with pytest.raises(ScheduleError, match=wanted):
+        allocate(schedule(crowded_program(inputs=300, constants=3), machine, restarts=0))
+
+
+def _makers(s: Schedule) -> dict[int, int]:
+    """Op and value of each next state."""
+    producer = {op.dest: k for k, op in enumerate(s.program.ops)}
+    return {producer[after]: after for _, after in s.program.states}
 
 
 def test_occupant_and_json() -> None:

@@ -17,6 +17,7 @@ from boresight.gateware.schedule.check import check_schedule
 from boresight.gateware.schedule.search import Schedule, ScheduleError, Slot, schedule
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Kind, Program, Term
+from tests.support.crowded_program import crowded_program
 from tests.support.random_program import random_inputs, random_program
 
 MACHINES = pytest.mark.parametrize("machine", CONFIGS.values(), ids=CONFIGS)
@@ -147,6 +148,33 @@ def test_mutants_are_caught_or_harmless(machine: Machine, seed: int) -> None:
         else:
             assert works(p, s2, a2, machine), kind
     assert caught > 60
+
+
+@MACHINES
+def test_mutants_of_crowded_registers_are_caught_or_harmless(machine: Machine) -> None:
+    """The same where results live in the registers of next states."""
+    p = crowded_program()
+    s = schedule(p, machine, restarts=0)
+    a = allocate(s)
+    where, rng = a.addresses(), random.Random(1)
+    nexts = [where[after] for _, after in s.program.states]
+    results = [op.dest for op in p.ops if op.dest not in dict(s.program.states).values()]
+    assert works(p, s, a, machine)
+    caught = 0
+    for _ in range(60):
+        a2 = readdressed(a, rng.choice(results), rng.choice(nexts))
+        if a2 == a:
+            continue
+        try:
+            check_schedule(p, s, a2)
+        except ScheduleError:
+            caught += 1
+        else:
+            assert works(p, s, a2, machine)
+    assert 20 < caught < 60
+    # Nobody's state slot is no place for a result: its parity may be another program's.
+    lost = where[p.states[0][0]] + len(nexts)
+    rejected(p, s, readdressed(a, results[0], lost), r": v0 is on the wrong side of the state")
 
 
 def rejected(p: Program, s: Schedule, a: Allocation, match: str) -> None:

@@ -105,12 +105,11 @@ GRID = np.stack(
 )
 
 
-def test_it_aligns_at_any_attitude_in_three_samples() -> None:
+def test_one_sample_is_enough_at_any_attitude() -> None:
     x, q = static(GRID, 0.08)
     out, _ = run(x)
-    assert apart(out, q)[3:].max() < 4e-4
-    assert not bit(out, 0)[3:].any() and not bit(out, 1)[3:].any()
-    assert bit(out, 0)[0].all() and bit(out, 1)[0].all()
+    assert apart(out, q).max() < 1e-6
+    assert not bit(out, 0).any() and not bit(out, 1).any()
 
 
 def test_euler_angles_are_those_of_the_quaternion() -> None:
@@ -160,30 +159,29 @@ def test_a_turntable_is_not_at_rest() -> None:
 
 
 def _with_magnet() -> tuple[Any, Any]:
-    """Motion at 50 Hz; from 10 s on for 8 s a magnet stands beside the body."""
-    q = attitudes(25.0, 50.0)
-    x = records(q, 0.02)
-    near = (np.arange(len(q)) >= 500) & (np.arange(len(q)) < 900)
-    disturbed = records(q, 0.02, FIELD + [14.0, -6.0, 9.0])
-    x[near, MAG] = disturbed[near, MAG]
+    """Motion at 25 Hz; from 30 s on for 8 s a magnet stands beside the body."""
+    q = attitudes(40.0, 25.0)
+    x = records(q, 0.04)
+    disturbed = records(q, 0.04, FIELD + [14.0, -6.0, 9.0])
+    x[750:950, MAG] = disturbed[750:950, MAG]
     return x, q
 
 
 def test_a_magnet_does_not_take_the_heading_along() -> None:
     x, q = _with_magnet()
     out, _ = run(x)
-    trusting = apart(run(x, {"field_trust_s": 0.0})[0], q)[500:].max()
-    assert trusting > 12.0
-    assert apart(out, q)[500:].max() < 0.35 * trusting
-    assert bit(out, 4)[520:900].all() and not bit(out, 4)[5:500].any()
+    trusting = apart(run(x, {"field_trust_s": 0.0})[0], q)[750:].max()
+    assert trusting > 40.0
+    assert apart(out, q)[750:].max() < 0.3 * trusting
+    assert bit(out, 4)[760:950].all() and not bit(out, 4)[200:750].any()
 
 
 def test_a_deviation_is_remembered_for_a_while() -> None:
-    """`field_forget_per_s`: 0.5 s after the magnet has gone the field still counts as odd."""
+    """`field_forget_per_s`: a second after the magnet has gone the field still counts as odd."""
     x, _ = _with_magnet()
-    fixed = {"field_follow_per_s": 0.0}
-    assert bit(run(x, fixed)[0], 4)[925].all()
-    assert not bit(run(x, fixed | {"field_forget_per_s": 30.0})[0], 4)[925].any()
+    kept, gone = (run(x, {"field_forget_per_s": f})[1]["odd_sq"][:, 0] for f in (0.4, 30.0))
+    assert kept[949] == pytest.approx(gone[949], rel=0.05)
+    assert kept[975] > 0.5 * kept[949] > 2.0 * gone[975]
 
 
 def test_a_lasting_field_becomes_the_reference() -> None:
@@ -203,11 +201,12 @@ def test_gain_and_covariance_do_not_depend_on_the_rate(hz: float) -> None:
     jump = np.radians(10.0)
     turned = rotate(np.array([np.cos(jump / 2), 0.0, 0.0, -np.sin(jump / 2)]), FIELD)
     x[round(hz) :, MAG, 0] = turned
-    out, states = run(x, {"rest_motion_sq": 0.0})
+    quiet = {"rest_motion_sq": 0.0, "start_heading_var": 0.0, "field_trust_s": 0.0}
+    out, states = run(x, quiet | {"heading_var": 0.1})
     found = 10.0 - np.abs(out["heading"][:, 0] * 180.0)
-    assert found[steps // 2] == pytest.approx(5.8, abs=0.25)
+    assert found[steps // 2] == pytest.approx(4.1, abs=0.1)
     sd = np.degrees(np.sqrt(states["p_uu"][-1, 0]))
-    assert sd == pytest.approx(2.85, abs=0.1)
+    assert sd == pytest.approx(5.82, abs=0.05)
 
 
 def test_missing_magnetometer() -> None:
@@ -243,8 +242,8 @@ def test_missing_accelerometer() -> None:
     assert apart(out, q)[5:].max() < 0.5
     x[:100, ACC] = 0.0
     out, _ = run(x)
-    assert bit(out, 0)[:101].all() and not bit(out, 0)[102:].any()
-    assert apart(out, q)[105:].max() < 0.5
+    assert bit(out, 0)[:100].all() and not bit(out, 0)[100:].any()
+    assert apart(out, q)[100:].max() < 0.5
 
 
 def test_restart_forgets_everything() -> None:
@@ -255,12 +254,22 @@ def test_restart_forgets_everything() -> None:
     both = np.concatenate([first, second])
     both[len(first), 0] = -0.01
     out, states = run(both)
-    assert bit(out, 0)[len(first)].all()
-    for name in ("qw", "qx", "qy", "qz", "heading"):
-        assert np.abs(out[name][len(first) + 4 :] - fresh[name][4:]).max() < 1e-3
+    for name in ("qw", "qx", "qy", "qz", "heading", "status"):
+        assert np.abs(out[name][len(first) :] - fresh[name]).max() < 1e-9
     assert np.abs(states["bias_x"][len(first)]).max() == 0.0
     k = [covariance_name(i, i) for i in range(6)]
     assert all(states[n][len(first), 0] == after_fresh[n][0, 0] for n in k)
+
+
+def test_begun_anew_without_a_field_it_keeps_its_attitude() -> None:
+    q = attitudes(6.0, 100.0, 0.5)
+    x = records(q, 0.01)
+    x[400, 0] = -0.01
+    x[400:420, MAG] = 0.0
+    out, states = run(x)
+    assert apart(out, q)[399:].max() < 1.0
+    assert bit(out, 1)[400:420].all() and not bit(out, 1)[421:].any()
+    assert states["p_uu"][400, 0] == 0.05
 
 
 def covariance(states: Any) -> Any:
@@ -285,7 +294,10 @@ def test_covariance_is_that_of_the_matrix_equations() -> None:
         h = np.eye(6)[axis]
         var = values["tilt_var"]
         if axis == 2:
+            m = [states[f"field_{a}"][k - 1, 0] for a in "enu"]
+            dip_sq = m[2] ** 2 / (m[0] ** 2 + m[1] ** 2)
             var = values["heading_var"] + values["field_trust_s"] * states["odd_sq"][k, 0]
+            var += values["dip_trust_s"] * dip_sq * p[k - 1][1, 1]
         before = scale @ p[k - 1] @ scale
         gain = before @ h / (h @ before @ h + var / (3 * dt))
         updated = (np.eye(6) - np.outer(gain, h)) @ before
@@ -297,6 +309,9 @@ def test_covariance_is_that_of_the_matrix_equations() -> None:
             [(values["gyro_var"] + values["gyro_scale_var"] * w @ w) * dt] * 3
             + [values["bias_var"] * dt] * 3
         )
+        tilt, heading = (states[f"{n}_youth"][k - 1, 0] ** 2 * dt for n in ("force", "field"))
+        more = values["start_tilt_var"] * tilt, values["start_heading_var"] * heading
+        growth += np.diag([more[0], more[0], more[1], 0.0, 0.0, 0.0])
         # the bias's own noise enters before the transition; A P_bb A^T is counted once more
         updated[3:, 3:] += growth[3:, 3:]
         growth[3:, 3:] = 0.0
@@ -328,7 +343,7 @@ def test_covariance_stays_positive_and_bounded() -> None:
         ("tilt_var", 0.0),
         ("tilt_var", -1.0),
         ("heading_var", 0.0),
-        ("p0_tilt", 0.0),
+        ("start_tilt_var", -1.0),
         ("p0_bias", 1.0),
         ("gyro_var", 0.0),
         ("bias_var", 0.0),
@@ -348,15 +363,32 @@ def test_rest_leaves_the_variance_of_the_mean() -> None:
     x, _ = static([0.0, 0.0, 0.0], 40.0, 0.04)
     x[:, MAG] = 0.0
     found = run(x, {"bias_var": 3e-11})[1]["p_zz"][-1, 0] / 128.0**2
-    assert found == pytest.approx(1.5e-8, rel=0.05)
+    assert found == pytest.approx(5e-8, rel=0.05)
 
 
-def test_a_field_seen_before_levelling_is_not_used() -> None:
+def test_the_heading_aligns_when_the_field_comes_later() -> None:
     x, q = static([50.0, -70.0, 110.0], 1.0)
-    x[np.arange(100) % 5 != 0, MAG] = 0.0
+    x[:30, MAG] = 0.0
     out, _ = run(x)
-    assert bit(out, 1)[5].all() and not bit(out, 1)[7].any()
-    assert apart(out, q)[7:].max() < 1e-3
+    assert bit(out, 1)[:31].all() and not bit(out, 1)[31:].any()
+    assert apart(out, q)[31:].max() < 1e-3
+
+
+def test_a_turn_beyond_a_right_angle_is_taken_back() -> None:
+    """The heading is off by 175 deg after a field that was not the Earth's."""
+    x, q = static([0.0, 0.0, 0.0], 12.0, 0.05)
+    x[0, MAG] = np.array([2.0, -18.0, -40.0])[:, None]
+    assert apart(run(x)[0], q)[-1].max() < 5.0
+
+
+def test_a_gyro_at_full_scale_is_not_believed() -> None:
+    """For 0.2 s it says 5.2 rad/s, 60 deg, of a body that turns slowly."""
+    q = attitudes(12.0, 100.0, 0.2)
+    x = records(q, 0.01)
+    x[1000:1020, 2] = 5.2
+    assert apart(run(x)[0], q)[1000:].max() > 40.0
+    error = apart(run(x, {"gyro_most_sq": 26.0})[0], q)
+    assert error[1000:].max() < 5.0 and error[1120:].max() < 2.0
 
 
 def test_without_field_the_heading_grows_uncertain() -> None:

@@ -15,7 +15,7 @@ from boresight.model.estimators import ESTIMATORS
 from boresight.model.estimators.nine_axis import INPUTS
 from boresight.model.lowering.trace import Scalar, Trace, Tracer
 from boresight.sim.records.bundled import bundled
-from boresight.sim.records.feed import feed
+from boresight.sim.records.feed import feed, fitted
 from boresight.sim.records.files import read_record
 
 
@@ -188,8 +188,9 @@ def run(trace: Trace, leaves: dict[tuple[str, str], float]) -> dict[int, float]:
 
 @pytest.mark.parametrize("name", sorted(n for n, e in ESTIMATORS.items() if e.inputs == INPUTS))
 def test_equals_the_reference(name: str) -> None:
-    e = ESTIMATORS[name]()
-    records = feed(e, read_record(bundled("ximu_walk"))).inputs[:400]
+    log = read_record(bundled("ximu_walk"))
+    e = fitted(ESTIMATORS[name](), log)
+    records = feed(e, log).inputs[:400]
     reference = e.run_float(records[..., None])
     trace = e.trace()
     leaves = {("param", p.name): p.default for p in e.params}

@@ -53,17 +53,17 @@ def test_figures_are_those_of_plain_runs(trials):
     params = {"kp_heading_per_s": 0.7}
     results = benchmark(
         [Complementary()],
-        ["vqf"],
+        ["vqf_online"],
         trials,
         jobs=1,
         progress=lines.append,
         params={"complementary": params},
     )
-    levels = (("complementary", "fixed"), ("complementary", "float"), ("vqf", "package"))
+    levels = (("complementary", "fixed"), ("complementary", "float"), ("vqf_online", "package"))
     assert [(r.estimator, r.level, r.trial) for r in results] == [
         (name, level, t.name) for name, level in levels for t in trials
     ]
-    assert [line.split(",")[0] for line in lines] == ["[1/2] complementary", "[2/2] vqf"]
+    assert [line.split(",")[0] for line in lines] == ["[1/2] complementary", "[2/2] vqf_online"]
     runs = Scorer(Complementary(), [fed(t) for t in trials]).runs(params)
     for fixed, floating, t, run in zip(results[:3], results[3:6], trials, runs, strict=True):
         real = Complementary().run_float(fed(t).inputs[:, :, None], params=params)
@@ -78,7 +78,7 @@ def test_figures_are_those_of_plain_runs(trials):
         assert near["status"].largest == 0.0 == fixed.saturated
         assert floating.near == () and floating.saturated is None
     for got, t in zip(results[6:], trials, strict=True):
-        q = run_peer(PEERS["vqf"], t.record)
+        q = run_peer(PEERS["vqf_online"], t.record)
         assert got.errors == attitude_rmse(q, reference(t))._asdict()
 
 
@@ -113,8 +113,8 @@ def test_saturation_and_status_are_counted(trials):
 def test_samples_that_count(trials):
     log = NineAxis.of(trials[1].record)
     moved = dataclasses.replace(log, mov=np.arange(len(log)) > 100).record()
-    got = benchmark([], ["vqf"], [Trial(moved)], jobs=1)[0].errors
-    q = run_peer(PEERS["vqf"], moved)
+    got = benchmark([], ["vqf_online"], [Trial(moved)], jobs=1)[0].errors
+    q = run_peer(PEERS["vqf_online"], moved)
     assert got == attitude_rmse(q[101:], log.attitude[101:])._asdict()
 
 
@@ -141,7 +141,8 @@ def test_float_can_be_left_out(trials):
 
 def test_processes_give_the_same(trials):
     one, two = (
-        benchmark([Complementary()], ["madgwick", "vqf"], trials[:2], jobs=jobs) for jobs in (1, 2)
+        benchmark([Complementary()], ["madgwick", "vqf_online"], trials[:2], jobs=jobs)
+        for jobs in (1, 2)
     )
     assert [dataclasses.replace(r, seconds=0.0) for r in one] == [
         dataclasses.replace(r, seconds=0.0) for r in two
@@ -159,3 +160,35 @@ def test_bad_names(trials):
         benchmark([], ["kalman"], trials)
     with pytest.raises(InputError, match="wanted 0 to 32"):
         benchmark([Complementary()], [], trials, params={"complementary": {"kp_pitch_per_s": 99.0}})
+
+
+class Rated(Complementary):
+    """Wants to know the rate, and tells by its gain that it does."""
+
+    name = "rated"
+    rates_hz = {"dt": 50.0}
+
+    def for_rates(self, rates_hz):
+        made = Rated()
+        made.rates_hz = {"dt": round(rates_hz["dt"])}
+        made.params = tuple(
+            dataclasses.replace(p, default=0.7) if p.name == "kp_heading_per_s" else p
+            for p in Complementary.params
+        )
+        return made
+
+
+def test_each_rate_has_an_estimator_of_its_own(trials):
+    quick = Trial(synthetic_log(seconds=3, rate_hz=100, seed=9, name="quick"))
+    made = benchmark([Rated()], [], [trials[0], quick, trials[1]], jobs=1)
+    assert [(r.level, r.trial) for r in made] == [
+        (level, name) for level in ("fixed", "float") for name in ("log1", "quick", "log2")
+    ]
+    wanted = benchmark(
+        [Complementary()],
+        [],
+        [trials[0], quick, trials[1]],
+        jobs=1,
+        params={"complementary": {"kp_heading_per_s": 0.7}},
+    )
+    assert [r.errors for r in made] == [r.errors for r in wanted]

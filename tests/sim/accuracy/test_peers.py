@@ -22,7 +22,7 @@ from boresight.sim.worlds.synthetic import synthetic_log
 #: 180 degrees, a wrong step of the magnetometer tens.
 BOUNDS = {
     "vqf_offline": (0.45, 0.6),
-    "vqf": (0.95, 1.15),
+    "vqf_online": (0.95, 1.15),
     "vqf_basic": (1.0, 1.3),
     "madgwick": (2.1, 2.4),
     "madgwick_tuned": (2.0, 2.3),
@@ -101,8 +101,8 @@ def test_package_that_is_missing(monkeypatch):
     monkeypatch.delitem(sys.modules, "ahrs", raising=False)
     monkeypatch.setitem(sys.modules, "ahrs", None)
     monkeypatch.setattr(builtins, "__import__", without)
-    require_peers([peer("vqf")])
+    require_peers([peer("vqf_online")])
     with pytest.raises(ToolMissing, match=r"^the Python package ahrs was not found: install it"):
-        require_peers([peer("vqf"), peer("madgwick")])
-    with pytest.raises(InputError, match=r"wanted one of vqf_offline, vqf"):
+        require_peers([peer("vqf_online"), peer("madgwick")])
+    with pytest.raises(InputError, match=r"wanted one of vqf_offline, vqf_online"):
         peer("kalman")

@@ -18,17 +18,24 @@ def board():
 
 
 @pytest.mark.parametrize(
-    "device, fault, updates, event, within_s, worst_deg",
+    "device, fault, updates, span, event, within_s, worst_deg",
     [
-        ("adis", "absent", 1900, "inertial_no_data_ready", 0.01, 4.0),
-        ("adis", "bit_flips", 1900, "inertial_config_error", 0.01, 4.0),
-        ("hmr", "silence", 2500, "compass_went_stale", 0.7, 2.0),
+        ("adis", "absent", 1560, (1020, 1120), "inertial_no_data_ready", 0.01, 4.0),
+        ("adis", "bit_flips", 1560, (1020, 1120), "inertial_config_error", 0.01, 4.0),
+        ("hmr", "silence", 1750, (6, 10), "compass_went_stale", 0.7, 2.0),
     ],
 )
 def test_fault(
-    board, device: str, fault: str, updates: int, event: str, within_s: float, worst_deg: float
+    board,
+    device: str,
+    fault: str,
+    updates: int,
+    span: tuple[int, int],
+    event: str,
+    within_s: float,
+    worst_deg: float,
 ) -> None:
-    trial = fault_trial(board, device, fault, updates=updates)
+    trial = fault_trial(board, device, fault, updates=updates, span=span)
     assert trial.good, trial
     assert event in trial.seen_as and trial.seen_after_s < within_s
     assert trial.before_deg < 1.5 and trial.during_deg < worst_deg and trial.after_deg < 1.5

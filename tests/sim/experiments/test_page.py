@@ -1,7 +1,7 @@
 """The page of an experiment: targets with their verdicts, tables, figures, nothing from outside."""
 
 from boresight.sim.experiments.experiment import Target
-from boresight.sim.experiments.page import Section, render
+from boresight.sim.experiments.page import Section, numbers, render
 
 
 def page() -> str:
@@ -42,3 +42,10 @@ def test_sections() -> None:
 
 def test_nothing_from_outside() -> None:
     assert "http" not in page() and "<script" not in page() and page() == page()
+
+
+def test_numbers_of_one_cell() -> None:
+    assert numbers([1.0, -2.345]) == "1.00, \N{MINUS SIGN}2.35"  # -2.345 lies just below
+    assert numbers([0.00123, -4e-9], ".1e") == (
+        "1.2e\N{MINUS SIGN}03, \N{MINUS SIGN}4.0e\N{MINUS SIGN}09"
+    )

@@ -3,6 +3,7 @@
 import pytest
 
 from boresight.model.errors import InputError
+from boresight.sim.experiments.array.experiment import Array
 from boresight.sim.experiments.ma2014.experiment import Ma2014
 from boresight.sim.experiments.mls.experiment import Mls
 from boresight.sim.experiments.radar.experiment import Radar
@@ -11,7 +12,13 @@ from boresight.sim.experiments.satcom.experiment import Satcom
 
 
 def test_ours_by_name_class_and_object():
-    assert {"ma2014": Ma2014, "mls": Mls, "radar": Radar, "satcom": Satcom} == EXPERIMENTS
+    assert {
+        "array": Array,
+        "ma2014": Ma2014,
+        "mls": Mls,
+        "radar": Radar,
+        "satcom": Satcom,
+    } == EXPERIMENTS
     one = experiment_of("ma2014")
     assert isinstance(one, Ma2014) and experiment_of(one) is one
     assert isinstance(experiment_of(Ma2014), Ma2014)
@@ -29,6 +36,7 @@ def test_in_a_file(tmp_path):
 
 def test_unknown():
     with pytest.raises(
-        InputError, match="^experiment: wanted one of ma2014, mls, radar, satcom, or file.py:Class"
+        InputError,
+        match="^experiment: wanted one of array, ma2014, mls, radar, satcom, or file.py:Class",
     ):
         experiment_of("ma2015")

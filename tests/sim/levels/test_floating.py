@@ -15,18 +15,20 @@ from boresight.model.estimators.nine_axis import INPUTS
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat, NumpyFloat
 from boresight.sim.records.bundled import bundled
-from boresight.sim.records.feed import feed
+from boresight.sim.records.feed import feed, fitted
 from boresight.sim.records.files import read_record
 
 
 @pytest.mark.parametrize("log", ["ximu_walk", "synthetic_60s"])
 @pytest.mark.parametrize("name", sorted(n for n, e in ESTIMATORS.items() if e.inputs == INPUTS))
 def test_compiled_float64_is_the_reference_within_rounding(name: str, log: str) -> None:
-    records = feed(estimator(name), read_record(bundled(log)).head(300)).inputs
-    reference = estimator(name).run_float(records[:, :, None]).outputs
-    found = CompiledFloat(Build(estimator(name))).run(records).outputs
-    assert list(found) == [o.name for o in estimator(name).outputs]
-    for o in estimator(name).outputs:
+    record = read_record(bundled(log)).head(300)
+    made = fitted(estimator(name), record)
+    records = feed(made, record).inputs
+    reference = made.run_float(records[:, :, None]).outputs
+    found = CompiledFloat(Build(made)).run(records).outputs
+    assert list(found) == [o.name for o in made.outputs]
+    for o in made.outputs:
         assert found[o.name].dtype == np.float64
         apart = np.abs(found[o.name] - reference[o.name][:, 0])
         if o.unit == "ht":

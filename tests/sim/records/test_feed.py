@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output
-from boresight.sim.records.feed import Feed, feed
+from boresight.sim.records.feed import Feed, feed, fitted
 from boresight.sim.records.record import Column, Record
 from boresight.sim.worlds.intake import Intake
 
@@ -212,3 +212,42 @@ class _Timed(Timed):
 
     def step(self, x: Any, u: Any, p: Any) -> Any:
         return {}, {"y": u.dt}
+
+
+class Rated(Timed):
+    """Made for some samples a second, at first 100."""
+
+    inputs = (*Timed.inputs, Input("z", -2.0, 2.0, "m", missing=0.0))
+    rates_hz = {"dt": 100.0, "z": 100.0}
+
+    def for_rates(self, rates_hz: Any) -> Estimator:
+        made = Rated()
+        made.rates_hz = dict(rates_hz)
+        return made
+
+
+def record_at(rate_hz: float, every: int = 1) -> Record:
+    t = np.arange(40) / rate_hz
+    z = np.where(np.arange(40) % every == 0, 0.5, NAN)
+    return Record("walk", {"t": Column(t), "z": Column(z)})
+
+
+def test_a_log_at_another_rate_is_refused_by_what_needs_to_know_it() -> None:
+    assert len(feed(Rated(), record_at(101.0))) == 40
+    with pytest.raises(
+        InputError,
+        match=r"wanted 100 samples a second, for which rated is made, found 50; "
+        r"write rated\(rate_hz=50\)$",
+    ):
+        feed(Rated(), record_at(50.0))
+    assert len(feed(Timed(), record_at(3.0))) == 40
+
+
+def test_made_for_the_rates_of_a_record() -> None:
+    made = fitted(Rated(), record_at(50.0, every=4))
+    assert made.rates_hz == pytest.approx({"dt": 50.0, "z": 12.5})
+    assert len(feed(made, record_at(50.0))) == 40
+    timed = Timed()
+    assert fitted(timed, record_at(50.0)) is timed
+    no_field = Record("walk", {"t": Column(np.arange(9.0)), "z": Column(np.full(9, NAN))})
+    assert fitted(Rated(), no_field).rates_hz == {"dt": 1.0}

@@ -24,6 +24,7 @@ VERILATOR, ICARUS = (
 RUNS = [
     pytest.param("small", 32, "verilator", range(0, 6), 40, marks=VERILATOR),
     pytest.param("fast", 32, "verilator", range(12, 18), 40, marks=VERILATOR),
+    pytest.param("small-1024", 32, "verilator", range(40, 41), 40, marks=VERILATOR),
     pytest.param("small", 18, "icarus", range(24, 26), 20, marks=ICARUS),
     pytest.param("fast", 24, "icarus", range(28, 30), 20, marks=ICARUS),
     pytest.param(
@@ -33,6 +34,10 @@ RUNS = [
     pytest.param("fast", 18, "verilator", range(300, 330), 40, marks=[VERILATOR, pytest.mark.soak]),
     pytest.param("small", 24, "icarus", range(330, 345), 40, marks=[ICARUS, pytest.mark.soak]),
     pytest.param("fast", 32, "icarus", range(345, 360), 40, marks=[ICARUS, pytest.mark.soak]),
+    *(
+        pytest.param(c, 32, "verilator", range(360, 390), 40, marks=[VERILATOR, pytest.mark.soak])
+        for c in ("small-1024", "fast-1024")
+    ),
 ]
 
 

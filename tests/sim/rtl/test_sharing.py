@@ -32,7 +32,7 @@ def test_deal_gives_every_record_once_and_in_order(counts):
 
 @pytest.mark.parametrize(
     ("config", "word", "count", "simulator"),
-    [("small", 32, 4, "icarus"), ("fast", 32, 3, "verilator")],
+    [("small", 32, 4, "icarus"), ("fast", 32, 3, "verilator"), ("fast-1024", 32, 2, "verilator")],
 )
 def test_random_programs_in_turns(config, word, count, simulator):
     """Words, flags and cycles of each program are those of the program alone."""

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from boresight.model.errors import InputError
-from boresight.sim.worlds.world import Played, World
+from boresight.sim.worlds.world import Played, Streamed, World
 
 
 class Plant(World):
@@ -46,3 +47,21 @@ def test_played() -> None:
         world.start()
         told = [world.record(given) for given in (None, {"x": 9.0}, {"x": 9.0})]
         assert told == [{"a": 1.0}, {"a": 2.0}, None]
+
+
+def test_streamed() -> None:
+    """Rows of the pieces, one after the other; from the start again, whatever was left."""
+
+    class Pieces(Streamed):
+        def pieces(self):
+            yield {"a": np.array([1.0, 2.0]), "b": np.array([3.0, 4.0])}
+            yield {"b": np.array([6.0]), "a": np.array([5.0])}
+
+    world = Pieces()
+    world.start()
+    assert world.record(None) == {"a": 1.0, "b": 3.0}
+    world.start()
+    rows = [{"a": 1.0, "b": 3.0}, {"a": 2.0, "b": 4.0}, {"a": 5.0, "b": 6.0}, None]
+    assert [world.record({"x": 9.0}) for _ in rows] == rows
+    with pytest.raises(NotImplementedError):
+        Streamed().pieces()

@@ -1,0 +1,167 @@
+"""Second-order Butterworth low-pass that begins as a mean: the same code on floats and the tracer.
+
+During the first tau seconds the output is the mean of the samples; then the filter goes on from the
+steady state of that mean (Laidig and Seel 2023, section 3.2). Its bilinear form is::
+
+    y_n = b (x_n + 2 x_n-1 + x_n-2) - a1 y_n-1 - a2 y_n-2       fc = sqrt(2) / (2 pi tau)
+    C = tan(pi fc Ts)    D = C^2 + sqrt(2) C + 1
+    b = C^2/D    a1 = 2 (C^2 - 1)/D    a2 = (1 - sqrt(2) C + C^2)/D
+
+At a corner far below the sample rate b is tiny, and rounding in the direct form grows by 1/(4 b).
+The states here are the output's recent part z and an integrator v of what is still missing, whose
+word is as fine as it is small; the gain at rest is one whatever the coefficients' rounding::
+
+    y = z + b x      z' = v - (1 + a1) y + 3 b x      v' = v + 4 b (x - y)
+
+Mean and filter are this one form with other weights, so a channel costs 8 slots.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from boresight.model import ops
+from boresight.model.words.rounded import PRECISE
+
+__all__ = ["LowPass", "Weights", "filtered", "gain_of"]
+
+#: Room for rounding in the declared ranges.
+_MARGIN = 1.001
+
+
+def gain_of(tau_s: float, step_s: float) -> float:
+    """Gain of a first-order low-pass of the time constant tau, 1 - exp(-Ts/tau)."""
+    return float(-PRECISE.expm1(-PRECISE.mpf(step_s) / tau_s))
+
+
+@dataclass(frozen=True)
+class Weights:
+    """Weights of one sample: y = (z, x), z' = (v, y, x), v' = (v, x, y)."""
+
+    output: tuple[Any, Any]
+    recent: tuple[Any, Any, Any]
+    missing: tuple[Any, Any, Any]
+
+    def output_of(self, z: Any, x: Any) -> Any:
+        """The filter's output y; its range is the caller's to declare."""
+        return self.output[0] * z + self.output[1] * x
+
+    def next_states(self, v: Any, x: Any, y: Any) -> tuple[Any, Any]:
+        """Next z and v."""
+        a, b, c = self.recent
+        d, e, f = self.missing
+        return a * v + b * y + c * x, d * v + e * x + f * y
+
+
+@dataclass(frozen=True)
+class LowPass:
+    """The filter of one time constant at one sample rate, both in seconds.
+
+    Where tau is below half a step it lets every sample through.
+    """
+
+    tau_s: float
+    step_s: float
+
+    @cached_property
+    def coefficients(self) -> tuple[float, float, float]:
+        """b, a1, a2."""
+        if self.tau_s < 0.5 * self.step_s:
+            return 1.0, 0.0, 0.0
+        c = float(PRECISE.tan(math.sqrt(0.5) * self.step_s / self.tau_s))
+        d = c * c + math.sqrt(2.0) * c + 1.0
+        return c * c / d, 2.0 * (c * c - 1.0) / d, (1.0 - math.sqrt(2.0) * c + c * c) / d
+
+    @cached_property
+    def mean_samples(self) -> int:
+        """Samples whose mean the output is at first: the least n with n Ts >= tau."""
+        n = max(1, math.floor(self.tau_s / self.step_s))
+        while n > 1 and (n - 1) * self.step_s >= self.tau_s:
+            n -= 1
+        while n * self.step_s < self.tau_s:
+            n += 1
+        return n
+
+    @cached_property
+    def largest(self) -> tuple[float, float, float]:
+        """Bounds of y, z, v for samples (or vectors of them) of at most unit length.
+
+        Sums of the absolute impulse responses, which a start from any steady state keeps too.
+        """
+        b, a1, a2 = self.coefficients
+        if b == 1.0:
+            return 1.0, 1.0, 1.0
+        z = v = 0.0
+        sums = [0.0, 0.0, 0.0]
+        for n in range(20 * self.mean_samples + 40):
+            x = float(n == 0)
+            y = z + b * x
+            z, v = v - (1.0 + a1) * y + 3.0 * b * x, v + 4.0 * b * (x - y)
+            sums = [s + abs(c) for s, c in zip(sums, (y, z, v), strict=True)]
+        return sums[0] * _MARGIN, sums[1] * _MARGIN, max(sums[2], 1.0 - a2) * _MARGIN
+
+    def weights(self, mean: Any, inverse: Any) -> Weights:
+        """Weights of a sample.
+
+        Parameters
+        ----------
+        mean : condition
+            It is one of the first ``mean_samples``.
+        inverse : scalar
+            1/n of the n-th sample there, in (0, 1].
+        """
+        b, a1, a2 = self.coefficients
+        through = b == 1.0
+        back = 0.0 if through else 1.0 / (1.0 - b)
+        newest = ops.bounded(ops.where(mean, inverse, b), 0.0, 1.0, "share of the mean")
+        kept = ops.bounded(back - back * newest, 0.0, max(back, 1.0), "the rest of it")
+        b = 0.0 if through else b
+        most = max(1.0 - a2, 4.0 * b)  # of both weights of v: with one binary point 4 b is one word
+        stay = ops.where(mean, 0.0, 1.0)
+        return Weights(
+            (kept, newest),
+            (
+                stay,
+                ops.where(mean, 1.0 - b, 0.0 if through else -1.0 - a1),
+                ops.bounded(ops.where(mean, 0.0, 3.0 * b), 0.0, max(1.0, 3.0 * b), "no finer"),
+            ),
+            (
+                stay,
+                ops.bounded(ops.where(mean, 0.0, 4.0 * b), -most, most, "no finer"),
+                ops.bounded(ops.where(mean, 1.0 - a2, -4.0 * b), -most, most, "the same"),
+            ),
+        )
+
+
+def filtered(
+    weights: Weights,
+    low_pass: LowPass,
+    states: Sequence[tuple[Any, Any]],
+    samples: Sequence[Any],
+    largest: float,
+    hold: Any = None,
+) -> tuple[list[Any], list[tuple[Any, Any]]]:
+    """Outputs and next states (z, v) of some channels, whose samples are at most ``largest``.
+
+    ``hold``: there is no sample; the states stay, the outputs mean nothing.
+    """
+    bounds = [c * largest for c in low_pass.largest]
+    out, after = [], []
+    for before, x in zip(states, samples, strict=True):
+        y = ops.bounded(weights.output_of(before[0], x), -bounds[0], bounds[0], "low-pass")
+        states_next = weights.next_states(before[1], x, y)
+        if hold is not None:
+            states_next = tuple(
+                ops.where(hold, b, a) for b, a in zip(before, states_next, strict=True)
+            )
+        z, v = (
+            ops.bounded(c, -most, most, "low-pass")
+            for c, most in zip(states_next, bounds[1:], strict=True)
+        )
+        out.append(y)
+        after.append((z, v))
+    return out, after

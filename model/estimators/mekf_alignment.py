@@ -1,0 +1,43 @@
+"""The attitude of one sample: specific force up, field north, whatever the attitude is.
+
+The body is turned over first where it hangs upside down, so that no turn that follows is near half
+a turn from none (1 + u >= 1, u the upper component of the vertical)::
+
+    level      (1 + u, n, -e, 0)        the shortest turn of the vertical (e, n, u) to the top
+    to north   (1 + u + w_e, 0, 0, -w_n)   w = (1 + u) (east turned by that, its level components)
+                                             = (1 + u) east_en - east_u (e, n)
+
+the attitude of M. D. Shuster and S. D. Oh (1981), Three-axis attitude determination from vector
+observations, J. Guidance and Control 4(1), found without a matrix.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from boresight.model import ops
+
+__all__ = ["first_turns", "about_vertical", "turned_over"]
+
+
+def turned_over(over: Any, v: Any, limit: float) -> tuple[Any, Any, Any]:
+    """A vector in body axes, half a turn about x where ``over``; components within the limit."""
+    x, y, z = (ops.saturated(c, limit) for c in v)
+    return x, ops.flip(over, y), ops.flip(over, z)
+
+
+def first_turns(up: Any, east: Any) -> tuple[tuple[Any, ...], tuple[Any, Any]]:
+    """Level quaternion, and w and z of that to north, of unit vectors; norms 1.4 to 2, 0.7 to 2."""
+    top = 1.0 + up[2]
+    cosine = ops.saturated(0.5 * (top * east[0] - east[2] * up[0]), 1.0)
+    sine = ops.saturated(0.5 * (east[2] * up[1] - top * east[1]), 1.0)
+    return (top, up[1], -up[0]), about_vertical(0.5 * top, cosine, sine)
+
+
+def about_vertical(size: Any, cosine: Any, sine: Any) -> tuple[Any, Any]:
+    """w and z of the turn about the vertical whose cosine and sine are these over ``size``.
+
+    tan(a/2) = sin(a)/(1 + cos(a)) = (1 - cos(a))/sin(a): of the two the one that is far from 0/0.
+    """
+    behind = cosine < 0.0
+    return ops.where(behind, sine, size + cosine), ops.where(behind, size - cosine, sine)

@@ -1,0 +1,117 @@
+"""The page of a protocol: one HTML file that needs nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from boresight.sim.accuracy.protocol.runs import LEFT_OUT_S, SETTLED_DEG, SETTLED_FOR_S
+from boresight.sim.accuracy.protocol.summary import FLOAT
+from boresight.sim.pages import UNKNOWN, page
+from boresight.sim.plotting import INK, figure_and_axes, legend, settings, svg
+
+__all__ = ["render_page"]
+
+#: Okabe and Ito's colours and a marker for each filter, in turn.
+_STYLES = (
+    ("#0072B2", "o"),
+    ("#D55E00", "s"),
+    ("#222222", "D"),
+    ("#009E73", "^"),
+    ("#CC79A7", "v"),
+    ("#777777", "P"),
+    ("#E69F00", "X"),
+    ("#56B4E9", "<"),
+)
+
+
+def _deg(x: float | None) -> str:
+    return UNKNOWN if x is None else f"{x:.2f}"
+
+
+def _shown(data: Mapping[str, Any]) -> list[str]:
+    """Filters in plots: float64 lies upon fixed point."""
+    return [name for name in data["filters"] if not name.endswith(FLOAT)]
+
+
+def dots(
+    rows: Sequence[tuple[str, Mapping[str, float | None]]],
+    names: Sequence[str],
+    axis: str,
+    salt: str,
+) -> str:
+    """A row for each group, a mark for each filter; logarithmic."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    with settings():
+        figure, axes = figure_and_axes(1.1 + 0.24 * len(rows))
+        axes.grid(False, axis="y")
+        axes.spines["left"].set_visible(False)
+        axes.tick_params(axis="y", length=0)
+        axes.set_xscale("log")
+        axes.xaxis.set_major_locator(LogLocator(base=10.0, subs=(1.0, 2.0, 5.0)))
+        axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
+        axes.xaxis.set_minor_formatter(NullFormatter())
+        for k, name in enumerate(names):
+            colour, marker = _STYLES[k % len(_STYLES)]
+            places = [(v[name], j) for j, (_, v) in enumerate(rows) if v[name]]
+            if places:
+                axes.plot(
+                    *zip(*places, strict=True),
+                    linestyle="none",
+                    marker=marker,
+                    color=colour,
+                    markersize=5,
+                    label=name,
+                )
+        axes.set_yticks(range(len(rows)), [name for name, _ in rows])
+        axes.set_ylim(len(rows) - 0.5, -0.5)
+        axes.set_xlabel(axis)
+        if axes.get_legend_handles_labels()[0]:
+            legend(axes, len(names))
+        return svg(figure, salt=salt)
+
+
+def strip(data: Mapping[str, Any], name: str, salt: str) -> str:
+    """Ratio to the rival of every trial, group by group."""
+    groups, rival = [g["group"] for g in data["groups"]], data["rival"]
+    with settings():
+        figure, axes = figure_and_axes(1.0 + 0.24 * len(groups))
+        axes.grid(False, axis="y")
+        axes.set_xscale("log", base=2)
+        axes.axvline(1.0, color=INK, linewidth=0.8)
+        places = [
+            (t["rows"][name] / t["rows"][rival], groups.index(t["group"]))
+            for t in data["trials"]
+            if t["rows"][name] and t["rows"][rival]
+        ]
+        axes.plot(*zip(*places, strict=True), "o", color=_STYLES[0][0], markersize=4, alpha=0.5)
+        axes.set_yticks(range(len(groups)), groups)
+        axes.set_ylim(len(groups) - 0.5, -0.5)
+        axes.xaxis.set_major_formatter(lambda x, _: f"{x:g}")
+        axes.set_xlabel(f"error of {name} over that of {rival}, trial by trial")
+        return svg(figure, salt=salt)
+
+
+def render_page(data: Mapping[str, Any]) -> str:
+    """HTML text of what `boresight accuracy --protocol` gives."""
+    names, groups = _shown(data), data["groups"]
+    limit = f"{SETTLED_DEG[1]:g}"
+    errors = [(g["group"], {n: g["rows"][n][g["judged"]] for n in names}) for g in groups]
+    times = [(g["group"], {n: g["rows"][n][f"settled_{limit}"] for n in names}) for g in groups]
+    ours = [n for n in names if any("ratio" in g["rows"][n] for g in groups)]
+    return page(
+        "boresight.sim.accuracy.protocol",
+        "protocol.html",
+        d=data,
+        deg=_deg,
+        percent=lambda x: UNKNOWN if x is None else f"{100.0 * x:.0f} %",
+        names=names,
+        ours=ours,
+        limits=[f"{x:g}" for x in SETTLED_DEG],
+        left_out=LEFT_OUT_S,
+        settled_for=SETTLED_FOR_S,
+        errors=dots(errors, names, "error, deg (logarithmic)", "errors"),
+        times=dots(times, names, f"s until it stays below {limit} deg (logarithmic)", "times"),
+        strips={n: strip(data, n, f"strip-{k}") for k, n in enumerate(ours)},
+    )

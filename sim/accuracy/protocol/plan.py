@@ -1,0 +1,118 @@
+"""Protocols: lists of cases, each one thing that is done to every trial."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from boresight.model.declarations import GRAVITY
+from boresight.model.errors import InputError
+from boresight.sim.accuracy.protocol.variants import (
+    Variant,
+    biased,
+    chain,
+    clipped,
+    cut_in_motion,
+    gaps,
+    hard_iron,
+    magnetometer_at,
+    mounted,
+    mountings,
+    noisier,
+    resampled,
+    scaled_field,
+    slower,
+    warming,
+    without_field,
+)
+
+__all__ = ["PROTOCOLS", "Case", "cases_of"]
+
+#: Places at which a log is cut, at random, of the full protocol.
+PLACES = 10
+#: Rates [Hz] of the full protocol, besides those of the logs.
+RATES_HZ = (50.0, 100.0, 142.0, 286.0, 500.0, 1000.0)
+
+
+@dataclass(frozen=True)
+class Case:
+    """One case of a protocol.
+
+    ``group``: cases that are told as one, by their mean. ``judged``: the figure that counts,
+    "total", or "inclination" where nothing tells the heading.
+    """
+
+    name: str
+    group: str
+    work: Variant
+    judged: str = "total"
+
+
+def _one(name: str, *work: Variant, judged: str = "total") -> Case:
+    return Case(name, name, chain(*work), judged)
+
+
+def _first() -> list[Case]:
+    """The cases that people ask for first."""
+    return [
+        _one("as recorded"),
+        _one("starts in motion", cut_in_motion()),
+        _one("in motion, bias 0.7 deg/s", cut_in_motion(), biased()),
+        _one("bias 0.7 deg/s", biased()),
+        _one("third of the rate", slower(3.0)),
+    ]
+
+
+def _full() -> list[Case]:
+    cases = _first()
+    for k in range(PLACES):
+        cases.append(Case(f"cut at place {k}", "starts anywhere", cut_in_motion(place=k)))
+    cases += [
+        _one("in motion, bias 1 deg/s", cut_in_motion(), biased(2.0**0.5)),
+        _one("bias warms up to 0.7 deg/s", warming()),
+        *(_one(f"{rate:g} Hz", resampled(rate)) for rate in RATES_HZ),
+        _one("field x 1.1", scaled_field(1.1)),
+        _one("field x 0.9", scaled_field(0.9)),
+        _one("field offset 10 %", hard_iron(0.1)),
+        _one("magnetometer at 10 Hz", magnetometer_at(10.0)),
+        _one("no field for a minute", without_field(60.0)),
+        _one("never a field", without_field(), judged="inclination"),
+        _one("accelerometer of 4 g", clipped(4.0 * GRAVITY)),
+        _one("gaps in the samples", gaps()),
+        _one("noise x 3", noisier()),
+    ]
+    for k in range(len(mountings())):
+        cases.append(Case(f"mounting {k}", "mounted 24 ways", mounted(k)))
+    return cases
+
+
+def _short() -> list[Case]:
+    kept = ("cut at place 0", "noise x 3", "magnetometer at 10 Hz", "never a field", "mounting 13")
+    return _first() + [case for case in _full() if case.name in kept]
+
+
+def _glance() -> list[Case]:
+    kept = ("as recorded", "bias 0.7 deg/s", "cut at place 0")
+    return [case for case in _full() if case.name in kept]
+
+
+#: By name.
+PROTOCOLS: dict[str, Callable[[], list[Case]]] = {"full": _full, "short": _short, "glance": _glance}
+
+
+def cases_of(protocol: str) -> list[Case]:
+    """Cases of a protocol.
+
+    Raises
+    ------
+    InputError
+        No such protocol.
+    """
+    if protocol not in PROTOCOLS:
+        raise InputError.at(
+            "--protocol",
+            wanted=f"one of {', '.join(PROTOCOLS)}",
+            found=repr(protocol),
+            fix="full has every case, short some of each kind, glance three",
+        )
+    return PROTOCOLS[protocol]()

@@ -1,0 +1,254 @@
+"""One trial in some cases through every filter: the figures, as plain data.
+
+Runs are dealt to processes, which build every filter once; a trial is named by its file or its
+world, so that each process reads it itself.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.model.errors import InputError
+from boresight.model.resolve import estimator_of
+from boresight.sim.accuracy.figures import attitude_errors, gives_attitude
+from boresight.sim.accuracy.peers import dip_rad, peer, run_peer
+from boresight.sim.accuracy.protocol import plan, variants
+from boresight.sim.accuracy.protocol.plan import Case, cases_of
+from boresight.sim.attitude.accuracy import attitude_error, largest_turn_deg
+from boresight.sim.attitude.outputs import attitude_of
+from boresight.sim.compare.difference import differences
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.floating import CompiledFloat
+from boresight.sim.levels.integer import Emitted
+from boresight.sim.montecarlo.journal import Journal
+from boresight.sim.processes import dealt
+from boresight.sim.records.feed import feed
+from boresight.sim.records.files import read_record
+from boresight.sim.records.nine_axis import NineAxis
+from boresight.sim.worlds.carriers import logs as carriers
+
+__all__ = ["LEFT_OUT_S", "SETTLED_DEG", "Campaign", "complete", "settled_s"]
+
+FloatArray = npt.NDArray[np.float64]
+Params = tuple[tuple[str, tuple[tuple[str, float], ...]], ...]
+
+#: Seconds after the start that no error counts, for all filters alike.
+LEFT_OUT_S = 1.0
+#: A filter has settled when its error stays below these [deg], for so long [s].
+SETTLED_DEG = (2.0, 5.0)
+SETTLED_FOR_S = 10.0
+#: Cases that are dealt out together.
+HAND = 4
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """What is run.
+
+    Attributes
+    ----------
+    trials : tuple of str
+        Files, or ``carrier:NAME:SEED`` for a draw of `sim.worlds.carriers.logs`.
+    estimators, peers : tuple of str
+        Ours (or of a user's file), and published ones.
+    params : parameter values by estimator, both sorted
+    """
+
+    protocol: str
+    trials: tuple[str, ...]
+    estimators: tuple[str, ...]
+    peers: tuple[str, ...]
+    params: Params = ()
+    word: int = 32
+
+    def identity(self) -> dict[str, Any]:
+        """What the figures depend on, as plain data."""
+        sources = "".join(inspect.getsource(m) for m in (plan, variants, carriers))
+        return {
+            "protocol": self.protocol,
+            "cases": hashlib.sha256(sources.encode()).hexdigest(),
+            "trials": {name_of(t): _digest(t) for t in self.trials},
+            "estimators": {name: _levels(self, name)[0].program.digest for name in self.estimators},
+            "peers": list(self.peers),
+            "params": {name: dict(values) for name, values in self.params},
+            "word": self.word,
+        }
+
+
+def name_of(trial: str) -> str:
+    """Name of a trial."""
+    if trial.startswith("carrier:"):
+        return trial.removeprefix("carrier:").replace(":", "-")
+    return Path(trial).stem
+
+
+def _digest(trial: str) -> str:
+    if trial.startswith("carrier:"):
+        return trial
+    return hashlib.sha256(Path(trial).read_bytes()).hexdigest()
+
+
+@lru_cache(maxsize=2)
+def log_of(trial: str) -> NineAxis:
+    """The log of a trial.
+
+    Raises
+    ------
+    InputError
+        It cannot be read, or has no attitude as truth.
+    """
+    if trial.startswith("carrier:"):
+        _, name, seed = trial.split(":")
+        return carriers.carrier(name, int(seed))
+    log = NineAxis.of(read_record(Path(trial)))
+    assert log.attitude is not None  # or an InputError that says so
+    return log
+
+
+@lru_cache(maxsize=16)
+def _levels(campaign: Campaign, name: str) -> tuple[Emitted, CompiledFloat]:
+    """Fixed point and float64 of one of ours."""
+    params = dict(dict(campaign.params).get(name, ()))
+    build = Build(estimator_of(name), word=campaign.word, params=[params])
+    if not gives_attitude(build.estimators[0]):
+        raise InputError.at(
+            name,
+            wanted="an estimator whose outputs are an attitude, qw qx qy qz",
+            found="another one",
+            fix="leave --protocol out, or name another",
+        )
+    return Emitted(build), CompiledFloat(build)
+
+
+def settled_s(t: FloatArray, error: FloatArray, limit: float) -> float | None:
+    """When an error first stays below a limit for `SETTLED_FOR_S`, from t[0] on; None: never.
+
+    Samples whose error is NaN say nothing.
+    """
+    known = np.isfinite(error)
+    t, above = t[known], error[known] >= limit
+    if not len(t):
+        return None
+    # What begins at the start, and after each sample above the limit; and how long it lasts.
+    begins = np.concatenate([[t[0]], t[above]])
+    lasts = np.diff(np.concatenate([begins, [t[-1]]]))
+    long = np.flatnonzero(lasts >= SETTLED_FOR_S)
+    return float(begins[long[0]] - t[0]) if len(long) else None
+
+
+def figures_of(log: NineAxis, q: FloatArray) -> dict[str, float | None]:
+    """Figures of attitudes (n, 4) against a log's truth: `ANGLES`, ``settled_2``, ``settled_5``."""
+    rows = log.counts & (log.t >= log.t[0] + LEFT_OUT_S)
+    found: dict[str, float | None] = dict(attitude_errors(q, log.attitude, rows))
+    error = attitude_error(q, log.attitude).total
+    for limit in SETTLED_DEG:
+        found[f"settled_{limit:g}"] = settled_s(log.t, error, limit)
+    return found
+
+
+def _ours(campaign: Campaign, name: str, log: NineAxis) -> list[dict[str, Any]]:
+    fixed, floating = _levels(campaign, name)
+    given = feed(fixed.build.estimators[0], log.record())
+    runs = []
+    for level in (fixed, floating):
+        level.reset()
+        runs.append(level.run(given.inputs))
+    q = [attitude_of(run.outputs) for run in runs]
+    changed = sum(
+        int((runs[0].outputs[o.name] != runs[1].outputs[o.name]).sum())
+        for o in fixed.build.estimators[0].outputs
+        if o.unit == "bits"
+    )
+    saturated = runs[0].saturated
+    near = differences(fixed.build.estimators[0].outputs, runs[0].outputs, runs[1].outputs)
+    more = {
+        "good": all(d.good for d in near),
+        "apart_deg": largest_turn_deg(*q),
+        "changed": changed,
+        "saturated": 0 if saturated is None else int(saturated.sum()),
+    }
+    return [
+        {"estimator": name, "level": "fixed", **figures_of(log, q[0]), **more},
+        {"estimator": name, "level": "float", **figures_of(log, q[1])},
+    ]
+
+
+def run_cases(
+    campaign: Campaign, trial: str, numbered: Sequence[tuple[int, str]]
+) -> list[dict[str, Any]]:
+    """Figures of every filter on one trial in some cases, each with its number.
+
+    A published filter that can make nothing of a case has no figures.
+    """
+    known = {case.name: case for case in cases_of(campaign.protocol)}
+    out = []
+    for number, case in numbered:
+        log = _prepared(known[case], log_of(trial))
+        rows = [row for name in campaign.estimators for row in _ours(campaign, name, log)]
+        dip = dip_rad(log_of(trial))
+        for name in campaign.peers:
+            row: dict[str, Any] = {"estimator": name, "level": "package"}
+            try:
+                row |= figures_of(log, run_peer(peer(name), log.record(), dip))
+            except InputError as error:
+                row["refused"] = str(error)
+            rows.append(row)
+        out.append({"seed": number, "trial": name_of(trial), "case": case, "rows": rows})
+    return out
+
+
+def _prepared(case: Case, log: NineAxis) -> NineAxis:
+    log = case.work(log)
+    if not (log.counts & np.isfinite(log.attitude).all(axis=1) & (log.t > log.t[0] + 2.0)).any():
+        raise InputError.at(
+            f"log {log.name!r}, {case.name}",
+            wanted="more than two seconds of motion with a reference attitude",
+            found="less",
+            fix="leave this log out",
+        )
+    return log
+
+
+def complete(
+    campaign: Campaign, journal: Journal, *, say: Callable[[str], None], jobs: int | None = None
+) -> list[dict[str, Any]]:
+    """All cases of all trials, in order; those of the journal are not run again."""
+    cases = cases_of(campaign.protocol)
+    number = {
+        (trial, case.name): k * len(cases) + j
+        for k, trial in enumerate(campaign.trials)
+        for j, case in enumerate(cases)
+    }
+    tasks = []
+    for trial in campaign.trials:
+        left = [
+            (number[trial, case.name], case.name)
+            for case in cases
+            if number[trial, case.name] not in journal.done
+        ]
+        for k in range(0, len(left), HAND):
+            tasks.append((trial, run_cases, (campaign, trial, left[k : k + HAND])))
+    if len(journal.done):
+        say(f"{len(journal.done)} of {len(number)} are done already")
+    if tasks:
+        for trial, found in dealt(min(jobs or os.cpu_count() or 1, len(tasks)), tasks):
+            journal.add(found)
+            say(f"[{len(journal.done)}/{len(number)}] {name_of(trial)}: {found[-1]['case']}")
+    return [journal.done[k] for k in sorted(number.values())]
+
+
+def params_key(params: Mapping[str, Mapping[str, float]] | None) -> Params:
+    """Parameter values as `Campaign` holds them."""
+    return tuple(
+        (name, tuple(sorted(values.items()))) for name, values in sorted((params or {}).items())
+    )

@@ -1,0 +1,263 @@
+"""What is done to a trial: each a function of a nine-axis log that gives another one.
+
+The truth goes along, so that every variant is judged by the same method. Chance is drawn from the
+trial's name: the same trial and variant give the same log everywhere.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import permutations, product
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.sim.attitude.rotation import (
+    matrix_to_quaternion,
+    quaternion_conjugate,
+    quaternion_multiply,
+)
+from boresight.sim.records.nine_axis import NineAxis
+
+__all__ = [
+    "BIAS_DEG_S",
+    "Variant",
+    "biased",
+    "chain",
+    "clipped",
+    "cut_in_motion",
+    "first_motion",
+    "gaps",
+    "hard_iron",
+    "magnetometer_at",
+    "mounted",
+    "mountings",
+    "noisier",
+    "resampled",
+    "scaled_field",
+    "slower",
+    "warming",
+    "without_field",
+]
+
+FloatArray = npt.NDArray[np.float64]
+Variant = Callable[[NineAxis], NineAxis]
+
+#: Gyro bias [deg/s] of the variants "bias": of size 0.71.
+BIAS_DEG_S = (0.5, -0.4, 0.3)
+
+
+def _rng(log: NineAxis, salt: int = 0) -> np.random.Generator:
+    return np.random.default_rng([zlib.crc32(log.name.encode()), salt])
+
+
+def chain(*variants: Variant) -> Variant:
+    """One after the other."""
+
+    def work(log: NineAxis) -> NineAxis:
+        for variant in variants:
+            log = variant(log)
+        return log
+
+    return work
+
+
+def _rows(log: NineAxis, rows: slice | npt.NDArray[np.intp]) -> NineAxis:
+    """Some samples, with the time since the one before that is left."""
+    t = log.t[rows]
+    mov = None if log.mov is None else log.mov[rows]
+    steps = np.diff(t, prepend=t[0] - log.dt[rows][0])
+    q = None if log.q is None else log.q[rows]
+    return NineAxis(log.name, t, log.gyr[rows], log.acc[rows], log.mag[rows], q, steps, mov)
+
+
+def first_motion(log: NineAxis) -> int:
+    """Row of the first sample that moves: 0 where the log does not say."""
+    return int(np.argmax(log.counts))
+
+
+def cut_in_motion(after_s: float = 2.0, place: int | None = None) -> Variant:
+    """The log from ``after_s`` after its first movement; or from a random place of its movement.
+
+    ``place`` numbers the draws, which lie in the first two thirds of the movement, at samples
+    that move.
+    """
+
+    def work(log: NineAxis) -> NineAxis:
+        if place is None:
+            start = log.t[first_motion(log)] + after_s
+            return _rows(log, slice(int(np.searchsorted(log.t, start)), None))
+        moving = np.flatnonzero(log.counts)
+        return _rows(
+            log, slice(int(moving[int(_rng(log, place).uniform() * len(moving) / 1.5)]), None)
+        )
+
+    return work
+
+
+def biased(scale: float = 1.0) -> Variant:
+    """The gyro off by `BIAS_DEG_S` times ``scale``."""
+    offset = np.radians(scale * np.asarray(BIAS_DEG_S))
+    return lambda log: replace(log, gyr=log.gyr + offset)
+
+
+def warming(time_s: float = 60.0) -> Variant:
+    """The gyro's bias grows to `BIAS_DEG_S` as it warms up, 1 - exp(-t/time_s)."""
+
+    def work(log: NineAxis) -> NineAxis:
+        grown = -np.expm1(-(log.t - log.t[0]) / time_s)[:, None]
+        return replace(log, gyr=log.gyr + grown * np.radians(BIAS_DEG_S))
+
+    return work
+
+
+def resampled(rate_hz: float) -> Variant:
+    """At another rate: gyro, force and field are means over the new steps, held where it is higher.
+
+    The integral of each sensor is read off at the new times, linearly between samples; the
+    attitude is the chord between its neighbours.
+    """
+
+    def work(log: NineAxis) -> NineAxis:
+        begins = log.t[0] - log.dt[0]
+        edges = np.concatenate([[begins], log.t])
+        count = int((log.t[-1] - begins) * rate_hz)
+        at = begins + np.arange(count + 1) / rate_hz
+
+        def means(values: FloatArray) -> FloatArray:
+            whole = np.concatenate([np.zeros((1, 3)), np.cumsum(values * log.dt[:, None], axis=0)])
+            read = np.stack([np.interp(at, edges, column) for column in whole.T], axis=1)
+            return np.diff(read, axis=0) * rate_hz
+
+        t = at[1:]
+        above = np.clip(np.searchsorted(log.t, t - 1e-9), 1, len(log) - 1)
+        share = ((t - log.t[above - 1]) / (log.t[above] - log.t[above - 1]))[:, None]
+        q = None
+        if log.q is not None:
+            low, high = log.q[above - 1], log.q[above]
+            high = np.where((low * high).sum(axis=1, keepdims=True) < 0.0, -high, high)
+            q = low + np.clip(share, 0.0, 1.0) * (high - low)
+            q /= np.linalg.norm(q, axis=1, keepdims=True)
+        mov = None if log.mov is None else log.mov[above]
+        steps = np.full(count, 1.0 / rate_hz)
+        return NineAxis(log.name, t, means(log.gyr), means(log.acc), means(log.mag), q, steps, mov)
+
+    return work
+
+
+def slower(factor: float) -> Variant:
+    """`resampled` at the log's own rate over a factor."""
+    return lambda log: resampled(1.0 / (factor * float(np.median(log.dt))))(log)
+
+
+def scaled_field(factor: float) -> Variant:
+    """The magnetometer's sensitivity off by a factor."""
+    return lambda log: replace(log, mag=log.mag * factor)
+
+
+def hard_iron(share: float) -> Variant:
+    """The magnetometer off by a constant vector, of so large a share of the field."""
+
+    def work(log: NineAxis) -> NineAxis:
+        way = _rng(log).standard_normal(3)
+        size = share * np.nanmedian(np.linalg.norm(log.mag, axis=1))
+        return replace(log, mag=log.mag + size * way / np.linalg.norm(way))
+
+    return work
+
+
+def mountings() -> FloatArray:
+    """The 24 turns (24, 3, 3) of a cube into itself; the first turns nothing."""
+    out = [
+        np.eye(3)[list(order)] * np.array(signs, dtype=np.float64)[:, None]
+        for order in permutations(range(3))
+        for signs in product((1, -1), repeat=3)
+    ]
+    return np.array([m for m in out if np.linalg.det(m) > 0.0])
+
+
+def mounted(which: int) -> Variant:
+    """The sensor turned in its housing: one of `mountings`."""
+    c = mountings()[which]
+    turned = quaternion_conjugate(matrix_to_quaternion(c))
+
+    def work(log: NineAxis) -> NineAxis:
+        q = None if log.q is None else quaternion_multiply(log.q, turned)
+        return replace(log, gyr=log.gyr @ c.T, acc=log.acc @ c.T, mag=log.mag @ c.T, q=q)
+
+    return work
+
+
+def magnetometer_at(rate_hz: float) -> Variant:
+    """New samples of the field at this rate only."""
+
+    def work(log: NineAxis) -> NineAxis:
+        turn = np.floor((log.t - log.t[0]) * rate_hz + 1e-9)
+        new = np.diff(turn, prepend=-1.0) > 0.0
+        return replace(log, mag=np.where(new[:, None], log.mag, np.nan))
+
+    return work
+
+
+def without_field(seconds: float | None = None) -> Variant:
+    """No field for so long, from the middle of the log on; or never any."""
+
+    def work(log: NineAxis) -> NineAxis:
+        begin = 0.5 * (log.t[0] + log.t[-1])
+        dark = np.ones(len(log), dtype=np.bool_)
+        if seconds is not None:
+            dark = (log.t >= begin) & (log.t < begin + seconds)
+        return replace(log, mag=np.where(dark[:, None], np.nan, log.mag))
+
+    return work
+
+
+def clipped(limit: float) -> Variant:
+    """The accelerometer's range is this [m/s^2]."""
+    return lambda log: replace(log, acc=np.clip(log.acc, -limit, limit))
+
+
+def gaps(share: float = 0.02, longest: int = 20) -> Variant:
+    """A share of the samples never comes, in runs of up to ``longest``; times tell of it.
+
+    The gyro's mean rate is lost with them.
+    """
+
+    def work(log: NineAxis) -> NineAxis:
+        rng = _rng(log)
+        kept = np.ones(len(log), dtype=np.bool_)
+        count = round(2.0 * share * len(log) / (1 + longest))
+        for at in rng.integers(1, len(log), count):
+            kept[at : at + int(rng.integers(1, longest + 1))] = False
+        return _rows(log, np.flatnonzero(kept))
+
+    return work
+
+
+def noisier(factor: float = 3.0) -> Variant:
+    """White noise so many times as large: what lacks is added.
+
+    The noise of a sensor is estimated from its second differences where they are small: the
+    quietest tenth of the log in stretches of a tenth of a second.
+    """
+
+    def work(log: NineAxis) -> NineAxis:
+        rng = _rng(log)
+        gyr, acc, mag = (_with_noise(v, factor, rng) for v in (log.gyr, log.acc, log.mag))
+        return replace(log, gyr=gyr, acc=acc, mag=mag)
+
+    return work
+
+
+def _with_noise(values: FloatArray, factor: float, rng: np.random.Generator) -> FloatArray:
+    second = np.diff(values[~np.isnan(values[:, 0])], n=2, axis=0)
+    width = 32
+    blocks = second[: len(second) // width * width].reshape(-1, width, 3)
+    if not len(blocks):
+        return values
+    # the variance of a second difference of white noise is six times that of a sample
+    quiet = np.quantile(blocks.var(axis=1), 0.1, axis=0) / 6.0
+    sd = np.sqrt((factor**2 - 1.0) * quiet)
+    return np.asarray(values + sd * rng.standard_normal(values.shape))

@@ -1,0 +1,96 @@
+"""Convert the BROAD data set: ``python -m boresight.sim.data.convert_broad FOLDER OUT``.
+
+FOLDER is ``data_mat`` of https://github.com/dlaidig/broad (CC BY 4.0); OUT gets an ``.npz`` log for
+each trial: rates, specific force, field, optical attitude (sensor to ENU), and which samples move.
+
+D. Laidig, M. Caruso, A. Cereatti, T. Seel, "BROAD - A Benchmark for Robust Inertial Orientation
+Estimation", Data 6(7):72, 2021, doi 10.3390/data6070072.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from boresight.disk.output import OutputFile
+from boresight.model.errors import InputError, ToolMissing
+from boresight.sim.records.files import content_of
+from boresight.sim.records.nine_axis import NineAxis
+from boresight.sim.records.record import Record
+
+__all__ = ["convert", "main"]
+
+#: Arrays of a trial, and their widths.
+_ARRAYS = {"imu_gyr": 3, "imu_acc": 3, "imu_mag": 3, "opt_quat": 4, "movement": 1}
+
+
+def convert(path: Path) -> Record:
+    """One trial, a ``.mat`` file.
+
+    Raises
+    ------
+    InputError
+        It is none of BROAD.
+    ToolMissing
+        scipy, which reads it, is not installed.
+    """
+    try:
+        from scipy.io import loadmat
+    except ImportError:
+        raise ToolMissing("scipy was not found: pip install scipy reads .mat files.") from None
+    try:
+        held = loadmat(path)
+        rate_hz = float(np.asarray(held["sampling_rate"]).item())
+        arrays = {n: np.asarray(held[n], np.float64).reshape(-1, k) for n, k in _ARRAYS.items()}
+    except (OSError, ValueError, KeyError, TypeError, NotImplementedError) as error:
+        raise InputError.at(
+            str(path),
+            wanted="a trial of BROAD's data_mat",
+            found=str(error).splitlines()[0] if str(error) else type(error).__name__,
+            fix="name a folder with its .mat files",
+        ) from None
+    count = len(arrays["imu_gyr"])
+    if rate_hz <= 0.0 or {len(a) for a in arrays.values()} != {count}:
+        raise InputError.at(
+            str(path),
+            wanted="a rate, and a row for each sample in every array",
+            found=f"{rate_hz:g} Hz, rows {[len(a) for a in arrays.values()]}",
+            fix="fetch it again",
+        )
+    return NineAxis(
+        path.stem,
+        np.arange(count) / rate_hz,
+        *(arrays[name] for name in ("imu_gyr", "imu_acc", "imu_mag", "opt_quat")),
+        steps=np.full(count, 1.0 / rate_hz),
+        mov=arrays["movement"][:, 0] != 0.0,
+    ).record()
+
+
+def main(arguments: list[str]) -> int:
+    """Convert a folder; returns the exit code."""
+    if len(arguments) != 2:
+        print(__doc__.splitlines()[0], file=sys.stderr)
+        return 2
+    folder, out = map(Path, arguments)
+    try:
+        paths = sorted(folder.glob("*.mat"))
+        if not paths:
+            raise InputError.at(
+                str(folder), wanted="BROAD's .mat files", found="none", fix="name its data_mat"
+            )
+        for path in paths:
+            to = out / f"{path.stem}.npz"
+            OutputFile(to, "convert_broad", of=path.stem, inputs=[path]).write(
+                content_of(to, convert(path))
+            )
+            print(to)
+    except (InputError, ToolMissing) as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2 if isinstance(error, InputError) else 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,1 @@
+"""Attitude of an array that turns for eight hours: Wang Wenzhe et al. (2016)."""

@@ -1,0 +1,1 @@
+"""Carriers that never rest, and what a sensor on them sees."""

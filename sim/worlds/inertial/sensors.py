@@ -1,0 +1,95 @@
+"""Errors of a triad that reports increments: of gyros [rad], of accelerometers [m/s]."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["ACCELEROMETER", "FIBRE_OPTIC", "MICRO_G", "PER_HOUR", "Noise", "Triad", "signed"]
+
+FloatArray = npt.NDArray[np.float64]
+PER_HOUR = math.radians(1.0) / 3600.0  #: deg/h in rad/s.
+MICRO_G = 9.80665e-6  #: m/s^2
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Random errors of each axis; a unit is rad/s of gyros, m/s^2 of accelerometers.
+
+    Parameters
+    ----------
+    white : float
+        Root of the spectral density: what the integral walks in a second, unit times s^(1/2).
+    walk : float
+        What the bias walks in a second, unit over s^(1/2).
+    lsb : float
+        Count of the increments; what a count leaves goes into the next one. 0: none.
+    """
+
+    white: float = 0.0
+    walk: float = 0.0
+    lsb: float = 0.0
+
+
+#: A fibre-optic gyro of the class of 0.003 deg/h: 0.0005 deg/h^(1/2), bias walking by 0.001 deg/h
+#: in an hour; and an accelerometer beside it: 5 ug/Hz^(1/2), walking by 5 ug in an hour.
+FIBRE_OPTIC = Noise(5e-4 * PER_HOUR * 60.0, 1e-3 * PER_HOUR / 60.0)
+ACCELEROMETER = Noise(5.0 * MICRO_G, 5.0 * MICRO_G / 60.0)
+
+
+def signed(
+    rng: np.random.Generator | None, bias: float, scale: float, askew: float
+) -> tuple[FloatArray, FloatArray]:
+    """Bias (3,) and matrix (3, 3) of errors of given size, their signs drawn; None: all plus."""
+    size = np.full((3, 3), askew)
+    np.fill_diagonal(size, scale)
+    signs = np.ones((3, 4)) if rng is None else rng.choice([-1.0, 1.0], (3, 4))
+    return bias * signs[:, 0], np.eye(3) + size * signs[:, 1:]
+
+
+class Triad:
+    """Increments as a triad reports them: ``matrix`` times the true ones + bias dt + noise.
+
+    Every source has random numbers of its own, so that another size of one error, or another
+    length of the pieces, leaves the others as they were.
+
+    Parameters
+    ----------
+    bias : (3,)
+        In the unit of `Noise`.
+    matrix : (3, 3)
+    noise : Noise
+    seed : sequence of int
+    dt : float
+        [s]
+    """
+
+    def __init__(
+        self, bias: FloatArray, matrix: FloatArray, noise: Noise, seed: Sequence[int], dt: float
+    ) -> None:
+        self.bias, self.matrix, self.noise, self.dt = bias, matrix, noise, dt
+        self._white, self._walk = (np.random.default_rng([*seed, k]) for k in range(2))
+        self._now, self._left = np.zeros(3), np.zeros(3)
+
+    def read(self, true: FloatArray) -> FloatArray:
+        """Reports (n, 3) of the next true increments (n, 3)."""
+        found: FloatArray = true @ self.matrix.T + self.bias * self.dt
+        noise, root = self.noise, math.sqrt(self.dt)
+        if noise.white:
+            found += noise.white * root * self._white.standard_normal(true.shape)
+        if noise.walk:
+            steps = noise.walk * root * self._walk.standard_normal(true.shape)
+            steps[0] += self._now
+            walked = np.cumsum(steps, axis=0)
+            found += walked * self.dt
+            self._now = walked[-1]
+        if noise.lsb:
+            whole = self._left + np.cumsum(found, axis=0)
+            counts = np.rint(whole / noise.lsb)
+            found = noise.lsb * np.diff(counts, axis=0, prepend=0.0)
+            self._left = whole[-1] - noise.lsb * counts[-1]
+        return found

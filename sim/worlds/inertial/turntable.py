@@ -1,0 +1,99 @@
+"""A mark on a turntable that tells an azimuth once a turn, and what goes wrong with it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.model.errors import require
+
+__all__ = ["STEP", "Mark", "Pulses", "pulses"]
+
+FloatArray = npt.NDArray[np.float64]
+STEP = 2.0 * math.pi / 2**18  #: of an encoder of 18 bits [rad], 4.94".
+
+
+@dataclass(frozen=True)
+class Mark:
+    """Where the mark is, what tells it, and faults.
+
+    Parameters
+    ----------
+    at_deg : float
+        Azimuth of the mark, counter-clockwise as the heading.
+    index : str
+        "hall": a pulse at the mark, timed, as far off as an encoder's step (standard deviation
+        1.43"). "encoder": one of 18 bits, read with every sample; the first angle after the mark is
+        told. "none".
+    missed, doubled, wrong : float
+        Shares of the turns: no pulse; another one of the same mark up to five samples later; one
+        of the mark anywhere in the turn.
+
+    Raises
+    ------
+    InputError
+        No such index, a share that is none.
+    """
+
+    at_deg: float = 90.0
+    index: str = "hall"
+    missed: float = 0.0
+    doubled: float = 0.0
+    wrong: float = 0.0
+
+    def __post_init__(self) -> None:
+        known = ("hall", "encoder", "none")
+        require(self.index in known, "mark, index", f"one of {', '.join(known)}", self.index)
+        for name in ("missed", "doubled", "wrong"):
+            value = getattr(self, name)
+            require(0.0 <= value <= 1.0, f"mark, {name}", "a share, 0 to 1", value)
+
+
+@dataclass(frozen=True, eq=False)
+class Pulses:
+    """Pulses in order of time.
+
+    Attributes
+    ----------
+    sample : int (n,)
+        In which sample each comes, one at most in each.
+    share : float64 (n,)
+        When in it, 0 (its begin) to 1 (its end).
+    azimuth : float64 (n,)
+        That it tells [rad], 0 to 2 pi.
+    """
+
+    sample: npt.NDArray[np.int64]
+    share: FloatArray
+    azimuth: FloatArray
+
+
+def pulses(
+    mark: Mark, heading: float, rate: float, samples: int, dt: float, rng: np.random.Generator
+) -> Pulses:
+    """Pulses of a turntable that turns at a rate [rad/s], above 0, from a heading [rad] on."""
+    turn, at, each = 2.0 * math.pi, math.radians(mark.at_deg), rate * dt
+    count = math.ceil(samples * each / turn) + 1
+    noise, luck = rng.normal(size=count), rng.random((4, count))
+    late = 1.0 + 4.0 * rng.random(count)
+    # Times are in samples, of which k ends at k + 1.
+    passed = ((at - heading) % turn + turn * np.arange(count)) / each
+    told = np.full(count, at)
+    if mark.index == "encoder":
+        read = np.ceil(passed)
+        told = at + STEP * np.rint(each * (read - passed) / STEP)
+    else:
+        read = passed + STEP / math.sqrt(12.0) * noise / each
+    there = (luck[0] >= mark.missed) & (mark.index != "none")
+    again = there & (luck[1] < mark.doubled)
+    astray = (luck[2] < mark.wrong) & (mark.index != "none")
+    parts = (there, read), (again, read + late), (astray, passed + luck[3] * turn / each)
+    t = np.concatenate([times[some] for some, times in parts])
+    azimuth = np.concatenate([told[some] for some, _ in parts]) % turn
+    inside = (t > 0.0) & (t <= samples)
+    t, azimuth = t[inside], azimuth[inside]
+    sample, kept = np.unique(np.ceil(t).astype(np.int64) - 1, return_index=True)
+    return Pulses(sample, t[kept] - sample, azimuth[kept])

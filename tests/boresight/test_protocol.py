@@ -1,0 +1,57 @@
+"""`boresight accuracy --protocol` from the front: files, exit code, what it runs on by default."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from boresight.model.errors import InputError
+from boresight.model.estimators.complementary import Complementary
+from boresight.protocol import own_trials, run_protocol
+from boresight.sim.accuracy.protocol import runs
+from boresight.sim.accuracy.protocol.plan import Case, cases_of
+from boresight.sim.worlds.carriers import logs as carriers
+
+
+@pytest.fixture
+def one_case(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One case of a trial of some seconds."""
+    known, whole = cases_of("short")[0], carriers.carrier
+
+    def cases(protocol: str) -> list[Case]:
+        return [known] if protocol == "short" else cases_of(protocol)
+
+    for module in ("boresight.protocol", "boresight.sim.accuracy.protocol.runs"):
+        monkeypatch.setattr(f"{module}.cases_of", cases)
+    monkeypatch.setattr("boresight.protocol.own_trials", lambda: ["carrier:ship:1"])
+    monkeypatch.setattr(carriers, "carrier", lambda name, seed: whole(name, seed, seconds=8.0))
+    runs.log_of.cache_clear()
+    yield
+    runs.log_of.cache_clear()
+
+
+@pytest.mark.usefixtures("one_case")
+def test_files_and_figures(tmp_path: Path) -> None:
+    data = run_protocol("short", ["complementary"], ["vqf"], [], jobs=1, output=tmp_path)
+    assert data["good"] and data["trial_names"] == ["ship-1"]
+    assert data["file"] == str(tmp_path / "accuracy-short.html")
+    kept = json.loads((tmp_path / "accuracy-short.json").read_text())
+    assert kept["groups"] == data["groups"] and len(kept["groups"]) == 1
+    assert "complementary" in (tmp_path / "accuracy-short.html").read_text()
+    with pytest.raises(InputError, match="the journal of this campaign"):
+        run_protocol("short", ["complementary"], [], [], jobs=1, output=tmp_path)
+
+
+def test_what_it_runs_on_by_default() -> None:
+    names = [runs.name_of(trial) for trial in own_trials()]
+    assert names[0] == "synthetic_60s" and "ximu_walk" not in names
+    assert {"car-1", "drone-2", "pedestrian-1", "ship-2"} <= set(names)
+
+
+def test_objects_and_unknown_protocols_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="other processes can read"):
+        run_protocol("short", [Complementary], [], [], output=tmp_path)
+    with pytest.raises(InputError, match="wanted one of full, short, glance"):
+        run_protocol("long", ["mekf"], [], [], output=tmp_path)

@@ -1,0 +1,75 @@
+"""Coefficients are those of the authors' own implementation."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from vqf import PyVQF
+
+from boresight.model.errors import InputError
+from boresight.model.estimators.vqf.settings import Settings, counted, counter_limit
+
+
+@pytest.mark.parametrize("rate, mag_rate", [(100.0, 100.0), (285.714, 28.5714), (50.0, 12.0)])
+def test_as_the_package_has_them(rate: float, mag_rate: float) -> None:
+    s = Settings(rate, mag_rate)
+    theirs: Any = PyVQF(1.0 / rate, magTs=1.0 / mag_rate).coeffs
+    for low_pass, kind in ((s.vertical, "accLp"), (s.rest, "restGyrLp"), (s.field, "magNormDipLp")):
+        b, a1, a2 = low_pass.coefficients
+        assert [b, 2 * b, b] == pytest.approx(getattr(theirs, f"{kind}B"), rel=1e-9)
+        assert [a1, a2] == pytest.approx(getattr(theirs, f"{kind}A"), rel=1e-12)
+    assert s.mag_gain == pytest.approx(theirs.kMag)
+    assert s.field_gain == pytest.approx(theirs.kMagRef)
+    assert s.start_variance == pytest.approx(theirs.biasP0 / theirs.biasRestW)
+    assert s.growth == pytest.approx(theirs.biasV / theirs.biasRestW)
+    assert s.motion_weight == pytest.approx(theirs.biasRestW / theirs.biasMotionW)
+
+
+@pytest.mark.parametrize("rate", [10.0, 25.0, 50.0, 100.0, 142.857, 256.0, 285.714, 1000.0])
+def test_samples_are_sums_of_float64(rate: float) -> None:
+    s = Settings(rate, rate)
+    step = 1.0 / rate
+
+    def summed(n: int) -> float:
+        total = 0.0
+        for _ in range(n):
+            total += step
+        return total
+
+    for n, seconds in (
+        (s.rest_samples, 1.5),
+        (s.calm_samples, 0.5),
+        *zip(s.candidate_samples, (5.0, 20.0), strict=True),
+        (s.rejected_samples + 1, 60.0 + 1e-300),
+    ):
+        assert summed(n - 1) < seconds <= summed(n) or n == s.rejected_samples + 1
+    assert summed(s.rejected_samples) <= 60.0 < summed(s.rejected_samples + 1)
+    gain, n = 1.0, 0
+    while gain != 0.0:  # as the package counts them
+        gain, n = gain / (gain + 1.0), n + 1
+        gain = 0.0 if gain * 9.0 < step else gain
+    assert s.first_samples == n
+
+
+def test_counters_stop_at_a_power_of_two_that_reaches() -> None:
+    for n in (1, 3, 4, 75, 127, 128, 6000):
+        limit = counter_limit(n)
+        assert n < limit <= 2 * (n + 1) and limit == 2.0 ** round(limit).bit_length() / 2
+    assert float(counted(127.0, 100)) == 128.0 == float(counted(128.0, 100))
+    s = Settings(100.0, 100.0)
+    assert s.patience - s.rejected_samples - 1 < s.impatient < s.patience - s.rejected_samples
+
+
+@pytest.mark.parametrize(
+    "values, message",
+    [
+        ({"rate_hz": 5.0}, "vqf, rate_hz: wanted 10 to 4000, found 5"),
+        ({"mag_rate_hz": 101.0}, "vqf, mag_rate_hz: wanted 1 to 100, found 101"),
+        ({"acc_tau_s": float("nan")}, "vqf, acc_tau_s: wanted 0.5 to 30, found nan"),
+        ({"mag_tau_s": 0.1}, "vqf, mag_tau_s: wanted 0.5 to 100, found 0.1"),
+    ],
+)
+def test_numbers_outside_their_range_are_refused(values: dict[str, float], message: str) -> None:
+    with pytest.raises(InputError, match=f"^{message}"):
+        Settings(**values)  # type: ignore[arg-type]

@@ -1,0 +1,37 @@
+"""The page of a protocol: figures and plots stand in it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from boresight.sim.accuracy.protocol.page import render_page
+from boresight.sim.accuracy.protocol.plan import Case
+from boresight.sim.accuracy.protocol.summary import summary
+
+CASES = [Case("as recorded", "as recorded", lambda log: log)]
+
+
+def run(trial: str, ours: float, rival: float) -> Any:
+    def figures(x: float) -> dict[str, Any]:
+        parts = {"total": x, "heading": 0.8 * x, "inclination": 0.5 * x}
+        return {**parts, "settled_2": None, "settled_5": 10.0 * x}
+
+    fixed = {"apart_deg": 1e-4, "changed": 1, "saturated": 0, "good": True}
+    rows = [
+        {"estimator": "mine", "level": "fixed", **figures(ours), **fixed},
+        {"estimator": "vqf", "level": "package", **figures(rival)},
+    ]
+    return {"trial": trial, "case": "as recorded", "rows": rows}
+
+
+RUNS = [run("a", 1.0, 2.0), run("b", 9.0, 3.0)]
+
+
+def test_the_page_shows_every_table_and_plot() -> None:
+    data = {"protocol": "short", "word": 32, "trial_names": ["a", "b"], **summary(CASES, RUNS)}
+    page = render_page(data)
+    assert page.count("<svg") == 3
+    assert "mine against vqf, trial by trial" in page and ">b</td>" in page
+    assert '<td class="r worse">2.00</td>' in page and "100 %" in page
+    alone = summary(CASES, [{**r, "rows": r["rows"][:1]} for r in RUNS])
+    assert render_page({**data, **alone}).count("<svg") == 2

@@ -1,0 +1,77 @@
+"""Runs of a protocol: figures of a case, times to settle, what a journal keeps."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from boresight.model.errors import InputError
+from boresight.sim.accuracy.protocol import runs
+from boresight.sim.accuracy.protocol.plan import cases_of
+from boresight.sim.accuracy.protocol.runs import Campaign, complete, figures_of, settled_s
+from boresight.sim.attitude.rotation import euler_to_quaternion, quaternion_multiply
+from boresight.sim.montecarlo.journal import Journal
+from boresight.sim.worlds.carriers.logs import carrier
+
+CAMPAIGN = Campaign("short", ("carrier:ship:1",), ("complementary",), ("vqf",))
+
+
+def test_settling_is_until_it_stays() -> None:
+    t = np.arange(400) / 10.0
+    error = np.full(400, 1.0)
+    assert settled_s(t, error, 2.0) == 0.0
+    error[:50] = 3.0
+    error[80] = 3.0
+    assert settled_s(t, error, 2.0) == pytest.approx(8.0)
+    error[100:] = np.nan
+    assert settled_s(t, error, 2.0) is None
+    assert settled_s(t, np.full(400, 5.0), 2.0) is None
+    error[:] = np.nan
+    assert settled_s(t, error, 2.0) is None
+
+
+def test_the_first_second_does_not_count() -> None:
+    log = carrier("ship", 1, seconds=20.0)
+    q = log.attitude.copy()
+    turn = euler_to_quaternion(np.radians([0.0, 0.0, 3.0]))
+    q[:50] = quaternion_multiply(turn, q[:50])
+    found = figures_of(log, q)
+    assert found["total"] == pytest.approx(0.0, abs=1e-5)
+    assert found["settled_2"] == pytest.approx(0.98) and found["settled_5"] == 0.0
+    q[50:] = quaternion_multiply(turn, q[50:])
+    assert figures_of(log, q)["heading"] == pytest.approx(3.0)
+
+
+def test_what_is_in_the_journal_is_not_run_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wanted = [c for c in cases_of("short") if c.name in ("as recorded", "never a field")]
+    monkeypatch.setattr(runs, "cases_of", lambda protocol: wanted)
+    monkeypatch.setattr(runs.carriers, "carrier", lambda name, seed: carrier(name, seed, seconds=9))
+    runs.log_of.cache_clear()
+    path, told = tmp_path / "a.runs", list[str]()
+    first = complete(CAMPAIGN, Journal(path, CAMPAIGN.identity()), say=told.append, jobs=1)
+    monkeypatch.setattr(runs, "run_cases", None)
+    again = complete(CAMPAIGN, Journal(path, CAMPAIGN.identity()), say=told.append, jobs=1)
+    runs.log_of.cache_clear()
+    assert again == first and told[-1] == "2 of 2 are done already"
+    assert [run["case"] for run in first] == ["as recorded", "never a field"]
+    fixed, floating, rival = first[0]["rows"]
+    assert (fixed["level"], floating["level"], rival["level"]) == ("fixed", "float", "package")
+    assert fixed["total"] == pytest.approx(floating["total"], abs=1e-3) and fixed["good"]
+    assert 0.0 < fixed["apart_deg"] < 1e-3 and fixed["saturated"] == 0
+    assert first[1]["rows"][2]["inclination"] < 5.0
+
+
+def test_the_identity_knows_program_and_parameters() -> None:
+    other = Campaign(*(getattr(CAMPAIGN, n) for n in ("protocol", "trials", "estimators", "peers")))
+    assert other.identity() == CAMPAIGN.identity()
+    tuned = runs.params_key({"complementary": {"force_gain": 1.0}})
+    assert tuned == (("complementary", (("force_gain", 1.0),)),)
+
+
+def test_an_estimator_without_attitude_is_refused() -> None:
+    with pytest.raises(InputError, match="outputs are an attitude"):
+        Campaign("short", (), ("registration",), ()).identity()
