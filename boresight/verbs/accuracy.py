@@ -46,7 +46,7 @@ SOURCE = (
     "truth; fixed point is the emitted C, whose words are the core's"
 )
 #: What runs where nothing is named: ours, and the published filters that take seconds.
-FIRST = "complementary,ekf_bias,mekf,vqf,vqf_basic"
+FIRST = "complementary,ekf_bias,mekf,vqf_online,vqf_basic"
 #: Peer whose estimate stands in where a log has no reference.
 STAND_IN = "vqf_offline"
 

@@ -34,7 +34,7 @@ def one_case(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("one_case")
 def test_files_and_figures(tmp_path: Path) -> None:
-    data = run_protocol("short", ["complementary"], ["vqf"], [], jobs=1, output=tmp_path)
+    data = run_protocol("short", ["complementary"], ["vqf_online"], [], jobs=1, output=tmp_path)
     assert data["good"] and data["trial_names"] == ["ship-1"]
     assert data["file"] == str(tmp_path / "accuracy-short.html")
     kept = json.loads((tmp_path / "accuracy-short.json").read_text())

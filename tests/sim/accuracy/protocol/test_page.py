@@ -19,7 +19,7 @@ def run(trial: str, ours: float, rival: float) -> Any:
     fixed = {"apart_deg": 1e-4, "changed": 1, "saturated": 0, "good": True}
     rows = [
         {"estimator": "mine", "level": "fixed", **figures(ours), **fixed},
-        {"estimator": "vqf", "level": "package", **figures(rival)},
+        {"estimator": "vqf_online", "level": "package", **figures(rival)},
     ]
     return {"trial": trial, "case": "as recorded", "rows": rows}
 
@@ -31,7 +31,7 @@ def test_the_page_shows_every_table_and_plot() -> None:
     data = {"protocol": "short", "word": 32, "trial_names": ["a", "b"], **summary(CASES, RUNS)}
     page = render_page(data)
     assert page.count("<svg") == 3
-    assert "mine against vqf, trial by trial" in page and ">b</td>" in page
+    assert "mine against vqf_online, trial by trial" in page and ">b</td>" in page
     assert '<td class="r worse">2.00</td>' in page and "100 %" in page
     alone = summary(CASES, [{**r, "rows": r["rows"][:1]} for r in RUNS])
     assert render_page({**data, **alone}).count("<svg") == 2

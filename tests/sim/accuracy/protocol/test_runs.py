@@ -15,7 +15,7 @@ from boresight.sim.attitude.rotation import euler_to_quaternion, quaternion_mult
 from boresight.sim.montecarlo.journal import Journal
 from boresight.sim.worlds.carriers.logs import carrier
 
-CAMPAIGN = Campaign("short", ("carrier:ship:1",), ("complementary",), ("vqf",))
+CAMPAIGN = Campaign("short", ("carrier:ship:1",), ("complementary",), ("vqf_online",))
 
 
 def test_settling_is_until_it_stays() -> None:

@@ -26,7 +26,8 @@ def run(trial: str, case: str, ours: float, rival: float | None, apart: float = 
     rows = [
         {"estimator": "mine", "level": "fixed", **figures(ours), **fixed},
         {"estimator": "mine", "level": "float", **figures(ours)},
-        {"estimator": "vqf", "level": "package"} | (figures(rival) if rival else {"refused": "no"}),
+        {"estimator": "vqf_online", "level": "package"}
+        | (figures(rival) if rival else {"refused": "no"}),
     ]
     return {"trial": trial, "case": case, "rows": rows}
 
@@ -41,7 +42,9 @@ RUNS = [
 
 def test_means_ratios_and_the_worst() -> None:
     data = summary(CASES, RUNS)
-    assert data["filters"] == ["mine", "mine float64", "vqf"] and data["rival"] == "vqf"
+    assert (
+        data["filters"] == ["mine", "mine float64", "vqf_online"] and data["rival"] == "vqf_online"
+    )
     recorded, anywhere, blind = data["groups"]
     mine = recorded["rows"]["mine"]
     assert (mine["total"], mine["ratio"]) == (2.5, 1.0)
@@ -50,7 +53,9 @@ def test_means_ratios_and_the_worst() -> None:
     assert anywhere["runs"] == 3 and anywhere["rows"]["mine"]["ratio"] == 2.0
     assert anywhere["rows"]["mine"]["worst"]["case"] == "place 0"
     assert "ratio" not in recorded["rows"]["mine float64"]
-    assert blind["rows"]["vqf"]["inclination"] is None and "ratio" not in blind["rows"]["mine"]
+    assert (
+        blind["rows"]["vqf_online"]["inclination"] is None and "ratio" not in blind["rows"]["mine"]
+    )
     told = {(t["trial"], t["group"]): t["rows"]["mine"] for t in data["trials"]}
     assert told["a", "anywhere"] == 1.5 and told["a", "blind"] == 1.0
     (fixed,) = data["fixed"]
@@ -65,7 +70,7 @@ def test_beyond_the_tolerance_is_told() -> None:
 
 def test_the_text_has_every_group_and_the_worst() -> None:
     found = text(summary(CASES, RUNS))
-    assert "blind *" in found and "mine against vqf" in found and "b, place 0" in found
+    assert "blind *" in found and "mine against vqf_online" in found and "b, place 0" in found
     assert "     2.50     2.50     2.50" in found
     alone = [{**r, "rows": r["rows"][:2]} for r in RUNS]
     assert "against" not in text(summary(CASES, alone))
