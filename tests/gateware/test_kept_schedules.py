@@ -144,6 +144,7 @@ def test_what_does_not_fit_leaves_nothing(folder: Path) -> None:
     assert not list(folder.glob("schedule-*")) and not list(folder.glob("work-*"))
 
 
+@pytest.mark.full_search
 def test_an_effort_of_ones_own_is_not_kept(folder: Path, searches: list[str]) -> None:
     build_core(random_program(2), "small", restarts=1)
     assert not folder.exists() and not searches

@@ -234,6 +234,7 @@ def test_status_bits_and_states() -> None:
     assert len(EkfBias().states) <= 45
 
 
+@pytest.mark.full_search
 @pytest.mark.parametrize(("config", "cycles"), [("small", 1000), ("fast", 500)])
 def test_cycles_to_the_attitude(config: str, cycles: int) -> None:
     e = EkfBias()

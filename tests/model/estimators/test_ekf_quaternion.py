@@ -287,6 +287,7 @@ def test_every_word_width_compiles(cls: Any, aligned: int, word: int) -> None:
 CYCLES = {"small": 500, "fast": 350}
 
 
+@pytest.mark.full_search
 @pytest.mark.parametrize("config", CYCLES)
 def test_cycles_to_the_attitude(config: str) -> None:
     e = EkfQuaternion()

@@ -29,7 +29,10 @@ def test_the_run_shown_is_the_one_in_the_middle(data):
 def test_figures_are_those_of_the_tables(result, data):
     sd = data["table_3"]["cases"]["C"]["complementary"]["fixed"]["sd"]["pooled"]
     assert result.figures["complementary: sd, C, heading, deg"] == sd[2]
-    assert result.figures["complementary on fast: cycles"] == 166
+    (row,) = (
+        r for r in data["timing"] if (r["estimator"], r["config"]) == ("complementary", "fast")
+    )
+    assert result.figures["complementary on fast: cycles"] == row["cycles"] <= 175
     assert all(math.isfinite(value) for value in result.figures.values())
 
 
