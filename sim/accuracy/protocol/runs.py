@@ -32,7 +32,7 @@ from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.integer import Emitted
 from boresight.sim.montecarlo.journal import Journal
 from boresight.sim.processes import dealt
-from boresight.sim.records.feed import feed
+from boresight.sim.records.feed import feed, fitted
 from boresight.sim.records.files import read_record
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.worlds.carriers import logs as carriers
@@ -116,10 +116,14 @@ def log_of(trial: str) -> NineAxis:
 
 
 @lru_cache(maxsize=16)
-def _levels(campaign: Campaign, name: str) -> tuple[Emitted, CompiledFloat]:
-    """Fixed point and float64 of one of ours."""
+def _levels(
+    campaign: Campaign, name: str, rates: tuple[tuple[str, float], ...] = ()
+) -> tuple[Emitted, CompiledFloat]:
+    """Fixed point and float64 of one of ours, made for rates where it needs to know them."""
     params = dict(dict(campaign.params).get(name, ()))
-    build = Build(estimator_of(name), word=campaign.word, params=[params])
+    made = estimator_of(name)
+    made = made.for_rates(dict(rates)) if rates else made
+    build = Build(made, word=campaign.word, params=[params])
     if not gives_attitude(build.estimators[0]):
         raise InputError.at(
             name,
@@ -157,8 +161,10 @@ def figures_of(log: NineAxis, q: FloatArray) -> dict[str, float | None]:
 
 
 def _ours(campaign: Campaign, name: str, log: NineAxis) -> list[dict[str, Any]]:
-    fixed, floating = _levels(campaign, name)
-    given = feed(fixed.build.estimators[0], log.record())
+    record = log.record()
+    rates = tuple(sorted(fitted(estimator_of(name), record).rates_hz.items()))
+    fixed, floating = _levels(campaign, name, rates)
+    given = feed(fixed.build.estimators[0], record)
     runs = []
     for level in (fixed, floating):
         level.reset()
