@@ -59,13 +59,10 @@ def convert(path: Path) -> Record:
             found=f"{rate_hz:g} Hz, rows {[len(a) for a in arrays.values()]}",
             fix="fetch it again",
         )
-    return NineAxis(
-        path.stem,
-        np.arange(count) / rate_hz,
-        *(arrays[name] for name in ("imu_gyr", "imu_acc", "imu_mag", "opt_quat")),
-        steps=np.full(count, 1.0 / rate_hz),
-        mov=arrays["movement"][:, 0] != 0.0,
-    ).record()
+    gyr, acc, mag, q = (arrays[n] for n in ("imu_gyr", "imu_acc", "imu_mag", "opt_quat"))
+    t, steps = np.arange(count) / rate_hz, np.full(count, 1.0 / rate_hz)
+    mov = np.asarray(arrays["movement"][:, 0] != 0.0)
+    return NineAxis(path.stem, t, gyr, acc, mag, q, steps, mov).record()
 
 
 def main(arguments: list[str]) -> int:

@@ -194,13 +194,18 @@ def run_cases(
 ) -> list[dict[str, Any]]:
     """Figures of every filter on one trial in some cases, each with its number.
 
-    A published filter that can make nothing of a case has no figures.
+    A filter that can make nothing of a case has no figures.
     """
     known = {case.name: case for case in cases_of(campaign.protocol)}
     out = []
     for number, case in numbered:
         log = _prepared(known[case], log_of(trial))
-        rows = [row for name in campaign.estimators for row in _ours(campaign, name, log)]
+        rows = []
+        for name in campaign.estimators:
+            try:
+                rows += _ours(campaign, name, log)
+            except InputError as error:  # one that is made for another rate, for example
+                rows.append({"estimator": name, "level": "fixed", "refused": str(error)})
         dip = dip_rad(log_of(trial))
         for name in campaign.peers:
             row: dict[str, Any] = {"estimator": name, "level": "package"}

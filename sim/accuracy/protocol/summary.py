@@ -130,7 +130,7 @@ def _fixed(runs: Sequence[Row]) -> list[dict[str, Any]]:
     found: dict[str, dict[str, Any]] = {}
     for run in runs:
         for row in run["rows"]:
-            if row["level"] != "fixed":
+            if row["level"] != "fixed" or "refused" in row:
                 continue
             start = {"apart_deg": 0.0, "where": "", "changed": 0, "saturated": 0, "good": True}
             kept = found.setdefault(row["estimator"], start)
@@ -159,7 +159,8 @@ def text(data: Mapping[str, Any]) -> str:
         name = g["group"] + ("" if g["judged"] == "total" else " *")
         line = f"  {name:{width}s}" + "".join(_deg(g["rows"][f][g["judged"]]) for f in filters)
         lines.append(line)
-    lines.append("  * inclination: nothing tells the heading there")
+    if any(g["judged"] != "total" for g in data["groups"]):
+        lines.append("  * inclination: nothing tells the heading there")
     limit = f"settled_{SETTLED_DEG[1]:g}"
     lines += ["", f"Median time until the error stays below {SETTLED_DEG[1]:g} deg, s"]
     for g in data["groups"]:

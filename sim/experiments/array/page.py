@@ -119,7 +119,7 @@ def _cases(flown: Mapping[str, Runs]) -> list[list[str | float]]:
     for name, case in CASES.items():
         found = flown[name].pooled()
         cells = [
-            numbers((found[key] for key in keys), ".3g")
+            numbers((found[key] for key in keys), ".0f" if keys[0] == "used_sum" else ".3g")
             if case.compared or not keys[0].startswith("fixed")
             else ""
             for keys in _COLUMNS.values()

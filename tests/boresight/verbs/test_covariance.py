@@ -22,7 +22,8 @@ class Own(Estimator):
 
 def test_initial_variances_in_each_filters_own_unit() -> None:
     assert initial_covariances(estimator("ekf_bias")) == [{"p0_sd": p**0.5} for p in P0]
-    assert initial_covariances(estimator("mekf")) == [{"p0_tilt": p, "p0_heading": p} for p in P0]
+    found = [p["p0_bias"] for p in initial_covariances(estimator("mekf"))]
+    assert found == pytest.approx([4.5e-9, 4.5e-7, 4.5e-5, 6e-5, 6e-5])  # up to the legal most
     assert initial_covariances(estimator("complementary")) == [{}]
     assert initial_covariances(Own()) == [
         {"p0_pos": 0.5, "p0_sd": 0.25},

@@ -82,6 +82,7 @@ def test_noise_and_what_stops_it() -> None:
     found = errors.grown(SimpleNamespace(**variances), p, 1.0, True, False)
     floor = errors.FLOOR_NOISE
     assert found["tilt"] == pytest.approx((1.5e-7 / UNITS["tilt"]) ** 2 + floor)
+    assert found["heading"] == pytest.approx((1.5e-7 / UNITS["heading"]) ** 2 + floor)
     assert found["velocity"] == pytest.approx((5e-5 / UNITS["velocity"]) ** 2 + floor)
     assert found["gyro"] == pytest.approx((1e-9 / UNITS["gyro"]) ** 2 + floor)
     assert found["scale"] == floor

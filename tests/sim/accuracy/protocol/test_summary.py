@@ -70,7 +70,7 @@ def test_beyond_the_tolerance_is_told() -> None:
 
 def test_the_text_has_every_group_and_the_worst() -> None:
     found = text(summary(CASES, RUNS))
-    assert "blind *" in found and "mine against vqf" in found and "b, place 0" in found
+    assert "blind *" in found and "mine against vqf_online" in found and "b, place 0" in found
     assert "     2.50     2.50     2.50" in found
     alone = [{**r, "rows": r["rows"][:2]} for r in RUNS]
     assert "against" not in text(summary(CASES, alone))
