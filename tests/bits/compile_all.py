@@ -12,8 +12,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-#: States of one core, of 128: outputs that others read become some, too.
-ROOM = 100
+#: States of one core, of 256: outputs that others read become some, too.
+ROOM = 200
 
 
 def programs(folder: Path, words: Sequence[int]) -> None:
@@ -45,13 +45,13 @@ def cores(folder: Path, synth: bool) -> None:
     free = ROOM
     for name, kind in ESTIMATORS.items():
         if name not in FILTERS:
-            free -= len(kind.states)
+            free -= len(kind().states)
             if free < 0:
                 parts.append([])
-                free = ROOM - len(kind.states)
+                free = ROOM - len(kind().states)
             parts[-1].append(name)
     for number, names in enumerate(parts):
-        boresight.compile(*names, config="fast", word=24, output=folder / f"others-{number}")
+        boresight.compile(*names, config="fast-1024", word=24, output=folder / f"others-{number}")
 
 
 def main() -> None:
