@@ -172,7 +172,8 @@ def system_core(
             )
     values = {"calibrate_inertial": {"tick_s": 1.0 / clock_hz}}
     # Who asks for the gyro's full scale is told: a little less, since calibration moves it.
-    most = {"gyro_most_sq": (0.98 * SENSED["gx"].high) ** 2}
+    high = 0.98 * SENSED["gx"].high
+    most = {"gyro_most_sq": high * high}
     values |= {e.name: most for e in estimators if "gyro_most_sq" in {q.name for q in e.params}}
     for name, given in (params or {}).items():
         values[name] = {**values.get(name, {}), **given}

@@ -20,8 +20,8 @@ def board():
 @pytest.mark.parametrize(
     "device, fault, updates, span, event, within_s, worst_deg",
     [
-        ("adis", "absent", 1560, (1020, 1120), "inertial_no_data_ready", 0.01, 4.0),
-        ("adis", "bit_flips", 1560, (1020, 1120), "inertial_config_error", 0.01, 4.0),
+        ("adis", "absent", 1900, (1200, 1400), "inertial_no_data_ready", 0.01, 4.0),
+        ("adis", "bit_flips", 1900, (1200, 1400), "inertial_config_error", 0.01, 4.0),
         ("hmr", "silence", 1750, (6, 10), "compass_went_stale", 0.7, 2.0),
     ],
 )
