@@ -2,7 +2,7 @@
 
 Run as a process of its own by `test_same_bits`, in an environment that the test chooses::
 
-    python compile_all.py FOLDER [--passes N] [--words W ...] [--off-by-one] [--synth]
+    python compile_all.py FOLDER [--brief] [--off-by-one] [--synth]
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ def programs(folder: Path, words: Sequence[int]) -> None:
                 (place / file).write_text(text, encoding="utf-8")
 
 
-def cores(folder: Path, synth: bool) -> None:
-    """A complete system of the filters on a board, and cores with all other estimators."""
+def cores(folder: Path, synth: bool, most: int | None) -> None:
+    """A complete system of the filters on a board; cores with all other estimators, or ``most``."""
     import boresight
     from boresight.gateware.system.programs import FILTERS
     from boresight.model.estimators import ESTIMATORS
@@ -50,7 +50,7 @@ def cores(folder: Path, synth: bool) -> None:
                 parts.append([])
                 free = ROOM - len(kind().states)
             parts[-1].append(name)
-    for number, names in enumerate(parts):
+    for number, names in enumerate(parts[:most]):
         boresight.compile(*names, config="fast-1024", word=24, output=folder / f"others-{number}")
 
 
@@ -58,8 +58,7 @@ def main() -> None:
     """The command line."""
     parser = argparse.ArgumentParser()
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--passes", type=int, help="most passes of the scheduler per program")
-    parser.add_argument("--words", type=int, nargs="+", default=(32, 18), help="widths of programs")
+    parser.add_argument("--brief", action="store_true", help="few widths, passes, cores")
     parser.add_argument("--off-by-one", action="store_true")
     parser.add_argument("--synth", action="store_true")
     args = parser.parse_args()
@@ -67,12 +66,12 @@ def main() -> None:
         from off_by_one import disturb
 
         disturb()
-    if args.passes is not None:
+    if args.brief:
         from boresight.gateware.schedule import search as schedule
 
-        schedule._PASSES = (args.passes, args.passes)
-    programs(args.folder / "programs", args.words)
-    cores(args.folder, args.synth)
+        schedule._PASSES = (3, 3)
+    programs(args.folder / "programs", (32,) if args.brief else (32, 18))
+    cores(args.folder, args.synth, 1 if args.brief else None)
     import boresight
 
     sys.stdout.write(str(Path(boresight.__file__).parent))
