@@ -54,6 +54,11 @@ class Target:
     note: str = ""
 
     @property
+    def judged(self) -> bool:
+        """It has a limit; else it is shown beside."""
+        return (self.low, self.high) != (None, None)
+
+    @property
     def good(self) -> bool:
         """The value lies in the band."""
         low = -math.inf if self.low is None else self.low

@@ -51,7 +51,7 @@ def render(
         name=name,
         intro=intro,
         targets=targets,
-        judged=[t for t in targets if (t.low, t.high) != (None, None)],
+        judged=[t for t in targets if t.judged],
         sources=list(sources),
         noted=any(t.note for t in targets),
         sections=sections,

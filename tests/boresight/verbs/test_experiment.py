@@ -23,6 +23,7 @@ RESULT = Result(
         target("one", 0.5, "Table 3", part="x", unit="deg"),
         target("one", 0.25, "Table 3", part="y", unit="deg"),
         target("two", 1.0, "Figure 7", binding=False),
+        Target(name="beside", value=3.0, source="ours"),
     ),
     details={"curve": [1, 2]},
     pages={"ma2014.html": "<html></html>\n"},
@@ -56,6 +57,7 @@ def test_writes_page_and_json_and_reports_targets(stand_in, tmp_path, capsys):
     assert "half way" in text.err and "half way" not in text.out
     assert "pass  one (Table 3): 0.5 / 0.25 deg\n" in text.out
     assert "FAIL  two (Figure 7): 1\n" in text.out
+    assert "      beside (ours): 3\n" in text.out
     assert "targets met: 2 of 3" in text.out and str(out / "ma2014.html") in text.out
 
 
