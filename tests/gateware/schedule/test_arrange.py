@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from boresight.gateware.schedule.arrange import arrangements, needs, reads
+from boresight.gateware.schedule.arrange import _topological, arrangements, needs, reads
 from boresight.model.words.program import Negate, Op, Scale, Term, When
 
 FULL = (True, True, True)
@@ -93,3 +93,12 @@ def test_only_what_uses_a_capture_waits_for_it() -> None:
     assert min(x.place(early) for x in arrangements(op, 0, needs(op)))[0] == 10
     # The flag in a slot of its own, then both.
     assert min(x.place(late) for x in arrangements(op, 0, needs(op)))[0] == 8
+
+
+def test_edges_come_after_those_into_their_tails() -> None:
+    chain = [(3, 1), (1, 0), (0, 2), (3, 0)]
+    ordered = _topological(4, chain)
+    assert ordered is not None and sorted(ordered) == sorted(chain)
+    for k, (tail, _) in enumerate(ordered):
+        assert all(head != tail for _, head in ordered[k:])
+    assert _topological(3, [(0, 1), (1, 2), (2, 0)]) is None
