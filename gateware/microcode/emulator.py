@@ -143,7 +143,7 @@ class Emulator:
         """Host write of a parameter at its address of the bus; only between updates."""
         if self.pc != 0:
             raise ValueError("parameters must be written between updates")
-        bank, offset = divmod(address, Machine.PARAMETER_ADDRESSES // self.machine.lanes)
+        bank, offset = divmod(address, self.machine.bus_bank_words)
         if offset < self.machine.bank_depth // 2:  # states cannot be written
             self.registers[bank * self.machine.bank_depth + offset] = self._signed(word)
 

@@ -10,7 +10,14 @@ from typing import Any
 from boresight.model import ops
 from boresight.model.algebra.quaternion import Matrix
 
-__all__ = ["acos_ht", "asin_ht", "roll_pitch_heading_ht", "steep_angle_ht", "unit_angle_ht"]
+__all__ = [
+    "acos_ht",
+    "asin_ht",
+    "pitch_roll_heading_ht",
+    "roll_pitch_heading_ht",
+    "steep_angle_ht",
+    "unit_angle_ht",
+]
 
 
 def unit_angle_ht(y: Any, x: Any, inverse: Any = 1.0) -> Any:
@@ -77,4 +84,16 @@ def roll_pitch_heading_ht(c: Matrix, inverse: Any = 1.0) -> tuple[Any, Any, Any]
         unit_angle_ht(c[2][1], c[2][2], secant),
         unit_angle_ht(-c[2][0], cosine, inverse),
         unit_angle_ht(c[1][0], c[0][0], secant),
+    )
+
+
+def pitch_roll_heading_ht(c: Matrix) -> tuple[Any, Any, Any]:
+    """Angles [half turns] of C = Rz(heading) Rx(pitch) Ry(roll), as of east-north-up axes."""
+    square = c[2][2] * c[2][2] + c[2][0] * c[2][0]
+    secant = ops.rsqrt(square)
+    cosine = ops.bounded(square * secant, 0.0, 1.0, "cosine of the pitch")
+    return (
+        unit_angle_ht(c[2][1], cosine),
+        ops.wrap_ht(-unit_angle_ht(c[2][0], c[2][2], secant)),
+        ops.wrap_ht(-unit_angle_ht(c[0][1], c[1][1], secant)),
     )

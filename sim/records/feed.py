@@ -147,7 +147,7 @@ def _refuse_rate(estimator: Estimator, record: Record) -> None:
             record.where,
             wanted=f"{wanted:g} samples a second, for which {estimator.name} is made",
             found=f"{found:.6g}",
-            fix=f"write {type(estimator).__name__.lower()}(rate_hz={found:.6g})",
+            fix=f"make it with rate_hz={found:.6g}",
         )
 
 

@@ -19,6 +19,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from boresight.model import ops
+from boresight.model.algebra.angles import pitch_roll_heading_ht
 from boresight.model.algebra.low_pass import filtered
 from boresight.model.algebra.quaternion import dot, increment, matrix, product
 from boresight.model.errors import InputError
@@ -27,7 +28,7 @@ from boresight.model.estimators.nine_axis import OUTPUTS
 from boresight.model.estimators.vqf.bias import bias_of
 from boresight.model.estimators.vqf.field import heading_of
 from boresight.model.estimators.vqf.interface import START, interface_of
-from boresight.model.estimators.vqf.motion import euler_ht, made_vertical, rotated
+from boresight.model.estimators.vqf.motion import made_vertical, rotated
 from boresight.model.estimators.vqf.rest import rest_of
 from boresight.model.estimators.vqf.settings import (
     CLIP_RAD_S,
@@ -162,7 +163,7 @@ class Vqf(Estimator):
             "still": ops.where(restart, 0.0, still),
         }
         flags = {0: restart | (count < 0.5), 2: no_force, 5: resting}
-        pitch, roll, heading = euler_ht(C)
+        pitch, roll, heading = pitch_roll_heading_ht(C)
         if settings.magnetic:
             turning = mean_rate_sq > _TURNING_SQ
             found = heading_of(x, restart, C, (u.mx, u.my, u.mz), turning, p, settings)

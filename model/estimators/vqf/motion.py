@@ -1,4 +1,4 @@
-"""How VQF turns: vectors to navigation axes, the attitude to the vertical, angles out of it."""
+"""How VQF turns: vectors to navigation axes, the attitude to the vertical."""
 
 from __future__ import annotations
 
@@ -6,11 +6,10 @@ from collections.abc import Callable
 from typing import Any
 
 from boresight.model import ops
-from boresight.model.algebra.angles import unit_angle_ht
 from boresight.model.algebra.quaternion import cross, dot
 from boresight.model.estimators.vqf.settings import FORCE_MOST
 
-__all__ = ["euler_ht", "made_vertical", "rotated"]
+__all__ = ["made_vertical", "rotated"]
 
 _UPSIDE_DOWN = 2.0**-20  #: 1 + cosine of a correction that has no axis.
 
@@ -59,15 +58,3 @@ def made_vertical(
         )
 
     return [ops.saturated(c * inverse, 1.0) for c in turned], turn
-
-
-def euler_ht(C: Any) -> tuple[Any, Any, Any]:
-    """Pitch, roll, heading [half turns] of C = Rz(heading) Rx(pitch) Ry(roll)."""
-    cosine_sq = C[2][2] * C[2][2] + C[2][0] * C[2][0]
-    secant = ops.rsqrt(cosine_sq)
-    cosine = ops.bounded(cosine_sq * secant, 0.0, 1.0, "cosine of the pitch")
-    return (
-        unit_angle_ht(C[2][1], cosine),
-        ops.wrap_ht(-unit_angle_ht(C[2][0], C[2][2], secant)),
-        ops.wrap_ht(-unit_angle_ht(C[0][1], C[1][1], secant)),
-    )

@@ -10,6 +10,7 @@ from boresight.model import ops
 from boresight.model.algebra.angles import (
     acos_ht,
     asin_ht,
+    pitch_roll_heading_ht,
     roll_pitch_heading_ht,
     steep_angle_ht,
     unit_angle_ht,
@@ -63,6 +64,20 @@ def test_roll_pitch_heading(trace: Any) -> None:
 
     def function(*elements: Any) -> Any:
         return roll_pitch_heading_ht([elements[:3], elements[3:6], elements[6:]])
+
+    assert np.stack(function(*c.reshape(-1, 9).T), axis=1) == pytest.approx(angles, abs=1e-12)
+    fixed, floating, saturated = trace(function, [(-1.0, 1.0)] * 9).run(*c.reshape(-1, 9).T)
+    apart = (np.stack(fixed) - np.stack(floating) + 1.0) % 2.0 - 1.0
+    assert not saturated.any() and np.abs(apart).max() < 5e-8
+
+
+def test_pitch_roll_heading(trace: Any) -> None:
+    """Against scipy's intrinsic sequence z-x'-y''."""
+    angles = np.random.default_rng(4).uniform([-0.47, -1, -1], [0.47, 1, 1], (300, 3))
+    c = Rotation.from_euler("ZXY", np.pi * angles[:, [2, 0, 1]]).as_matrix()
+
+    def function(*elements: Any) -> Any:
+        return pitch_roll_heading_ht([elements[:3], elements[3:6], elements[6:]])
 
     assert np.stack(function(*c.reshape(-1, 9).T), axis=1) == pytest.approx(angles, abs=1e-12)
     fixed, floating, saturated = trace(function, [(-1.0, 1.0)] * 9).run(*c.reshape(-1, 9).T)

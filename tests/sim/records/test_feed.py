@@ -237,7 +237,7 @@ def test_a_log_at_another_rate_is_refused_by_what_needs_to_know_it() -> None:
     with pytest.raises(
         InputError,
         match=r"wanted 100 samples a second, for which rated is made, found 50; "
-        r"write rated\(rate_hz=50\)$",
+        r"make it with rate_hz=50$",
     ):
         feed(Rated(), record_at(50.0))
     assert len(feed(Timed(), record_at(3.0))) == 40

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from boresight.model.estimators.mekf_interface import STATUS_BITS as MEKF_BITS
+from boresight.model.estimators.mekf.interface import STATUS_BITS as MEKF_BITS
 from boresight.model.estimators.nine_axis import INPUTS
 from boresight.model.estimators.vqf.interface import STATUS_BITS, interface_of
 from boresight.model.estimators.vqf.settings import Settings

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from boresight.model.algebra.quaternion import matrix
-from boresight.model.estimators.vqf.motion import euler_ht, made_vertical, rotated
+from boresight.model.estimators.vqf.motion import made_vertical, rotated
 
 
 def scipy_of(q: Any) -> Rotation:
@@ -46,10 +45,3 @@ def test_upside_down_is_half_a_turn_about_x() -> None:
     done = scipy_of(after) * scipy_of(q).inv()
     assert done.as_matrix() == pytest.approx(np.diag([1.0, -1.0, -1.0]), abs=1e-12)
     assert np.array(turn([1.0, 2.0, 3.0])) == pytest.approx([1.0, -2.0, -3.0])
-
-
-def test_angles(drawn: Any) -> None:
-    for q, _ in zip(*drawn, strict=True):
-        angles = 180.0 * np.array(euler_ht(matrix(list(q))))
-        heading, pitch, roll = scipy_of(q).as_euler("ZXY", degrees=True)
-        assert angles == pytest.approx([pitch, roll, heading], abs=1e-9)

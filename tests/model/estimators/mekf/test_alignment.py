@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from boresight.model.estimators.mekf_alignment import about_vertical, first_turns, turned_over
+from boresight.model.estimators.mekf.alignment import about_vertical, first_turns, turned_over
 
 
 def aligned(force: np.ndarray, field: np.ndarray) -> Rotation:

@@ -1,6 +1,6 @@
 """The flagship filter: alignment, convergence, bias, magnet, rates, missing data, restart.
 
-Float runs check the mathematics; `test_mekf_fixed.py` checks that the program does the same.
+Float runs check the mathematics; `test_filter_fixed.py` checks that the program does the same.
 """
 
 from typing import Any
@@ -11,7 +11,7 @@ import pytest
 from boresight.model.errors import InputError
 from boresight.model.estimators import estimator
 from boresight.model.estimators.mekf import Mekf
-from boresight.model.estimators.mekf_interface import PAIRS, covariance_name
+from boresight.model.estimators.mekf.interface import PAIRS, covariance_name
 from boresight.sim.attitude.rotation import (
     euler_to_quaternion,
     quaternion_conjugate,

@@ -34,12 +34,13 @@ from __future__ import annotations
 from typing import Any
 
 from boresight.model import ops
-from boresight.model.algebra.angles import unit_angle_ht
-from boresight.model.algebra.covariance import Symmetric, symmetric
-from boresight.model.algebra.quaternion import cross, dot, matrix, turn
+from boresight.model.algebra.angles import pitch_roll_heading_ht
+from boresight.model.algebra.covariance import symmetric
+from boresight.model.algebra.quaternion import cross, dot, matrix, product, turn
 from boresight.model.estimator import Estimator
-from boresight.model.estimators.mekf_alignment import about_vertical, first_turns, turned_over
-from boresight.model.estimators.mekf_interface import (
+from boresight.model.estimators.mekf.alignment import about_vertical, first_turns, turned_over
+from boresight.model.estimators.mekf.covariance import element, predicted
+from boresight.model.estimators.mekf.interface import (
     BIAS_SCALE,
     INPUTS,
     OUTPUTS,
@@ -56,10 +57,7 @@ NOISE_FLOOR = 1e-4  #: least variance of a measurement: the square of the least 
 NOISE_LIMIT = 4.0  #: largest.
 SPAN_LIMIT = 0.5  #: s, longest time that one measurement speaks for.
 GAIN_LIMIT = 127.0  #: sqrt(P_ii Dt) / (2 sd) is less than that.
-TRACE_LIMIT = 3.2  #: rad^2 and scaled bias^2, trace of P from which on it grows no more.
-GROWTH_LIMIT = 0.125  #: largest growth of a variance in one prediction.
 BIAS_LIMIT = 0.25  #: rad/s.
-BIAS_ERROR_LIMIT = 16.0  #: scaled bias, largest difference that one update uses.
 HALF_STEP_LIMIT = 0.5  #: rad, half of the largest turn about an axis in one sample.
 CORRECTION_LIMIT = 0.5  #: rad, largest correction of one update.
 FORCE_LIMIT = 256.0  #: m/s^2, largest component of the mean force.
@@ -71,7 +69,6 @@ HORIZONTAL_LIMIT = 128.0  #: uT, largest horizontal component of the field.
 FIELD_AGE_LIMIT = 0.25  #: s, age from which on the field's direction is not used.
 FIRST_FORCE_LIMIT = 64.0  #: m/s^2, largest component of the first force that is used.
 FIRST_FIELD_LIMIT = 128.0  #: uT, the same of the first field.
-P0_TILT, P0_HEADING = 0.07, 0.05  #: rad^2, variances of the first attitude.
 LOST_VAR = 1.0  #: rad^2/s, random walk of the attitude while the gyro says nothing.
 HEADING_LIMIT = 0.5  #: rad^2, variance from which on a heading that nothing tells gets no worse.
 #: 1/s, one over the age of a mean: at its start, the most that adds to the covariance, how much
@@ -85,28 +82,6 @@ def _three(x: Any, name: str, axes: str) -> tuple[Any, Any, Any]:
     return first, second, third
 
 
-def _euler_ht(C: Any) -> tuple[Any, Any, Any]:
-    """Pitch, roll, heading [half turns] of C = Rz(heading) Rx(pitch) Ry(roll)."""
-    cosine_sq = C[2][2] * C[2][2] + C[2][0] * C[2][0]
-    secant = ops.rsqrt(cosine_sq)
-    cosine = ops.bounded(cosine_sq * secant, 0.0, 1.0, "cosine of the pitch")
-    return (
-        unit_angle_ht(C[2][1], cosine),
-        ops.wrap_ht(-unit_angle_ht(C[2][0], C[2][2], secant)),
-        ops.wrap_ht(-unit_angle_ht(C[0][1], C[1][1], secant)),
-    )
-
-
-def _product(a: Any, b: Any) -> tuple[Any, Any, Any, Any]:
-    """Quaternion product a b; no component is negated by itself, which would cost a slot."""
-    return (
-        a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
-        a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
-        a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
-        a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
-    )
-
-
 def _increment(half: Any) -> tuple[Any, Any, Any, Any]:
     """Quaternion along (cos, sin) of the angle |half| [rad], of norm about 1/2: (1, tan)/2.
 
@@ -116,10 +91,6 @@ def _increment(half: Any) -> tuple[Any, Any, Any, Any]:
     y = ops.bounded(dot(half, half), 0.0, 0.75, "three squares")
     t = ops.bounded(1.0 + (1.0 / 3.0) * y + (2.0 / 15.0) * (y * y), 1.0, 1.33, "series")
     return (0.5, *(ops.bounded(0.5 * (t * c), -0.34, 0.34, "tangent") for c in half))
-
-
-def _element(value: Any) -> Any:
-    return ops.bounded(value, -3.9, 3.9, "element of P, of limited trace")
 
 
 def _older(youth: Any, dt: Any) -> Any:
@@ -231,8 +202,8 @@ class Mekf(Estimator):
 
         # Scalar update: gain and correction; P itself below.
         P = symmetric(6, lambda i, j: getattr(x, covariance_name(i, j)))
-        column = [_element(dot(h, P[i][:3])) for i in range(3)]
-        column += [_element(keep * _element(dot(h, P[i][:3]))) for i in range(3, 6)]
+        column = [element(dot(h, P[i][:3])) for i in range(3)]
+        column += [element(keep * element(dot(h, P[i][:3]))) for i in range(3, 6)]
         total = ops.bounded(
             dot(h, column[:3]) * span + variance, NOISE_FLOOR, 7.99, "at least the noise"
         )
@@ -263,21 +234,19 @@ class Mekf(Estimator):
         first = (ops.where(over, 0.0, 1.0), ops.where(over, 1.0, 0.0), 0.0, 0.0)
         pairs = zip(first, (getattr(x, f"q{a}") for a in "wxyz"), strict=True)
         before = [ops.where(anew, start, kept) for start, kept in pairs]
-        q = tuple(ops.saturated(c, 1.0) for c in _product(before, _increment(half)))
-        q = tuple(ops.saturated(c, 1.0) for c in _product(correction, q))
+        q = tuple(ops.saturated(c, 1.0) for c in product(before, _increment(half)))
+        q = tuple(ops.saturated(c, 1.0) for c in product(correction, q))
         norm = ops.rsqrt(ops.bounded(dot(q, q), 0.0, 1.0, "norms of at most 1.1, 0.75 and 1"))
         q = tuple(ops.saturated(c * norm, 1.0) for c in q)
         C = matrix(q)
-        pitch, roll, heading = _euler_ht(C)
+        pitch, roll, heading = pitch_roll_heading_ht(C)
 
         youth = [ops.saturated(y, YOUTH_LIMIT) for y in (x.force_youth, x.field_youth)]
         walk = ops.where(lost, LOST_VAR, p.gyro_var + p.gyro_scale_var * speed_sq)
         growth = [
             q * (y * y) for q, y in zip((p.start_tilt_var, p.start_heading_var), youth, strict=True)
         ]
-        after = self._covariance(
-            P, gain, column, C, step, leveling, keep, rest_gain, walk, growth, p
-        )
+        after = predicted(P, gain, column, C, step, leveling, keep, rest_gain, walk, growth, p)
 
         # Low-passes: force and field in navigation axes, rate in body axes.
         f_change = [
@@ -392,66 +361,4 @@ class Mekf(Estimator):
             0.25 * (a[0] * b[1] - a[1] * b[2]),
             0.25 * (a[0] * b[2] + a[1] * b[1]),
             0.25 * (a[0] * b[3] + a[1] * b[0]),
-        ]
-
-    @staticmethod
-    def _covariance(
-        P: Symmetric,
-        gain: Any,
-        column: Any,
-        C: Any,
-        step: Any,
-        start: Any,
-        keep: Any,
-        rest_gain: Any,
-        attitude: Any,
-        growth: Any,
-        p: Any,
-    ) -> Symmetric:
-        """Update, then predict: Phi (P - K P_h:) Phi^T + Q, Phi = [I, -A; 0, I], A = C step.
-
-        P0 where ``start``. No growth while the trace is beyond `TRACE_LIMIT`, which is more than
-        three biases of the largest p0_bias, so that measurements always end that.
-        """
-        trace = P[0][0] + P[1][1] + P[2][2] + P[3][3] + P[4][4] + P[5][5]
-        step = ops.named("growth_step", ops.where(trace > TRACE_LIMIT, 0.0, step))
-        A = [[c * (step * (1.0 / BIAS_SCALE)) for c in row] for row in C]
-        added = [ops.saturated(attitude * step + more * step, GROWTH_LIMIT) for more in growth]
-        walk = BIAS_SCALE * BIAS_SCALE * (p.bias_var * step + p.rest_var * rest_gain)
-        p0 = (P0_TILT, P0_TILT, P0_HEADING, *(BIAS_SCALE * BIAS_SCALE * p.p0_bias,) * 3)
-        factor = (1.0, keep, ops.named("rest_keep_sq", keep * keep))
-
-        def updated(i: int, j: int) -> Any:
-            return P[i][j] * factor[(i > 2) + (j > 2)] - gain[i] * column[j]
-
-        # P_bb' = P_bb + Q_b, P_tb' = P_tb - A P_bb', P_tt' = P_tt - A P_tb'^T - P_tb' A^T + Q_t:
-        # the last is more by A P_bb' A^T, some 1e-9 rad^2, than the exact product, and so positive.
-        bias = symmetric(
-            3,
-            lambda i, j: _element(
-                ops.where(
-                    start,
-                    p0[3 + i] if i == j else 0.0,
-                    updated(3 + i, 3 + j) + (walk if i == j else 0.0),
-                )
-            ),
-        )
-        across = [
-            [
-                _element(ops.where(start, 0.0, updated(i, 3 + k) - dot(A[i], bias[k])))
-                for k in range(3)
-            ]
-            for i in range(3)
-        ]
-
-        def tilt(i: int, j: int) -> Any:
-            if i == j:
-                value = updated(i, i) - 2.0 * dot(A[i], across[i]) + added[i // 2]
-            else:
-                value = updated(i, j) - dot(A[i], across[j]) - dot(across[i], A[j])
-            return _element(ops.where(start, p0[i] if i == j else 0.0, value))
-
-        top = symmetric(3, tilt)
-        return [[*top[i], *across[i]] for i in range(3)] + [
-            [*(across[i][k] for i in range(3)), *bias[k]] for k in range(3)
         ]

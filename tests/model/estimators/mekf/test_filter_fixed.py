@@ -8,7 +8,7 @@ import pytest
 from boresight.firmware.build import CModel
 from boresight.model.estimator import input_words, param_words
 from boresight.model.estimators.mekf import Mekf
-from boresight.model.estimators.mekf_interface import PAIRS, covariance_name
+from boresight.model.estimators.mekf.interface import PAIRS, covariance_name
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record

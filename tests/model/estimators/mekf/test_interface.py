@@ -1,6 +1,6 @@
 """What the `Mekf` shows of itself: names, the packed covariance, status bits."""
 
-from boresight.model.estimators.mekf_interface import (
+from boresight.model.estimators.mekf.interface import (
     AXES,
     PAIRS,
     PARAMS,
