@@ -17,10 +17,12 @@ import boresight
 from boresight.failures import code_of, interruptible
 from boresight.model.errors import InputError, shortened
 from boresight.terminal import say, tell
+from boresight.verbs import place_of
 
 __all__ = ["main"]
 
-#: What each verb is for; `boresight.verbs.NAME` holds its arguments and what it does.
+#: What each verb is for; its module (`boresight.verbs.place_of`) holds its arguments and what it
+#: does.
 VERBS = {
     "list": "Estimators, their parameters, configurations.",
     "compile": "Write Verilog, ISE project, microcode, register map, C, report.json.",
@@ -29,6 +31,7 @@ VERBS = {
     "report": "Check, estimate and write report.html and report.json.",
     "tune": "Fit parameters to logs with truth, in the open, with cross-validation.",
     "accuracy": "Error of our estimators and of published ones on logs with truth.",
+    "convert": "A published data set's files (BROAD) to logs.",
     "experiment": "A published experiment in simulation: page and JSON.",
     "demo": "The main job: one core with all filters, both configurations, proven on the "
     "bundled recording.",
@@ -71,8 +74,9 @@ class _VerbParser(_Parser):
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Add the verb's arguments, then parse."""
         if self.verb:
-            self.set_defaults(call=import_module(f"boresight.verbs.{self.verb}").call)
-            import_module(f"boresight.verbs.{self.verb}").add_arguments(self)
+            module = import_module(f"boresight.{place_of(self.verb)}")
+            self.set_defaults(call=module.call)
+            module.add_arguments(self)
             self.verb = ""
         return super().parse_known_args(args, namespace)
 

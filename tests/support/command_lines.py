@@ -145,6 +145,7 @@ VERBS: Mapping[str, tuple[list[Any], dict[str, Any]]] = {
             "-o": _OUTPUTS,
         },
     ),
+    "convert": ([_mostly("broad"), st.one_of(st.just("folder"), _PATHS)], {"-o": _OUTPUTS}),
     "experiment": (
         [_mostly("ma2014")],
         {"--seed": _number("1"), "--runs": _number("2"), "-o": _OUTPUTS},
