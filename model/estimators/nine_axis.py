@@ -6,8 +6,9 @@ from boresight.model.declarations import Input, Output
 
 __all__ = ["INPUTS", "OUTPUTS"]
 
-#: Time step (negative: begin anew; a longer gap counts as a quarter of a second), body rate,
-#: magnetic flux density (the zero vector says "no sample"), specific force, in body axes.
+#: Time step (negative: begin anew, or what `model.front.inertial` says; a longer gap in a log
+#: counts as a quarter of a second), body rate, magnetic flux density (the zero vector says "no
+#: sample"), specific force, in body axes.
 INPUTS = (
     Input("dt", -0.25, 0.2499, "s", clamp=True),
     *(Input(f"g{axis}", -40.0, 40.0, "rad/s") for axis in "xyz"),

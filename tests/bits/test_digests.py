@@ -99,6 +99,7 @@ def test_schedules_of_random_programs() -> None:
 
 
 @pytest.mark.soak
+@pytest.mark.full_search
 def test_memories_as_shipped() -> None:
     found: dict[str, Any] = {}
     for config in CONFIGS:
