@@ -277,7 +277,7 @@ def _judge(
         (end - begin) / second,
         min(seen.values(), default=None),
         tuple(sorted(seen, key=lambda name: seen[name])),
-        max(round(expected) - made, 0),
+        max(int(expected) - made, 0),
         worst(begin - half, begin),
         worst(begin, end + half),
         worst(last - half, last + 1.0),
