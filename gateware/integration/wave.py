@@ -124,7 +124,7 @@ def record_drawing(core: Core) -> Drawing:
     shown = {1, 2, last_in, last_in + 1, first_out, first_out + 1, last_out, last_out + 1}
     shown |= {plan.interval, plan.interval + 1, sorted(gets)[min(1, len(gets) - 1)]}
     cycles = tuple(sorted(cycle for cycle in shown if cycle <= plan.interval + 1))
-    waiting = [min((c for c in gets if c >= cycle)) for cycle in cycles]
+    waiting = [min(c for c in gets if c >= cycle) for cycle in cycles]
     final = [gets[c] == len(inputs) - 1 for c in waiting]
     return Drawing(
         cycles,
