@@ -74,7 +74,7 @@ def integration_files(
     }
 
     def text(template: str, **more: Any) -> str:
-        return environment.get_template(f"{template}.txt").render(**context, **more)
+        return environment.get_template(f"{template}.txt").render({**context, **more})
 
     instances = {"core": core_ports(word), **({"core_axi": axi_ports()} if axi else {})}
     out = {
@@ -94,8 +94,10 @@ def integration_files(
                 **{"module": module, "clock": clock, "reset": reset},
                 ports=[port[:3] for port in others],
             )
-        name = "tb_axi" if module == "core_axi" else "tb"
-        out[f"tb/{name}.v"] = text("tb.v", module=module, name=name, **_bench(core, runs))
+        around = module == "core_axi"
+        name = "tb_axi" if around else "tb"
+        bench = {**_bench(core, runs), "module": module, "name": name, "axi": around}
+        out[f"tb/{name}.v"] = text("tb.v", **bench)
     if axi:
         verilog = to_verilog(AxiCore(word=word), "core_axi", instances=False)
         out["core_axi.v"] = f"// AXI around the module core: see README.md.\n\n{verilog}"

@@ -9,6 +9,7 @@ from boresight.gateware.core import Core
 from boresight.gateware.core_text import BUS, RESET, STREAMS, core_ports
 from boresight.gateware.integration.wave import bus_drawing, record_drawing
 from boresight.gateware.register_map import register_map
+from boresight.model.declarations import EXACT_UNITS
 from boresight.model.words.program import InPort, Port, Program
 
 __all__ = ["readme_context"]
@@ -16,8 +17,11 @@ __all__ = ["readme_context"]
 _UNITS = {
     "ht": "`ht`: half turns, 1 is 180 degrees; the word wraps as the angle does.",
     "turn": "`turn`: turns from 0 to 1, the word read as an unsigned number.",
-    "bits": "`bits`: the word is an integer, each bit for itself.",
-    "flags": "`flags`: the word is an integer, each bit for itself.",
+    **{
+        unit: f"`{unit}`: the value is an integer, each of its bits for itself; its bit k is bit "
+        "k + W - I of the word."
+        for unit in EXACT_UNITS
+    },
 }
 
 
@@ -71,8 +75,8 @@ def _program(core: Core, summary: str) -> dict[str, Any]:
         "outputs": [_cells(row) for row in outputs],
         "notes": [text for unit, text in _UNITS.items() if unit in units]
         + [
-            f"`{program.values[number].name}` is no word of the record: it is read at `{link.output}`"
-            f" of the program `{link.program}`, as that one's last update left it."
+            f"`{program.values[number].name}` is no word of the record: it is `{link.output}` of "
+            f"program `{link.program}`, as that one's last update left it."
             for number, link in program.linked.items()
         ],
         "example": _example(program),

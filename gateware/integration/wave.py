@@ -1,13 +1,12 @@
 """Signals over cycles, as WaveDrom's JSON and as text.
 
-A drawing is made from what the schedule says, not by hand; `tests/gateware/integration/test_wave.py`
-drives the core with it and compares.
+A drawing is made from what the schedule says, not by hand; a test drives the core as it says and
+compares what the core does.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from boresight.gateware.core import Core
