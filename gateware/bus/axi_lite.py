@@ -72,7 +72,8 @@ class AxiLiteSignature(wiring.Signature):
 class AxiLiteSlave(wiring.Component):
     """An AXI4-Lite slave that is an initiator of the register bus.
 
-    One write and one read are under way at a time; the bus has them in turns. Every output comes
+    One write and one read are under way at a time, and neither waits for more than one of the
+    other. Every output comes
     from a register. Word k of the bus stands at byte 4 k; the two low bits of an address are
     ignored. A write of fewer than four bytes changes nothing: SLVERR, and OKAY if it is of none.
 
@@ -108,9 +109,7 @@ class AxiLiteSlave(wiring.Component):
         """Keep what is asked for, do it on the bus, answer."""
         m = Module()
         axi, bus = self.axi, self.bus
-        asked, writes, fetch, after_write = (
-            Signal(name=name) for name in ("asked", "writes", "fetch", "after_write")
-        )
+        asked, writes, fetch = (Signal(name=name) for name in ("asked", "writes", "fetch"))
         aw, aw_full = _kept(m, "aw", axi.awvalid, axi.awready, axi.awaddr)
         data, w_full = _kept(m, "w", axi.wvalid, axi.wready, Cat(axi.wdata, axi.wstrb))
         ar, ar_full = _kept(m, "ar", axi.arvalid, axi.arready, axi.araddr)
@@ -133,19 +132,20 @@ class AxiLiteSlave(wiring.Component):
             written.eq(asked & writes & bus.w_ack),
         ]
         with m.If(~asked & ~fetch):
-            with m.If(write & ~(read & after_write)):
-                m.d.sync += [asked.eq(strobes.all()), writes.eq(1)]
+            # A read does not wait for ever: behind a write the next one is not there at once.
+            with m.If(write):
+                m.d.sync += [asked.eq(1), writes.eq(1)]
                 m.d.comb += written.eq(~strobes.all())
             with m.Else():
                 m.d.sync += [asked.eq(read), writes.eq(0)]
         with m.If(written):
-            m.d.sync += [asked.eq(0), after_write.eq(1), aw_full.eq(0), w_full.eq(0)]
+            m.d.sync += [asked.eq(0), aw_full.eq(0), w_full.eq(0)]
             answer = Mux(strobes.any() & ~strobes.all(), Response.SLVERR, Response.OKAY)
             m.d.sync += [axi.bvalid.eq(1), axi.bresp.eq(answer)]
         with m.If(asked & ~writes & self.grant):
             m.d.sync += [asked.eq(0), fetch.eq(1)]
         with m.If(fetch):
-            m.d.sync += [fetch.eq(0), after_write.eq(0), ar_full.eq(0)]
+            m.d.sync += [fetch.eq(0), ar_full.eq(0)]
             m.d.sync += [axi.rvalid.eq(1), axi.rdata.eq(bus.r_data)]
         return m
 

@@ -15,6 +15,7 @@ from boresight.gateware.core_text import core_ports
 from boresight.gateware.integration.axi_core import AxiCore, axi_ports
 from boresight.gateware.integration.bench import Recorded, expected_hex, input_hex
 from boresight.gateware.integration.readme import readme_context
+from boresight.gateware.register_map import register_map
 from boresight.gateware.registers.core import FIXED, PROGRAM
 from boresight.gateware.verilog import to_verilog
 from boresight.model.tools.c_names import identifier
@@ -148,6 +149,11 @@ def _bench(core: Core, runs: Sequence[Recorded]) -> dict[str, Any]:
         "outputs": ends[1][-1],
         "digits": -(-core.machine.arithmetic.word // 4),
         "patience": 4 * max(part.schedule.interval for part in core.parts) + 200,
+        "build": list(
+            zip(
+                (address["build_low"], address["build_high"]), register_map(core).build, strict=True
+            )
+        ),
         **{"status": address["status"], "updates": address["updates"], "program": PROGRAM},
     }
 

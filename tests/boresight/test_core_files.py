@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from boresight.core_files import core_files, project_files
+from boresight.gateware.integration.files import integration_names
 
 REGISTERS = {"registers.h", "registers.json", "registers.md", "registers.svd"}
 
@@ -10,11 +11,20 @@ REGISTERS = {"registers.h", "registers.json", "registers.md", "registers.svd"}
 def test_one_program_needs_no_name_in_its_files() -> None:
     names = core_files(["my-filter"])
     assert len(names) == len(set(names))
-    assert set(names) - REGISTERS == {
+    assert set(names) - REGISTERS - set(integration_names(axi=False)) == {
         *("core.v", "core_sim.v", "report.json"),
         *("microcode.lst", "program.json", "schedule.json"),
         *(f"firmware/my_filter{end}" for end in (".c", ".h", "_host.c")),
     }
+
+
+def test_a_target_without_primitives_needs_no_other_verilog() -> None:
+    generic = core_files(["a"], target="generic")
+    assert set(core_files(["a"])) - set(generic) == {"core_sim.v"} and "core.v" in generic
+    assert (
+        "core_axi.v" in core_files(["a"], target="generic", axi=True)
+        and "core_axi.v" not in generic
+    )
 
 
 def test_several_have() -> None:

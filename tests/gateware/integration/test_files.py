@@ -153,6 +153,13 @@ def test_a_spoilt_axi_core_fails(linked: Design, bench: Bench) -> None:
 
 
 @ICARUS
+def test_another_build_identifier_fails(linked: Design, bench: Bench) -> None:
+    folder, build = linked
+    code, said = bench(folder, core=build.core.verilog(instances=False))
+    assert code == 1 and "FAIL core: 0 words wrong, 0 untimely, 2 flags wrong" in said, said
+
+
+@ICARUS
 def test_a_core_that_is_late_fails(one: Design, bench: Bench) -> None:
     """Every output word waits for a cycle, with all of the core."""
     folder, _ = one
