@@ -43,7 +43,7 @@ class Drawing:
             *map(self._signal, self._with_cycles()),
         ]
         lines = ",\n  ".join(json.dumps(signal) for signal in signals)
-        return f'{{"signal": [\n  {lines}\n]}}'
+        return f'{{"signal": [\n  {lines}\n], "config": {{"hscale": 2}}}}'
 
     def text(self) -> str:
         """Lines of equal length; a gap is two points."""
@@ -119,8 +119,8 @@ def record_drawing(core: Core) -> Drawing:
     outs = {cycle: k for k, cycle in enumerate(plan.latencies)}
     inputs = [program.values[n].name for n in program.streamed]
     last_in = max(cycle for cycle in gets if cycle <= plan.interval)
-    first_out, last_out = min(outs), max(outs)
-    shown = {1, 2, last_in, last_in + 1, first_out, first_out + 1, last_out, last_out + 1}
+    shown = {1, 2, last_in, last_in + 1, min(outs), min(outs) + 1}
+    shown |= {cycle + step for cycle in outs if cycle + 1 not in outs for step in (0, 1)}
     shown |= {plan.interval, plan.interval + 1, sorted(gets)[min(1, len(gets) - 1)]}
     cycles = tuple(sorted(cycle for cycle in shown if cycle <= plan.interval + 1))
     waiting = [min(c for c in gets if c >= cycle) for cycle in cycles]
