@@ -65,7 +65,7 @@ def integration_files(
     names = integration_names(axi=axi)
     context = {
         **{"core": core, "word": word, "axi": axi, "generic": generic, "resources": resources},
-        "several": len(core.parts) > 1,
+        **{"several": len(core.parts) > 1, "program": PROGRAM},
         "title": f"{', '.join(core.names)}; configuration {core.machine.name}, {word}-bit words.",
         "vlnv": f"{identifier(core.name)}-{core.machine.name}",
         "simulated": "core.v" if generic else "core_sim.v",
@@ -154,7 +154,7 @@ def _bench(core: Core, runs: Sequence[Recorded]) -> dict[str, Any]:
                 (address["build_low"], address["build_high"]), register_map(core).build, strict=True
             )
         ),
-        **{"status": address["status"], "updates": address["updates"], "program": PROGRAM},
+        **{"status": address["status"], "updates": address["updates"]},
     }
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Iterator
+from functools import cache
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +19,7 @@ from boresight.sim.levels.integer import words_of
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
+from boresight.sim.records.record import Record
 
 __all__ = ["recorded"]
 
@@ -62,11 +64,16 @@ def _inputs(build: Build, number: int, count: int) -> tuple[IntArray, str]:
     """Words (count, n_inputs), and where they are from; linked columns hold anything."""
     estimator, program = build.estimators[number], build.programs[number]
     try:
-        given = feed(estimator, read_record(bundled(_LOG)), linked=build.links[number])
+        given = feed(estimator, _log(), linked=build.links[number])
     except InputError:  # another estimator than the log is for
         return _wandering(program, count), "words that wander within the declared ranges"
     rows = given.inputs[_FROM : _FROM + count]
     return words_of(program, rows), f"{_LOG}, samples {_FROM} to {_FROM + count - 1}"
+
+
+@cache
+def _log() -> Record:
+    return read_record(bundled(_LOG))
 
 
 def _wandering(program: Program, count: int) -> IntArray:

@@ -35,7 +35,7 @@ def test_one_program(one: Design) -> None:
         f"out in cycle **{max(plan.latencies)}**" in text and f"**{plan.interval}** cycles" in text
     )
     assert "`ht`: half turns" in text and "`bits`: the value is an integer" in text
-    assert "`turn`" not in text and "Program 0" not in text
+    assert "`turn`" not in text and "Program 0" not in text and "Register 516" not in text
     assert "`core_sim.v`" in text and "## AXI" in text and "**Estimate**" not in text
     assert "Area and clock are not known" in text
 
@@ -45,6 +45,7 @@ def test_several(linked: Design) -> None:
     text = (folder / "README.md").read_text()
     assert "Program 0, `middle`: Reads both words of `Inner`, with states of its own." in text
     assert "### Records of `inner`" in text
+    assert "Register 516, `program`, holds the number of the program that runs" in text
     assert "`half` is no word of the record: it is `half` of program `inner`, as" in text
     middle = text[text.index("### Records of `middle`") : text.index("### Records of `inner`")]
     assert re.findall(r"^\| \d \| `(\w+)` \|", middle, re.M) == ["c", "d"]
