@@ -70,7 +70,7 @@ def _program(core: Core, summary: str) -> dict[str, Any]:
     return {
         "number": core.number,
         "name": program.name,
-        "summary": summary,
+        "summary": summary or program.name,
         "inputs": [_cells(row) for row in inputs],
         "outputs": [_cells(row) for row in outputs],
         "notes": [text for unit, text in _UNITS.items() if unit in units]

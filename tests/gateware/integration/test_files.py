@@ -9,9 +9,11 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import tree_sitter
 import tree_sitter_vhdl
@@ -20,8 +22,9 @@ from amaranth.back import rtlil
 from boresight.core_files import core_files
 from boresight.gateware.core_text import core_ports
 from boresight.gateware.integration.axi_core import axi_ports
-from boresight.gateware.integration.files import integration_names
+from boresight.gateware.integration.files import integration_files, integration_names
 from boresight.sim.levels.build import Build
+from boresight.sim.levels.vectors import recorded
 from boresight.sim.rtl.simulators import available
 
 Design = tuple[Path, Build]
@@ -44,6 +47,18 @@ def test_names(one: Design, linked: Design) -> None:
         *("core_axi.v", "tb/tb_axi.v"),
         *("integration/core_axi_instance.v", "integration/core_axi_instance.vhd"),
     }
+
+
+def test_the_flag_of_the_last_update_is_compared(one: Design) -> None:
+    build = one[1]
+    (run,) = recorded(build)
+    for saturated in (False, True):
+        runs = [replace(run, saturated=np.full(60, saturated))]
+        texts = integration_files(
+            build.core, runs, summaries={}, generic=False, axi=False, resources=""
+        )
+        assert f"        feed(240, 180, {int(saturated)});\n" in texts["tb/tb.v"]
+        assert set(texts) == set(integration_names(axi=False))
 
 
 @ICARUS
@@ -303,6 +318,9 @@ def test_litex_instance(one: Design) -> None:
         assert set(re.findall(r"\.(\w+)\(", instance)) == {name for _, name, _ in ports}
 
 
+XDG = ("CACHE", "CONFIG", "DATA", "STATE")
+
+
 @ICARUS
 def test_fusesoc(linked: Design, tmp_path: Path) -> None:
     """It finds the core, and runs the bench from the folders that it copies."""
@@ -314,7 +332,7 @@ def test_fusesoc(linked: Design, tmp_path: Path) -> None:
     done = subprocess.run(
         [*command, "run", "--target=sim", name[1]],
         cwd=tmp_path,
-        env={**os.environ, "HOME": str(tmp_path), "XDG_CONFIG_HOME": str(tmp_path)},
+        env={**os.environ, "HOME": str(tmp_path), **{f"XDG_{n}_HOME": str(tmp_path) for n in XDG}},
         capture_output=True,
         text=True,
         check=False,
