@@ -21,6 +21,7 @@ from amaranth.back import rtlil
 
 from boresight.core_files import core_files
 from boresight.gateware.core_text import core_ports
+from boresight.gateware.engine.engine import word_layout
 from boresight.gateware.integration.axi_core import axi_ports
 from boresight.gateware.integration.files import integration_files, integration_names
 from boresight.gateware.register_map import register_map
@@ -226,6 +227,37 @@ def test_verilog_instance(module: str, one: Design) -> None:
     assert not done.returncode and path.name not in done.stderr, done.stderr
 
 
+PAYLOADS = """
+module core(%s);
+%s
+    assign o__payload = {1'b1, 32'd7};
+endmodule
+
+module check;
+    core_instance dut (.clk(1'b0), .rst(1'b0));
+    initial begin
+        force dut.in_word = 5;
+        force dut.in_last = 1;
+        #1 $display("%%h %%b %%0d", dut.i__payload, dut.out_last, dut.out_word);
+    end
+endmodule
+"""
+
+
+@ICARUS
+def test_the_mark_stands_above_the_word(one: Design, tmp_path: Path) -> None:
+    """In Verilog; the other languages' tests say so of theirs."""
+    ports = MODULES["core"]
+    heads = "\n".join(f"    {side} [{bits - 1}:0] {name};" for side, name, bits in ports)
+    names = ", ".join(name for _, name, _ in ports)
+    (tmp_path / "check.v").write_text(PAYLOADS % (names, heads))
+    built, instance = tmp_path / "check", one[0] / "integration" / "core_instance.v"
+    command = ["iverilog", "-g2001", "-s", "check", "-o", built, instance, tmp_path / "check.v"]
+    subprocess.run(command, check=True)
+    said = subprocess.run(["vvp", "-n", built], capture_output=True, text=True, check=True).stdout
+    assert said == "100000005 1 7\n"
+
+
 @pytest.mark.parametrize("module", MODULES)
 def test_vhdl_instance(module: str, one: Design, tmp_path: Path) -> None:
     """It is VHDL, and component and port map have the ports of the module."""
@@ -247,6 +279,9 @@ def test_vhdl_instance(module: str, one: Design, tmp_path: Path) -> None:
     assert not [name for name in plain if "__" in name]
     connected = re.findall(r"^ +(\\\w+\\|\w+) => \w+,?$", text, re.M)
     assert connected == [name for name, _, _ in found]
+    if module == "core":
+        assert "  i_payload <= in_last & in_word;\n  out_last <= o_payload(32);\n" in text
+        assert "  out_word <= o_payload(31 downto 0);\n" in text
     if shutil.which("ghdl"):
         subprocess.run(["ghdl", "-a", "--std=93", f"--workdir={tmp_path}", path], check=True)
 
@@ -270,12 +305,14 @@ def test_amaranth_instance(one: Design) -> None:
         def add_file(self, name: str, text: str) -> None:
             self.files[name] = text
 
+    assert word_layout(32) == module.PAYLOAD
     platform = Platform()
     text = rtlil.convert(module.Core(), platform=platform)
     assert platform.files == {"core.v": (folder / "core.v").read_text()}
     cell = text[text.index("cell \\core") :]
-    connected = re.findall(r"connect \\(\w+) (.*)", cell[: cell.index("\n  end")])
+    connected = re.findall(r"connect \\(\w+) \\(\w+)", cell[: cell.index("\n  end")])
     assert {name for name, _ in connected} == {name for _, name, _ in MODULES["core"]}
+    assert all(to == name.replace("bus__", "bus_") for name, to in connected)
     assert rtlil.convert(module.Core(), platform=None)
 
 
@@ -312,7 +349,26 @@ def test_litex_instance(one: Design) -> None:
     assert names == [str(folder / name) for name in ("core.v", "core.v", "core_axi.v")]
     for module, ports in MODULES.items():
         (instance,) = re.findall(rf"^{module} {module}\w*\(\n(.*?)\n\);", done.stdout, re.M | re.S)
-        assert set(re.findall(r"\.(\w+)\(", instance)) == {name for _, name, _ in ports}
+        found = dict(re.findall(r"^\t\.(\w+)\((.*?)\),?$", instance, re.M))
+        assert found == {name: litex_name(name) for _, name, _ in ports}
+
+
+def litex_name(port: str) -> str:
+    """What a port is to be connected to, in the Verilog that Migen makes of the LiteX module."""
+    known = {"clk": "sys_clk", "aclk": "sys_clk", "rst": "sys_rst", "aresetn": "(~sys_rst)"}
+    sides = {"i__": "sink_", "o__": "source_", "s_axis_t": "sink_", "m_axis_t": "source_"}
+    for start, side in sides.items():
+        if port.startswith(start):
+            rest = port.removeprefix(start)
+            if rest == "payload":
+                return f"{{{side}last, {side}payload_data}}"
+            return f"{side}{'payload_data' if rest == 'data' else rest}"
+    if found := re.fullmatch(r"s_axi_(aw|w|b|ar|r)(addr|data|strb|resp|valid|ready)", port):
+        channel, what = found.groups()
+        if what in ("valid", "ready"):
+            return f"{channel}_{what}"
+        return f"{channel}_payload_{what}" + ("[11:0]" if what == "addr" else "")
+    return known.get(port, port.replace("bus__", "bus_"))
 
 
 XDG = ("CACHE", "CONFIG", "DATA", "STATE")
@@ -325,6 +381,9 @@ def test_fusesoc(linked: Design, tmp_path: Path) -> None:
     shutil.copytree(linked[0], root / "core")
     name = re.search(r"^name: (\S+)$", (root / "core" / "core.core").read_text(), re.M)
     assert name is not None and name[1] == "boresight:core:core-small:0"
+    default, bench = (root / "core" / "core.core").read_text().split("targets:")[1].split("  sim:")
+    assert "filesets: [core, axi]\n    toplevel: core_axi\n" in default
+    assert "filesets: [ axi, bench ]\n    toplevel: tb_axi\n" in bench
     command = [Path(sys.executable).with_name("fusesoc"), "--cores-root", root]
     done = subprocess.run(
         [*command, "run", "--target=sim", name[1]],
