@@ -114,6 +114,7 @@ class Mekf(Estimator):
     params = PARAMS
     states = STATES
     outputs = OUTPUTS
+    status_bits = STATUS_BITS
     urgent = 7  # Euler angles and quaternion; the status word may follow
     magnetic = True
 
