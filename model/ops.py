@@ -19,7 +19,9 @@ from typing import Any
 
 import numpy as np
 
+from boresight.model.errors import InputError
 from boresight.model.lowering.trace import Condition, Scalar
+from boresight.model.places import author_line
 from boresight.model.words import rounded
 
 __all__ = [
@@ -53,6 +55,18 @@ def _record(kind: str, *numbers: Any) -> Any:
     return None if tracer is None else tracer.new(kind, *map(tracer.lift, numbers))
 
 
+def _is_traced(condition: Any) -> bool:
+    """Whether a condition is recorded; refuses a recorded number in its place."""
+    if isinstance(condition, Scalar):
+        raise InputError.at(
+            author_line(),
+            wanted="a condition, as x > 0.5",
+            found="a number",
+            fix="compare it with something",
+        )
+    return isinstance(condition, Condition)
+
+
 def named(name: str, x: Any) -> Any:
     """``x``; in the program its value carries this name."""
     return x.tracer.new("named", x, data=(name,)) if isinstance(x, Scalar) else x
@@ -76,7 +90,7 @@ def bounded(x: Any, low: float, high: float, reason: str) -> Any:
 
 def where(condition: Any, yes: Any, no: Any) -> Any:
     """``yes`` where the condition holds, else ``no``."""
-    if isinstance(condition, Condition):
+    if _is_traced(condition):
         lift = condition.tracer.lift
         return condition.tracer.new("select", condition, lift(yes), lift(no))
     return np.where(condition, yes, no)
@@ -99,7 +113,7 @@ def saturated(x: Any, limit: float) -> Any:
 
 def flip(condition: Any, x: Any) -> Any:
     """-x where the condition holds, else ``x``."""
-    if isinstance(condition, Condition):
+    if _is_traced(condition):
         return condition.tracer.new("flip", condition, condition.tracer.lift(x))
     return np.where(condition, -x, x)
 

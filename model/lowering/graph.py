@@ -24,12 +24,25 @@ LEAVES = ("input", "param", "state", "const")
 ASIN_LIMIT = 0.7188
 
 
+#: Kinds of nodes in words.
+_KINDS = {
+    "sum": "this sum",
+    "mul": "this product",
+    "select": "this selection",
+    "abs": "this magnitude",
+    "reciprocal": "this quotient",
+    "rsqrt": "this inverse root",
+    "const": "this constant",
+}
+
+
 @dataclass(eq=False)
 class Node:
     """One value.
 
     ``signs`` belongs to kind "sum"; ``value`` to "const", "saturated" and "wrap" (the period);
     ``quarter`` to "sin" (cosine). ``line`` is where its author wrote it: "file.py, line 41".
+    ``title`` is the name of the output or the next state that it is.
     """
 
     number: int
@@ -45,11 +58,22 @@ class Node:
     name: str | None = None
     uses: int = 0
     line: str = ""
+    title: str = ""
 
     @property
     def label(self) -> str:
         """The name, or the kind with the number."""
-        return self.name or f"{self.kind}_{self.number}"
+        return self.name or self.title or f"{self.kind}_{self.number}"
+
+    @property
+    def said(self) -> str:
+        """What it is for its author: the name, or what makes it."""
+        return self.name or self.title or _KINDS.get(self.kind, self.kind)
+
+    @property
+    def range(self) -> str:
+        """The interval as a text."""
+        return f"[{self.low:g}, {self.high:g}]"
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +90,7 @@ def expand(tracer: Tracer) -> tuple[Graph, list[Any]]:
     Raises
     ------
     InputError
-        A divisor may be zero. The message gives its author's line.
+        An argument's range exceeds what its function takes; the message gives the author's line.
     """
     graph, made = Graph(tracer.name), list[Any]()
     for e in tracer.expressions:
@@ -100,6 +124,13 @@ class Graph:
         """A constant."""
         value = finite(self.name, value)
         return self._new("const", key=value, value=value, low=value, high=value, source="constant")
+
+    def outside(self, a: Node, wanted: str, fix: str) -> InputError:
+        """That the range of a function's argument is not what it has to be."""
+        at = f" of {a.line}" if a.line and a.line != self.line and not a.name else ""
+        return InputError.at(
+            self.line or self.name, wanted=wanted, found=f"{a.said}{at} in {a.range}", fix=fix
+        )
 
     def named(self, a: Node, name: str) -> Node:
         """``a``; the first name that it gets stays."""
@@ -172,10 +203,10 @@ class Graph:
     def div(self, a: Node, b: Node) -> Node:
         """a / b."""
         if b.low <= 0.0 <= b.high:
-            line = f"{self.line}: " if self.line else ""
-            raise InputError(
-                f"{line}{self.name}: reciprocal of {b.label}: its range [{b.low:g}, {b.high:g}] "
-                "must exclude 0; clip it first"
+            raise self.outside(
+                b,
+                "a divisor whose range excludes 0",
+                "divide by ops.maximum(x, SMALLEST) or ops.clip(x, SMALLEST, LARGEST)",
             )
         if b.kind == "const":
             return self.mul(a, self.const(1.0 / b.value))
@@ -313,12 +344,22 @@ class Graph:
         """Half turns whose sine is ``a`` in [0, `ASIN_LIMIT`]."""
         if a.kind == "const":
             return self.const(rounded.asin_ht(min(max(a.value, 0.0), 1.0)))
+        if (a.low < 0.0 or a.high > ASIN_LIMIT) and a.kind != "saturated":  # that is on purpose
+            raise self.outside(
+                a,
+                f"an argument of ops.asin_ht in [0, {ASIN_LIMIT}]",
+                "limit it with ops.clip, or use boresight.model.algebra.angles.asin_ht",
+            )
         return self._new("asin", a, low=0.0, high=0.26, unit="ht")
 
     def rsqrt(self, a: Node) -> Node:
         """1 / sqrt(a)."""
         if a.kind == "const" and a.value > 0.0:
             return self.const(rounded.rsqrt(a.value))
+        if a.low < 0.0:
+            raise self.outside(
+                a, "a root of 0 or more", "take it of ops.maximum(x, 0.0), or say ops.bounded"
+            )
         low = 0.0 if a.high <= 0 else 1.0 / math.sqrt(a.high)
         high = math.inf if a.low <= 0 else 1.0 / math.sqrt(a.low)
         return self._new("rsqrt", a, low=low, high=high)

@@ -340,11 +340,9 @@ def test_plain_numbers_and_arrays_agree() -> None:
 
 
 @pytest.mark.parametrize(
-    "low, high, root_low, root_high",
-    [(0.25, 4.0, 0.5, 2.0), (-1.0, 4.0, 0.0, 2.0), (0.0, 0.25, 0.0, 0.5), (-2.0, -1.0, 0.0, 0.0)],
+    "low, high, root_low, root_high", [(0.25, 4.0, 0.5, 2.0), (0.0, 0.25, 0.0, 0.5)]
 )
 def test_range_of_a_root(low: float, high: float, root_low: float, root_high: float) -> None:
-    """Below zero there is none: such arguments count as zero."""
     x = Tracer("root").leaf("input", "x", low, high)
     for root in (ops.sqrt(x), x * ops.rsqrt(x)):
         node = node_of(root)

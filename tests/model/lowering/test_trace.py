@@ -101,18 +101,19 @@ def test_comparisons(x: Any, y: Any) -> None:
 
 
 def test_misuse_is_refused(x: Any) -> None:
-    with pytest.raises(TypeError, match=r"^a traced value has no truth value: use ops\.where in"):
-        bool(x)
-    with pytest.raises(TypeError, match=r"^a traced condition has no truth value: use ops\.wh"):
-        bool(x < 1.0)
-    with pytest.raises(TypeError, match=r"^traced values compare with < > <= >= only, not with =="):
+    for asked in (x, x < 1.0):
+        with pytest.raises(
+            InputError, match=r"^test_trace\.py, line \d+: .* found if, and, or, not"
+        ):
+            bool(asked)
+    with pytest.raises(InputError, match="wanted comparisons with < > <= >=, found == or != on a"):
         bool(x == 1.0)
     same = x
     assert x == same and len({x, same}) == 1
-    with pytest.raises(TypeError, match="^& and [|] take conditions, not 1$"):
+    with pytest.raises(InputError, match="wanted conditions, as x < 1.0, found 1 in a condition; "):
         (x < 1.0) & 1
     for odd in (lambda: (x < 1.0) + 1.0, lambda: ops.where(x < 1.0, x < 2.0, 0.0)):
-        with pytest.raises(TypeError):
+        with pytest.raises(InputError, match="found a condition as a number; write ops.where"):
             odd()
     with pytest.raises(TypeError):
         np.tanh(x)
@@ -120,7 +121,9 @@ def test_misuse_is_refused(x: Any) -> None:
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 def test_constants_are_finite(x: Any, value: float) -> None:
-    with pytest.raises(InputError, match=rf"^unit: constants must be finite, not {value!r}$"):
+    with pytest.raises(
+        InputError, match=rf"^test_trace\.py, line \d+: wanted finite constants, found {value!r}; "
+    ):
         x + value
 
 
