@@ -339,12 +339,13 @@ class Estimator:
 
     def _check_again(self, trace: Trace) -> None:
         """Refuse a step that computes something else when it runs again."""
-        pairs = zip_longest(trace.tracer.expressions, self.trace().tracer.expressions)
-        for first, again in pairs:
-            if first is None or again is None or first.said != again.said:
-                line = (again if first is None else first).line
+        recorded, again = (t.tracer.expressions for t in (trace, self.trace()))
+        said = [[e.said for e in each] for each in (recorded, again)]
+        for k, (first, second) in enumerate(zip_longest(*said)):
+            if first != second:
+                rest = [e.line for each in (recorded, again) for e in each[k:] if e.line]
                 raise InputError.at(
-                    line or f"estimator {self.name}",
+                    (rest or [f"estimator {self.name}"])[0],
                     wanted="a step that computes the same whenever it runs",
                     found="another expression the second time",
                     fix="no random numbers, no time, nothing kept in self: use states and inputs",

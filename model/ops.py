@@ -30,7 +30,9 @@ __all__ = [
     "atan2_ht",
     "bounded",
     "clip",
+    "exp",
     "flip",
+    "log",
     "maximum",
     "minimum",
     "named",
@@ -38,6 +40,7 @@ __all__ = [
     "saturated",
     "sincos_ht",
     "sqrt",
+    "tanh",
     "where",
     "wrap_ht",
     "wrap_turns",
@@ -185,6 +188,30 @@ def sqrt(x: Any) -> Any:
     In fixed point x * rsqrt(x): too small below the least argument of `rsqrt`.
     """
     return _record("sqrt", x) if isinstance(x, Scalar) else np.sqrt(x)
+
+
+def exp(x: Any) -> Any:
+    """e^x of x up to 44.
+
+    In fixed point what is 2^31 times below the range's largest value counts as that.
+    """
+    if isinstance(x, Scalar):
+        return _record("exp", x)
+    return rounded.exp(x) if _plain(x) else np.exp(x)
+
+
+def log(x: Any) -> Any:
+    """Natural logarithm of x > 0, whose range spans at most 2^31."""
+    if isinstance(x, Scalar):
+        return _record("log", x)
+    return rounded.log(x) if _plain(x) else np.log(x)
+
+
+def tanh(x: Any) -> Any:
+    """Hyperbolic tangent; (1 + tanh(x / 2)) / 2 is the logistic function."""
+    if isinstance(x, Scalar):
+        return _record("tanh", x)
+    return rounded.tanh(x) if _plain(x) else np.tanh(x)
 
 
 def asin_ht(x: Any) -> Any:

@@ -1,6 +1,6 @@
 """Lowering: from the recorded step to the fixed-point program.
 
-`model.lowering.graph` expands functions and finds intervals, `model.lowering.fuse` makes words and
+`model.lowering.expand` expands functions, with intervals (`model.lowering.graph`); `model.lowering.fuse` makes words and
 operations; what nothing needs is left out here.
 """
 
@@ -11,8 +11,9 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 
+from boresight.model.lowering.expand import expand
 from boresight.model.lowering.fuse import Fusion
-from boresight.model.lowering.graph import Node, expand
+from boresight.model.lowering.graph import Node
 from boresight.model.lowering.trace import Trace
 from boresight.model.words import tables
 from boresight.model.words.fixed import Arithmetic

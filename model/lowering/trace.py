@@ -1,8 +1,8 @@
 """What an estimator's ``step`` becomes when it runs on recording scalars.
 
 Every expression is recorded once, as its author wrote it: ranges, words and fixed point do not
-exist here. The floating-point C is written from this record; `model.lowering.graph` makes of it
-what becomes the fixed-point program.
+exist here. The floating-point C is written from this record; `model.lowering.expand` makes of
+it what becomes the fixed-point program.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Expression:
     ----------
     kind : str
         "leaf", "const", an operation or a function, named as the method of
-        `model.lowering.graph.Graph` that takes ``args`` and then ``data``.
+        `model.lowering.expand.Expansion` that takes ``args`` and then ``data``.
     number : int
         Position in the order in which they were first computed.
     line : str

@@ -178,3 +178,41 @@ def test_declarations(name: str, capsys: pytest.CaptureFixture[str]) -> None:
 def test_a_class_that_is_not_there(capsys: pytest.CaptureFixture[str]) -> None:
     found = refused(f"{HEAD}{STEP}        y = u.a\n{RETURN}", capsys, "wrong.py:Right")
     assert found.endswith("found Wrong; name one: wrong.py:Wrong\n")
+
+
+#: Declarations and a step that are too much for a core; what the line says.
+TOO_MUCH = {
+    "states": (
+        "    states = tuple(State(f's{k}', -1.0, 1.0) for k in range(130))\n",
+        "return {f's{k}': 0.5 * getattr(x, f's{k}') for k in range(130)}, {'y': u.a}",
+        "130 states, the small machine has room for 128; config small-1024 has more",
+    ),
+    "parameters": (
+        "    params = tuple(Param(f'p{k}', 0.5, 0.0, 1.0) for k in range(300))\n",
+        "return {'pos': 0.5 * x.pos}, {'y': u.a * sum(getattr(p, f'p{k}') for k in range(300))}",
+        "300 parameters, the small machine has 256 registers for them; config small-1024",
+    ),
+    "constants": (
+        "",
+        "return {'pos': 0.5 * x.pos}, {'y': sum((k + 1) / 997 * (u.a - k) for k in range(260))}  #!",
+        " constants and 0 parameters, the small machine has 256 registers for them; config small",
+    ),
+    "microwords": (
+        "",
+        "y = u.a\n        for k in range(700):\n            y = ops.bounded(y * u.b, -4.0, 4.0, '')  #!"
+        "\n        return {'pos': 0.5 * x.pos}, {'y': y}",
+        "microwords or more, the small machine has 4096; compute less in a sample",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", TOO_MUCH)
+def test_more_than_a_core_holds(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """The line says what is missing, who has more, and which line of the estimator takes most."""
+    declared, step, said = TOO_MUCH[name]
+    Path("wrong.py").write_text(text := f"{HEAD}{declared}{STEP}        {step}\n")
+    assert main(["compile", "wrong.py", "-o", "out", "--quiet"]) == 2
+    found = capsys.readouterr().err
+    assert found.startswith("error: wrong: ") and found.count("\n") == 1 and said in found
+    if "#!" in text:
+        assert f"operations: wrong.py, line {named(text)} (" in found
