@@ -1,6 +1,6 @@
 """Lowering: from the recorded step to the fixed-point program.
 
-`model.lowering.expand` expands functions, with intervals (`model.lowering.graph`); `model.lowering.fuse` makes words and
+`model.lowering.expand` expands functions and finds intervals, `model.lowering.fuse` makes words and
 operations; what nothing needs is left out here.
 """
 

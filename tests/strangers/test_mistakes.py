@@ -194,13 +194,14 @@ TOO_MUCH = {
     ),
     "constants": (
         "",
-        "return {'pos': 0.5 * x.pos}, {'y': sum((k + 1) / 997 * (u.a - k) for k in range(260))}  #!",
+        "return {'pos': 0.5 * x.pos}, {'y': sum(k / 997 * u.a for k in range(1, 560, 2))}  #!",
         " constants and 0 parameters, the small machine has 256 registers for them; config small",
     ),
     "microwords": (
         "",
-        "y = u.a\n        for k in range(700):\n            y = ops.bounded(y * u.b, -4.0, 4.0, '')  #!"
-        "\n        return {'pos': 0.5 * x.pos}, {'y': y}",
+        "y = u.a\n        for k in range(700):\n"
+        "            y = ops.bounded(y * u.b, -4.0, 4.0, '')  #!\n"
+        "        return {'pos': 0.5 * x.pos}, {'y': y}",
         "microwords or more, the small machine has 4096; compute less in a sample",
     ),
 }

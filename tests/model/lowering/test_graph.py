@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 
 from boresight.model import ops
 from boresight.model.errors import InputError
-from boresight.model.lowering.graph import Node, expand
+from boresight.model.lowering.expand import expand
+from boresight.model.lowering.graph import Node
 from boresight.model.lowering.trace import Scalar, Tracer
 from tests.support.nodes import node_of, nodes_of
 
