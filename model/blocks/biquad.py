@@ -12,10 +12,9 @@ Where fixed point bites:
 
 * **Ranges.** Between sections a signal may be larger than at either end. `Cascade.largest_values`
   are sums of absolute impulse responses, which no input passes; leave sections in scipy's order.
-* **Rounding comes back through the poles.** `Cascade.rounding` bounds it in last bits of the output.
-  At a corner far below the sample rate it is large, (rate / 2 pi corner)^2, and constants may stay
-  that far off. Decimate first, or take `model.algebra.low_pass`, whose second state is as
-  fine as it is small.
+* **Rounding comes back through the poles.** `Cascade.rounding` bounds it, in last bits. At a corner
+  far below the sample rate it is large, (rate / 2 pi corner)^2: a constant may stay that far off.
+  Decimate first, or take `model.algebra.low_pass`, whose second state is as fine as it is small.
 * **Coefficients** are rounded to a word, relative 2^-W of the largest: poles at 1 - e move by about
   2^-W / e. Narrow words need sections of lower Q.
 """

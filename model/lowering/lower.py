@@ -13,7 +13,7 @@ from dataclasses import replace
 
 from boresight.model.lowering.expand import expand
 from boresight.model.lowering.fuse import Fusion
-from boresight.model.lowering.graph import Node
+from boresight.model.lowering.graph import LEAVES, Node
 from boresight.model.lowering.trace import Trace
 from boresight.model.words import tables
 from boresight.model.words.fixed import Arithmetic
@@ -103,8 +103,9 @@ def lower(trace: Trace, arithmetic: Arithmetic) -> tuple[Program, dict[int, Node
     after = [made[e.number] for _, _, e in trace.states]
     for (state, _, _), node in zip(trace.states, after, strict=True):
         node.title = node.title or f"{state.data[1]}_next"
+    leaves = {node.name for node in graph.nodes if node.kind in LEAVES}
     for name, node in zip(trace.outputs, results, strict=True):
-        node.title = node.title or name
+        node.title = node.title or (f"{name}_out" if name in leaves else name)
     _count_uses([*results, *after])
     inputs = tuple(low.leaf(made[e.number], frac=trace.fracs.get(e.data[1])) for e in trace.inputs)
     for e, default, meaning in trace.params:

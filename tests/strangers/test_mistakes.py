@@ -195,7 +195,7 @@ TOO_MUCH = {
     "constants": (
         "",
         "return {'pos': 0.5 * x.pos}, {'y': sum(k / 997 * u.a for k in range(1, 560, 2))}  #!",
-        " constants and 0 parameters, the small machine has 256 registers for them; config small",
+        " constants and 1 parameters, the small machine has 256 registers for them; config small",
     ),
     "microwords": (
         "",

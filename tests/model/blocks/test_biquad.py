@@ -70,7 +70,7 @@ def test_within_its_bounds_of_scipy(name: str, word: int) -> None:
 
 
 def test_products_and_states() -> None:
-    cascade = Cascade.of(DESIGNS["butterworth"], 1.0)
+    cascade = Cascade.of(DESIGNS["butterworth"], 2.0)
     program = _filter(cascade).compile()
     assert [len(op.terms) for op in program.ops] == [5, 5]
     assert [s.name for s in cascade.states("s")] == ["s0_1", "s0_2", "s1_1", "s1_2", "s2_1", "s2_2"]
