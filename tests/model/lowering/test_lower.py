@@ -465,3 +465,49 @@ def test_a_root_that_varies_too_much_is_refused_by_name(trace: Any) -> None:
             lambda a, b, c: ops.named("product", c + a * ops.rsqrt(b)),
             [(-1.0, 1.0), (2.0**-21, 1.0), (-1e9, 1e9)],
         )
+
+
+def test_outputs_and_next_states_carry_their_names() -> None:
+    g = Tracer("named")
+    u = g.leaf("input", "u", -1.0, 1.0)
+    a, b = (g.leaf("state", name, -4.0, 4.0) for name in "ab")
+    own = ops.named("own", 0.5 * a + u)
+    trace = Trace(
+        g, [u], {"b": 0.25 * b, "sum": own + b, "same": u}, states=[(a, 0.0, own), (b, 0.0, b - u)]
+    )
+    program, nodes = lower(trace, Arithmetic())
+    names = [[program.values[n].name for n in numbers] for numbers in (
+        program.outputs, [after for _, after in program.states]
+    )]  # fmt: skip
+    assert names == [["b_out", "sum", "u"], ["own_aligned", "b_next"]]
+    # A title keeps nothing from being part of another value, as a name would.
+    product = a * b
+    fused = lower(
+        Trace(g, [u], {"p": product, "q": product + u}, states=trace.states), Arithmetic()
+    )
+    p, q = (next(op for op in fused[0].ops if op.dest == n) for n in fused[0].outputs)
+    assert len(p.terms) == 1 and len(q.terms) == 2 and nodes[program.outputs[1]].label == "sum"
+
+
+def test_chains_of_thousands_of_operations() -> None:
+    g = Tracer("chain")
+    u = g.leaf("input", "u", -1.0, 1.0)
+    total = last = u
+    for k in range(3000):
+        total = total + (0.5 if k % 2 else -0.25) * u
+        last = ops.bounded(0.5 * last - u * (1.0 / (k + 2)), -4.0, 4.0, "at most 2")
+    program, _ = lower(Trace(g, [u], {"total": total, "last": last}), Arithmetic())
+    words = program.format(program.inputs[0]).quantise(np.array([[-1.0, 0.3, 0.999]]))
+    out, saturated = Interpreter(program, 3).update(words)
+    x = program.format(program.inputs[0]).real(words[0])
+    want = 0.0
+    for k in range(3000):
+        want = 0.5 * want - 1.0 / (k + 2)
+    for number, word, wanted in zip(
+        program.outputs, out, ((1.0 + 1500 * 0.25) * x, want * x), strict=True
+    ):
+        fmt = program.format(number)
+        assert (
+            np.abs(fmt.real(word) - wanted).max() <= 3000 / 2**8 * fmt.lsb
+        )  # each product is rounded down
+    assert len(program.ops) > 3000 and not saturated.any()
