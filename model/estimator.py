@@ -100,8 +100,8 @@ class Estimator:
         Raises
         ------
         InputError
-            A name twice or illegal, no output, ``urgent`` beyond the outputs, ``valid_of`` of no
-            input that has samples.
+            A name twice or illegal, a parameter called as an input or state, no output, ``urgent``
+            beyond the outputs, ``valid_of`` of no input that has samples.
         """
         where = placed(self._line, f"estimator {self.name}")
         self._check_kinds(where)
@@ -113,6 +113,7 @@ class Estimator:
             ("state", self.states),
             ("output", self.outputs),
         )
+        self._check_parameters()
         if not self.outputs:
             raise InputError.at(where, wanted="an output", found="none", fix="declare outputs")
         if not 0 <= self.urgent <= len(self.outputs):
@@ -131,6 +132,18 @@ class Estimator:
                     wanted="valid_of names of inputs",
                     found=unknown[0],
                     fix=f"choose of {', '.join(sorted(names)) or 'inputs with columns'}",
+                )
+
+    def _check_parameters(self) -> None:
+        """Refuse parameters that are called as an input or state."""
+        taken = {i.name for i in self.inputs} | {s.name for s in self.states}
+        for p in self.params:
+            if p.name in taken:
+                raise InputError.at(
+                    placed(p.line, f"estimator {self.name}, parameter {p.name}"),
+                    wanted="a name that no input or state has",
+                    found=repr(p.name),
+                    fix="rename one",
                 )
 
     def _check_kinds(self, where: str) -> None:
@@ -273,6 +286,13 @@ class Estimator:
                 fix="choose a width inside the range",
             )
         self.check_declarations()
+        if not self.inputs:
+            raise InputError.at(
+                placed(self._line, f"estimator {self.name}"),
+                wanted="an input, whose word begins an update",
+                found="none",
+                fix='declare one, for example Input("dt", 0.0, 0.1, "s")',
+            )
         trace = self.trace()
         self._check_again(trace)
         program, nodes = lower(trace, Arithmetic(word=word))

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require
 from boresight.model.lowering.trace import Condition, Scalar
 from boresight.model.places import author_line
 from boresight.model.words import rounded
@@ -83,11 +83,11 @@ def bounded(x: Any, low: float, high: float, reason: str) -> Any:
 
     Raises
     ------
-    ValueError
+    InputError
         The range is not finite, or not ordered.
     """
-    if not -math.inf < low <= high < math.inf:
-        raise ValueError(f"a range must be finite and ordered, not [{low:g}, {high:g}]")
+    finite = -math.inf < low <= high < math.inf
+    require(finite, author_line(), "a range that is finite and ordered", (low, high))
     return x.tracer.new("bounded", x, data=(low, high, reason)) if isinstance(x, Scalar) else x
 
 
@@ -104,11 +104,11 @@ def saturated(x: Any, limit: float) -> Any:
 
     Raises
     ------
-    ValueError
+    InputError
         The limit is no power of two.
     """
-    if math.frexp(limit)[0] != 0.5:
-        raise ValueError(f"limit must be a power of two, not {limit!r}")
+    power = math.frexp(limit)[0] == 0.5
+    require(power, author_line(), "a power of two as limit", limit, "use ops.clip for any other")
     if isinstance(x, Scalar):
         return x.tracer.new("saturated", x, data=(limit,))
     return np.minimum(np.maximum(x, -limit), limit)  # as np.clip, in half of its time

@@ -17,6 +17,8 @@ __all__ = ["author_line", "place_of", "placed", "place_of_function"]
 
 #: Folders whose lines nobody wrote an estimator in.
 _ROOMS = [Path(__file__).parent / room for room in ("", "lowering", "algebra", "blocks")]
+#: Code that was written by dataclasses, frozen, or by numpy; others in <> are of a console.
+_WRITTEN = ("<string>", "<frozen ", "<__array_function__")
 #: And everything below these.
 _LIBRARIES = tuple(str(Path(file).parent) + os.sep for file in (np.__file__, os.__file__))
 
@@ -24,7 +26,7 @@ _LIBRARIES = tuple(str(Path(file).parent) + os.sep for file in (np.__file__, os.
 @lru_cache(maxsize=256)
 def _is_authors(file: str) -> bool:
     """Whether an author of estimators may have written this file."""
-    if file.startswith("<"):  # what dataclasses write
+    if file.startswith(_WRITTEN):
         return False
     installed = "site-packages" in file or "dist-packages" in file
     if file.startswith(_LIBRARIES[:1] if installed else _LIBRARIES):

@@ -34,6 +34,10 @@ _CURES = (
 )
 
 
+class _NotThere(InputError, AttributeError):
+    """A name that is not declared; `getattr` and `hasattr` see an attribute that is not there."""
+
+
 class Values(SimpleNamespace):
     """Values by name: of one kind, as a step gets them.
 
@@ -55,7 +59,7 @@ class Values(SimpleNamespace):
             raise AttributeError(name)
         kind, names = self._names
         near = ", ".join(closest(name, names))
-        raise InputError.at(
+        raise _NotThere.at(
             author_line(),
             wanted=f"one of the declared {kind}s: {near}" if near else f"a declared {kind}",
             found=repr(name),
@@ -94,7 +98,7 @@ def checked(
         raise (
             error if not place or str(error).startswith(place) else InputError(f"{place}, {error}")
         ) from error
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise _explained(name, step, arguments, where, error) from error
     two = isinstance(result, tuple) and len(result) == 2
     if not two or not all(isinstance(part, Mapping) for part in result):
@@ -112,7 +116,11 @@ def checked(
 
 
 def _explained(
-    name: str, step: Callable[..., Any], arguments: tuple[Any, ...], where: str, error: Exception
+    name: str,
+    step: Callable[..., Any],
+    arguments: tuple[Any, ...],
+    where: str,
+    error: BaseException,
 ) -> InputError:
     """What a step that raised did wrong."""
     place = place_of(error)

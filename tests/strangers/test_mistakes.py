@@ -59,6 +59,7 @@ INSIDE = {
     "typo in a parameter": ("y = p.gian * u.a  #!", "'gian'", "declared parameters: gain"),
     "typo in ops": ("y = ops.cosine(u.a)  #!", "no attribute 'cosine'", "correct the name"),
     "name": ("y = 2.0 * a  #!", "NameError: name 'a' is not defined", "correct the name"),
+    "exit": ("raise SystemExit(0)  #!", "SystemExit: 0", "a step of wrong that computes"),
     "exception": ("y = {}['gain']  #!", "KeyError: 'gain'", "a step of wrong that computes"),
     "random": ("y = u.a * random.random()  #!", "another expression the second", "no random numb"),
     "not a number": ("y = u.a * math.nan  #!", "nan", "correct how it is computed"),
@@ -79,8 +80,8 @@ INSIDE = {
     "beyond the word": ('y = ops.bounded(u.a * 2.0**300, -1.0, 1.0, "small")  #!',
                         "more than 63 bits",
                         "narrow the ranges"),
-    "bound out of order": ("y = ops.bounded(u.a, 1.0, -1.0, 'x')  #!", "ordered, not [1, -1]",
-                           "ops"),
+    "bound out of order": ("y = ops.bounded(u.a, 1.0, -1.0, 'x')  #!", "(1.0, -1.0)",
+                           "finite and ordered"),
 }  # fmt: skip
 #: Other texts for RETURN.
 RETURNED = {
@@ -114,6 +115,10 @@ DECLARED = {
                         "choose of a"),
     "step without p": ("(self, x, u, p):  #0", "(self, x, u):  #!", "step(x, u)",
                        "take these three"),
+    "no inputs": ('    inputs = (Input("a"', '    others = (Input("a"', "found none",
+                  "declare one, for example"),
+    "called as an input": ('Param("gain", 0.5, 0.0, 1.0),)', 'Param("b", 0.5, 0.0, 1.0),)  #!',
+                           "'b'", "wanted a name that no input or state has"),
     "no step": ("def step", "def steps", "found none", "write it: it gets states, inputs, param"),
     "syntax": ("def step(self, x, u, p):  #0", "def step(self, x, u, p)  #!", "SyntaxError",
                "correct it"),
