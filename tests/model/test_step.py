@@ -12,6 +12,7 @@ import pytest
 from boresight.model import ops
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output, Param, State
+from boresight.model.step import Values
 
 
 class Leaky(Estimator):
@@ -95,3 +96,15 @@ def test_conditions_are_no_results() -> None:
 
     with pytest.raises(InputError, match=r", step of truth, output sum: wanted a number, found"):
         Truth().compile()
+
+
+def test_values_by_name() -> None:
+    x = Values("state", {"pos": 1.0, "_own": 2.0})
+    assert (x.pos, x._own, hasattr(x, "vel"), getattr(x, "vel", 3.0)) == (1.0, 2.0, False, 3.0)
+    assert vars(x) == {"pos": 1.0, "_own": 2.0}
+    with pytest.raises(
+        InputError, match=r"^test_step\.py, line \d+: wanted one of the declared st"
+    ):
+        print(x.vel)
+    with pytest.raises(InputError, match=r": wanted a declared input, found 'u'; correct the name"):
+        print(Values("input", {}).u)
