@@ -83,6 +83,9 @@ INSIDE = {
     "beyond the word": ('y = ops.bounded(u.a * 2.0**300, -1.0, 1.0, "small")  #!',
                         "more than 63 bits",
                         "narrow the ranges"),
+    "limits out of order": ("y = ops.clip(u.a, 1.0, -1.0)  #!", "(1.0, -1.0)", "in order"),
+    "root of a number": ("y = u.a * ops.sqrt(-2.0)  #!", "ValueError: math domain error", "a step"),
+    "bound of a value": ("y = ops.bounded(u.a, 0.0, u.b, 'x')  #!", "of a traced value", "ops.max"),
     "bound out of order": ("y = ops.bounded(u.a, 1.0, -1.0, 'x')  #!", "(1.0, -1.0)",
                            "finite and ordered"),
 }  # fmt: skip
