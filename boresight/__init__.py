@@ -3,6 +3,7 @@
 Everything the command line does is one function here::
 
     import boresight
+    boresight.new("my_filter")
     boresight.list_estimators()
     boresight.compile("complementary", config="fast", output="build")
     boresight.run("complementary", "log.csv", on="fixed")
@@ -49,6 +50,7 @@ if TYPE_CHECKING:
     from boresight.verbs.list import list_estimators
     from boresight.verbs.monitor import monitor
     from boresight.verbs.montecarlo import montecarlo
+    from boresight.verbs.new import new
     from boresight.verbs.report import report
     from boresight.verbs.run import run
     from boresight.verbs.simulate import simulate, simulate_faults
@@ -78,6 +80,7 @@ __all__ = [
     "list_estimators",
     "monitor",
     "montecarlo",
+    "new",
     "ops",
     "record_of",
     "report",

@@ -1,0 +1,29 @@
+"""The site: these pages and the docstrings, by Sphinx (decision 0042). `make docs` builds it."""
+
+from __future__ import annotations
+
+import boresight
+
+project = "Boresight"
+author = "the Boresight authors"
+release = boresight.__version__
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+exclude_patterns = ["decisions/0000-template.md"]
+
+# Pages are read on other sites too: plain Markdown, headings as targets of links, and blocks
+# without a language (drawings) as they are.
+myst_heading_anchors = 3
+highlight_language = "none"
+
+# Docstrings are numpy's; what stands in single backquotes in them is code.
+default_role = "code"
+napoleon_google_docstring = False
+napoleon_use_rtype = False
+autodoc_typehints = "none"
+autodoc_member_order = "bysource"
+
+html_theme = "furo"
+html_title = f"Boresight {release}"
+html_show_sourcelink = False
+html_copy_source = False
+templates_path: list[str] = []
