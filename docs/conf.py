@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import re
+
+from pygments.lexers.special import TextLexer
+from sphinx.application import Sphinx
+
 import boresight
 
 project = "Boresight"
@@ -19,6 +24,7 @@ highlight_language = "none"
 default_role = "code"
 napoleon_google_docstring = False
 napoleon_use_rtype = False
+napoleon_use_ivar = True
 autodoc_typehints = "none"
 autodoc_member_order = "bysource"
 
@@ -27,3 +33,21 @@ html_title = f"Boresight {release}"
 html_show_sourcelink = False
 html_copy_source = False
 templates_path: list[str] = []
+
+_CODE = re.compile(r"(`+.*?`+)")
+
+
+def _plain_bars(
+    app: object, what: str, name: str, obj: object, options: object, lines: list[str]
+) -> None:
+    """In docstrings |x| is a length, and no reStructuredText."""
+    lines[:] = [
+        "".join(p if p.startswith("`") else p.replace("|", r"\|") for p in _CODE.split(line))
+        for line in lines
+    ]
+
+
+def setup(app: Sphinx) -> None:
+    """What Sphinx asks for."""
+    app.connect("autodoc-process-docstring", _plain_bars)
+    app.add_lexer("csv", TextLexer)

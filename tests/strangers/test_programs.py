@@ -28,7 +28,10 @@ from tests.support.strangers import program as place
 
 NAMES = list(STRANGERS)
 #: Each kind of operation once: for the RTL at every change.
-FEW = ["kalman.py", "madgwick.py:Madgwick", "alphabeta.py", "pll.py", "geometry.py:Look"]
+FEW = [
+    *("kalman.py", "madgwick.py:Madgwick", "biquad.py", "pendulum.py"),
+    *("alphabeta.py", "pll.py", "geometry.py:Look"),
+]
 #: What `compile` writes for every estimator.
 FILES = ("core.v", "report.json", "registers.json")
 
