@@ -39,22 +39,23 @@ if TYPE_CHECKING:
     from boresight.sim.records.files import record_of
     from boresight.sim.records.record import Record
     from boresight.sim.worlds.world import World
-    from boresight.verbs.accuracy import accuracy
-    from boresight.verbs.bench import bench
     from boresight.verbs.check import check
     from boresight.verbs.compile import compile
-    from boresight.verbs.covariance import covariance
+    from boresight.verbs.convert import convert
     from boresight.verbs.demo import demo
     from boresight.verbs.doctor import doctor
     from boresight.verbs.experiment import experiment
+    from boresight.verbs.figures.accuracy import accuracy
+    from boresight.verbs.figures.bench import bench
+    from boresight.verbs.figures.covariance import covariance
+    from boresight.verbs.figures.montecarlo import montecarlo
+    from boresight.verbs.figures.tune import tune
     from boresight.verbs.list import list_estimators
     from boresight.verbs.monitor import monitor
-    from boresight.verbs.montecarlo import montecarlo
     from boresight.verbs.new import new
     from boresight.verbs.report import report
     from boresight.verbs.run import run
     from boresight.verbs.simulate import simulate, simulate_faults
-    from boresight.verbs.tune import tune
 
 __all__ = [
     "Estimator",
@@ -73,6 +74,7 @@ __all__ = [
     "bench",
     "check",
     "compile",
+    "convert",
     "covariance",
     "demo",
     "doctor",
@@ -93,7 +95,7 @@ __all__ = [
 
 __version__ = "0.1.0"
 
-#: Where names are whose module is not ``boresight.verbs.NAME``.
+#: Where names are that are no verb's.
 _ELSEWHERE = {
     **dict.fromkeys(("Input", "Output", "Param", "State"), "model.declarations"),
     **dict.fromkeys(("InputError", "ToolMissing"), "model.errors"),
@@ -114,7 +116,8 @@ def __getattr__(name: str) -> Any:
     if name == "ops":
         value = import_module(f"{__name__}.model.ops")
     else:
-        value = getattr(import_module(f"{__name__}.{_ELSEWHERE.get(name, f'verbs.{name}')}"), name)
+        place = _ELSEWHERE.get(name) or import_module(f"{__name__}.verbs").place_of(name)
+        value = getattr(import_module(f"{__name__}.{place}"), name)
     globals()[name] = value
     return value
 

@@ -20,6 +20,7 @@ from boresight.failures import code_of, interruptible
 from boresight.model.errors import InputError, shortened
 from boresight.terminal import say, tell
 from boresight.texts import VERBS, Text
+from boresight.verbs import place_of
 
 __all__ = ["main"]
 
@@ -56,8 +57,9 @@ class _VerbParser(_Parser):
     def load(self) -> None:
         """Add the verb's arguments, once."""
         if self.verb:
-            self.set_defaults(call=import_module(f"boresight.verbs.{self.verb}").call)
-            import_module(f"boresight.verbs.{self.verb}").add_arguments(self)
+            module = import_module(f"boresight.{place_of(self.verb)}")
+            self.set_defaults(call=module.call)
+            module.add_arguments(self)
             self.verb = ""
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:

@@ -81,6 +81,10 @@ VERBS = {
             ("accuracy mekf,vqf_online folder --protocol full", "cut, biased, blinded, ..."),
         ),
     ),
+    "convert": Text(
+        "A published data set's files (BROAD) to logs.",
+        (("convert broad broad/data_mat -o logs", "needs scipy"),),
+    ),
     "experiment": Text(
         "A published experiment in simulation: page and JSON.",
         (

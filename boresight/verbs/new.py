@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import keyword
+import os
 from argparse import ArgumentParser, Namespace
 from importlib import resources
 from pathlib import Path
@@ -41,7 +42,7 @@ def new(name: str | Path) -> list[Path]:
     """
     path = Path(name)
     stem = path.name.removesuffix(".py")
-    _check_name(stem, str(name))
+    _check_name(stem, os.fspath(name))
     words = {"StarterWorld": f"{_class(stem)}World", "Starter": _class(stem), "starter": stem}
     files = {path.with_name(pattern.format(stem)): made for pattern, made in _FILES.items()}
     places = {path: OutputFile(path, "new", of=stem, option="NAME") for path in files}
@@ -61,7 +62,9 @@ def _class(stem: str) -> str:
 def _check_name(stem: str, given: str) -> None:
     """Raise InputError unless a module, and a class, may be called so."""
     found = ""
-    if not (stem.isascii() and stem.isidentifier() and _class(stem).isidentifier()):
+    if given.endswith(os.sep):
+        found = "a folder"
+    elif not (stem.isascii() and stem.isidentifier() and _class(stem).isidentifier()):
         found = repr(stem)
     elif keyword.iskeyword(stem) or keyword.iskeyword(_class(stem)):
         found = "a word of Python"

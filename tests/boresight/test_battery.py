@@ -46,9 +46,9 @@ def begin(*_: object, **__: object) -> Any:
 SEAMS = (
     "boresight.sim.levels.integer.CModel",
     "boresight.sim.levels.build.build_shared_core",
-    "boresight.verbs.accuracy.benchmark",
-    "boresight.verbs.covariance.covariance_trial",
-    "boresight.verbs.covariance.hostile",
+    "boresight.verbs.figures.accuracy.benchmark",
+    "boresight.verbs.figures.covariance.covariance_trial",
+    "boresight.verbs.figures.covariance.hostile",
     "boresight.verbs.demo.bundled",
     "boresight.verbs.doctor.doctor",
 )

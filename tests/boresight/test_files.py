@@ -43,7 +43,7 @@ FILES: dict[str, Verb] = {
         main,
         ["tune", "mekf", "log.csv", "-q", "-o"],
         "log.csv",
-        "boresight.verbs.tune.Scorer",
+        "boresight.verbs.figures.tune.Scorer",
     ),
     "csv": (
         main,
@@ -94,7 +94,7 @@ FOLDERS: dict[str, Verb] = {
         main,
         ["accuracy", "complementary", "log.csv", "-q", "-o"],
         "accuracy.json",
-        "boresight.verbs.accuracy.benchmark",
+        "boresight.verbs.figures.accuracy.benchmark",
     ),
     "experiment ma2014": (
         main,

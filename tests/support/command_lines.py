@@ -89,6 +89,7 @@ _STEPS = {"--steps": _number("1", "5", "100")}
 
 #: Each verb's positional arguments, and its options; None: a flag.
 VERBS: Mapping[str, tuple[list[Any], dict[str, Any]]] = {
+    "new": ([st.one_of(_TEXTS, st.sampled_from(["mine", "folder/mine.py", "class", "log"]))], {}),
     "list": ([], {}),
     "doctor": ([], {}),
     "compile": (
@@ -145,6 +146,7 @@ VERBS: Mapping[str, tuple[list[Any], dict[str, Any]]] = {
             "-o": _OUTPUTS,
         },
     ),
+    "convert": ([_mostly("broad"), st.one_of(st.just("folder"), _PATHS)], {"-o": _OUTPUTS}),
     "experiment": (
         [_mostly("ma2014")],
         {"--seed": _number("1"), "--runs": _number("2"), "-o": _OUTPUTS},

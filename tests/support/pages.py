@@ -1,12 +1,11 @@
 """Code blocks of Markdown pages, and how they are run: each page in a folder of its own.
 
-| block | is |
-|---|---|
-| any, after a line that ends in: as `NAME`: | a file, written |
-| ``python`` | run; one page is one module |
-| ``sh`` | command lines: `boresight` by its entry point, ``pytest`` by calling the tests, a few tools as they are; what sets up an environment is not run |
-| ``text`` | what the block before it printed, of command lines the last; ``...`` stands for any lines, decimals may differ, times and Icarus, which not all have, do not count |
-| without a language | a drawing |
+A block after a line that ends in "as `NAME`:" is a file, and written. Otherwise ``python`` is run,
+one page being one module. ``sh`` is command lines, of which `boresight` is called by its entry
+point and ``pytest`` by calling the tests; a few tools run as they are, and what sets up an
+environment does not. ``text`` is what the block before it printed, of command lines the last:
+``...`` stands for any lines, decimals may differ, times and Icarus, which not all have, do not
+count. A block without a language is a drawing.
 
 ``<!-- parsed, not run: WHY -->`` before a block of command lines: their arguments are looked at.
 """
@@ -27,7 +26,7 @@ from typing import Any
 
 from boresight import cli
 
-__all__ = ["PAGES", "ROOT", "Block", "blocks_of", "parsed", "run_page", "same_text"]
+__all__ = ["PAGES", "ROOT", "Block", "blocks_of", "call_tests", "parsed", "run_page", "same_text"]
 
 ROOT = Path(__file__).parents[2]
 #: Pages for users, by path below the root.
@@ -93,7 +92,7 @@ def parsed(line: str) -> None:
 
 
 def run_page(page: str, folder: Path) -> int:
-    """Run all blocks of a page in a folder, which is the current one; how many were run or looked at.
+    """Run all blocks of a page in a folder, which is the current one; how many there are.
 
     Raises
     ------
@@ -149,7 +148,7 @@ def _command(line: str, folder: Path, where: str, shown: str, *, only: bool) -> 
             code = cli.main([*words[1:], *(["-q"] if "-q" not in words else [])])
             assert code == _code(shown), f"{where}: {line}: {code}\n{heard.getvalue()}"
         elif program == "pytest":
-            _call_tests(folder)
+            call_tests(folder)
         else:
             assert program in TOOLS, f"{where}: {line!r} is not run by anybody"
             command = [sys.executable if program == "python" else program, *words[1:]]
@@ -165,7 +164,7 @@ def _code(shown: str) -> int:
     return int(lines[-1] == "FAILED")
 
 
-def _call_tests(folder: Path) -> None:
+def call_tests(folder: Path) -> None:
     """What pytest does with the files of a folder: call their tests."""
     called = 0
     for path in sorted(folder.glob("test_*.py")):

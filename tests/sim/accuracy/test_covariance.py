@@ -23,7 +23,7 @@ from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
 from boresight.sim.records.segments import interpret
-from boresight.verbs.covariance import initial_covariances
+from boresight.verbs.figures.covariance import initial_covariances
 
 STEPS = 1500
 

@@ -1,4 +1,4 @@
-"""A trial as BROAD stores it becomes a log, and what is none is refused."""
+"""A trial as BROAD stores it becomes a record, and what is none is refused."""
 
 from __future__ import annotations
 
@@ -8,52 +8,52 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from boresight.sim.data.convert_broad import main
-from boresight.sim.records.files import read_record
+from boresight.model.errors import InputError
+from boresight.sim.data.convert_broad import broad_record, broad_trials
 from boresight.sim.records.nine_axis import NineAxis
+from tests.support.broad import trial
 
 
-def trial(rows: int = 40) -> dict[str, object]:
-    rng = np.random.default_rng(1)
-    q = rng.standard_normal((rows, 4))
-    q[3] = np.nan
-    return {
-        "imu_gyr": rng.standard_normal((rows, 3)),
-        "imu_acc": rng.standard_normal((rows, 3)),
-        "imu_mag": rng.standard_normal((rows, 3)),
-        "opt_quat": q / np.linalg.norm(q, axis=1, keepdims=True),
-        "movement": np.arange(rows)[:, None] > 10,
-        "sampling_rate": 2000.0 / 7.0,
-    }
-
-
-def test_a_trial_becomes_a_log(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_trial_becomes_a_record(tmp_path: Path) -> None:
     held = trial()
     savemat(tmp_path / "01_slow.mat", held)
-    assert main([str(tmp_path), str(tmp_path / "logs")]) == 0
-    log = NineAxis.of(read_record(tmp_path / "logs" / "01_slow.npz"))
+    (path,) = broad_trials(tmp_path)
+    log = NineAxis.of(broad_record(path))
+    assert log.name == "01_slow"
     assert log.dt == pytest.approx(7.0 / 2000.0) and log.counts.sum() == 29
     for name, key in (("gyr", "imu_gyr"), ("acc", "imu_acc"), ("mag", "imu_mag")):
         assert getattr(log, name) == pytest.approx(held[key])
     assert log.attitude == pytest.approx(held["opt_quat"], nan_ok=True)
-    assert "01_slow.npz" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("name", ["imu_gyr", "sampling_rate", "movement"])
-def test_what_is_no_trial_is_refused(
-    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_is_no_trial_is_refused(name: str, tmp_path: Path) -> None:
     held = trial()
     if name == "movement":
         held[name] = np.zeros((7, 1))
     else:
         del held[name]
     savemat(tmp_path / "a.mat", held)
-    assert main([str(tmp_path), str(tmp_path / "logs")]) == 2
-    assert str(tmp_path / "a.mat") in capsys.readouterr().err
-    assert not (tmp_path / "logs").exists()
+    with pytest.raises(InputError, match=r"a\.mat: wanted "):
+        broad_record(tmp_path / "a.mat")
 
 
-def test_no_trial_at_all(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main([str(tmp_path), str(tmp_path)]) == main([]) == 2
-    assert "BROAD's .mat files" in capsys.readouterr().err
+def test_any_bytes_are_a_trial_or_refused(tmp_path: Path) -> None:
+    path = tmp_path / "a.mat"
+    savemat(path, trial(), do_compression=True)
+    whole, rng, refused = path.read_bytes(), np.random.default_rng(2), 0
+    for _ in range(150):
+        text = bytearray(whole)
+        for at in rng.integers(0, len(text), 3):
+            text[at] = rng.integers(256)
+        path.write_bytes(text[: rng.integers(len(text))] if rng.random() < 0.3 else text)
+        try:
+            broad_record(path)
+        except InputError:
+            refused += 1
+    assert refused > 100
+
+
+def test_no_trial_at_all(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"BROAD's \.mat files"):
+        broad_trials(tmp_path)

@@ -14,7 +14,7 @@ from boresight.model.errors import InputError
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.worlds.synthetic import SensorError, synthetic_log
-from boresight.verbs.tune import tune, tuning_text
+from boresight.verbs.figures.tune import tune, tuning_text
 from tests.support.records import write_record
 
 NAMES = ["kp_pitch_per_s", "kp_roll_per_s", "kp_heading_per_s"]

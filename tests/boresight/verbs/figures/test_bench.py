@@ -11,7 +11,7 @@ import pytest
 from boresight.cli import main
 
 #: The function has the module's name.
-module = importlib.import_module("boresight.verbs.bench")
+module = importlib.import_module("boresight.verbs.figures.bench")
 
 
 def test_bench_compares(capsys):

@@ -18,7 +18,7 @@ from boresight.model.estimators import ESTIMATORS, estimator
 from boresight.sim.accuracy.peers import PEERS
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.worlds.synthetic import SensorError, synthetic_log
-from boresight.verbs.accuracy import accuracy, chosen, params_by_estimator, read_trials
+from boresight.verbs.figures.accuracy import accuracy, chosen, params_by_estimator, read_trials
 from tests.support.records import write_record
 
 CHOICE = "complementary,vqf_online,madgwick"

@@ -8,7 +8,7 @@ import pytest
 from boresight.cli import main
 from boresight.model.estimator import Estimator, Param
 from boresight.model.estimators import estimator
-from boresight.verbs.covariance import P0, initial_covariances
+from boresight.verbs.figures.covariance import P0, initial_covariances
 from tests.support.strangers import csv, kalman, program
 
 

@@ -1,0 +1,1 @@
+"""Verbs that give figures over many logs, draws or updates."""
