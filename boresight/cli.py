@@ -19,7 +19,7 @@ import boresight
 from boresight.failures import code_of, interruptible
 from boresight.model.errors import InputError, shortened
 from boresight.terminal import say, tell
-from boresight.texts import VERBS, Text
+from boresight.verbs.texts import VERBS, Text
 from boresight.verbs import place_of
 
 __all__ = ["main"]

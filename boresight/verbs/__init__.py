@@ -1,4 +1,4 @@
-"""One file for each verb of the command line: the Python function and its text form."""
+"""One file for each verb of the command line: the Python function and its text form; `texts`: help."""
 
 from __future__ import annotations
 

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from boresight.texts import VERBS
+from boresight.verbs.texts import VERBS
 from tests.support import pages
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from boresight.cli import main
-from boresight.texts import VERBS
+from boresight.verbs.texts import VERBS
 from tests.support.pages import parsed
 
 
