@@ -19,8 +19,8 @@ import boresight
 from boresight.failures import code_of, interruptible
 from boresight.model.errors import InputError, shortened
 from boresight.terminal import say, tell
-from boresight.verbs.texts import VERBS, Text
 from boresight.verbs import place_of
+from boresight.verbs.texts import VERBS, Text
 
 __all__ = ["main"]
 

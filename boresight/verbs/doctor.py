@@ -107,11 +107,14 @@ def doctor() -> dict[str, Any]:
         ``cache``: path, entries, bytes, limit_bytes of the build cache; ``good``: nothing needed
         is missing.
     """
-    packages = [(name, partial(_package, name), f"pip install {name}") for name in _packages()]
-    needed = [(*row, "") for row in (*_NEEDED, *packages)]
+    every: list[tuple[str, Callable[[], str], str, str]] = [
+        *((name, look, advice, "") for name, look, advice in _NEEDED),
+        *((name, partial(_package, name), f"pip install {name}", "") for name in _packages()),
+        *_OPTIONAL,
+    ]
     tools = [
         {"tool": name, "version": _found(look), "needed": not use, "advice": advice, "use": use}
-        for name, look, advice, use in (*needed, *_OPTIONAL)
+        for name, look, advice, use in every
     ]
     usage = Cache().usage()
     return {

@@ -14,7 +14,7 @@ from tests.support import pages
 def folder(tmp_path, monkeypatch):
     """A user's folder, in which his modules are found, with the examples."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])  # what a page adds goes again
     monkeypatch.setattr(sys, "dont_write_bytecode", True)
     # Verilator alone: what a second simulator says is tested elsewhere.
     monkeypatch.setattr("boresight.sim.levels.rtl.available", lambda name: False)

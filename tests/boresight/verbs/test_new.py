@@ -18,7 +18,7 @@ from tests.support.pages import ROOT, call_tests
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
     monkeypatch.setattr("boresight.sim.levels.rtl.available", lambda name: False)
     return tmp_path
 
