@@ -133,7 +133,7 @@ def run_page(page: str, folder: Path) -> int:
         else:
             site = block.language.startswith("{")  # Sphinx's own
             assert block.language == "" or site, f"{where}: nobody runs {block.language}"
-        previous = block.language
+        previous = "" if block.name else block.language
     return len(blocks)
 
 
