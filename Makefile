@@ -56,7 +56,7 @@ firmware: setup cross  ## C on a simulated soft core: cycles, sizes, equality
 	$(BIN)/python -m boresight.sim.soc --board -o $(OUT)/firmware
 
 docs: $(VENV)/.docs    ## The site, build/site/index.html; warnings are errors
-	$(BIN)/python -m sphinx -q -W --keep-going -b html docs $(OUT)/site
+	$(BIN)/python -m sphinx -q -W --keep-going -b html -c docs/site docs $(OUT)/site
 	@echo "$(OUT)/site/index.html"
 
 dist: $(VENV)/.release ## Wheel and source archive, and what checks them

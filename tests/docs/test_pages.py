@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 
 import pytest
 
 from boresight.verbs.texts import VERBS
 from tests.support import pages
+
+
+#: Pages with a test of their own beside this one.
+OWN = {f"docs/{path.stem.removeprefix('test_')}.md" for path in Path(__file__).parent.glob("*.py")}
 
 
 @pytest.fixture
@@ -23,7 +28,7 @@ def folder(tmp_path, monkeypatch):
 
 
 @pytest.mark.full_search
-@pytest.mark.parametrize("page", pages.PAGES)
+@pytest.mark.parametrize("page", [page for page in pages.PAGES if page not in OWN])
 def test_blocks(page, folder):
     pages.run_page(page, folder)
 

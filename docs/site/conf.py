@@ -13,7 +13,7 @@ project = "Boresight"
 author = "the Boresight authors"
 release = boresight.__version__
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
-exclude_patterns = ["decisions/0000-template.md"]
+exclude_patterns = ["decisions/0000-template.md", "site"]
 
 # Pages are read on other sites too: plain Markdown, headings as targets of links, and blocks
 # without a language (drawings) as they are.
