@@ -31,7 +31,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from boresight.loop import simulate_world
-    from boresight.model import ops
+    from boresight.model import blocks, ops
     from boresight.model.declarations import Input, Output, Param, State
     from boresight.model.errors import InputError, ToolMissing
     from boresight.model.estimator import Estimator
@@ -72,6 +72,7 @@ __all__ = [
     "World",
     "accuracy",
     "bench",
+    "blocks",
     "check",
     "compile",
     "convert",
@@ -113,8 +114,8 @@ _ELSEWHERE = {
 def __getattr__(name: str) -> Any:
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    if name == "ops":
-        value = import_module(f"{__name__}.model.ops")
+    if name in ("blocks", "ops"):
+        value = import_module(f"{__name__}.model.{name}")
     else:
         place = _ELSEWHERE.get(name) or import_module(f"{__name__}.verbs").place_of(name)
         value = getattr(import_module(f"{__name__}.{place}"), name)

@@ -196,7 +196,8 @@ def build_shared_core(
     if words > machine.rom_words:
         raise ScheduleError(
             f"the programs take {words} microwords, the {machine.name} machine has "
-            f"{machine.rom_words}"
+            f"{machine.rom_words}: "
+            + ", ".join(f"{plan.program.name} {plan.length}" for plan in plans)
         )
     allocations = allocate_together(plans)
     window = window_of(plans)

@@ -10,10 +10,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
-from typing import Protocol
+from dataclasses import dataclass, field, replace
+from numbers import Real
+from typing import Any, Protocol
 
 from boresight.model.errors import InputError
+from boresight.model.places import author_line, placed
 from boresight.model.words.fixed import Format
 
 __all__ = [
@@ -36,6 +38,8 @@ QUATERNION = ("qw", "qx", "qy", "qz")
 EXACT_UNITS = ("flags", "bits")
 #: Units of angles that wrap, and the period.
 PERIODS = {"ht": 2.0, "turn": 1.0}
+#: The line that declares it, "file.py, line 41"; says nothing of what it is.
+_LINE: Any = field(default_factory=author_line, kw_only=True, repr=False, compare=False)
 #: The unit g, standard gravity, m/s^2.
 GRAVITY = 9.80665
 
@@ -92,9 +96,10 @@ class Input:
     clamp: bool = False
     source: str = ""
     given: Given | None = None
+    line: str = _LINE
 
     def __post_init__(self) -> None:
-        where = f"input {self.name}"
+        where = placed(self.line, f"input {self.name}")
         _check_range(where, self.low, self.high)
         program, dot, output = self.source.partition(".")
         if self.source and not (dot and program and output.isidentifier()):
@@ -147,7 +152,7 @@ class Input:
         """
         if unit != self.unit:
             raise InputError.at(
-                f"{where}, input {self.name}",
+                placed(self.line, f"{where}, input {self.name}"),
                 wanted=f"the unit of {of}, {unit or 'none'}",
                 found=self.unit or "none",
                 fix="declare the input in that unit, and convert in step",
@@ -155,7 +160,7 @@ class Input:
         taken = replace(self, given=given)
         if taken.beyond and not self.clamp:
             raise InputError.at(
-                f"{where}, input {self.name}",
+                placed(self.line, f"{where}, input {self.name}"),
                 wanted=f"a range that holds [{given.low:g}, {given.high:g}] {unit} of {of}".replace(
                     "  ", " "
                 ),
@@ -184,10 +189,12 @@ class Param:
     high: float
     unit: str = ""
     meaning: str = ""
+    line: str = _LINE
 
     def __post_init__(self) -> None:
-        _check_range(f"parameter {self.name}", self.low, self.high)
-        _check_inside(f"parameter {self.name}", "default", self.default, self.low, self.high)
+        where = placed(self.line, f"parameter {self.name}")
+        _check_range(where, self.low, self.high)
+        _check_inside(where, "default", self.default, self.low, self.high)
 
 
 @dataclass(frozen=True)
@@ -205,10 +212,12 @@ class State:
     high: float
     unit: str = ""
     initial: float = 0.0
+    line: str = _LINE
 
     def __post_init__(self) -> None:
-        _check_range(f"state {self.name}", self.low, self.high)
-        _check_inside(f"state {self.name}", "initial value", self.initial, self.low, self.high)
+        where = placed(self.line, f"state {self.name}")
+        _check_range(where, self.low, self.high)
+        _check_inside(where, "initial value", self.initial, self.low, self.high)
 
 
 @dataclass(frozen=True)
@@ -238,11 +247,12 @@ class Output:
     unit: str = ""
     tolerance: float | None = None
     meaning: str = ""
+    line: str = _LINE
 
     def __post_init__(self) -> None:
         if self.tolerance is not None and not 0.0 <= self.tolerance < math.inf:
             raise InputError.at(
-                f"output {self.name}",
+                placed(self.line, f"output {self.name}"),
                 wanted="a tolerance of 0 or more",
                 found=repr(self.tolerance),
                 fix="give the largest difference of fixed point and float that you accept",
@@ -255,6 +265,10 @@ class Named(Protocol):
     @property
     def name(self) -> str:
         """Its name."""
+
+
+#: What knows its line.
+_DECLARED = (Input, Param, State, Output)
 
 
 def check_declared(where: str, *groups: tuple[str, Iterable[Named]]) -> None:
@@ -275,21 +289,31 @@ def check_declared(where: str, *groups: tuple[str, Iterable[Named]]) -> None:
     for kind, declared in groups:
         seen = set()
         for one in declared:
-            if not one.name.isidentifier():
+            place = placed(one.line if isinstance(one, _DECLARED) else "", where)
+            if not (isinstance(one.name, str) and one.name.isidentifier()):
                 raise InputError.at(
-                    where,
+                    place,
                     wanted=f"{kind} names of letters, digits and _",
                     found=repr(one.name),
                     fix="rename it",
                 )
             if one.name in seen:
                 raise InputError.at(
-                    where, wanted=f"each {kind} once", found=f"{one.name} twice", fix="rename one"
+                    place, wanted=f"each {kind} once", found=f"{one.name} twice", fix="rename one"
                 )
             seen.add(one.name)
 
 
 def _check_range(where: str, low: float, high: float) -> None:
+    for given in (low, high):
+        if not isinstance(given, Real):
+            raise InputError.at(
+                where,
+                wanted="a name, then numbers for its range",
+                found=repr(given),
+                fix='write it as Input("z", -1.0, 1.0, "m"), State likewise, '
+                'Param("gain", 0.2, 0.0, 1.0)',
+            )
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         raise InputError.at(
             where,

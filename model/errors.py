@@ -58,10 +58,12 @@ class InputError(ValueError):
         fix : str
             What the user can do about it.
 
-        What is too long to read loses its middle: ``where`` and ``found`` come from outside.
+        What is too long to read loses its middle: ``where`` and ``found`` come from outside. Where
+        nobody knows the place, the line begins with what was wanted.
         """
-        where, found = shortened(where, _WHERE), shortened(found, _FOUND)
-        return cls(f"{where}: wanted {shortened(wanted, _WANTED)}, found {found}; {fix}")
+        place = f"{shortened(where, _WHERE)}: " if where else ""
+        wanted, found = shortened(wanted, _WANTED), shortened(found, _FOUND)
+        return cls(f"{place}wanted {wanted}, found {found}; {fix}")
 
 
 def require(good: bool, where: str, wanted: str, found: object, fix: str = "correct it") -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from types import SimpleNamespace
+from itertools import zip_longest
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,8 @@ from boresight.model.errors import InputError, closest
 from boresight.model.lowering.graph import Node
 from boresight.model.lowering.lower import lower
 from boresight.model.lowering.trace import Scalar, Trace, Tracer
-from boresight.model.step import checked
+from boresight.model.places import author_line, placed
+from boresight.model.step import Values, checked
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import InPort, Kind, Link, Port, Program
 
@@ -82,9 +83,12 @@ class Estimator:
     rates_hz: Mapping[str, float] = {}
     #: Degrees of freedom of an output ``nis``, the normalised innovation squared; 0: there is none.
     nis_freedom: int = 0
+    #: Where its class begins, "file.py, line 12".
+    _line: str = ""
 
     def __init_subclass__(cls) -> None:
         own = vars(cls)
+        cls._line = author_line()
         if "name" not in own:
             cls.name = cls.__name__.lower()
         if "summary" not in own and (text := (own.get("__doc__") or "").strip()):
@@ -96,19 +100,20 @@ class Estimator:
         Raises
         ------
         InputError
-            A name twice or illegal, no output, ``urgent`` beyond the outputs, ``valid_of`` of no
-            input that has samples.
+            A name twice or illegal, a parameter called as an input or state, no output, ``urgent``
+            beyond the outputs, ``valid_of`` of no input that has samples.
         """
-        where = f"estimator {self.name}"
+        where = placed(self._line, f"estimator {self.name}")
         self._check_kinds(where)
+        check_declared(where, ("estimator", (self,)))
         check_declared(
-            where,
-            ("estimator", (self,)),
+            f"estimator {self.name}",
             ("input", self.inputs),
             ("parameter", self.params),
             ("state", self.states),
             ("output", self.outputs),
         )
+        self._check_parameters()
         if not self.outputs:
             raise InputError.at(where, wanted="an output", found="none", fix="declare outputs")
         if not 0 <= self.urgent <= len(self.outputs):
@@ -123,10 +128,22 @@ class Estimator:
             unknown = [name for name in flag.flags if name not in names]
             if unknown:
                 raise InputError.at(
-                    f"{where}, input {flag.name}",
+                    placed(flag.line, f"estimator {self.name}, input {flag.name}"),
                     wanted="valid_of names of inputs",
                     found=unknown[0],
                     fix=f"choose of {', '.join(sorted(names)) or 'inputs with columns'}",
+                )
+
+    def _check_parameters(self) -> None:
+        """Refuse parameters that are called as an input or state."""
+        taken = {i.name for i in self.inputs} | {s.name for s in self.states}
+        for p in self.params:
+            if p.name in taken:
+                raise InputError.at(
+                    placed(p.line, f"estimator {self.name}, parameter {p.name}"),
+                    wanted="a name that no input or state has",
+                    found=repr(p.name),
+                    fix="rename one",
                 )
 
     def _check_kinds(self, where: str) -> None:
@@ -228,14 +245,14 @@ class Estimator:
         steps, n, runs = inputs.shape
         if n != len(self.inputs):
             raise ValueError(f"inputs must have {len(self.inputs)} columns, not {n}")
-        p = SimpleNamespace(**self.param_values(params))
+        p = Values("parameter", self.param_values(params))
         x = {s.name: np.full(runs, s.initial) for s in self.states}
         out = {o.name: np.empty((steps, runs)) for o in self.outputs}
         names = [i.name for i in self.inputs]
         with np.errstate(all="ignore"):
             for k in range(steps):
-                u = SimpleNamespace(**dict(zip(names, inputs[k], strict=True)))
-                x, y = self.checked_step(SimpleNamespace(**x), u, p)
+                u = Values("input", dict(zip(names, inputs[k], strict=True)))
+                x, y = self.checked_step(Values("state", x), u, p, arrays=True)
                 for name, value in y.items():
                     out[name][k] = value
                 if progress is not None:
@@ -269,7 +286,16 @@ class Estimator:
                 fix="choose a width inside the range",
             )
         self.check_declarations()
-        program, nodes = lower(self.trace(), Arithmetic(word=word))
+        if not self.inputs:
+            raise InputError.at(
+                placed(self._line, f"estimator {self.name}"),
+                wanted="an input, whose word begins an update",
+                found="none",
+                fix='declare one, for example Input("dt", 0.0, 0.1, "s")',
+            )
+        trace = self.trace()
+        self._check_again(trace)
+        program, nodes = lower(trace, Arithmetic(word=word))
         held = {value: node.number for value, node in nodes.items()}
         # An output that is the next value of a state begins as the state does.
         first = {
@@ -305,8 +331,8 @@ class Estimator:
             spans = [(d, getattr(d, "given", None) or d) for d in declared]
             return [tracer.leaf(kind, d.name, span.low, span.high, d.unit) for d, span in spans]
 
-        def by_name(declared: Sequence[Named], values: Sequence[Any]) -> SimpleNamespace:
-            return SimpleNamespace(**{d.name: v for d, v in zip(declared, values, strict=True)})
+        def by_name(kind: str, declared: Sequence[Named], values: Sequence[Any]) -> Values:
+            return Values(kind, {d.name: v for d, v in zip(declared, values, strict=True)})
 
         u, p = leaves("input", self.inputs), leaves("param", self.params)
         x = leaves("state", self.states)
@@ -315,7 +341,9 @@ class Estimator:
             for n, i in zip(u, self.inputs, strict=True)
         ]
         after, out = self.checked_step(
-            by_name(self.states, x), by_name(self.inputs, seen), by_name(self.params, p)
+            by_name("state", self.states, x),
+            by_name("input", self.inputs, seen),
+            by_name("parameter", self.params, p),
         )
         return Trace(
             tracer,
@@ -329,9 +357,32 @@ class Estimator:
             {i.name: i.given.frac for i in self.inputs if i.given is not None},
         )
 
-    def checked_step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+    def _check_again(self, trace: Trace) -> None:
+        """Refuse a step that computes something else when it runs again."""
+        recorded, again = (t.tracer.expressions for t in (trace, self.trace()))
+        said = [[e.said for e in each] for each in (recorded, again)]
+        for k, (first, second) in enumerate(zip_longest(*said)):
+            if first != second:
+                rest = [e.line for each in (recorded, again) for e in each[k:] if e.line]
+                raise InputError.at(
+                    (rest or [f"estimator {self.name}"])[0],
+                    wanted="a step that computes the same whenever it runs",
+                    found="another expression the second time",
+                    fix="no random numbers, no time, nothing kept in self: use states and inputs",
+                )
+
+    def checked_step(
+        self, x: Any, u: Any, p: Any, *, arrays: bool = False
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
         """`step`, whose mistakes become one line: see `model.step.checked`."""
-        return checked(self.name, self.step, (x, u, p), self.states, self.outputs)
+        if type(self).step is Estimator.step:
+            raise InputError.at(
+                placed(self._line, f"estimator {self.name}"),
+                wanted="a method step(self, x, u, p)",
+                found="none",
+                fix="write it: it gets states, inputs, parameters and returns {states}, {outputs}",
+            )
+        return checked(self.name, self.step, (x, u, p), self.states, self.outputs, arrays=arrays)
 
 
 def input_words(program: Program, inputs: FloatArray) -> npt.NDArray[np.int64]:

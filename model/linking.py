@@ -17,6 +17,7 @@ import numpy.typing as npt
 from boresight.model.declarations import Given
 from boresight.model.errors import InputError, closest
 from boresight.model.estimator import Estimator
+from boresight.model.places import placed
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
 
@@ -80,7 +81,7 @@ def _fed(
         program = program_of(name)
         if output not in program.output_names:
             raise InputError.at(
-                f"{where}, input {declared.name}",
+                placed(declared.line, f"{where}, input {declared.name}"),
                 wanted=f"an output of {name}: {', '.join(closest(output, program.output_names))}",
                 found=repr(output),
                 fix="correct its source",

@@ -19,7 +19,9 @@ from typing import Any
 
 import numpy as np
 
+from boresight.model.errors import InputError, require
 from boresight.model.lowering.trace import Condition, Scalar
+from boresight.model.places import author_line
 from boresight.model.words import rounded
 
 __all__ = [
@@ -28,7 +30,9 @@ __all__ = [
     "atan2_ht",
     "bounded",
     "clip",
+    "exp",
     "flip",
+    "log",
     "maximum",
     "minimum",
     "named",
@@ -36,6 +40,7 @@ __all__ = [
     "saturated",
     "sincos_ht",
     "sqrt",
+    "tanh",
     "where",
     "wrap_ht",
     "wrap_turns",
@@ -53,6 +58,18 @@ def _record(kind: str, *numbers: Any) -> Any:
     return None if tracer is None else tracer.new(kind, *map(tracer.lift, numbers))
 
 
+def _is_traced(condition: Any) -> bool:
+    """Whether a condition is recorded; refuses a recorded number in its place."""
+    if isinstance(condition, Scalar):
+        raise InputError.at(
+            author_line(),
+            wanted="a condition, as x > 0.5",
+            found="a number",
+            fix="compare it with something",
+        )
+    return isinstance(condition, Condition)
+
+
 def named(name: str, x: Any) -> Any:
     """``x``; in the program its value carries this name."""
     return x.tracer.new("named", x, data=(name,)) if isinstance(x, Scalar) else x
@@ -66,17 +83,17 @@ def bounded(x: Any, low: float, high: float, reason: str) -> Any:
 
     Raises
     ------
-    ValueError
+    InputError
         The range is not finite, or not ordered.
     """
-    if not -math.inf < low <= high < math.inf:
-        raise ValueError(f"a range must be finite and ordered, not [{low:g}, {high:g}]")
+    finite = -math.inf < low <= high < math.inf
+    require(finite, author_line(), "a range that is finite and ordered", (low, high))
     return x.tracer.new("bounded", x, data=(low, high, reason)) if isinstance(x, Scalar) else x
 
 
 def where(condition: Any, yes: Any, no: Any) -> Any:
     """``yes`` where the condition holds, else ``no``."""
-    if isinstance(condition, Condition):
+    if _is_traced(condition):
         lift = condition.tracer.lift
         return condition.tracer.new("select", condition, lift(yes), lift(no))
     return np.where(condition, yes, no)
@@ -87,11 +104,11 @@ def saturated(x: Any, limit: float) -> Any:
 
     Raises
     ------
-    ValueError
+    InputError
         The limit is no power of two.
     """
-    if math.frexp(limit)[0] != 0.5:
-        raise ValueError(f"limit must be a power of two, not {limit!r}")
+    power = math.frexp(limit)[0] == 0.5
+    require(power, author_line(), "a power of two as limit", limit, "use ops.clip for any other")
     if isinstance(x, Scalar):
         return x.tracer.new("saturated", x, data=(limit,))
     return np.minimum(np.maximum(x, -limit), limit)  # as np.clip, in half of its time
@@ -99,7 +116,7 @@ def saturated(x: Any, limit: float) -> Any:
 
 def flip(condition: Any, x: Any) -> Any:
     """-x where the condition holds, else ``x``."""
-    if isinstance(condition, Condition):
+    if _is_traced(condition):
         return condition.tracer.new("flip", condition, condition.tracer.lift(x))
     return np.where(condition, -x, x)
 
@@ -171,6 +188,30 @@ def sqrt(x: Any) -> Any:
     In fixed point x * rsqrt(x): too small below the least argument of `rsqrt`.
     """
     return _record("sqrt", x) if isinstance(x, Scalar) else np.sqrt(x)
+
+
+def exp(x: Any) -> Any:
+    """e^x of x up to 44.
+
+    In fixed point what is 2^31 times below the range's largest value counts as that.
+    """
+    if isinstance(x, Scalar):
+        return _record("exp", x)
+    return rounded.exp(x) if _plain(x) else np.exp(x)
+
+
+def log(x: Any) -> Any:
+    """Natural logarithm of x > 0, whose range spans at most 2^31."""
+    if isinstance(x, Scalar):
+        return _record("log", x)
+    return rounded.log(x) if _plain(x) else np.log(x)
+
+
+def tanh(x: Any) -> Any:
+    """Hyperbolic tangent; (1 + tanh(x / 2)) / 2 is the logistic function."""
+    if isinstance(x, Scalar):
+        return _record("tanh", x)
+    return rounded.tanh(x) if _plain(x) else np.tanh(x)
 
 
 def asin_ht(x: Any) -> Any:

@@ -1,19 +1,70 @@
-"""What a ``step`` must return, and where its mistakes happened."""
+"""What a ``step`` gets and must return, and what its mistakes mean."""
 
 from __future__ import annotations
 
-import traceback
+import inspect
+import re
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
+
 from boresight.model.declarations import Named
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, closest
+from boresight.model.lowering.trace import Condition
+from boresight.model.places import author_line, place_of, place_of_function, placed
 
-__all__ = ["checked", "place_of"]
+__all__ = ["Values", "checked"]
 
-#: Folders whose lines nobody wrote an estimator in.
-_OWN = [Path(__file__).parent / room for room in ("", "lowering", "algebra")]
+#: Cures of errors that Python and numpy raise, by their texts.
+_CURES = (
+    (
+        r"does not support ufuncs|no callable \w+ method|ufunc '\w+' not supported",
+        "numpy's functions take no traced value: use boresight.ops (sincos_ht, sqrt, exp, ...)",
+    ),
+    (r"not supported between|unsupported operand", "use + - * / ** and comparisons of numbers"),
+    (
+        r"shapes? .* (not aligned|mismatch)|could not be broadcast|mismatch in its core",
+        "see the shapes of the arrays",
+    ),
+    (r"is not defined|has no attribute", "correct the name"),
+    (r"is not callable", "write a * before the bracket"),
+    (r"not subscriptable|not iterable|has no len", "it is one number, without elements"),
+)
+
+
+class _NotThere(InputError, AttributeError):
+    """A name that is not declared; `getattr` and `hasattr` see an attribute that is not there."""
+
+
+class Values(SimpleNamespace):
+    """Values by name: of one kind, as a step gets them.
+
+    Parameters
+    ----------
+    kind : str
+        "input", "parameter" or "state", for messages.
+    values : mapping
+    """
+
+    __slots__ = ("_names",)
+
+    def __init__(self, kind: str, values: Mapping[str, Any]) -> None:
+        super().__init__(**values)
+        self._names = (kind, tuple(values))
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        kind, names = self._names
+        near = ", ".join(closest(name, names))
+        raise _NotThere.at(
+            author_line(),
+            wanted=f"one of the declared {kind}s: {near}" if near else f"a declared {kind}",
+            found=repr(name),
+            fix=f"correct the name, or declare the {kind}",
+        )
 
 
 def checked(
@@ -22,8 +73,15 @@ def checked(
     arguments: tuple[Any, ...],
     states: Sequence[Named],
     outputs: Sequence[Named],
+    *,
+    arrays: bool = False,
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """What ``step`` of the estimator ``name`` returns.
+
+    Parameters
+    ----------
+    arrays : bool
+        Whether each value may be an array, one element for each of several runs.
 
     Raises
     ------
@@ -31,37 +89,65 @@ def checked(
         It raises, or returns other than two dictionaries of numbers, one for each declared state
         and output.
     """
+    begins = place_of_function(step)
+    where = placed(begins, f"step of {name}")
     try:
         result = step(*arguments)
-    except InputError:
-        raise
-    except Exception as error:
-        raise InputError.at(
-            place_of(error),
-            wanted=f"a step of {name} that computes",
-            found=f"{type(error).__name__}: {error}".splitlines()[0],
-            fix="use + - * /, comparisons and boresight.ops",
+    except InputError as error:
+        place = place_of(error)
+        raise (
+            error if not place or str(error).startswith(place) else InputError(f"{place}, {error}")
         ) from error
+    except (Exception, SystemExit) as error:
+        raise _explained(name, step, arguments, where, error) from error
     two = isinstance(result, tuple) and len(result) == 2
     if not two or not all(isinstance(part, Mapping) for part in result):
         kinds = " and ".join(type(part).__name__ for part in result) if two else ""
         raise InputError.at(
-            f"step of {name}",
+            where,
             wanted="two dictionaries: next states, outputs",
             found=kinds or type(result).__name__,
             fix="return {states by name}, {outputs by name}",
         )
     for kind, declared, given in zip(("state", "output"), (states, outputs), result, strict=True):
-        _check_returned(f"step of {name}, {kind}", kind, [d.name for d in declared], given)
+        _check_returned(f"{where}, {kind}", kind, [d.name for d in declared], given, arrays=arrays)
     states_and_outputs: tuple[dict[str, Any], dict[str, Any]] = result
     return states_and_outputs
 
 
+def _explained(
+    name: str,
+    step: Callable[..., Any],
+    arguments: tuple[Any, ...],
+    where: str,
+    error: BaseException,
+) -> InputError:
+    """What a step that raised did wrong."""
+    place = place_of(error)
+    try:
+        inspect.signature(step).bind(*arguments)
+    except TypeError:
+        return InputError.at(
+            where,
+            wanted="step(self, x, u, p): states, inputs, parameters",
+            found=f"step{inspect.signature(step)} of the object",
+            fix="take these three, also where one is not needed",
+        )
+    text = f"{type(error).__name__}: {error}".splitlines()[0]
+    cure = next((cure for known, cure in _CURES if re.search(known, text)), None)
+    return InputError.at(
+        place or where,
+        wanted=f"a step of {name} that computes",
+        found=text,
+        fix=cure or "use + - * /, comparisons and boresight.ops",
+    )
+
+
 def _check_returned(
-    where: str, kind: str, declared: Sequence[str], given: Mapping[str, Any]
+    where: str, kind: str, declared: Sequence[str], given: Mapping[str, Any], *, arrays: bool
 ) -> None:
     """Refuse what is missing, not declared, or no number."""
-    for name in sorted({*declared} ^ {*given}):
+    for name in sorted({*declared} ^ {*given}, key=str):
         raise InputError.at(
             f"{where} {name}",
             wanted=f"each declared {kind} once: {', '.join(declared)}",
@@ -69,17 +155,17 @@ def _check_returned(
             fix=f"return it with the {kind}s, or change the declaration",
         )
     for name, value in given.items():
-        if not hasattr(value, "__truediv__"):
+        if isinstance(value, np.ndarray) and value.ndim and not arrays:
+            raise InputError.at(
+                f"{where} {name}",
+                wanted="a number",
+                found=f"an array of shape {value.shape}",
+                fix="return its elements, each by a name of its own",
+            )
+        if isinstance(value, Condition) or not hasattr(value, "__truediv__"):
             raise InputError.at(
                 f"{where} {name}",
                 wanted="a number",
                 found=f"a {type(value).__name__.lower()}",
                 fix="of a condition, return ops.where(condition, 1.0, 0.0)",
             )
-
-
-def place_of(error: BaseException) -> str:
-    """File and line where an error happened, outside the recorder's own files."""
-    frames = traceback.extract_tb(error.__traceback__)
-    theirs = [f for f in frames if Path(f.filename).parent not in _OWN] or frames
-    return f"{Path(theirs[-1].filename).name}, line {theirs[-1].lineno}"

@@ -8,7 +8,10 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["DOUBLE", "SINGLE", "Precision"]
+__all__ = ["DOUBLE", "FUNCTIONS", "SINGLE", "Precision"]
+
+#: Functions of ``math.h`` that are called, as in double precision.
+FUNCTIONS = ("fabs", "sqrt", "sin", "cos", "asin", "atan2", "exp", "log", "tanh", "floor")
 
 
 @dataclass(frozen=True)
@@ -57,7 +60,7 @@ class Precision:
             return text
         text = re.sub(r"\bfloat\b", self.type, text)
         text = re.sub(r"\b(\d+\.\d+)f\b", rf"\1{self.suffix}", text)
-        return re.sub(r"\b(fabs|sqrt|sin|cos|asin|atan2|floor)f\(", rf"\1{self.suffix}(", text)
+        return re.sub(rf"\b({'|'.join(FUNCTIONS)})f\(", rf"\1{self.suffix}(", text)
 
 
 SINGLE = Precision("float", np.float32, "f")

@@ -7,7 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Mapping
 
-from boresight.firmware.floating.precision import SINGLE, Precision
+from boresight.firmware.floating.precision import FUNCTIONS, SINGLE, Precision
 from boresight.firmware.names import identifier
 from boresight.model.lowering.trace import Condition, Expression, Trace
 
@@ -44,13 +44,15 @@ _FORMS: Mapping[str, tuple[str, int, tuple[int, ...]]] = {
     "cos": ("cosf({pi} * {})", _PRIMARY, (_TIMES + 1,)),
     "asin": ("{turns} * asinf(clamp({}, 0.0f, 1.0f))", _TIMES, (0,)),
     "sqrt": ("sqrtf({})", _PRIMARY, (0,)),
+    "exp": ("expf({})", _PRIMARY, (0,)),
+    "log": ("logf({})", _PRIMARY, (0,)),
+    "tanh": ("tanhf({})", _PRIMARY, (0,)),
     "rsqrt": ("1.0f / sqrtf(larger({}, {least}))", _TIMES, (0,)),
     "atan2": ("wrap_half_turns({turns} * arc_tangent({}, {}))", _PRIMARY, (0, 0)),
 }
 
 #: What no variable may be called: parameters, and functions in single and double precision.
-_FUNCTIONS = ("fabs", "sqrt", "sin", "cos", "asin", "atan2", "floor")
-_RESERVED = ("self", "in", "out", *_FUNCTIONS, *(f"{name}f" for name in _FUNCTIONS))
+_RESERVED = ("self", "in", "out", *FUNCTIONS, *(f"{name}f" for name in FUNCTIONS))
 
 _HELPERS = {
     "clamp": """\

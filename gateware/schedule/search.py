@@ -19,7 +19,7 @@ from boresight.gateware.schedule.list_pass import list_pass
 from boresight.gateware.schedule.priorities import Paths, paths
 from boresight.gateware.schedule.problem import Attempt, ListProblem, Style
 from boresight.gateware.schedule.slots import Schedule, ScheduleError, Slot
-from boresight.model.words.program import Program
+from boresight.model.words.program import Kind, Program
 
 __all__ = ["Schedule", "ScheduleError", "Slot", "schedule"]
 
@@ -88,15 +88,16 @@ def schedule(
     if sum(problem.state_room) < len(lowered.states):
         raise ScheduleError(
             f"{program.name}: {len(lowered.states)} states, the {machine.name} "
-            f"machine has room for {sum(problem.state_room)}"
+            f"machine has room for {sum(problem.state_room)}{machine.remedy}"
         )
+    _check_size(lowered, machine, far)
     if restarts is None:
         restarts = max(_PASSES[0], min(_PASSES[1], _EFFORT // problem.nodes))
     best = _search(problem, restarts, random.Random(seed))
     if best.length > machine.rom_words:
         raise ScheduleError(
             f"{program.name}: program takes {best.length} microwords, the "
-            f"{machine.name} machine has {machine.rom_words}"
+            f"{machine.name} machine has {machine.rom_words}; compute less in a sample"
         )
     return Schedule(
         program=lowered,
@@ -107,6 +108,23 @@ def schedule(
         length=best.length,
         urgent=urgent,
     )
+
+
+def _check_size(program: Program, machine: Machine, far: Paths) -> None:
+    """Raise ScheduleError where no schedule can fit, before one is searched for."""
+    if far.length_bound > machine.rom_words:
+        raise ScheduleError(
+            f"{program.name}: program takes {far.length_bound} microwords or more, the "
+            f"{machine.name} machine has {machine.rom_words}; compute less in a sample"
+        )
+    used = {v for op in program.ops for v in op.operands()}
+    constants = {program.values[n].initial for n in program.of_kind(Kind.CONST) if n in used}
+    params, room = len(program.of_kind(Kind.PARAM)), machine.lanes * machine.bank_depth // 2
+    if len(constants) + params > room:
+        raise ScheduleError(
+            f"{program.name}: {len(constants)} constants and {params} parameters, the "
+            f"{machine.name} machine has {room} registers for them{machine.remedy}"
+        )
 
 
 def _priorities(far: Paths) -> list[float]:

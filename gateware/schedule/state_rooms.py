@@ -30,8 +30,9 @@ def state_rooms(programs: Sequence[Program], machine: Machine) -> list[tuple[int
     counts = [len(p.states) for p in programs]
     total = sum(counts)
     if total > lanes * slots:
+        said = [f"{p.name} {n}" for p, n in zip(programs, counts, strict=True)]
         raise ScheduleError(
-            f"{', '.join(p.name for p in programs)}: {total} states, the "
+            f"{', '.join(said) if len(said) > 1 else programs[0].name}: {total} states, the "
             f"{machine.name} machine has room for {lanes * slots}{machine.remedy}"
         )
     spare = slots - -(-total // lanes)

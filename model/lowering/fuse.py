@@ -89,7 +89,7 @@ class Fusion:
             v = self.groups.values[number]
             self._copies[number, want] = self.groups.group(
                 Form([Product(number)]),
-                Target(f"{v.name}_aligned", v.low, v.high, v.range_source, v.unit),
+                Target(f"{v.name}_aligned", v.low, v.high, v.range_source, v.unit, line=node.line),
                 frac=want,
                 exact=True,
             )
@@ -99,16 +99,19 @@ class Fusion:
         form = self.form(node, top=True)
         word = self.groups.arith.word
         if node.line and not math.isfinite(node.low + node.high):
-            raise InputError(
-                f"{node.line}: {self.groups.name}: the range [{node.low:g}, {node.high:g}] of "
-                f"{node.label} is not finite; declare it with ops.bounded, or use ops.clip"
+            raise InputError.at(
+                node.line,
+                wanted="a finite range",
+                found=f"{node.said} in {node.range}",
+                fix="declare it with ops.bounded, or limit it with ops.clip",
             )
         if node.kind == "wrap":
             kind = "half turns" if node.unit == "ht" else "turns"
-            target = Target(node.label, node.low, node.high, kind, node.unit, Overflow.WRAP)
+            limits = (node.low, node.high, kind, node.unit, Overflow.WRAP, node.line)
+            target = Target(node.label, *limits)
             frac = word - 1 - binary_exponent(node.high)
             return self.groups.group(form, target, frac=frac, exact=True)
-        target = Target(node.label, node.low, node.high, node.source, node.unit)
+        target = Target(node.label, node.low, node.high, node.source, node.unit, line=node.line)
         if node.kind == "saturated":
             return self.groups.group(
                 form,
@@ -283,6 +286,7 @@ class Fusion:
         arg = node.args[0]
         x = self.word(arg, odd=odd)
         if node.kind == "reciprocal":
+            self.graph.line = node.line
             x = self._far_from_zero(arg, x)
         return (*self._functions.mantissa(node.kind, x), x)
 
@@ -298,13 +302,12 @@ class Fusion:
         if smallest >= floor:
             return x
         if arg.low <= 0.0 or arg.high > math.ldexp(smallest, _WIDEST):
-            raise InputError(
-                f"{self.groups.name}: reciprocal of {arg.label}: its range "
-                f"[{arg.low:g}, {arg.high:g}] must not span more than 2^{_WIDEST}; "
-                "clip it first"
+            raise self.graph.outside(
+                arg,
+                f"a divisor whose range spans at most 2^{_WIDEST}",
+                "divide by ops.maximum(x, SMALLEST) or ops.clip(x, SMALLEST, LARGEST)",
             )
         g = self.graph
-        g.line = arg.line
         limit = g.const(floor)
         limited = g.select(g.less(arg, limit), limit, arg)
         return self.word(g.bounded(limited, floor, arg.high, "what the word can normalise"))

@@ -1,9 +1,7 @@
-"""From the record of a ``step`` to nodes that lowering knows, each with the interval of its values.
+"""Nodes that lowering knows, each with the interval of its values.
 
-`expand` takes a record expression by expression. Functions become sums, products, selections and
-what the tables hold (sine, arc sine, inverse root, reciprocal); what intervals or constants decide
-disappears. A node whose interval cannot be known must be bounded by its author
-(`model.ops.bounded`).
+What intervals or constants decide disappears. A node whose interval cannot be known must be bounded
+by its author (`model.ops.bounded`).
 """
 
 from __future__ import annotations
@@ -13,15 +11,25 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from boresight.model.errors import InputError
-from boresight.model.lowering.trace import Tracer, finite
+from boresight.model.lowering.trace import finite
 from boresight.model.words import rounded
 
-__all__ = ["ASIN_LIMIT", "LEAVES", "Flag", "Graph", "Node", "expand"]
+__all__ = ["LEAVES", "Flag", "Graph", "Node"]
 
 #: Kinds of nodes that have no arguments.
 LEAVES = ("input", "param", "state", "const")
-#: Largest sine that the table of the arc sine holds, a little above sqrt(1/2).
-ASIN_LIMIT = 0.7188
+
+
+#: Kinds of nodes in words.
+_KINDS = {
+    "sum": "this sum",
+    "mul": "this product",
+    "select": "this selection",
+    "abs": "this magnitude",
+    "reciprocal": "this quotient",
+    "rsqrt": "this inverse root",
+    "const": "this constant",
+}
 
 
 @dataclass(eq=False)
@@ -30,6 +38,7 @@ class Node:
 
     ``signs`` belongs to kind "sum"; ``value`` to "const", "saturated" and "wrap" (the period);
     ``quarter`` to "sin" (cosine). ``line`` is where its author wrote it: "file.py, line 41".
+    ``title`` is the name of the output or the next state that it is.
     """
 
     number: int
@@ -45,11 +54,22 @@ class Node:
     name: str | None = None
     uses: int = 0
     line: str = ""
+    title: str = ""
 
     @property
     def label(self) -> str:
         """The name, or the kind with the number."""
-        return self.name or f"{self.kind}_{self.number}"
+        return self.name or self.title or f"{self.kind}_{self.number}"
+
+    @property
+    def said(self) -> str:
+        """What it is for its author: the name, or what makes it."""
+        return self.name or self.title or _KINDS.get(self.kind, self.kind)
+
+    @property
+    def range(self) -> str:
+        """The interval as a text."""
+        return f"[{self.low:g}, {self.high:g}]"
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,21 +78,6 @@ class Flag:
 
     node: Node
     inverted: bool = False
-
-
-def expand(tracer: Tracer) -> tuple[Graph, list[Any]]:
-    """The graph of a record, and the node (or flag) of each of its expressions.
-
-    Raises
-    ------
-    InputError
-        A divisor may be zero. The message gives its author's line.
-    """
-    graph, made = Graph(tracer.name), list[Any]()
-    for e in tracer.expressions:
-        graph.line = e.line
-        made.append(getattr(graph, e.kind)(*(made[a.number] for a in e.args), *e.data))
-    return graph, made
 
 
 class Graph:
@@ -100,6 +105,13 @@ class Graph:
         """A constant."""
         value = finite(self.name, value)
         return self._new("const", key=value, value=value, low=value, high=value, source="constant")
+
+    def outside(self, a: Node, wanted: str, fix: str) -> InputError:
+        """That the range of a function's argument is not what it has to be."""
+        at = f" of {a.line}" if a.line and a.line != self.line and not a.name else ""
+        return InputError.at(
+            self.line or self.name, wanted=wanted, found=f"{a.said}{at} in {a.range}", fix=fix
+        )
 
     def named(self, a: Node, name: str) -> Node:
         """``a``; the first name that it gets stays."""
@@ -172,10 +184,10 @@ class Graph:
     def div(self, a: Node, b: Node) -> Node:
         """a / b."""
         if b.low <= 0.0 <= b.high:
-            line = f"{self.line}: " if self.line else ""
-            raise InputError(
-                f"{line}{self.name}: reciprocal of {b.label}: its range [{b.low:g}, {b.high:g}] "
-                "must exclude 0; clip it first"
+            raise self.outside(
+                b,
+                "a divisor whose range excludes 0",
+                "divide by ops.maximum(x, SMALLEST) or ops.clip(x, SMALLEST, LARGEST)",
             )
         if b.kind == "const":
             return self.mul(a, self.const(1.0 / b.value))
@@ -294,60 +306,3 @@ class Graph:
             a = self.select(self.less(limit, a), limit, a)
             a = self.bounded(a, min(a.low, high), high, "clip")
         return a
-
-    # -- functions ------------------------------------------------------------------------------
-
-    def sin(self, a: Node, quarter: bool = False) -> Node:
-        """sin(pi a), or with ``quarter`` the cosine, of any number of half turns."""
-        if a.kind == "const":
-            return self.const(rounded.sin_ht(a.value + 0.5 * quarter))
-        if a.low < -1.0 or (a.high >= 1.0 and a.unit != "ht"):
-            a = self.wrap(a)
-        return self._new("sin", a, key=quarter, quarter=quarter, low=-1.0, high=1.0)
-
-    def cos(self, a: Node) -> Node:
-        """cos(pi a)."""
-        return self.sin(a, quarter=True)
-
-    def asin(self, a: Node) -> Node:
-        """Half turns whose sine is ``a`` in [0, `ASIN_LIMIT`]."""
-        if a.kind == "const":
-            return self.const(rounded.asin_ht(min(max(a.value, 0.0), 1.0)))
-        return self._new("asin", a, low=0.0, high=0.26, unit="ht")
-
-    def rsqrt(self, a: Node) -> Node:
-        """1 / sqrt(a)."""
-        if a.kind == "const" and a.value > 0.0:
-            return self.const(rounded.rsqrt(a.value))
-        low = 0.0 if a.high <= 0 else 1.0 / math.sqrt(a.high)
-        high = math.inf if a.low <= 0 else 1.0 / math.sqrt(a.low)
-        return self._new("rsqrt", a, low=low, high=high)
-
-    def sqrt(self, a: Node) -> Node:
-        """sqrt(a), as a / sqrt(a)."""
-        if a.kind == "const" and a.value >= 0.0:
-            return self.const(math.sqrt(a.value))
-        return self.mul(a, self.rsqrt(a))
-
-    def atan2(self, y: Node, x: Node) -> Node:
-        """Angle of the vector (x, y) in half turns, [-1, 1).
-
-        The smaller component becomes a sine, s = min(|x|, |y|) / sqrt(x^2 + y^2), whose arc sine
-        the table holds; then the octants are unfolded::
-
-            swap = x^2 < y^2                             the angle is measured from the y axis
-            angle = base +- asin(s),  minus if swap xor (x < 0) xor (y < 0)
-            base  = swap ? (y < 0 ? -1/2 : 1/2) : (x < 0 ? 1 : 0)
-        """
-        zero = self.const(0.0)
-        xx, yy = self.mul(x, x), self.mul(y, y)
-        swap = self.less(xx, yy)
-        smaller = self.absolute(self.select(swap, x, y))
-        sine = self.mul(smaller, self.rsqrt(self.add(xx, yy)))
-        sine = self.bounded(sine, 0.0, ASIN_LIMIT, "smaller component of a unit vector")
-        sign = self.flip(swap, self.flip(self.less(x, zero), y))
-        up = self.flip(self.less(y, zero), self.const(0.5))
-        base = self.select(swap, up, self.select(self.less(x, zero), self.const(-1.0), zero))
-        base = self.bounded(base, -1.0, 0.5, "quadrant")  # known early: a group of its own
-        turned = self.flip(self.less(sign, zero), self.asin(sine))
-        return self.wrap(self.add(base, turned))

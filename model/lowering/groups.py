@@ -14,6 +14,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from boresight.model import places
 from boresight.model.errors import InputError
 from boresight.model.lowering.forms import Form, Product
 from boresight.model.words import tables
@@ -28,7 +29,7 @@ _COARSEST_FRAC = -200
 
 @dataclass(frozen=True)
 class Target:
-    """What is known of a group's result before its format."""
+    """What is known of a group's result before its format; ``line`` is its author's."""
 
     name: str
     low: float
@@ -36,6 +37,7 @@ class Target:
     source: str
     unit: str = ""
     overflow: Overflow = Overflow.SAT
+    line: str = ""
 
 
 @dataclass(frozen=True)
@@ -102,9 +104,11 @@ class Groups:
         ``exact`` it must be met.
         """
         if not math.isfinite(target.low + target.high):
-            raise InputError(
-                f"{self.name}: value {target.name}: range [{target.low:g}, {target.high:g}] is not "
-                "finite; declare it with ops.bounded"
+            raise InputError.at(
+                places.placed(target.line, f"value {target.name}"),
+                wanted="a finite range",
+                found=f"[{target.low:g}, {target.high:g}]",
+                fix="declare it with ops.bounded, or limit it with ops.clip",
             )
         if frac is None:
             frac = Format.for_range(self.arith.word, target.low, target.high).frac
@@ -116,10 +120,10 @@ class Groups:
                 if alone and products[placed].scale is not Scale.NONE:
                     raise self._too_large(
                         target,
-                        "a root or reciprocal in it varies too much for one format; declare its "
+                        "a root or reciprocal in it varies too much for one format: declare its "
                         "range with ops.bounded",
                     )
-                products[placed] = self._separate(form, products[placed], target.name)
+                products[placed] = self._separate(form, products[placed], target)
             elif placed is not None:
                 return self._append(form, placed, target, frac)
             elif exact:
@@ -129,19 +133,24 @@ class Groups:
                 if products[worst].scale is not Scale.NONE:
                     raise self._too_large(
                         target,
-                        "a factor of it has no upper bound; declare the product's range with "
+                        "a factor of it has no upper bound: declare the product's range with "
                         "ops.bounded first",
                     )
-                products[worst] = self._separate(form, products[worst], target.name)
+                products[worst] = self._separate(form, products[worst], target)
             elif frac > _COARSEST_FRAC:
                 frac -= 1
             else:
                 raise self._too_large(
-                    target, "no binary point keeps its terms inside the accumulator"
+                    target, "no binary point will do: narrow the ranges of its factors, scale them"
                 )
 
     def _too_large(self, target: Target, why: str) -> InputError:
-        return InputError(f"{self.name}: value {target.name} would pass 63 bits: {why}")
+        return InputError.at(
+            places.placed(target.line, f"{self.name}, value {target.name}"),
+            wanted="terms that the accumulator holds",
+            found=f"more than 63 bits in [{target.low:g}, {target.high:g}]",
+            fix=why,
+        )
 
     def _place(
         self, form: Form, products: Sequence[Product], frac: int
@@ -240,7 +249,7 @@ class Groups:
             )
         return self.group(Form([Product(part)]), target, frac=frac, exact=True)
 
-    def _separate(self, form: Form, p: Product, name: str) -> Product:
+    def _separate(self, form: Form, p: Product, target: Target) -> Product:
         """Compute one product as a value of its own; return the product that adds it."""
         bound = self._magnitude(form, p)
         low, high = -bound, bound
@@ -251,7 +260,9 @@ class Groups:
             ]
             low, high = min(corners), max(corners)
         alone = Form([replace(p, negate=Negate.NO, when=When.ALWAYS)], norm=form.norm)
-        number = self.group(alone, Target(f"{name}_part", low, high, "interval"))
+        number = self.group(
+            alone, Target(f"{target.name}_part", low, high, "interval", line=target.line)
+        )
         return Product(number, negate=p.negate, when=p.when)
 
     def _coarsest(self, form: Form, products: Sequence[Product]) -> int | None:

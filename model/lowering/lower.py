@@ -1,16 +1,19 @@
 """Lowering: from the recorded step to the fixed-point program.
 
-`model.lowering.graph` expands functions and finds intervals, `model.lowering.fuse` makes words and
+`model.lowering.expand` expands functions and finds intervals, `model.lowering.fuse` makes words and
 operations; what nothing needs is left out here.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 
+from boresight.model.lowering.expand import expand
 from boresight.model.lowering.fuse import Fusion
-from boresight.model.lowering.graph import Node, expand
+from boresight.model.lowering.graph import LEAVES, Node
 from boresight.model.lowering.trace import Trace
 from boresight.model.words import tables
 from boresight.model.words.fixed import Arithmetic
@@ -48,6 +51,21 @@ def _pruned(program: Program) -> tuple[Program, dict[int, int]]:
     return pruned, new
 
 
+#: Calls that one node may take while it is lowered.
+_CALLS = 8
+
+
+@contextmanager
+def deep(nodes: int) -> Iterator[None]:
+    """Let calls nest as deep as a chain of so many nodes."""
+    before = sys.getrecursionlimit()
+    sys.setrecursionlimit(before + _CALLS * nodes)
+    try:
+        yield
+    finally:
+        sys.setrecursionlimit(before)
+
+
 def _count_uses(roots: Sequence[Node]) -> None:
     """Set `Node.uses`: by how many live nodes and roots each node is used."""
     seen: set[int] = set()
@@ -76,19 +94,29 @@ def lower(trace: Trace, arithmetic: Arithmetic) -> tuple[Program, dict[int, Node
     Raises
     ------
     InputError
-        A divisor may be zero, a range is not finite, or a value would pass 63 bits: the message
-        names it.
+        An argument's range exceeds what its function takes, a range is not finite, or a value would
+        pass 63 bits: the message names the line, the value and a cure.
     """
     graph, made = expand(trace.tracer)
     low = Fusion(graph, arithmetic)
     results = [made[e.number] for e in trace.outputs.values()]
     after = [made[e.number] for _, _, e in trace.states]
+    for (state, _, _), node in zip(trace.states, after, strict=True):
+        node.title = node.title or f"{state.data[1]}_next"
+    leaves = {node.name for node in graph.nodes if node.kind in LEAVES}
+    for name, node in zip(trace.outputs, results, strict=True):
+        node.title = node.title or (f"{name}_out" if name in leaves else name)
     _count_uses([*results, *after])
     inputs = tuple(low.leaf(made[e.number], frac=trace.fracs.get(e.data[1])) for e in trace.inputs)
     for e, default, meaning in trace.params:
         low.leaf(made[e.number], default, meaning)
     states = [low.leaf(made[e.number], initial) for e, initial, _ in trace.states]
-    outputs = tuple(low.word(node) for node in results)
+    with deep(len(graph.nodes)):
+        outputs = tuple(low.word(node) for node in results)
+        replaced = tuple(
+            (s, low.word(node, frac=low.groups.frac(s)))
+            for s, node in zip(states, after, strict=True)
+        )
     program, new = _pruned(
         Program(
             graph.name,
@@ -96,10 +124,7 @@ def lower(trace: Trace, arithmetic: Arithmetic) -> tuple[Program, dict[int, Node
             inputs=inputs,
             outputs=outputs,
             output_names=tuple(trace.outputs),
-            states=tuple(
-                (s, low.word(node, frac=low.groups.frac(s)))
-                for s, node in zip(states, after, strict=True)
-            ),
+            states=replaced,
             values=tuple(low.groups.values),
             ops=tuple(low.groups.ops),
             table_memory=tables.table_memory(arithmetic),

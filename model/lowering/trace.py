@@ -1,26 +1,24 @@
 """What an estimator's ``step`` becomes when it runs on recording scalars.
 
 Every expression is recorded once, as its author wrote it: ranges, words and fixed point do not
-exist here. The floating-point C is written from this record; `model.lowering.graph` makes of it
-what becomes the fixed-point program.
+exist here. The floating-point C is written from this record; `model.lowering.expand` makes of
+it what becomes the fixed-point program.
 """
 
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
-from types import FrameType
 from typing import Any, TypeVar
 
+import numpy as np
+
 from boresight.model.errors import InputError
+from boresight.model.lowering.misuse import NO_CONDITION, NO_NUMBER, Refuses
+from boresight.model.places import author_line
 
 __all__ = ["Condition", "Expression", "Scalar", "Trace", "Tracer", "finite"]
-
-#: Files whose lines nobody wrote an estimator in.
-_OWN = frozenset(str(Path(__file__).parents[k] / n) for k, n in ((0, "trace.py"), (1, "ops.py")))
 
 
 @dataclass(eq=False, repr=False)
@@ -31,7 +29,7 @@ class Expression:
     ----------
     kind : str
         "leaf", "const", an operation or a function, named as the method of
-        `model.lowering.graph.Graph` that takes ``args`` and then ``data``.
+        `model.lowering.expand.Expansion` that takes ``args`` and then ``data``.
     number : int
         Position in the order in which they were first computed.
     line : str
@@ -48,15 +46,24 @@ class Expression:
     def __repr__(self) -> str:
         return f"a traced {self.kind}"
 
+    @property
+    def said(self) -> tuple[Any, ...]:
+        """What it computes, in numbers of the expressions that it is computed from."""
+        return (self.kind, *(a.number for a in self.args), *self.data)
+
 
 _E = TypeVar("_E", bound=Expression)
 
 
-class Scalar(Expression):
+class Scalar(Refuses, Expression, refused=NO_NUMBER):
     """A number that records what is computed with it."""
 
-    #: numpy's scalars and arrays leave the operators to this class.
-    __array_ufunc__ = None
+    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
+        """An operator between numpy's numbers or arrays and this: element by element."""
+        if ufunc in (np.less, np.greater, np.less_equal, np.greater_equal):
+            options["dtype"] = object  # conditions, not truth values
+        plain = (i.item() if isinstance(i, np.generic) else i for i in inputs)
+        return getattr(ufunc, method)(*(np.asarray(i, dtype=object) for i in plain), **options)
 
     def __add__(self, other: Any) -> Scalar:
         return self.tracer.add(self, self.tracer.lift(other))
@@ -84,6 +91,15 @@ class Scalar(Expression):
     def __neg__(self) -> Scalar:
         return self.tracer.neg(self)
 
+    def __pos__(self) -> Scalar:
+        return self
+
+    def __abs__(self) -> Scalar:
+        return self.tracer.new("absolute", self)
+
+    def __pow__(self, power: Any) -> Scalar:
+        return self.tracer.power(self, power)
+
     def __lt__(self, other: Any) -> Condition:
         return self.tracer.less(self, self.tracer.lift(other))
 
@@ -99,15 +115,17 @@ class Scalar(Expression):
     def __eq__(self, other: object) -> bool:
         if self is other:
             return True
-        raise TypeError("traced values compare with < > <= >= only, not with == or !=")
+        raise InputError.at(
+            author_line(),
+            wanted="comparisons with < > <= >=",
+            found="== or != on a traced value",
+            fix="compare its distance, as ops.absolute(a - b) < 0.5",
+        )
 
     __hash__ = object.__hash__
 
-    def __bool__(self) -> bool:
-        raise TypeError("a traced value has no truth value: use ops.where instead of if")
 
-
-class Condition(Expression):
+class Condition(Refuses, Expression, refused=NO_CONDITION):
     """A truth value; such combine with & | ~."""
 
     def __invert__(self) -> Condition:
@@ -120,9 +138,6 @@ class Condition(Expression):
 
     def __or__(self, other: Condition) -> Condition:
         return self.tracer.condition("either", self, other)
-
-    def __bool__(self) -> bool:
-        raise TypeError("a traced condition has no truth value: use ops.where")
 
 
 class Tracer:
@@ -145,7 +160,12 @@ class Tracer:
         """Conditions combined."""
         for arg in args:
             if not isinstance(arg, Condition):
-                raise TypeError(f"& and | take conditions, not {arg!r}")
+                raise InputError.at(
+                    author_line(),
+                    wanted="conditions, as x < 1.0",
+                    found=f"{arg!r} in a condition",
+                    fix="compare it; brackets around each comparison that & or | combines",
+                )
         return self._once(Condition, kind, args)
 
     def less(self, a: Scalar, b: Scalar) -> Condition:
@@ -157,7 +177,7 @@ class Tracer:
     ) -> _E:
         key = (kind, *(a.number for a in args), *data)
         if key not in self._known:
-            line = _author_line() if args else ""
+            line = author_line() if args else ""
             self._known[key] = made(self, len(self.expressions), kind, args, data, line)
             self.expressions.append(self._known[key])
         expression: _E = self._known[key]
@@ -172,8 +192,31 @@ class Tracer:
         return self.new("const", data=(finite(self.name, number),))
 
     def lift(self, x: Any) -> Scalar:
-        """A scalar as it is, a number as a constant."""
-        return x if isinstance(x, Scalar) else self.const(x)
+        """A scalar as it is, a number as a constant.
+
+        Raises
+        ------
+        InputError
+            It is neither.
+        """
+        if isinstance(x, Scalar):
+            return x
+        if isinstance(x, np.ndarray) and x.ndim == 0:
+            return self.lift(x.item())
+        if isinstance(x, np.ndarray | str) or not hasattr(x, "__float__"):
+            raise InputError.at(
+                author_line(),
+                wanted="a number",
+                found=f"an array of shape {x.shape}"
+                if isinstance(x, np.ndarray)
+                else "None"
+                if x is None
+                else f"a {type(x).__name__.lower()}",
+                fix="give it one element at a time"
+                if isinstance(x, np.ndarray | list | tuple)
+                else "of a condition, ops.where(condition, 1.0, 0.0) is one",
+            )
+        return self.const(x)
 
     def add(self, a: Scalar, b: Scalar) -> Scalar:
         """a + b."""
@@ -214,9 +257,36 @@ class Tracer:
 
     def div(self, a: Scalar, b: Scalar) -> Scalar:
         """a / b; by a constant: times its reciprocal."""
+        if _is(b, 0.0):
+            raise InputError.at(
+                author_line(), wanted="a divisor other than 0", found="0", fix="correct it"
+            )
         if b.kind == "const":
             return self.mul(a, self.const(1.0 / b.data[0]))
         return self.new("div", a, b)
+
+    def power(self, a: Scalar, n: Any) -> Scalar:
+        """a^n of a whole number n, as products: squares of squares; 1 / a^-n below zero.
+
+        Raises
+        ------
+        InputError
+            n is no whole number.
+        """
+        if isinstance(n, Scalar) or int(n) != n:
+            raise InputError.at(
+                author_line(),
+                wanted="a whole number as power",
+                found=repr(n),
+                fix="write ops.sqrt(x) for x**0.5, ops.exp(n * ops.log(x)) for others",
+            )
+        if n < 0:
+            return self.div(self.const(1.0), self.power(a, -n))
+        if n < 2:
+            return a if n else self.const(1.0)
+        half = self.power(a, n // 2)
+        square = self.mul(half, half)
+        return self.mul(square, a) if n % 2 else square
 
 
 @dataclass(frozen=True)
@@ -266,21 +336,14 @@ def finite(name: str, number: float) -> float:
     """
     number = float(number) + 0.0
     if not math.isfinite(number):
-        raise InputError(f"{name}: constants must be finite, not {number!r}")
+        raise InputError.at(
+            author_line() or name,
+            wanted="finite constants",
+            found=repr(number),
+            fix="correct how it is computed",
+        )
     return number
 
 
 def _is(a: Scalar, number: float) -> bool:
     return a.kind == "const" and a.data[0] == number
-
-
-def _author_line() -> str:
-    """The line that asks for an expression: the innermost one outside the recorder."""
-    frame: FrameType | None = sys._getframe(2)
-    while frame is not None and (
-        frame.f_code.co_filename in _OWN or frame.f_code.co_filename.startswith("<")
-    ):
-        frame = frame.f_back
-    if frame is None:
-        return ""
-    return f"{frame.f_code.co_filename.rpartition('/')[2]}, line {frame.f_lineno}"

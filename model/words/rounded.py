@@ -14,7 +14,20 @@ from typing import Any
 
 from mpmath import MPContext
 
-__all__ = ["PRECISE", "asin_ht", "atan2_ht", "binary_exponent", "cos_ht", "log", "rsqrt", "sin_ht"]
+__all__ = [
+    "LN_2",
+    "LOG2_E",
+    "PRECISE",
+    "asin_ht",
+    "atan2_ht",
+    "binary_exponent",
+    "cos_ht",
+    "exp",
+    "log",
+    "rsqrt",
+    "sin_ht",
+    "tanh",
+]
 
 #: Bits that intermediate results carry: twice what the hardest case of a float64 function needs.
 _BITS = 256
@@ -22,6 +35,10 @@ _BITS = 256
 #: Arithmetic with `_BITS` bits. A context of its own: nobody else can change its precision.
 PRECISE: Any = MPContext()
 PRECISE.prec = _BITS
+
+#: Natural logarithm of 2, and its reciprocal.
+LN_2 = float(PRECISE.ln2)
+LOG2_E = float(1 / PRECISE.ln2)
 
 
 def sin_ht(x: float) -> float:
@@ -52,6 +69,16 @@ def rsqrt(x: float) -> float:
 def log(x: float) -> float:
     """Natural logarithm of x > 0."""
     return float(PRECISE.log(x))
+
+
+def exp(x: float) -> float:
+    """e^x."""
+    return float(PRECISE.exp(x))
+
+
+def tanh(x: float) -> float:
+    """Hyperbolic tangent."""
+    return float(PRECISE.tanh(x))
 
 
 def binary_exponent(x: float) -> int:

@@ -19,6 +19,10 @@ __all__ = ["Update", "single"]
 Update = Callable[[list[int], tuple[int, ...]], list[int]]
 
 
+#: Terms of one expression: Python's compiler nests no deeper than some thousands.
+_MOST = 256
+
+
 def single(program: Program) -> Update:
     """The operations of a program as a function of its words."""
     return _compiled("\n".join(_Text(program).lines()))
@@ -63,8 +67,11 @@ class _Text:
             x = f"(v{op.index} + {self.quarter})" if op.index_quarter else f"v{op.index}"
             segment = f"({x} >> {arith.fraction_bits} & {(1 << arith.INDEX_BITS) - 1})"
             yield f"i = {512 * op.table} + 4 * {segment}"
-        terms = "".join(self.term(term) for term in op.terms)
-        yield f"q = ({1 << (arith.guard - 1)}{terms}) >> {arith.guard}"
+        terms, sofar = [self.term(term) for term in op.terms], f"{1 << (arith.guard - 1)}"
+        while len(terms) > _MOST:
+            yield f"q = {sofar}{''.join(terms[:_MOST])}"
+            terms, sofar = terms[_MOST:], "q"
+        yield f"q = ({sofar}{''.join(terms)}) >> {arith.guard}"
         if op.overflow is Overflow.WRAP:
             yield f"v{op.dest} = ((q + {self.half}) & {self.mask}) - {self.half}"
             return

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from boresight.model.lowering.graph import ASIN_LIMIT, Node
+from boresight.model.lowering.expand import ASIN_LIMIT
+from boresight.model.lowering.graph import Node
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
 from boresight.sim.compare.twin import Twin, twins

@@ -10,9 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.gateware.core import Core, build_shared_core
+from boresight.gateware.schedule.slots import ScheduleError
 from boresight.model.estimator import Estimator, with_params
 from boresight.model.linking import first_word, held, linked_estimators
 from boresight.model.lowering.graph import Node
+from boresight.model.lowering.heaviest import heaviest
 from boresight.model.words.program import Program
 from boresight.sim.rtl.sharing import completed
 
@@ -92,7 +94,12 @@ class Build:
             The programs do not fit into one core.
         """
         own = [p.urgent if self.urgent is None else self.urgent for p in self.programs]
-        return build_shared_core(self.programs, self.config, urgents=own, restarts=self.restarts)
+        try:
+            return build_shared_core(
+                self.programs, self.config, urgents=own, restarts=self.restarts
+            )
+        except ScheduleError as error:
+            raise ScheduleError(f"{error}{heaviest(self._traced)}") from None
 
     @cached_property
     def links(self) -> list[dict[int, tuple[int, str]]]:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 import numpy as np
 import numpy.typing as npt
 
 from boresight.firmware.floating.build import FloatCModel
 from boresight.firmware.floating.precision import DOUBLE
+from boresight.model.step import Values
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Level, Run, told
 
@@ -25,7 +24,7 @@ class NumpyFloat(Level):
     def __init__(self, build: Build, number: int = 0, tool: str | None = None) -> None:
         super().__init__(build, number, tool)
         self.estimator = build.estimators[number]
-        self._params = SimpleNamespace(**self.estimator.param_values(build.params[number]))
+        self._params = Values("parameter", self.estimator.param_values(build.params[number]))
         self.reset()
 
     def reset(self) -> None:
@@ -35,11 +34,9 @@ class NumpyFloat(Level):
     def step(self, record: FloatArray) -> dict[str, float]:
         """One update."""
         names = (i.name for i in self.estimator.inputs)
-        u = SimpleNamespace(**{n: np.float64(v) for n, v in zip(names, record, strict=True)})
+        u = Values("input", {n: np.float64(v) for n, v in zip(names, record, strict=True)})
         with np.errstate(all="ignore"):
-            state, out = self.estimator.checked_step(
-                SimpleNamespace(**self._state), u, self._params
-            )
+            state, out = self.estimator.checked_step(Values("state", self._state), u, self._params)
         self._state = {name: np.float64(value) for name, value in state.items()}
         outputs = self.estimator.outputs
         return told({o.name: float(out[o.name]) for o in outputs}, outputs)

@@ -193,7 +193,7 @@ def test_refused() -> None:
     crowd = random_programs(5, 3, n_states=43)
     with pytest.raises(
         ScheduleError,
-        match=r"^random0, random1, random2: 129 states, the fast "
+        match=r"^random0 43, random1 43, random2 43: 129 states, the fast "
         r"machine has room for 128; config fast-1024 has more$",
     ):
         build_shared_core(crowd, "fast", restarts=0)
@@ -207,7 +207,7 @@ def test_too_long_together(monkeypatch) -> None:
     with pytest.raises(
         ScheduleError,
         match=rf"^the programs take {sum(lengths)} microwords, the "
-        rf"small machine has {sum(lengths) - 1}$",
+        rf"small machine has {sum(lengths) - 1}: random0 {lengths[0]}, random1 {lengths[1]}$",
     ):
         build_shared_core(programs, "small", restarts=0)
 

@@ -40,17 +40,22 @@ def test_inputs_whose_validity_one_tells(valid_of: Any, flags: tuple[str, ...]) 
     ],
 )
 def test_declarations_that_contradict_themselves(make: Any, message: str) -> None:
-    with pytest.raises(InputError, match=f"^{re.escape(message)}"):
+    with pytest.raises(
+        InputError, match=rf"^test_declarations\.py, line \d+, {re.escape(message)}"
+    ):
         make()
 
 
 def test_names_are_identifiers_and_of_one_group_each_its_own() -> None:
     same = (Output("a"), Output("b"))
     check_declared("estimator e", ("input", (Input("a", 0.0, 1.0),)), ("output", same))
-    with pytest.raises(InputError, match="^estimator e: wanted each output once, found a twice; "):
+    with pytest.raises(
+        InputError,
+        match=r"^test_declarations\.py, line \d+, estimator e: wanted each output once, found a tw",
+    ):
         check_declared("estimator e", ("output", (*same, Output("a"))))
     for name in ("", "1a", "a-b"):
         with pytest.raises(
-            InputError, match=f"^estimator e: wanted output names of letters, .*, found '{name}'; "
+            InputError, match=f", estimator e: wanted output names of letters, .*, found '{name}'; "
         ):
             check_declared("estimator e", ("output", (*same, Output(name))))

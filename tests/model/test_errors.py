@@ -26,3 +26,7 @@ def test_require() -> None:
         require(False, "a", "2 or more", "1")
     with pytest.raises(InputError, match=r"found 1; write 2$"):
         require(False, "a", "2", 1, "write 2")
+
+
+def test_a_place_that_nobody_knows_is_left_out() -> None:
+    assert str(InputError.at("", wanted="a", found="b", fix="c")) == "wanted a, found b; c"

@@ -106,11 +106,14 @@ Z = Input("z", -1.0, 1.0)
     ],
 )
 def test_mistakes(inputs: tuple[Input, ...], message: str) -> None:
-    with pytest.raises(InputError, match=f"^{message}"):
+    with pytest.raises(InputError, match=rf"^(test_linking\.py, line \d+, )?{message}"):
         linked_estimators([reader(*inputs), Inner()])
 
 
 @pytest.mark.parametrize("source", ["inner", "inner.", ".half", "inner.half.x"])
 def test_a_source_is_a_program_and_its_output(source: str) -> None:
-    with pytest.raises(InputError, match=r'^input x: wanted source="PROGRAM.OUTPUT", found'):
+    with pytest.raises(
+        InputError,
+        match=r'^test_linking\.py, line \d+, input x: wanted source="PROGRAM.OUTPUT", found',
+    ):
         Input("x", -1.0, 1.0, source=source)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from boresight.model import ops
+from boresight.model.errors import InputError
 from boresight.model.lowering.trace import Tracer
 from boresight.model.words import rounded
 from boresight.model.words.fixed import Arithmetic
@@ -340,11 +341,9 @@ def test_plain_numbers_and_arrays_agree() -> None:
 
 
 @pytest.mark.parametrize(
-    "low, high, root_low, root_high",
-    [(0.25, 4.0, 0.5, 2.0), (-1.0, 4.0, 0.0, 2.0), (0.0, 0.25, 0.0, 0.5), (-2.0, -1.0, 0.0, 0.0)],
+    "low, high, root_low, root_high", [(0.25, 4.0, 0.5, 2.0), (0.0, 0.25, 0.0, 0.5)]
 )
 def test_range_of_a_root(low: float, high: float, root_low: float, root_high: float) -> None:
-    """Below zero there is none: such arguments count as zero."""
     x = Tracer("root").leaf("input", "x", low, high)
     for root in (ops.sqrt(x), x * ops.rsqrt(x)):
         node = node_of(root)
@@ -354,14 +353,18 @@ def test_range_of_a_root(low: float, high: float, root_low: float, root_high: fl
 @pytest.mark.parametrize(("low", "high"), [(1.0, -1.0), (0.0, math.inf), (math.nan, 1.0)])
 def test_bounds_are_finite_and_ordered(low: float, high: float) -> None:
     for x in (0.5, Tracer("unit").leaf("input", "x", 0.0, 1.0)):
-        with pytest.raises(ValueError, match=r"^a range must be finite and ordered, not \["):
+        with pytest.raises(
+            InputError, match=r": wanted a range that is finite and ordered, found \("
+        ):
             ops.bounded(x, low, high, "because")
 
 
 @pytest.mark.parametrize("limit", [3.0, 0.0, 0.75])
 def test_saturation_limits_are_powers_of_two(limit: float) -> None:
     for x in (0.5, Tracer("unit").leaf("input", "x", 0.0, 1.0)):
-        with pytest.raises(ValueError, match=rf"^limit must be a power of two, not {limit!r}$"):
+        with pytest.raises(
+            InputError, match=rf": wanted a power of two as limit, found {limit!r}; "
+        ):
             ops.saturated(x, limit)
 
 

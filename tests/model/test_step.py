@@ -12,6 +12,7 @@ import pytest
 from boresight.model import ops
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output, Param, State
+from boresight.model.step import Values
 
 
 class Leaky(Estimator):
@@ -45,7 +46,7 @@ def test_step_must_return_what_is_declared() -> None:
         (Stateless, "step of stateless, state y: wanted each declared state once: y, found none"),
         (Single, "step of single: wanted two dictionaries: next states, outputs, found dict"),
     ):
-        with pytest.raises(InputError, match=f"^{re.escape(message)}; "):
+        with pytest.raises(InputError, match=rf"^test_step\.py, line \d+, {re.escape(message)}; "):
             wrong().compile()
 
 
@@ -57,8 +58,8 @@ def test_an_if_on_a_traced_value_is_refused() -> None:
 
     with pytest.raises(
         InputError,
-        match=r"^test_step\.py, line \d+: wanted a step of branching that computes, found "
-        r"TypeError: a traced.*truth value: use ops\.where; ",
+        match=r"^test_step\.py, line \d+: wanted operations that can be recorded, found if, and, "
+        r"or, not, .*; use ops\.where\(",
     ):
         Branching().compile()
 
@@ -66,18 +67,15 @@ def test_an_if_on_a_traced_value_is_refused() -> None:
 @pytest.mark.parametrize(
     "found, line",
     [
-        ("TypeError: must be real number, not ", lambda x: math.sin(x.y)),
-        ("ZeroDivisionError: ", lambda x: x.y / 0.0),
-        ("AttributeError: ", lambda x: x.z),
-        (
-            "ValueError: a range must be finite and ordered, not ",
-            lambda x: ops.bounded(x.y, 1, 0, ""),
-        ),
-        ("ValueError: limit must be a power of two, not 3.0", lambda x: ops.saturated(x.y, 3.0)),
-        ("TypeError: & and [|] take conditions, not a traced leaf; ", lambda x: (x.y < 1) & x.y),
-        ("TypeError: ", lambda x: ops.where(x.y < 1.0, x.y < 0.0, 1.0)),
-        ("TypeError: ", lambda x: ops.where(x.y, 1.0, 0.0)),
-        ("TypeError: ", lambda x: np.tanh(x.y)),
+        ("float() or a function of math, of a traced value; ", lambda x: math.sin(x.y)),
+        ("0; ", lambda x: x.y / 0.0),
+        ("'z'; correct the name, or declare the state", lambda x: x.z),
+        ("(1, 0); correct it", lambda x: ops.bounded(x.y, 1, 0, "")),
+        ("3.0; use ops.clip for any other", lambda x: ops.saturated(x.y, 3.0)),
+        ("a traced leaf in a condition; compare it; ", lambda x: (x.y < 1) & x.y),
+        ("a condition as a number; ", lambda x: ops.where(x.y < 1.0, x.y < 0.0, 1.0)),
+        ("a number; compare it", lambda x: ops.where(x.y, 1.0, 0.0)),
+        ("TypeError: loop of", lambda x: np.tanh(x.y)),
     ],
 )
 def test_what_cannot_be_recorded_is_refused_with_its_line(found: str, line: Any) -> None:
@@ -86,8 +84,7 @@ def test_what_cannot_be_recorded_is_refused_with_its_line(found: str, line: Any)
             return {"y": line(x)}, {"y": x.y, "sum": x.y}
 
     with pytest.raises(
-        InputError,
-        match=rf"^test_step\.py, line \d+: wanted a step of odd that computes, found {found}",
+        InputError, match=rf"^test_step\.py, line \d+: wanted .*, found {re.escape(found)}"
     ):
         Odd().compile()
 
@@ -97,5 +94,17 @@ def test_conditions_are_no_results() -> None:
         def step(self, x: Any, u: Any, p: Any) -> Any:
             return {"y": x.y}, {"y": x.y, "sum": x.y < 0.0}
 
-    with pytest.raises(InputError, match="^step of truth, output sum: wanted a number, found"):
+    with pytest.raises(InputError, match=r", step of truth, output sum: wanted a number, found"):
         Truth().compile()
+
+
+def test_values_by_name() -> None:
+    x = Values("state", {"pos": 1.0, "_own": 2.0})
+    assert (x.pos, x._own, hasattr(x, "vel"), getattr(x, "vel", 3.0)) == (1.0, 2.0, False, 3.0)
+    assert vars(x) == {"pos": 1.0, "_own": 2.0}
+    with pytest.raises(
+        InputError, match=r"^test_step\.py, line \d+: wanted one of the declared st"
+    ):
+        print(x.vel)
+    with pytest.raises(InputError, match=r": wanted a declared input, found 'u'; correct the name"):
+        print(Values("input", {}).u)

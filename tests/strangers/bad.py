@@ -68,7 +68,8 @@ class NegativeRoot(Estimator):
 
     def step(self, x, u, p):
         """Pythagoras."""
-        return {}, {"b": ops.sqrt(u.c * u.c - u.a * u.a)}  # FAULT
+        square = ops.bounded(u.c * u.c - u.a * u.a, 0.0, 100.0, "c is the longest")  # FAULT
+        return {}, {"b": ops.sqrt(square)}  # FAULT
 
 
 class WideSine(Estimator):
@@ -79,7 +80,7 @@ class WideSine(Estimator):
 
     def step(self, x, u, p):
         """Up to a right angle, the author hopes."""
-        return {}, {"angle": ops.asin_ht(u.s)}  # FAULT
+        return {}, {"angle": ops.asin_ht(ops.saturated(u.s, 1.0))}  # FAULT
 
 
 class SmallDivisor(Estimator):

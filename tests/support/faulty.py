@@ -52,12 +52,13 @@ class Root(Base):
 
 class NegativeRoot(Base):
     def step(self, x: Any, u: Any, p: Any) -> Any:
-        return {"y": x.y}, {"y": ops.bounded(ops.rsqrt(u.u + 0.0), 0.0, 64.0, "")}
+        hoped = ops.bounded(u.u, 0.0, 4.0, "hoped")
+        return {"y": x.y}, {"y": ops.bounded(ops.rsqrt(hoped), 0.0, 64.0, "")}
 
 
 class Sine(Base):
     def step(self, x: Any, u: Any, p: Any) -> Any:
-        return {"y": x.y}, {"y": ops.asin_ht(u.u)}
+        return {"y": x.y}, {"y": ops.asin_ht(ops.saturated(u.u, 4.0))}
 
 
 class All(Base):

@@ -181,6 +181,17 @@ def strapdown(n: int) -> Given:
     return columns, {f"d{a}": scaled(f"d{a}[deg]", 180.0 / math.pi) for a in "xyz"}
 
 
+def battery(n: int) -> Given:
+    """A cell that is charged and drawn from, from frost to summer."""
+    rng = np.random.default_rng(11)
+    k = np.arange(n)
+    current = 8.0 * np.sin(0.003 * k) + 3.0 * np.sin(0.11 * k) + rng.normal(0.0, 0.2, n)
+    celsius = 10.0 + 25.0 * np.sin(0.01 * k)
+    ohms = 1e4 * np.exp(3435.0 * (1.0 / (celsius + 273.15) - 1.0 / 298.15))
+    heads = {"ohms": scaled("ohms[kohm]", 1e-3), "current": scaled("current[mA]", 1e3)}
+    return {"ohms": ohms, "current": current}, heads
+
+
 #: What the command line calls each program, and its records.
 STRANGERS: dict[str, Callable[[int], Given]] = {
     "kalman.py": kalman,
@@ -193,6 +204,7 @@ STRANGERS: dict[str, Callable[[int], Given]] = {
     "geometry.py:Look": geometry,
     "fir.py:Fir(taps=7)": fir,
     "strapdown.py": strapdown,
+    "battery.py": battery,
 }
 
 

@@ -52,7 +52,7 @@ def test_too_many() -> None:
     name = PROGRAM.name
     with pytest.raises(
         ScheduleError,
-        match=rf"^{name}, {name}: 129 states, the small machine has "
+        match=rf"^{name} 100, {name} 29: 129 states, the small machine has "
         r"room for 128; config small-1024 has more$",
     ):
         state_rooms(programs(100, 29), CONFIGS["small"])

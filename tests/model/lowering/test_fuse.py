@@ -63,8 +63,8 @@ def test_a_reciprocals_range_may_not_pass_what_can_be_normalised(trace: Any, wor
     for low, high in ((2.0 ** (-2 - most), 1.0), (-1.0, -(2.0 ** (-2 - most)))):
         with pytest.raises(
             InputError,
-            match=r"^test: reciprocal of x0: its range \[.*\] must not "
-            rf"span more than 2\^{most}; clip it first$",
+            match=r"^test_fuse\.py, line \d+: wanted a divisor whose range spans at most "
+            rf"2\^{most}, found x0 in \[.*\]; divide by ops\.maximum",
         ):
             trace(lambda a: 1.0 / a, [(low, high)], word)
 
@@ -91,7 +91,7 @@ def test_a_quotient_has_its_divisors_sign(trace: Any, low: float) -> None:
 
 def test_the_inverse_root_of_zero_is_refused_by_name(trace: Any) -> None:
     with pytest.raises(
-        InputError, match=r"^test_fuse\.py, line \d+: test: the range \[-inf, inf\]"
+        InputError, match=r"^test_fuse\.py, line \d+: wanted a finite range, found .* \[-inf, inf\]"
     ):
         trace(lambda x: ops.rsqrt(x * 0.0) * x, [(-1.0, 1.0)])
 
@@ -104,6 +104,7 @@ def test_what_has_a_name_stays_a_value(trace: Any) -> None:
 
 def test_the_root_of_a_negative_constant_is_refused_by_name(trace: Any) -> None:
     with pytest.raises(
-        InputError, match=r"^test_fuse\.py, line \d+: test: the range \[0, inf\] of rsqrt_"
+        InputError,
+        match=r"^test_fuse\.py, line \d+: wanted a root of 0 or more, found .* in \[-1, ",
     ):
         trace(lambda x: ops.sqrt(x - x - 1.0), [(0.0, 1.0)])

@@ -411,8 +411,8 @@ def test_states_exchange_their_values() -> None:
 def test_unbounded_ranges_are_refused_by_name(trace: Any) -> None:
     with pytest.raises(
         InputError,
-        match=r"^test_lower\.py, line \d+: test: the range \[1, inf\] of inverse_root is not "
-        r"finite; declare it with ops\.bounded, or use ops\.clip$",
+        match=r"^test_lower\.py, line \d+: wanted a finite range, found inverse_root in \[1, inf"
+        r"\]; declare it with ops\.bounded, or limit it with ops\.clip$",
     ):
         trace(lambda a: ops.named("inverse_root", ops.rsqrt(a)), [(0.0, 1.0)])
 
@@ -422,8 +422,8 @@ def test_an_unbounded_next_state_is_refused_by_name() -> None:
     a = g.leaf("state", "a", 0.0, 1.0)
     with pytest.raises(
         InputError,
-        match=r"^test_lower\.py, line \d+: grow: the range \[1, inf\] of root is not finite; "
-        r"declare it with ops\.bounded, or use ops\.clip$",
+        match=r"^test_lower\.py, line \d+: wanted a finite range, found root in \[1, inf\]; "
+        r"declare it with ops\.bounded, or limit it with ops\.clip$",
     ):
         lower(
             Trace(g, [], {"a": a}, states=[(a, 0.5, ops.named("root", ops.rsqrt(a)))]), Arithmetic()
@@ -433,8 +433,8 @@ def test_an_unbounded_next_state_is_refused_by_name() -> None:
 def test_more_than_63_bits_is_refused_by_name(trace: Any) -> None:
     with pytest.raises(
         InputError,
-        match=r"^test: value monster would pass 63 bits: no binary "
-        r"point keeps its terms inside the accumulator$",
+        match=r"^test_lower\.py, line \d+, test, value monster: wanted terms that the accumulator "
+        r"holds, found more than 63 bits in \[-1, 1\]; no binary point will do: ",
     ):
         trace(
             lambda a: ops.named("monster", ops.bounded(a * 2.0**300, -1.0, 1.0, "wrong")),
@@ -445,9 +445,8 @@ def test_more_than_63_bits_is_refused_by_name(trace: Any) -> None:
 def test_an_unbounded_factor_under_a_prescribed_format_is_refused_by_name(trace: Any) -> None:
     with pytest.raises(
         InputError,
-        match=r"^test: value clamped would pass 63 bits: a factor of it "
-        r"has no upper bound; declare the product's range with "
-        r"ops\.bounded first$",
+        match=r"^test_lower\.py, line \d+, test, value clamped: wanted .* more than 63 bits in .*; "
+        r"a factor of it has no upper bound: declare the product's range with ops\.bounded first$",
     ):
         trace(
             lambda a, b: ops.named("clamped", ops.saturated(b * ops.rsqrt(a), 2.0**-12)),
@@ -458,11 +457,57 @@ def test_an_unbounded_factor_under_a_prescribed_format_is_refused_by_name(trace:
 def test_a_root_that_varies_too_much_is_refused_by_name(trace: Any) -> None:
     with pytest.raises(
         InputError,
-        match=r"^test: value product_part would pass 63 bits: a root or "
-        r"reciprocal in it varies too much for one format; "
-        r"declare its range with ops\.bounded$",
+        match=r"^test_lower\.py, line \d+, test, value product_part: wanted .* more than 63 bits "
+        r"in .*; a root or reciprocal in it varies too much for one format: declare its range with "
+        r"ops\.bounded$",
     ):
         trace(
             lambda a, b, c: ops.named("product", c + a * ops.rsqrt(b)),
             [(-1.0, 1.0), (2.0**-21, 1.0), (-1e9, 1e9)],
         )
+
+
+def test_outputs_and_next_states_carry_their_names() -> None:
+    g = Tracer("named")
+    u = g.leaf("input", "u", -1.0, 1.0)
+    a, b = (g.leaf("state", name, -4.0, 4.0) for name in "ab")
+    own = ops.named("own", 0.5 * a + u)
+    trace = Trace(
+        g, [u], {"b": 0.25 * b, "sum": own + b, "same": u}, states=[(a, 0.0, own), (b, 0.0, b - u)]
+    )
+    program, nodes = lower(trace, Arithmetic())
+    names = [[program.values[n].name for n in numbers] for numbers in (
+        program.outputs, [after for _, after in program.states]
+    )]  # fmt: skip
+    assert names == [["b_out", "sum", "u"], ["own_aligned", "b_next"]]
+    # A title keeps nothing from being part of another value, as a name would.
+    product = a * b
+    fused = lower(
+        Trace(g, [u], {"p": product, "q": product + u}, states=trace.states), Arithmetic()
+    )
+    p, q = (next(op for op in fused[0].ops if op.dest == n) for n in fused[0].outputs)
+    assert len(p.terms) == 1 and len(q.terms) == 2 and nodes[program.outputs[1]].label == "sum"
+
+
+def test_chains_of_thousands_of_operations() -> None:
+    g = Tracer("chain")
+    u = g.leaf("input", "u", -1.0, 1.0)
+    total = last = u
+    for k in range(3000):
+        total = total + (0.5 if k % 2 else -0.25) * u
+        last = ops.bounded(0.5 * last - u * (1.0 / (k + 2)), -4.0, 4.0, "at most 2")
+    program, _ = lower(Trace(g, [u], {"total": total, "last": last}), Arithmetic())
+    words = program.format(program.inputs[0]).quantise(np.array([[-1.0, 0.3, 0.999]]))
+    out, saturated = Interpreter(program, 3).update(words)
+    x = program.format(program.inputs[0]).real(words[0])
+    want = 0.0
+    for k in range(3000):
+        want = 0.5 * want - 1.0 / (k + 2)
+    for number, word, wanted in zip(
+        program.outputs, out, ((1.0 + 1500 * 0.25) * x, want * x), strict=True
+    ):
+        fmt = program.format(number)
+        assert (
+            np.abs(fmt.real(word) - wanted).max() <= 3000 / 2**8 * fmt.lsb
+        )  # each product is rounded down
+    assert len(program.ops) > 3000 and not saturated.any()

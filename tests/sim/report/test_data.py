@@ -216,7 +216,7 @@ def test_what_is_wrong_is_named() -> None:
     record = Record.of({"u": np.array([0.0, 4.0, 4.0])})
     (check,) = Check(build, levels=("fixed",)).run(record)
     data = report_data(build.core, check)
-    assert "numerics: 2 saturations, in sum_3" in data["warnings"]
+    assert "numerics: 2 saturations, in y_next" in data["warnings"]
     faults = [w for w in data["warnings"] if w.startswith("accuracy: ")]
     assert faults == [f"accuracy: {line}" for line in check.accuracy.faults()]
     assert any("state z is 1.25 in step 1, BEYOND its declared range [-1, 1]" in w for w in faults)

@@ -1,0 +1,7 @@
+"""Parts of filters that many need, written with the ordinary operations (`docs/operations.md`)."""
+
+from boresight.model.blocks.biquad import Cascade
+from boresight.model.blocks.moving import MovingSum
+from boresight.model.blocks.table import interpolated
+
+__all__ = ["Cascade", "MovingSum", "interpolated"]

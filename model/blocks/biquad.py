@@ -1,0 +1,167 @@
+"""Second-order sections in cascade, the same code on floats and the tracer.
+
+Each is of direct form I, whose states are samples of its input and output::
+
+    y_n = b0 x_n + b1 x_n-1 + b2 x_n-2 - a1 y_n-1 - a2 y_n-2
+
+One accumulator adds the five products and rounds once; what comes out of one section goes into the
+next, so n sections have 2 n + 2 states and 5 n products. The other forms have fewer states, which
+round besides, and whose ranges nobody sees.
+
+Where fixed point bites:
+
+* **Ranges.** Between sections a signal may be larger than at either end. `Cascade.largest_values`
+  are sums of absolute impulse responses, which no input passes; leave sections in scipy's order.
+* **Rounding comes back through the poles.** `Cascade.rounding` bounds it, in last bits. At a corner
+  far below the sample rate it is large, (rate / 2 pi corner)^2: a constant may stay that far off.
+  Decimate first, or take `model.algebra.low_pass`, whose second state is as fine as it is small.
+* **Coefficients** are rounded to a word, relative 2^-W of the largest: poles at 1 - e move by about
+  2^-W / e. Narrow words need sections of lower Q.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, TypeAlias
+
+from boresight.model import ops
+from boresight.model.declarations import State
+from boresight.model.errors import require
+from boresight.model.places import author_line
+from boresight.model.words.rounded import binary_exponent
+
+__all__ = ["Cascade"]
+
+#: b0, b1, b2, a1, a2.
+Section: TypeAlias = tuple[float, float, float, float, float]
+
+#: Room for rounding in the declared ranges.
+_MARGIN = 1.0001
+#: Share of its sum at which an impulse response is cut off, and most samples that are added.
+_END, _MOST = 1e-12, 2_000_000
+
+
+@dataclass(frozen=True)
+class Cascade:
+    """Sections one after another.
+
+    Parameters
+    ----------
+    sections : tuple of (b0, b1, b2, a1, a2)
+    largest : float
+        Largest magnitude of the input.
+    """
+
+    sections: tuple[Section, ...]
+    largest: float
+
+    @classmethod
+    def of(cls, sos: Iterable[Sequence[float]], largest: float) -> Cascade:
+        """From rows b0, b1, b2, a0, a1, a2, as scipy's ``output="sos"``.
+
+        The bits of a program are those of the numbers given: write down what scipy found where the
+        same program has to come out on every machine.
+
+        Raises
+        ------
+        InputError
+            A row has not six finite numbers, or a pole is not inside the unit circle.
+        """
+        where, sections = author_line() or "sections", []
+        for row in ([float(c) for c in row] for row in sos):
+            good = len(row) == 6 and all(map(math.isfinite, row)) and row[3] != 0.0
+            require(good, where, "rows b0, b1, b2, a0, a1, a2", row, "as scipy's output='sos'")
+            b0, b1, b2, _, a1, a2 = (c / row[3] for c in row)
+            stable = abs(a2) < 1.0 and abs(a1) < 1.0 + a2
+            require(stable, where, "poles inside the unit circle", (a1, a2), "design it anew")
+            sections.append((b0, b1, b2, a1, a2))
+        require(bool(sections), where, "a section or more", 0)
+        return cls(tuple(sections), float(largest))
+
+    @cached_property
+    def largest_values(self) -> tuple[float, ...]:
+        """Bounds of the input and of what each section gives."""
+        sums = _absolute_sums([self.sections[: k + 1] for k in range(len(self.sections))])
+        return (self.largest, *(_MARGIN * self.largest * one for one in sums))
+
+    @cached_property
+    def rounding(self) -> float:
+        """Bound of what all roundings make of the output, in its last bits.
+
+        Half a bit of each section, through its own poles and the sections behind it.
+        """
+        tails = [
+            ((1.0, 0.0, 0.0, *self.sections[k][3:]), *self.sections[k + 1 :])
+            for k in range(len(self.sections))
+        ]
+        fine = [math.ldexp(1.0, binary_exponent(most)) for most in self.largest_values[1:]]
+        return sum(
+            0.5 * one * size / fine[-1]
+            for one, size in zip(_absolute_sums(tails), fine, strict=True)
+        )
+
+    def states(self, name: str, unit: str = "") -> tuple[State, ...]:
+        """``NAME0_1``, ``NAME0_2``: the inputs before; ``NAME1_1``, ...: outputs of section 1."""
+        return tuple(
+            State(f"{name}{k}_{age}", -most, most, unit)
+            for k, most in enumerate(self.largest_values)
+            for age in (1, 2)
+        )
+
+    def step(self, name: str, x: Any, sample: Any) -> tuple[dict[str, Any], Any]:
+        """Take a sample.
+
+        Parameters
+        ----------
+        name : str
+            As in `states`.
+        x : states
+            As ``step`` of the estimator gets them.
+        sample : scalar
+
+        Returns
+        -------
+        (dict, scalar)
+            The next states by name, and what the last section gives.
+        """
+        after: dict[str, Any] = {}
+        signal = sample
+        old = [
+            [getattr(x, f"{name}{k}_{age}") for age in (1, 2)]
+            for k in range(len(self.sections) + 1)
+        ]
+        for k, (b0, b1, b2, a1, a2) in enumerate(self.sections):
+            after |= {f"{name}{k}_1": signal, f"{name}{k}_2": old[k][0]}
+            (x1, x2), (y1, y2) = old[k], old[k + 1]
+            out = b0 * signal + b1 * x1 + b2 * x2 - a1 * y1 - a2 * y2
+            most = self.largest_values[k + 1]
+            signal = ops.bounded(out, -most, most, "sum of the absolute impulse response")
+        last = len(self.sections)
+        return after | {f"{name}{last}_1": signal, f"{name}{last}_2": old[last][0]}, signal
+
+
+def _absolute_sums(chains: Iterable[Sequence[Sequence[float]]]) -> list[float]:
+    """Sum of the absolute impulse response of each chain of sections.
+
+    Only additions and products: the same on every machine.
+    """
+    return [_absolute_sum(chain) for chain in chains]
+
+
+def _absolute_sum(chain: Sequence[Sequence[float]]) -> float:
+    total, quiet = 0.0, 0
+    held = [[0.0] * 4 for _ in chain]
+    for n in range(_MOST):
+        y = float(n == 0)
+        for k, (b0, b1, b2, a1, a2) in enumerate(chain):
+            x, (x1, x2, y1, y2) = y, held[k]
+            y = b0 * x + b1 * x1 + b2 * x2 - a1 * y1 - a2 * y2
+            held[k] = [x, x1, y, y1]
+        total += abs(y)
+        quiet = quiet + 1 if abs(y) <= _END * total else 0
+        if quiet > 200 and total > 0.0:
+            break
+    return total

@@ -1,0 +1,74 @@
+"""What a recorded value cannot do, and what to write instead.
+
+A step runs once on values that have no numbers yet. What would need one, or would lose the record,
+is refused with the line that asks for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+from boresight.model.errors import InputError
+from boresight.model.places import author_line
+
+__all__ = ["NO_CONDITION", "NO_NUMBER", "Refuses"]
+
+#: What is asked for by one of these methods, and what to write instead.
+Refused = Mapping[tuple[str, ...], tuple[str, str]]
+
+_TRUTH = (
+    "if, and, or, not, max, min of a traced value",
+    "use ops.where(condition, yes, no), & | ~, ops.maximum, ops.minimum",
+)
+NO_NUMBER: Refused = {
+    ("__bool__",): _TRUTH,
+    ("__float__", "__complex__"): (
+        "float() or a function of math, of a traced value",
+        "use the functions of boresight.ops; numbers stay as they are",
+    ),
+    ("__int__", "__index__", "__round__", "__trunc__", "__floor__", "__ceil__"): (
+        "a traced value as a whole number",
+        "choose with ops.where and comparisons",
+    ),
+    ("__mod__", "__rmod__", "__floordiv__", "__rfloordiv__", "__divmod__", "__rdivmod__"): (
+        "% or // of a traced value",
+        "use ops.wrap_ht (modulo 2) or ops.wrap_turns (modulo 1) of a multiple",
+    ),
+    ("__rpow__",): (
+        "a traced value as a power",
+        "write ops.exp(x * log_a) for a**x, log_a a number",
+    ),
+    ("__and__", "__rand__", "__or__", "__ror__", "__invert__", "__xor__", "__rxor__"): (
+        "& | ^ ~ of a traced value",
+        "compare it: these combine conditions, as (x < 1.0) & (y > 0.0)",
+    ),
+}
+_ARITHMETIC = ("add", "sub", "mul", "truediv", "pow", "mod", "floordiv")
+NO_CONDITION: Refused = {
+    ("__bool__",): _TRUTH,
+    (
+        *(f"__{side}{kind}__" for side in ("", "r") for kind in _ARITHMETIC),
+        *(f"__{kind}__" for kind in ("neg", "abs", "float", "int", "lt", "gt", "le", "ge")),
+    ): ("a condition as a number", "write ops.where(condition, 1.0, 0.0)"),
+}
+
+
+def _refusing(found: str, fix: str) -> Callable[..., Any]:
+    def refuse(self: Any, *_: Any) -> Any:
+        raise InputError.at(
+            author_line(), wanted="operations that can be recorded", found=found, fix=fix
+        )
+
+    return refuse
+
+
+class Refuses:
+    """A class whose objects refuse some methods, each with the author's line and a cure."""
+
+    def __init_subclass__(cls, refused: Refused = {}, **options: Any) -> None:  # noqa: B006
+        super().__init_subclass__(**options)
+        methods: Iterable[str]
+        for methods, (found, fix) in refused.items():
+            for method in methods:
+                setattr(cls, method, _refusing(found, fix))

@@ -1,0 +1,64 @@
+"""Where somebody wrote something: the file and line of an author, not of what carries it out."""
+
+from __future__ import annotations
+
+import os
+import sys
+import traceback
+from collections.abc import Callable
+from functools import lru_cache
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+import numpy as np
+
+__all__ = ["author_line", "place_of", "placed", "place_of_function"]
+
+#: Folders whose lines nobody wrote an estimator in.
+_ROOMS = [Path(__file__).parent / room for room in ("", "lowering", "algebra", "blocks")]
+#: Code that was written by dataclasses, frozen, or by numpy; others in <> are of a console.
+_WRITTEN = ("<string>", "<frozen ", "<__array_function__")
+#: And everything below these.
+_LIBRARIES = tuple(str(Path(file).parent) + os.sep for file in (np.__file__, os.__file__))
+
+
+@lru_cache(maxsize=256)
+def _is_authors(file: str) -> bool:
+    """Whether an author of estimators may have written this file."""
+    if file.startswith(_WRITTEN):
+        return False
+    installed = "site-packages" in file or "dist-packages" in file
+    if file.startswith(_LIBRARIES[:1] if installed else _LIBRARIES):
+        return False
+    return Path(file).parent not in _ROOMS
+
+
+def _place(file: str, line: int | None) -> str:
+    return f"{Path(file).name}, line {line}"
+
+
+def author_line() -> str:
+    """The line that is at work, "file.py, line 41": the innermost one of an author, else ""."""
+    frame: FrameType | None = sys._getframe(1)
+    while frame is not None and not _is_authors(frame.f_code.co_filename):
+        frame = frame.f_back
+    return "" if frame is None else _place(frame.f_code.co_filename, frame.f_lineno)
+
+
+def place_of(error: BaseException) -> str:
+    """The innermost line of an author that an error went through, else ""."""
+    frames = traceback.extract_tb(error.__traceback__)
+    theirs = [f for f in frames if _is_authors(f.filename)]
+    return _place(theirs[-1].filename, theirs[-1].lineno) if theirs else ""
+
+
+def place_of_function(function: Callable[..., Any]) -> str:
+    """The line at which a function begins, else ""."""
+    code = getattr(function, "__code__", None)
+    return "" if code is None else _place(code.co_filename, code.co_firstlineno)
+
+
+def placed(line: str, where: str) -> str:
+    """``where`` behind the line, if there is one."""
+    return f"{line}, {where}" if line else where

@@ -1,0 +1,60 @@
+"""The page on operations: every line of its table is measured, its example runs."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import signal
+
+import boresight
+from boresight import blocks, ops
+from boresight.gateware.core import build_core
+from boresight.model.blocks.biquad import Cascade
+from tests.model.conftest import Traced
+
+PAGE = (Path(__file__).parents[2] / "docs" / "operations.md").read_text(encoding="utf-8")
+ROWS = [
+    [cell.strip() for cell in row.strip("|").split("|")]
+    for row in re.findall(r"^\| `.*` \|.*\|$", PAGE[: PAGE.index("## Blocks")], re.M)
+]
+RANGES = [(-1.0, 1.0), (0.5, 2.0)]
+
+
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: row[0])
+def test_a_line_of_the_table(row: list[str]) -> None:
+    text, _, error, products, cycles = row
+    function: Any = eval(f"lambda x, y: {text[1:-1]}", {"ops": ops, "blocks": blocks})
+    made = Traced(function, RANGES)
+    rng = np.random.default_rng(0)
+    ends = np.array(RANGES)[:, [0, 0, 1, 1]]
+    ends[1] = ends[1, [0, 2, 0, 2]]
+    points = np.concatenate([[rng.uniform(*r, 20_000) for r in RANGES], ends], axis=1)
+    fixed, floats, saturated = made.run(*points)
+    apart = np.abs(fixed[0] - floats[0]).max()
+    assert 0.5 * float(error) <= apart <= float(error) and not saturated.any()
+    assert sum(len(op.terms) for op in made.program.ops) == int(products)
+    assert build_core(made.program, "small", restarts=0).schedule.length == int(cycles)
+
+
+def test_every_function_is_in_the_table() -> None:
+    told = set(re.findall(r"\bops\.(\w+)", PAGE))
+    assert set(ops.__all__) - told <= {"absolute"}  # abs
+
+
+def test_the_example(tmp_path: Path) -> None:
+    (text,) = re.findall(r"```python\n(.*?)```", PAGE, re.S)
+    (tmp_path / "smooth.py").write_text(text)
+    u = np.random.default_rng(1).uniform(-10.0, 10.0, 500)
+    (result,) = boresight.check(str(tmp_path / "smooth.py"), {"u": u}, levels=("fixed", "c"))
+    assert result.good, result.accuracy.lines()
+    names: dict[str, Any] = {}
+    exec(text, names)
+    fine: Cascade = names["LOW_PASS"]
+    assert round(fine.rounding) == 16
+    assert Cascade.of(signal.butter(2, 0.02, output="sos"), 10.0).rounding == pytest.approx(
+        140, abs=5
+    )

@@ -1,0 +1,131 @@
+"""Exponential, logarithm and hyperbolic tangent: fixed point against float64."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from boresight.model import ops
+from boresight.model.errors import InputError
+from boresight.model.lowering.expand import EXP_LIMIT
+from boresight.model.lowering.trace import Tracer
+from boresight.model.words import rounded
+from tests.support.nodes import node_of
+
+Range = tuple[float, float]
+
+
+def _points(low: float, high: float, word: int) -> Any:
+    rng = np.random.default_rng(word)
+    x = np.concatenate([rng.uniform(low, high, 1500), np.linspace(low, high, 129)])
+    return np.concatenate([x, rng.uniform(max(low, -25.0), min(high, 25.0), 500)])
+
+
+@pytest.mark.parametrize("word", [18, 25, 32])
+@pytest.mark.parametrize(
+    "span",
+    [
+        (-1.0, 1.0),
+        (-20.0, 0.0),
+        (-800.0, -0.1),
+        (0.0, 3.0),
+        (5.0, 5.5),
+        (-40.0, 44.0),
+        (-0.01, 0.01),
+    ],
+)
+def test_exp(trace: Any, span: Range, word: int) -> None:
+    """Relative to the largest result, and with the argument's share of log2(e) as a word."""
+    t = trace(ops.exp, [span], word)
+    fixed, floats, saturated = t.run(_points(*span, word))
+    largest, size = math.exp(span[1]), max(map(abs, (max(span[0], -25.0), span[1])))
+    bound = (6.0 + 0.75 * size) * 2.0**-word + 1.5e-10
+    assert not saturated.any()
+    assert np.abs(fixed[0] - floats[0]).max() < bound * 2.0 * largest
+    assert fixed[0].min() >= 0.0
+
+
+@pytest.mark.parametrize("word", [18, 25, 32])
+@pytest.mark.parametrize(
+    "span", [(0.5, 2.0), (1.0, 1.9), (3.0, 4.0), (0.25, 0.5), (1e-3, 1.0), (0.02, 50.0)]
+)
+def test_log(trace: Any, span: Range, word: int) -> None:
+    """Besides a last bit of the result, those of the argument that the word holds are all seen."""
+    t = trace(ops.log, [span], word)
+    low, high = span
+    x = np.exp(np.random.default_rng(word).uniform(math.log(low), math.log(high), 2000))
+    fixed, floats, saturated = t.run(
+        np.concatenate([x, span, [0.5 * (low + high)]]).clip(low, high)
+    )
+    assert not saturated.any()
+    assert np.abs(fixed[0] - floats[0]).max() < 2.0 * t.formats()[0].lsb + 3.0 * 2.0**-word + 5e-10
+
+
+def test_a_logarithm_over_31_binades(trace: Any) -> None:
+    t = trace(ops.log, [(1.0, 2.0**31)])
+    x = 2.0 ** np.random.default_rng(5).uniform(1.0, 31.0, 2000)
+    fixed, floats, saturated = t.run(np.concatenate([x, [2.0**k for k in range(1, 32)]]))
+    assert not saturated.any() and np.abs(fixed[0] - floats[0]).max() < 1.1e-8
+
+
+@pytest.mark.parametrize("word", [18, 25, 32])
+@pytest.mark.parametrize(
+    "span", [(-1.0, 1.0), (-30.0, 30.0), (-4.0, 2.0), (0.0, 2.0), (-3.0, -1.0)]
+)
+def test_tanh(trace: Any, span: Range, word: int) -> None:
+    t = trace(ops.tanh, [span], word)
+    fixed, floats, saturated = t.run(_points(*span, word))
+    assert not saturated.any()
+    assert np.abs(fixed[0] - floats[0]).max() < 14.0 * 2.0**-word + 1e-9
+    assert np.all(np.sign(fixed[0]) * floats[0] >= 0.0)
+
+
+def test_they_undo_each_other(trace: Any) -> None:
+    t = trace(lambda x: (ops.log(ops.exp(x)), ops.exp(ops.log(x + 4.0))), [(-2.0, 3.0)])
+    x = np.linspace(-2.0, 3.0, 999)
+    fixed, _, saturated = t.run(x)
+    assert not saturated.any()
+    assert np.abs(fixed[0] - x).max() < 2e-7  # e^-2 has so much fewer bits than e^3
+    assert np.abs(fixed[1] - x - 4.0).max() < 3e-8
+
+
+def test_ranges_follow_from_the_argument() -> None:
+    x = Tracer("unit").leaf("input", "x", -1.0, 2.0)
+    for made, low, high in (
+        (ops.exp(x), math.exp(-1.0), math.exp(2.0)),
+        (ops.log(x + 2.0), 0.0, math.log(4.0)),
+        (ops.tanh(x), -math.tanh(2.0), math.tanh(2.0)),
+    ):
+        node = node_of(made)
+        assert low - 1e-7 < node.low <= low and high <= node.high < high + 2e-7
+
+
+@pytest.mark.parametrize(
+    "function, span, wanted",
+    [
+        (ops.exp, (0.0, EXP_LIMIT + 1.0), "an exponent of at most 44, found x0 in"),
+        (
+            ops.log,
+            (0.0, 1.0),
+            r"the argument of a logarithm above 0, over at most 2\^31, found x0 in",
+        ),
+        (ops.log, (-1.0, 1.0), "the argument of a logarithm above 0"),
+        (ops.log, (1e-10, 1.0), "the argument of a logarithm above 0"),
+        (lambda x: ops.log(x - x - 1.0), (0.0, 1.0), "the argument of a logarithm above 0"),
+    ],
+)
+def test_what_has_no_word(trace: Any, function: Any, span: Range, wanted: str) -> None:
+    with pytest.raises(InputError, match=rf"^test_expand\.py, line \d+: wanted {wanted}"):
+        trace(lambda x: function(x), [span])
+
+
+def test_constants_are_correctly_rounded() -> None:
+    g = Tracer("unit")
+    made = [ops.exp(g.const(0.3)), ops.log(g.const(0.3)), ops.tanh(g.const(0.3))]
+    plain = [ops.exp(0.3), ops.log(0.3), ops.tanh(0.3)]
+    assert [node_of(n).value for n in made] == plain
+    assert plain == [rounded.exp(0.3), rounded.log(0.3), rounded.tanh(0.3)]
+    assert np.allclose(plain, [math.exp(0.3), math.log(0.3), math.tanh(0.3)], rtol=3e-16)

@@ -1,0 +1,42 @@
+"""Lines with most operations: who takes a core's room."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from boresight.model import ops
+from boresight.model.estimator import Estimator, Input, Output
+from boresight.model.lowering.heaviest import heaviest, operations_by_line
+
+
+class Uneven(Estimator):
+    """Four functions on one line, one on another, none on the third."""
+
+    inputs = (Input("a", 1.0, 2.0), Input("b", 1.0, 2.0))
+    outputs = (Output("y"), Output("z"))
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        """Many."""
+        many = sum(ops.sincos_ht(k * u.a)[0] for k in (0.3, 0.7, 1.1, 1.7))  # MANY
+        few = 1.0 / u.b
+        return {}, {"y": many, "z": few}
+
+
+def test_lines_in_order_with_all_operations() -> None:
+    program, nodes = Uneven().compile_traced()
+    found = operations_by_line(program, nodes)
+    assert sum(found.values()) == len(program.ops)
+    (most, count), (_, less) = found.most_common(2)
+    with open(__file__, encoding="utf-8") as source:
+        (line,) = (k for k, text in enumerate(source, 1) if text.endswith("# MANY\n"))
+    assert most == f"test_heaviest.py, line {line}" and count > 3 * less
+    assert heaviest([(program, nodes)]).startswith(
+        f"; most of its {len(program.ops)} operations: {most} ({count}), test_heaviest.py, line "
+    )
+
+
+def test_several_programs_are_named() -> None:
+    traced = Uneven().compile_traced()
+    said = heaviest([traced, traced])
+    assert said.count("uneven, test_heaviest.py, line ") == 2
+    assert heaviest([]) == ""
