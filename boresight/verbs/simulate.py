@@ -24,13 +24,7 @@ from boresight.model.words.program import Value
 from boresight.options import Outcome, model_options, params_of, progress_of
 from boresight.parameters import parse_settings
 from boresight.sim.board.build import Board, make_board
-from boresight.sim.board.faults import (
-    COMPASS_FAULTS,
-    INERTIAL_FAULTS,
-    fault_board,
-    fault_trial,
-    trial_log,
-)
+from boresight.sim.board.faults import fault_board, fault_names, fault_trial, trial_log
 from boresight.sim.board.page import render_page
 from boresight.sim.board.run import BoardRun, Judgement, judge, run_board, stimulus
 from boresight.sim.board.setup import REAL
@@ -327,9 +321,7 @@ def simulate_faults(
         Unknown filter or fault.
     """
     name = _filter(name)
-    every = [f"adis.{fault}" for fault in INERTIAL_FAULTS] + [
-        f"hmr.{fault}" for fault in COMPASS_FAULTS
-    ]
+    every = fault_names()
     for fault in faults or ():
         check_choice("fault", fault, every)
     board, log = fault_board([name]), trial_log()

@@ -18,7 +18,8 @@ ACC_SCALE = 0.25e-3 * GRAVITY
 
 STAMP_BITS = 32  #: bits of a time stamp: the counter of clock cycles wraps, and so does the word.
 DT_LIMIT = 0.25  #: s, full scale of the time step.
-GAP_S = 0.2499  #: s, longest time between two samples that is no restart.
+GAP_S = 0.2499  #: s, longest time between two samples that is no gap.
+LONG_GAP_S = 0.24  #: s, how much longer a gap is at most told to be.
 GYRO_LIMIT = 64.0  #: rad/s, where rates are clamped.
 ACC_LIMIT = 256.0  #: m/s^2, where specific forces are clamped.
 
@@ -32,8 +33,9 @@ class CalibrateInertial(Estimator):
 
     The matrices hold scale, misalignment and mounting together: rows are body axes, columns
     sensor axes. The biases are in units of the result. Rate and force are clamped to the full scale
-    of the filters' inputs. A negative ``restart``, or more than `GAP_S` since the sample before,
-    gives a dt of -0.25 s, which restarts a filter.
+    of the filters' inputs. A negative ``restart`` gives a dt of -0.25 s, and a gap g of more than
+    `GAP_S` since the sample before one of `GAP_S` - g, at least -`LONG_GAP_S`: a filter begins anew
+    below zero, or makes what it can of the gap's length.
 
     A stamp is a count of clock cycles modulo 2^32, taken for an angle: half a turn is 2^31 cycles.
     Words of fewer than 32 bits drop its lowest ones. Gaps are seen up to 2^32 cycles (43 s at
@@ -90,5 +92,6 @@ class CalibrateInertial(Estimator):
         in_time = ops.saturated(
             GAP_S - half * (p.tick_s * since) - half * p.tick_s + 4096.0 * u.restart, 1.0
         )
-        out["dt"] = ops.saturated(ops.where(in_time < 0.0, -DT_LIMIT, dt), DT_LIMIT)
+        late = ops.maximum(in_time, u.restart - LONG_GAP_S)
+        out["dt"] = ops.saturated(ops.where(in_time < 0.0, late, dt), DT_LIMIT)
         return {"before": u.stamp}, out

@@ -17,6 +17,7 @@ from boresight.sim.attitude.rotation import quaternion_conjugate, quaternion_mul
 from boresight.sim.board.build import Board, make_board
 from boresight.sim.board.run import BoardRun, run_board, stimulus
 from boresight.sim.board.setup import FASTER, FAULTY
+from boresight.sim.board.wrong_values import WRONG_VALUES, wronged
 from boresight.sim.devices.adis16385 import FAULTS as INERTIAL_FAULTS
 from boresight.sim.devices.hmr3300 import FAULTS as COMPASS_FAULTS
 from boresight.sim.records.nine_axis import NineAxis
@@ -27,16 +28,24 @@ from boresight.sim.worlds.synthetic import SensorError, synthetic_log
 __all__ = [
     "COMPASS_FAULTS",
     "INERTIAL_FAULTS",
+    "LARGEST_DEG",
+    "LATER_DEG",
     "FaultTrial",
     "fault_board",
+    "fault_names",
     "fault_trial",
     "trial_log",
 ]
 
 #: The fault lasts from sample to sample, and from line to line of the compass.
 _INERTIAL_SPAN, _COMPASS_SPAN = (1200, 1400), (9, 15)
+#: Rows of the log in which values are wrong, and the registers that choose the compass's counts.
+_WRONG_SPAN, _COUNTS = {"adis": (1200, 1400), "hmr": (1200, 2000)}, (1, 2)
+#: Largest error that a fault may lead to, and largest that may be left a second later, degrees.
+LARGEST_DEG, LATER_DEG = 10.0, 2.0
 #: Updates of a run; a fault takes some of the log's samples.
 _UPDATES, _MORE = 3200, 400
+_MOST_CYCLES = 60_000_000
 #: By how much the motion is slower than `synthetic_log` makes it.
 _SLOWER = 6.0
 #: Events that are no sign of a fault.
@@ -97,12 +106,27 @@ class FaultTrial:
 
     @property
     def good(self) -> bool:
-        """It was seen, or did nothing; and the board came back by itself to about what it was."""
+        """It was seen, or did nothing; and the board came back by itself to about what it was.
+
+        What no reader can see need not be seen.
+        """
         return (
-            (self.seen_after_s is not None or self.harmless)
+            (self.seen_after_s is not None or self.harmless or self.unseen)
             and self.back_after_s is not None
-            and self.after_deg <= max(1.0, 2.0 * self.before_deg)
+            and self.during_deg <= LARGEST_DEG
+            and self.after_deg <= min(LATER_DEG, max(1.0, 2.0 * self.before_deg))
         )
+
+    @property
+    def unseen(self) -> bool:
+        """Wrong values in good form."""
+        return self.fault in WRONG_VALUES[self.device]
+
+
+def fault_names() -> list[str]:
+    """All faults, as ``adis.absent``."""
+    known = {"adis": INERTIAL_FAULTS, "hmr": COMPASS_FAULTS}
+    return [f"{d}.{fault}" for d in known for fault in (*known[d], *WRONG_VALUES[d])]
 
 
 def trial_log() -> Record:
@@ -150,16 +174,24 @@ def fault_trial(
     device : str
         "adis" or "hmr".
     fault : str
-        One of `INERTIAL_FAULTS`, `COMPASS_FAULTS`.
+        One of `INERTIAL_FAULTS`, `COMPASS_FAULTS`, `WRONG_VALUES`.
     updates : int
         Length of the run: an inertial fault is over after 1,400 samples, one of the compass after
         1,900, if ``span`` does not say otherwise.
     span : (int, int)
-        First sample (line of the compass) of the fault, and the first after it.
+        First sample (line of the compass) of the fault, and the first after it; of wrong values
+        always samples.
     """
     say = progress or (lambda text: None)
     log = log or trial_log()
     say(f"{device}: {fault}")
+    if fault in WRONG_VALUES[device]:
+        rows = span or _WRONG_SPAN[device]
+        source, mode = _COUNTS
+        given = stimulus(wronged(log, device, fault, slice(*rows)), board)
+        settings = {"output_divider": 1, "magnetic_source": source, "compass_mode": mode}
+        run = run_board(board, given, updates=updates, settings=settings, max_cycles=_MOST_CYCLES)
+        return _judge(board, run, log, device, fault, _row_cycles(run, rows))
     first, last = span or (_INERTIAL_SPAN if device == "adis" else _COMPASS_SPAN)
     name = fault if device == "adis" else str(COMPASS_FAULTS.index(fault))
     run = run_board(
@@ -168,9 +200,16 @@ def fault_trial(
         updates=updates,
         settings={"output_divider": 1},
         faults={device: f"{first} {last} {name}\n"},
-        max_cycles=60_000_000,
+        max_cycles=_MOST_CYCLES,
     )
-    return _judge(board, run, log, device, fault)
+    return _judge(board, run, log, device, fault, _span_cycles(run, device))
+
+
+def _row_cycles(run: BoardRun, rows: tuple[int, int]) -> tuple[float, float]:
+    """Cycles at which two rows of the log are there."""
+    ready = run.trace.ready
+    begin, end = (float(ready[np.searchsorted(ready[:, 1], row + 1), 0]) for row in rows)
+    return begin, end
 
 
 def _span_cycles(run: BoardRun, device: str) -> tuple[float, float]:
@@ -208,10 +247,12 @@ def _errors(run: BoardRun, log: Record) -> tuple[npt.NDArray[np.int64], FloatArr
     return updated, np.degrees(2.0 * np.arccos(np.clip(np.abs(error[:, 0]), 0.0, 1.0)))
 
 
-def _judge(board: Board, run: BoardRun, log: Record, device: str, fault: str) -> FaultTrial:
+def _judge(
+    board: Board, run: BoardRun, log: Record, device: str, fault: str, span: tuple[float, float]
+) -> FaultTrial:
     trace, names = run.trace, board.system.events
     second = board.setup.clock_hz / FASTER  # of the real board, in cycles
-    begin, end = _span_cycles(run, device)
+    begin, end = span
     seen: dict[str, float] = {}
     whose = ("inertial_",) if device == "adis" else ("compass_",)
     for at, bits in trace.events:

@@ -27,7 +27,7 @@ def predicted(
     column: Any,
     C: Any,
     step: Any,
-    start: Any,
+    starts: tuple[Any, Any],
     keep: Any,
     rest_gain: Any,
     attitude: Any,
@@ -36,8 +36,9 @@ def predicted(
 ) -> Symmetric:
     """Update, then predict: Phi (P - K P_h:) Phi^T + Q, Phi = [I, -A; 0, I], A = C step.
 
-    P0 where ``start``. No growth while the trace is beyond `TRACE_LIMIT`, which is more than
-    three biases of the largest p0_bias, so that measurements always end that.
+    P0 of the attitude, and of the bias, where ``starts``. No growth while the trace is beyond
+    `TRACE_LIMIT`, which is more than three biases of the largest p0_bias, so that measurements
+    always end that.
 
     Parameters
     ----------
@@ -48,14 +49,14 @@ def predicted(
     keep, rest_gain
         1 - k and k: share of the bias that a gyro at rest leaves and gives.
     attitude, growth
-        Random walk of the attitude [rad^2/s], and what youth adds to it: tilt, heading.
+        Random walk of the attitude [rad^2/s], and what youth adds to it.
     p
         Parameters bias_var, rest_var, p0_bias.
     """
     trace = P[0][0] + P[1][1] + P[2][2] + P[3][3] + P[4][4] + P[5][5]
     step = ops.named("growth_step", ops.where(trace > TRACE_LIMIT, 0.0, step))
     A = [[c * (step * (1.0 / BIAS_SCALE)) for c in row] for row in C]
-    added = [ops.saturated(attitude * step + more * step, GROWTH_LIMIT) for more in growth]
+    added = ops.saturated(attitude * step + growth * step, GROWTH_LIMIT)
     walk = BIAS_SCALE * BIAS_SCALE * (p.bias_var * step + p.rest_var * rest_gain)
     p0 = (P0_TILT, P0_TILT, P0_HEADING, *(BIAS_SCALE * BIAS_SCALE * p.p0_bias,) * 3)
     factor = (1.0, keep, ops.named("rest_keep_sq", keep * keep))
@@ -69,23 +70,26 @@ def predicted(
         3,
         lambda i, j: element(
             ops.where(
-                start,
+                starts[1],
                 p0[3 + i] if i == j else 0.0,
                 updated(3 + i, 3 + j) + (walk if i == j else 0.0),
             )
         ),
     )
     across = [
-        [element(ops.where(start, 0.0, updated(i, 3 + k) - dot(A[i], bias[k]))) for k in range(3)]
+        [
+            element(ops.where(starts[0], 0.0, updated(i, 3 + k) - dot(A[i], bias[k])))
+            for k in range(3)
+        ]
         for i in range(3)
     ]
 
     def tilt(i: int, j: int) -> Any:
         if i == j:
-            value = updated(i, i) - 2.0 * dot(A[i], across[i]) + added[i // 2]
+            value = updated(i, i) - 2.0 * dot(A[i], across[i]) + added
         else:
             value = updated(i, j) - dot(A[i], across[j]) - dot(across[i], A[j])
-        return element(ops.where(start, p0[i] if i == j else 0.0, value))
+        return element(ops.where(starts[0], p0[i] if i == j else 0.0, value))
 
     top = symmetric(3, tilt)
     return [[*top[i], *across[i]] for i in range(3)] + [

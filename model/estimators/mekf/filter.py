@@ -53,6 +53,9 @@ from boresight.model.estimators.mekf.interface import (
 
 __all__ = ["STATUS_BITS", "Mekf"]
 
+FORGET_BELOW_S, ANEW_BELOW_S = -0.245, -0.2  #: time steps, see `Mekf.step`.
+LONGEST_STEP_S = 0.25  #: a step below zero is that much less than the gap.
+GAP_VAR = 0.2  #: s, random walk of the attitude in a gap, per (rad/s)^2 after it.
 NOISE_FLOOR = 1e-4  #: least variance of a measurement: the square of the least legal sd.
 NOISE_LIMIT = 4.0  #: largest.
 SPAN_LIMIT = 0.5  #: s, longest time that one measurement speaks for.
@@ -73,8 +76,9 @@ LOST_VAR = 1.0  #: rad^2/s, random walk of the attitude while the gyro says noth
 HEADING_LIMIT = 0.5  #: rad^2, variance from which on a heading that nothing tells gets no worse.
 #: 1/s, one over the age of a mean: at its start, the most that adds to the covariance, how much
 #: faster than its exponential it ends; and by how much more than a plain mean followers follow.
-YOUTH_START, YOUTH_LIMIT, YOUTH_ENDS = 64.0, 8.0, 0.15
-FORCE_YOUTH, FIELD_YOUTH = 2.0, 8.0
+YOUTH_START, YOUTH_LIMIT, YOUTH_ENDS = 64.0, 8.0, 0.5
+FORCE_YOUTH, FIELD_YOUTH = 2.0, 24.0
+YOUTH_LSB = 2.0**-20  #: 1/s, what youth loses in a sample at least, so that it ends.
 
 
 def _three(x: Any, name: str, axes: str) -> tuple[Any, Any, Any]:
@@ -91,11 +95,6 @@ def _increment(half: Any) -> tuple[Any, Any, Any, Any]:
     y = ops.bounded(dot(half, half), 0.0, 0.75, "three squares")
     t = ops.bounded(1.0 + (1.0 / 3.0) * y + (2.0 / 15.0) * (y * y), 1.0, 1.33, "series")
     return (0.5, *(ops.bounded(0.5 * (t * c), -0.34, 0.34, "tangent") for c in half))
-
-
-def _older(youth: Any, dt: Any) -> Any:
-    """One over the age, which grows: y' = -y^2 - y/T, y = (1/T)/(exp(t/T) - 1)."""
-    return youth - youth * ops.saturated((youth + YOUTH_ENDS) * dt, 0.5)
 
 
 def _below(a: Any, b: Any) -> Any:
@@ -119,13 +118,18 @@ class Mekf(Estimator):
         """One sample: update with what earlier samples left, then predict with this one."""
         field, force = (u.mx, u.my, u.mz), (u.ax, u.ay, u.az)
         bias, rate = _three(x, "bias", "xyz"), _three(x, "rate", "xyz")
-        leveling = (u.dt < 0.0) | (x.rest_s < 0.0)
-        dt = ops.named("step", ops.where(leveling, 0.0, u.dt))
+        # Begun anew, with all that it knew or but for the bias; or a gap of known length.
+        forgotten = (u.dt < FORGET_BELOW_S) | (x.rest_s < 0.0)
+        leveling = (u.dt < ANEW_BELOW_S) | (x.rest_s < 0.0)
+        gap = u.dt < 0.0
+        dt = ops.where(gap, LONGEST_STEP_S - u.dt, u.dt)
+        dt = ops.named("step", ops.where(leveling, 0.0, dt))
         no_field = _below(dot(field, field), p.field_min_sq)
 
-        # A gyro beyond its full scale says nothing: the mean rate stands in.
+        # A gyro beyond its full scale says nothing: the mean rate stands in. In a gap half of each.
         told = (u.gx, u.gy, u.gz)
         speed_sq = ops.named("speed_sq", dot(told, told))
+        lost = p.gyro_most_sq < speed_sq
         lost = p.gyro_most_sq < speed_sq
         gyro = [ops.where(lost, mean, now) for mean, now in zip(rate, told, strict=True)]
         stale = (leveling & no_field) | (~leveling & (x.since_field > FIELD_AGE_LIMIT))
@@ -153,7 +157,8 @@ class Mekf(Estimator):
         pairs = zip(f_first, _three(x, "force", "enu"), strict=True)
         f = [ops.where(anew, first, mean) for first, mean in pairs]
         m = _three(x, "field", "enu")
-        east = cross(m_first, [(1.0 / 128.0) * c for c in f_first])
+        east = cross(m_first, [0.125 * c for c in f_first])
+        east = [ops.saturated(c, FIRST_FIELD_LIMIT) for c in east]
         f_sq, m_sq = dot(f, f), m[0] * m[0] + m[1] * m[1]
         no_vertical = _below(f_sq, p.force_min_sq)
         f_inverse = ops.rsqrt(f_sq)
@@ -167,8 +172,8 @@ class Mekf(Estimator):
         change = (ops.saturated(m_sq * m_inverse, 256.0) - x.horizontal, m[2] - x.vertical)
         odd = tuple(ops.saturated(d * m_inverse, 1.0) for d in change)
         odd_now = ops.named("odd_now", ops.bounded(dot(odd, odd), 0.0, 2.0, "two squares"))
-        forget = ops.maximum(p.field_forget_per_s, FIELD_YOUTH * x.field_youth)
-        forget = ops.saturated(forget * dt, 1.0)
+        grown = ops.named("grown", x.youth * dt)
+        forget = ops.saturated(p.field_forget_per_s * dt + FIELD_YOUTH * grown, 1.0)
         odd_past = ops.bounded(x.odd_sq - forget * x.odd_sq, 0.0, 2.0, "a part of it")
         odd_past = ops.named("odd_past", odd_past)
         odd_sq = ops.named("odd", ops.where(odd_now < odd_past, odd_past, odd_now))
@@ -218,7 +223,7 @@ class Mekf(Estimator):
         turned = tuple(ops.saturated(k * innovation, CORRECTION_LIMIT) for k in gain[:3])
         learnt = [
             ops.saturated(
-                ops.where(leveling, 0.0, b + rest_gain * o + k * (1.0 / BIAS_SCALE) * innovation),
+                ops.where(forgotten, 0.0, b + rest_gain * o + k * (1.0 / BIAS_SCALE) * innovation),
                 BIAS_LIMIT,
             )
             for b, o, k in zip(bias, off, gain[3:], strict=True)
@@ -242,12 +247,15 @@ class Mekf(Estimator):
         C = matrix(q)
         pitch, roll, heading = pitch_roll_heading_ht(C)
 
-        youth = [ops.saturated(y, YOUTH_LIMIT) for y in (x.force_youth, x.field_youth)]
-        walk = ops.where(lost, LOST_VAR, p.gyro_var + p.gyro_scale_var * speed_sq)
-        growth = [
-            q * (y * y) for q, y in zip((p.start_tilt_var, p.start_heading_var), youth, strict=True)
-        ]
-        after = predicted(P, gain, column, C, step, leveling, keep, rest_gain, walk, growth, p)
+        youth = ops.saturated(x.youth, YOUTH_LIMIT)
+        older = x.youth - x.youth * ops.saturated(grown + YOUTH_ENDS * dt, 0.5) - YOUTH_LSB
+        walk = ops.saturated(p.gyro_var + p.gyro_scale_var * speed_sq, LOST_VAR)
+        walk = ops.where(lost, LOST_VAR, walk)
+        walk = ops.where(gap, ops.saturated(GAP_VAR * speed_sq, LOST_VAR), walk)
+        again = ops.where(gap, ops.saturated(speed_sq, YOUTH_LIMIT), 0.0)
+        growth = p.start_var * (youth * youth)
+        starts = (leveling, forgotten)
+        after = predicted(P, gain, column, C, step, starts, keep, rest_gain, walk, growth, p)
 
         # Low-passes: force and field in navigation axes, rate in body axes.
         f_change = [
@@ -256,10 +264,10 @@ class Mekf(Estimator):
         r_change = [ops.saturated(w - c, RATE_STEP_LIMIT) for w, c in zip(gyro, rate, strict=True)]
         age = ops.saturated(ops.where(heading_unknown, 1.0, x.since_field + dt), 1.0)
         age = ops.named("field_age", age)
-        f_rate = ops.maximum(p.force_rate_per_s, FORCE_YOUTH * x.force_youth)
+        f_rate = ops.maximum(p.force_rate_per_s * dt, FORCE_YOUTH * grown)
         f_follow, r_follow = (
-            ops.where(leveling, 1.0, ops.saturated(rate * dt, 1.0))
-            for rate in (f_rate, p.gyro_rate_per_s)
+            ops.where(leveling, 1.0, ops.saturated(share, 1.0))
+            for share in (f_rate, p.gyro_rate_per_s * dt)
         )
         f_after = [
             ops.saturated(c + f_follow * d + t, FORCE_LIMIT)
@@ -276,8 +284,8 @@ class Mekf(Estimator):
         ]
 
         # Reference of the field; its horizontal part is negative until the heading is known.
-        m_rate = ops.maximum(p.field_follow_per_s, FIELD_YOUTH * x.field_youth)
-        follow = ops.where(heading_unknown, 1.0, ops.saturated(m_rate * dt, 1.0))
+        follow = ops.saturated(p.field_follow_per_s * dt + FIELD_YOUTH * grown, 1.0)
+        follow = ops.where(heading_unknown, 1.0, follow)
         horizontal = ops.bounded(
             ops.where(
                 leveling | ~aligning & heading_unknown, -1.0, x.horizontal + follow * change[0]
@@ -303,7 +311,7 @@ class Mekf(Estimator):
             heading_unknown & stale,
             no_vertical,
             no_field,
-            p.heading_var < odd_var,
+            ~heading_unknown & (p.heading_var < odd_var),
             resting,
         )
         status: Any = 0.0
@@ -319,8 +327,7 @@ class Mekf(Estimator):
             **{f"rate_{a}": v for a, v in zip("xyz", r_after, strict=True)},
             "horizontal": horizontal,
             "vertical": vertical,
-            "force_youth": ops.where(leveling, YOUTH_START, _older(x.force_youth, dt)),
-            "field_youth": ops.where(aligning, YOUTH_START, _older(x.field_youth, dt)),
+            "youth": ops.where(leveling | aligning, YOUTH_START, ops.maximum(older, again)),
             "odd_sq": ops.where(heading_unknown, 0.0, odd_sq),
             "since_update": ops.where(due, 0.0, since),
             "axis": ops.bounded(ops.where(due, h[1] - h[2], x.axis), -1.0, 1.0, "one of three"),

@@ -46,7 +46,7 @@ def covariance_name(i: int, j: int) -> str:
 PARAMS = (
     Param(
         "gyro_var",
-        4e-05,
+        3e-05,
         1e-6,
         0.0156,
         "rad^2/s",
@@ -55,7 +55,7 @@ PARAMS = (
     ),
     Param(
         "gyro_scale_var",
-        2e-05,
+        2.4e-05,
         0.0,
         0.0039,
         "s",
@@ -63,9 +63,9 @@ PARAMS = (
     ),
     Param(
         "bias_var",
-        3e-08,
+        1.2e-07,
         3e-11,
-        1e-7,
+        4e-7,
         "(rad/s)^2/s",
         "random walk of the gyro's bias: small holds the learnt bias, large follows its drift",
     ),
@@ -97,7 +97,7 @@ PARAMS = (
     Param("rest_var", 1e-07, 1e-9, 6e-5, "(rad/s)^2", "twice the variance of the bias learnt so"),
     Param(
         "force_rate_per_s",
-        0.65,
+        0.6,
         0.01,
         30.0,
         "1/s",
@@ -139,21 +139,13 @@ PARAMS = (
         "heading_var",
     ),
     Param(
-        "start_tilt_var",
-        0.04,
+        "start_var",
+        0.12,
         0.0,
         0.25,
         "rad^2*s",
-        "more random walk of the tilt while the mean force is young, over its squared age: large "
-        "follows the accelerometer at the start",
-    ),
-    Param(
-        "start_heading_var",
-        0.07,
-        0.0,
-        0.25,
-        "rad^2*s",
-        "the same of the heading while it has not been observed for long",
+        "more random walk of the attitude while the means are young, over their squared age: large "
+        "follows accelerometer and magnetometer at the start",
     ),
     Param("field_min_sq", 4.0, 0.1, 4e3, "uT^2", "squared field below which there is no sample"),
     Param(
@@ -184,7 +176,7 @@ PARAMS = (
         "force's deviation from its mean; 16 m/s^2 stand for 1 rad/s of the rate's deviation "
         "from its mean, 5.7 for 1 rad/s of that mean",
     ),
-    Param("rest_time_s", 0.5, 0.0, 30.0, "s", "how long that must last"),
+    Param("rest_time_s", 0.4985, 0.0, 30.0, "s", "how long that must last"),
     Param("p0_bias", 4.5e-05, 1e-11, 6e-5, "(rad/s)^2", "variance of the gyro's bias at the start"),
     Param("update_s", 0.0087, 0.004, 0.24, "s", "least time between two scalar updates"),
 )
@@ -199,8 +191,7 @@ STATES = (
     *(State(f"rate_{a}", -4.0, 4.0 * (1 - 2.0**-31), "rad/s") for a in "xyz"),
     State("horizontal", -1.0, 450.0, "uT", -1.0),  # of the reference field; -1: not known
     State("vertical", -450.0, 450.0, "uT"),
-    State("force_youth", 0.0, 64.0, "1/s", 64.0),  # one over the age of the mean force
-    State("field_youth", 0.0, 64.0, "1/s", 64.0),  # the same of the heading
+    State("youth", 0.0, 64.0, "1/s", 64.0),  # one over the age of the means
     State("odd_sq", 0.0, 2.0, ""),
     State("since_update", 0.0, 0.5, "s"),
     State("axis", -1.0, 1.0, "", -1.0),  # whose turn it is: -1, 0, 1 first, second, third

@@ -30,6 +30,8 @@ __all__ = ["PROTOCOLS", "Case", "cases_of"]
 
 #: Places at which a log is cut, at random, of the full protocol.
 PLACES = 10
+#: Directions of a hard-iron offset: one alone, for each trial, is chance.
+WAYS = 3
 #: Rates [Hz] of the full protocol, besides those of the logs.
 RATES_HZ = (50.0, 100.0, 142.0, 286.0, 500.0, 1000.0)
 
@@ -73,7 +75,10 @@ def _full() -> list[Case]:
         *(_one(f"{rate:g} Hz", resampled(rate)) for rate in RATES_HZ),
         _one("field x 1.1", scaled_field(1.1)),
         _one("field x 0.9", scaled_field(0.9)),
-        _one("field offset 10 %", hard_iron(0.1)),
+        *(
+            Case(f"field offset 10 %, way {k}", "field offset 10 %", hard_iron(0.1, k))
+            for k in range(WAYS)
+        ),
         _one("magnetometer at 10 Hz", magnetometer_at(10.0)),
         _one("no field for a minute", without_field(60.0)),
         _one("never a field", without_field(), judged="inclination"),

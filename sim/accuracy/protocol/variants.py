@@ -157,11 +157,14 @@ def scaled_field(factor: float) -> Variant:
     return lambda log: replace(log, mag=log.mag * factor)
 
 
-def hard_iron(share: float) -> Variant:
-    """The magnetometer off by a constant vector, of so large a share of the field."""
+def hard_iron(share: float, draw: int = 0) -> Variant:
+    """The magnetometer off by a constant vector, of so large a share of the field.
+
+    ``draw`` numbers its directions.
+    """
 
     def work(log: NineAxis) -> NineAxis:
-        way = _rng(log).standard_normal(3)
+        way = _rng(log, draw).standard_normal(3)
         size = share * np.nanmedian(np.linalg.norm(log.mag, axis=1))
         return replace(log, mag=log.mag + size * way / np.linalg.norm(way))
 

@@ -7,6 +7,7 @@ from boresight.sim.board.faults import (
     INERTIAL_FAULTS,
     FaultTrial,
     fault_board,
+    fault_names,
     fault_trial,
 )
 
@@ -23,6 +24,7 @@ def board():
         ("adis", "absent", 1900, (1200, 1400), "inertial_no_data_ready", 0.01, 4.0),
         ("adis", "bit_flips", 1900, (1200, 1400), "inertial_config_error", 0.01, 4.0),
         ("hmr", "silence", 1750, (6, 10), "compass_went_stale", 0.7, 2.0),
+        ("adis", "force_saturated", 1900, (1200, 1400), None, None, 10.0),
     ],
 )
 def test_fault(
@@ -31,19 +33,24 @@ def test_fault(
     fault: str,
     updates: int,
     span: tuple[int, int],
-    event: str,
-    within_s: float,
+    event: str | None,
+    within_s: float | None,
     worst_deg: float,
 ) -> None:
     trial = fault_trial(board, device, fault, updates=updates, span=span)
     assert trial.good, trial
-    assert event in trial.seen_as and trial.seen_after_s < within_s
+    if event is None:
+        assert trial.unseen and trial.seen_after_s is None and trial.dropped == 0
+        assert 0.19 < trial.fault_s < 0.2 and trial.during_deg > 1.2 * trial.before_deg
+    else:
+        assert event in trial.seen_as and trial.seen_after_s < within_s
+        assert (trial.dropped > 150) == (device == "adis")
     assert trial.before_deg < 1.5 and trial.during_deg < worst_deg and trial.after_deg < 1.5
-    assert (trial.dropped > 150) == (device == "adis")
 
 
 def test_all_faults_are_known() -> None:
     assert len(set(INERTIAL_FAULTS)) == 13 and len(set(COMPASS_FAULTS)) == 12
+    assert len(set(fault_names())) == 28
 
 
 @pytest.mark.parametrize(
@@ -55,6 +62,9 @@ def test_all_faults_are_known() -> None:
         ({"seen_after_s": 0.1}, False, True),
         ({"seen_after_s": 0.1, "back_after_s": None}, False, False),
         ({"seen_after_s": 0.1, "after_deg": 2.1}, False, False),
+        ({"seen_after_s": 0.1, "before_deg": 1.5, "after_deg": 2.1}, False, False),
+        ({"seen_after_s": 0.1, "during_deg": 10.1}, False, False),
+        ({"during_deg": 1.3, "fault": "strong_field"}, False, True),
     ],
 )
 def test_what_counts_as_good(changes: dict, harmless: bool, good: bool) -> None:
@@ -68,5 +78,5 @@ def test_what_counts_as_good(changes: dict, harmless: bool, good: bool) -> None:
         "back_after_s": 0.01,
         **changes,
     }
-    trial = FaultTrial(device="hmr", fault="glitches", fault_s=0.9, **values)
+    trial = FaultTrial(**{"device": "hmr", "fault": "glitches", "fault_s": 0.9, **values})
     assert (trial.harmless, trial.good) == (harmless, good)

@@ -18,7 +18,7 @@ from boresight.model.estimators.mekf.covariance import (
 from boresight.model.estimators.mekf.interface import BIAS_SCALE
 
 PARAMS = SimpleNamespace(bias_var=2e-7, rest_var=3e-6, p0_bias=1e-4)
-STEP, WALK, GROWTH = 0.02, 0.01, (0.03, 0.07)
+STEP, WALK, GROWTH = 0.02, 0.01, 0.03
 C = Rotation.from_euler("ZXY", [0.4, -0.3, 1.1]).as_matrix()
 
 
@@ -29,7 +29,8 @@ def drawn(size: float) -> np.ndarray:
 
 
 def found(p: np.ndarray, gain: np.ndarray, column: np.ndarray, **more: object) -> np.ndarray:
-    given = {"step": STEP, "start": False, "keep": 1.0, "rest_gain": 0.0, "growth": GROWTH, **more}
+    given = {"step": STEP, "starts": (False, False), "keep": 1.0, "rest_gain": 0.0, **more}
+    given.setdefault("growth", GROWTH)
     return np.array(
         predicted(p.tolist(), gain, column, C.tolist(), attitude=WALK, p=PARAMS, **given)
     )
@@ -38,7 +39,7 @@ def found(p: np.ndarray, gain: np.ndarray, column: np.ndarray, **more: object) -
 def wanted(p: np.ndarray, step: float, rest_gain: float) -> np.ndarray:
     a = C * step / BIAS_SCALE
     phi = np.block([[np.eye(3), -a], [np.zeros((3, 3)), np.eye(3)]])
-    added = [step * (WALK + g) for g in (GROWTH[0], GROWTH[0], GROWTH[1])]
+    added = [step * (WALK + GROWTH)] * 3
     bias = BIAS_SCALE**2 * (PARAMS.bias_var * step + PARAMS.rest_var * rest_gain)
     after = phi @ (p + np.diag([0.0] * 3 + [bias] * 3)) @ phi.T + np.diag([*added, *[0.0] * 3])
     # More than the exact product, as the code says.
@@ -69,13 +70,21 @@ def test_a_large_trace_does_not_grow() -> None:
 
 def test_growth_of_one_step_is_limited() -> None:
     p, none = drawn(0.1), np.zeros(6)
-    after = found(p, none, none, growth=(1e3, 0.0))
+    after = found(p, none, none, growth=1e3)
     a = C * STEP / BIAS_SCALE
-    rest = wanted(p, STEP, 0.0)[0, 0] - STEP * (WALK + GROWTH[0])
+    rest = wanted(p, STEP, 0.0)[0, 0] - STEP * (WALK + GROWTH)
     assert after[0, 0] == pytest.approx(rest + GROWTH_LIMIT) and np.abs(a).max() < 1.0
 
 
 def test_p0() -> None:
-    after = found(drawn(2.0), np.ones(6), np.ones(6), start=True)
+    after = found(drawn(2.0), np.ones(6), np.ones(6), starts=(True, True))
     bias = BIAS_SCALE**2 * PARAMS.p0_bias
     assert after == pytest.approx(np.diag([P0_TILT, P0_TILT, P0_HEADING, bias, bias, bias]))
+
+
+def test_the_bias_stays_known_where_the_attitude_begins_anew() -> None:
+    p, none = drawn(2.0), np.zeros(6)
+    after = found(p, none, none, starts=(True, False))
+    assert after[:3, :3] == pytest.approx(np.diag([P0_TILT, P0_TILT, P0_HEADING]))
+    assert not after[:3, 3:].any()
+    assert after[3:, 3:] == pytest.approx(wanted(p, STEP, 0.0)[3:, 3:])
