@@ -10,7 +10,6 @@ import pytest
 from boresight.verbs.texts import VERBS
 from tests.support import pages
 
-
 #: Pages with a test of their own beside this one.
 OWN = {f"docs/{path.stem.removeprefix('test_')}.md" for path in Path(__file__).parent.glob("*.py")}
 

@@ -152,7 +152,7 @@ def _command(line: str, folder: Path, where: str, shown: str, *, only: bool) -> 
         return ""
     program = words[0].rpartition("/")[2]
     if only:
-        assert program in ("boresight", "pytest"), f"{where}: what is {line!r}?"
+        assert program in ("boresight", "make", "pytest"), f"{where}: what is {line!r}?"
         if program == "boresight":
             parsed(line)
         return ""
