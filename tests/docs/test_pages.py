@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import pytest
@@ -16,14 +15,9 @@ OWN = {f"docs/{path.stem.removeprefix('test_')}.md" for path in Path(__file__).p
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """A user's folder, in which his modules are found, with the examples."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])  # what a page adds goes again
-    monkeypatch.setattr(sys, "dont_write_bytecode", True)
-    # Verilator alone: what a second simulator says is tested elsewhere.
-    monkeypatch.setattr("boresight.sim.levels.rtl.available", lambda name: False)
     (tmp_path / "examples").symlink_to(pages.ROOT / "examples")
-    return tmp_path
+    with pages.user_folder(tmp_path, monkeypatch):
+        yield tmp_path
 
 
 @pytest.mark.full_search

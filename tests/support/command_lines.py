@@ -89,7 +89,7 @@ _STEPS = {"--steps": _number("1", "5", "100")}
 
 #: Each verb's positional arguments, and its options; None: a flag.
 VERBS: Mapping[str, tuple[list[Any], dict[str, Any]]] = {
-    "new": ([st.one_of(_TEXTS, st.sampled_from(["mine", "folder/mine.py", "class", "log"]))], {}),
+    "new": ([_mostly("mine", "folder/mine.py", "class", "numpy")], {}),
     "list": ([], {}),
     "doctor": ([], {}),
     "compile": (

@@ -25,9 +25,21 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from boresight import cli
 
-__all__ = ["PAGES", "ROOT", "Block", "blocks_of", "call_tests", "parsed", "run_page", "same_text"]
+__all__ = [
+    "PAGES",
+    "ROOT",
+    "Block",
+    "blocks_of",
+    "call_tests",
+    "parsed",
+    "run_page",
+    "same_text",
+    "user_folder",
+]
 
 ROOT = Path(__file__).parents[2]
 #: Pages for users, by path below the root.
@@ -84,6 +96,22 @@ def blocks_of(page: str) -> list[Block]:
         found.append(Block(fence[3].strip(), text, k + 2, name[1] if name else "", only))
         before, k = "", end + 1
     return found
+
+
+@contextlib.contextmanager
+def user_folder(folder: Path, patch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A user's folder as the current one, in which his modules are found; nothing of them stays.
+
+    Verilator runs alone: what a second simulator says is tested elsewhere.
+    """
+    patch.chdir(folder)
+    patch.setattr(sys, "path", [str(folder), *sys.path])
+    patch.setattr(sys, "dont_write_bytecode", True)
+    patch.setattr("boresight.sim.levels.rtl.available", lambda name: False)
+    yield folder
+    for name, module in list(sys.modules.items()):
+        if Path(getattr(module, "__file__", None) or "/").is_relative_to(folder):
+            del sys.modules[name]
 
 
 def parsed(line: str) -> None:

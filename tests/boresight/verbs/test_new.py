@@ -12,15 +12,13 @@ import boresight
 from boresight.cli import main
 from boresight.model.resolve import estimator_of
 from boresight.sim.worlds.world import World
-from tests.support.pages import ROOT, call_tests
+from tests.support.pages import ROOT, call_tests, user_folder
 
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
-    monkeypatch.setattr("boresight.sim.levels.rtl.available", lambda name: False)
-    return tmp_path
+    with user_folder(tmp_path, monkeypatch):
+        yield tmp_path
 
 
 def test_all_of_it_passes_at_once(folder, capsys):
