@@ -15,7 +15,9 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.disk.cache import Cache
+from boresight.firmware.body import Body
 from boresight.firmware.emit import emit_c
+from boresight.firmware.observe import observe_source
 from boresight.model.errors import ToolMissing
 from boresight.model.tools.failure import ToolFailed, failure
 from boresight.model.words.fixed import IntArray
@@ -59,6 +61,7 @@ def _version(compiler: str) -> str:
 def compiled_library(
     files: Mapping[str, str],
     *,
+    source: str = "",
     cflags: Sequence[str] = CFLAGS,
     libraries: Sequence[str] = (),
     cache: Path | None = None,
@@ -71,7 +74,9 @@ def compiled_library(
     Parameters
     ----------
     files : mapping of str to str
-        ``<name>.h`` first; ``<name>_host.c`` includes the others.
+        ``<name>.h`` first.
+    source : str
+        That which is compiled and includes the others; ``<name>_host.c`` by default.
     cflags : sequence of str
         Flags beside those that make a shared library of C99.
     libraries : sequence of str
@@ -85,7 +90,7 @@ def compiled_library(
         If there is no compiler.
     """
     name = next(iter(files)).removesuffix(".h")
-    source = f"{name}_host.c"
+    source = source or f"{name}_host.c"
     compiler = find_compiler()
     flags = [*_FIXED_FLAGS, *cflags]
     identity = repr([compiler, _version(compiler), name, source, flags, libraries, dict(files)])
@@ -103,8 +108,10 @@ def compiled_library(
     del entry  # which kept it in use
 
 
-def instance(library: Path, **arguments: Sequence[Any]) -> dict[str, Callable[..., None]]:
-    """One estimator of a compiled library, initialised: its functions by name.
+def instance(
+    library: Path, **arguments: Sequence[Any]
+) -> tuple[Any, dict[str, Callable[..., None]]]:
+    """One estimator of a compiled library, initialised: its memory, its functions by name.
 
     Parameters
     ----------
@@ -123,7 +130,7 @@ def instance(library: Path, **arguments: Sequence[Any]) -> dict[str, Callable[..
         function.argtypes, function.restype = [ctypes.c_void_p, *types], None
         functions[name] = functools.partial(function, memory)
     functions["init"]()
-    return functions
+    return memory, functions
 
 
 def array_of(kind: npt.DTypeLike) -> Any:
@@ -170,14 +177,29 @@ class CModel:
         self.cflags = tuple(cflags)
         self._params = {program.values[n].name: n for n in program.of_kind(Kind.PARAM)}
         count, word = ctypes.c_size_t, ctypes.c_int32
-        words, numbers = array_of(np.int32), array_of(np.int64)
-        with compiled_library(emit_c(program), cflags=cflags, cache=cache) as self.library:
-            self._call = instance(
+        words = array_of(np.int32)
+        self._files, self._cache = emit_c(program), cache
+        with compiled_library(self._files, cflags=cflags, cache=cache) as self.library:
+            self._memory, self._call = instance(
                 self.library,
                 set_param=(count, word),
                 run=(count, words, words, array_of(np.uint8), ctypes.c_void_p),
-                observe=(count, *3 * (words,), *3 * (numbers,)),
             )
+
+    @functools.cached_property
+    def _observe(self) -> Callable[..., None]:
+        """The function of a second library, which works on the same states."""
+        header = next(iter(self._files))
+        source = f"{self.library.stem}_observe.c"
+        files = {header: self._files[header], source: observe_source(Body(self.program))}
+        words, numbers = array_of(np.int32), array_of(np.int64)
+        with compiled_library(
+            files, source=source, cflags=self.cflags, cache=self._cache
+        ) as library:
+            function = getattr(ctypes.CDLL(str(library)), f"{library.stem}_observe")
+        function.argtypes = [ctypes.c_void_p, ctypes.c_size_t, *3 * (words,), *3 * (numbers,)]
+        function.restype = None
+        return functools.partial(function, self._memory)
 
     def _checked(self, words: npt.ArrayLike, what: str) -> npt.NDArray[np.int32]:
         """Words as contiguous int32; ValueError if one does not fit."""
@@ -278,5 +300,5 @@ class CModel:
         low = np.full(count, limit.max, dtype=np.int32)
         high = np.full(count, limit.min, dtype=np.int32)
         at = np.zeros((3, count), dtype=np.int64)  # low_at, high_at, saturations
-        self._call["observe"](len(words), words, low, high, *at)
+        self._observe(len(words), words, low, high, *at)
         return WordRanges(low.astype(np.int64), high.astype(np.int64), *at)

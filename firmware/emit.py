@@ -1,8 +1,8 @@
 """Writes a program as C99: integers only, no allocation, no undefined behaviour.
 
 `emit_c` gives three files. ``<name>.h`` and ``<name>.c`` are the firmware; ``<name>_host.c``
-includes ``<name>.c`` and adds what only a host needs: many updates in one call, and every word of
-one update. The same program gives the same text.
+includes ``<name>.c`` and adds what only a host needs: many updates in one call. The same program
+gives the same text.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from boresight.firmware.layout import banner, block, header, source
 from boresight.firmware.names import literal, unique
 from boresight.model.words.program import Program
 
-__all__ = ["emit_c"]
+__all__ = ["emit_c", "preamble"]
 
 
 def _members(body: Body, numbers: Sequence[int], members: Sequence[str]) -> list[str]:
@@ -65,6 +65,18 @@ def _table(body: Body) -> str:
     ]
     title = "// Function tables: 128 segments of 4 coefficients each"
     return f"{title}\n{block(f'static const int32_t TABLE[{len(memory)}] =', rows)};"
+
+
+def preamble(body: Body, text: str) -> list[str]:
+    """What stands between the includes and functions with the statements ``text``."""
+    return [
+        banner("Definitions"),
+        definitions(body.program.arithmetic),
+        banner("Variables") if body.uses_table else "",
+        _table(body),
+        banner("Functions"),
+        helpers(text),
+    ]
 
 
 def _assign(body: Body, group: str, numbers: Sequence[int], members: Sequence[str]) -> list[str]:
@@ -118,14 +130,7 @@ def emit_c(program: Program, *, prefix: str | None = None) -> dict[str, str]:
         f"{name}.c": source(
             name,
             body.head(".c", f"{brief}, {p.arithmetic.word}-bit words, {len(p.ops)} operations."),
-            before=[
-                banner("Definitions"),
-                definitions(p.arithmetic),
-                banner("Variables") if body.uses_table else "",
-                _table(body),
-                banner("Functions"),
-                helpers("\n".join(update)),
-            ],
+            before=preamble(body, "\n".join(update)),
             params=_assign(body, "params", body.params, body.param_members),
             states=_assign(body, "state", body.states, body.state_members),
             update=update,

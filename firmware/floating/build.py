@@ -79,7 +79,7 @@ class FloatCModel:
         with compiled_library(
             files, cflags=(*cflags, *_PLAIN), libraries=("-lm",), cache=cache
         ) as self.library:
-            self._call = instance(
+            _, self._call = instance(
                 self.library, set_params=(numbers,), run=(ctypes.c_size_t, numbers, numbers)
             )
         values = list(estimator.param_values(params).values())

@@ -14,8 +14,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from boresight.firmware.body import Body
 from boresight.firmware.build import find_compiler
 from boresight.firmware.emit import emit_c
+from boresight.firmware.observe import observe_source
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import (
@@ -46,6 +48,8 @@ STRICT = (
 MAIN = """
 #include "p_host.c"
 #include <stdio.h>
+void p_observe(p_t *, size_t, const int32_t *, int32_t *, int32_t *, int64_t *, int64_t *,
+    int64_t *);
 int main(void) {
     static int32_t inputs[@n_in@], outputs[@n_out@], words[2][@n_values@];
     static int64_t counts[3][@n_values@];
@@ -67,6 +71,12 @@ int main(void) {
 def write(files: dict[str, str], folder: Path) -> None:
     for name, text in files.items():
         (folder / name).write_text(text, encoding="utf-8")
+
+
+def all_files(program: Program, prefix: str | None = None) -> dict[str, str]:
+    """Firmware, and what a host adds."""
+    body = Body(program, prefix=prefix)
+    return {**emit_c(program, prefix=prefix), f"{body.name}_observe.c": observe_source(body)}
 
 
 def compile_(folder: Path, *arguments: str) -> None:
@@ -111,9 +121,9 @@ def golden_program() -> Program:
     )
 
 
-@pytest.mark.parametrize("name", ["golden.h", "golden.c", "golden_host.c"])
+@pytest.mark.parametrize("name", ["golden.h", "golden.c", "golden_host.c", "golden_observe.c"])
 def test_golden(name: str) -> None:
-    text = emit_c(golden_program())[name]
+    text = all_files(golden_program())[name]
     path = GOLDEN / name
     if os.environ.get("BORESIGHT_UPDATE"):
         path.write_text(text, encoding="utf-8")
@@ -186,13 +196,14 @@ def test_no_warning(
         if which in programs
         else random_program(3, word=int(which[-2:]), n_ops=60)
     )
-    write(emit_c(program, prefix="p"), tmp_path)
+    write(all_files(program, prefix="p"), tmp_path)
     compile_(tmp_path, *STRICT, "-O2", "-c", "p.c")
     compile_(tmp_path, *STRICT, "-O0", "-c", "p_host.c")
+    compile_(tmp_path, *STRICT, "-O0", "-c", "p_observe.c")
 
 
 def test_integers_only_and_nothing_allocated() -> None:
-    text = "".join(emit_c(random_program(5)).values())
+    text = "".join(all_files(random_program(5)).values())
     assert not any(word in text for word in ("float", "double", "malloc", "calloc", "alloca"))
 
 
@@ -210,7 +221,7 @@ def test_no_undefined_behaviour(
         rows = random_inputs(program, word, 300)
     else:
         program, rows = corner(word), corner_rows(word)
-    write(emit_c(program, prefix="p"), tmp_path)
+    write(all_files(program, prefix="p"), tmp_path)
     text = MAIN
     for name, count in (
         ("@n_in@", len(program.inputs)),
@@ -227,6 +238,7 @@ def test_no_undefined_behaviour(
         "-fsanitize=address,undefined",
         "-fno-sanitize-recover=all",
         "main.c",
+        "p_observe.c",
         "-o",
         "main",
     )

@@ -10,16 +10,6 @@ from boresight.model.words.program import Program
 def test_entry_points(odd_names: Program) -> None:
     text = host_source(Body(odd_names, prefix="odd"))
     assert text.index('#include "odd.c"') < text.index("size_t odd_size(void);")
-    for name in ("odd_size", "odd_set_param", "odd_run", "odd_each", "odd_observe"):
+    for name in ("odd_size", "odd_set_param", "odd_run", "odd_each"):
         found = re.findall(rf"^(?:void|size_t) {name}\(", text, re.MULTILINE)
         assert len(found) == 2, "a declaration and a definition"
-
-
-def test_every_word_is_given(odd_names: Program) -> None:
-    text = host_source(Body(odd_names))
-    assert all(f"words[{n}] = " in text for n in range(len(odd_names.values)))
-
-
-def test_saturations_are_counted_one_by_one(odd_names: Program) -> None:
-    text = host_source(Body(odd_names))
-    assert all(f"saturations[{op.dest}] += saturated" in text for op in odd_names.ops)

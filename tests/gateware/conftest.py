@@ -14,6 +14,7 @@ from amaranth.sim import Simulator
 
 from boresight.gateware.verilog import to_verilog
 from boresight.model.tools.folders import yosys_environment
+from tests.support.clock import PERIOD_S, pause
 
 #: Simulation models of the primitives in use, out of the synthesis tool's library.
 PRIMITIVES = ("DSP48A1", *(f"LUT{n}" for n in range(2, 7)))
@@ -49,7 +50,7 @@ def simulate() -> Callable:
         top.domains.sync = ClockDomain()  # also for what has no register
         top.submodules.dut = dut
         sim = Simulator(top)
-        sim.add_clock(1e-8)
+        sim.add_clock(PERIOD_S)
         for other in background:
             sim.add_testbench(other, background=True)
         sim.add_testbench(bench)
@@ -101,7 +102,7 @@ def send() -> Callable:
         for byte in data:
             for bit in (0, *(byte >> k & 1 for k in range(8)), stop):
                 ctx.set(line, bit)
-                await ctx.tick().repeat(divisor)
+                await pause(ctx, divisor)
         ctx.set(line, 1)
 
     return put
@@ -114,15 +115,15 @@ def listen() -> Callable:
     def make(line, divisor: int, received: bytearray) -> Callable:
         async def bench(ctx):
             while True:
-                while ctx.get(line):
-                    await ctx.tick()
-                await ctx.tick().repeat(divisor // 2)
+                if ctx.get(line):
+                    await ctx.negedge(line)
+                await pause(ctx, divisor // 2)
                 assert not ctx.get(line), "a start bit that is none"
                 byte = 0
                 for bit in range(8):
-                    await ctx.tick().repeat(divisor)
+                    await pause(ctx, divisor)
                     byte |= ctx.get(line) << bit
-                await ctx.tick().repeat(divisor)
+                await pause(ctx, divisor)
                 assert ctx.get(line), "no stop bit"
                 received.append(byte)
 

@@ -13,6 +13,7 @@ from boresight.gateware.boards.top import Top
 from boresight.gateware.core import Core
 from boresight.gateware.registers.core import PROGRAM
 from boresight.model.estimator import input_words
+from tests.support.clock import PERIOD_S, pause
 
 DIVISOR = 8
 STATUS, UPDATES, BUILD = 512, 513, 514
@@ -32,7 +33,7 @@ class Line:
 
     def run(self, test) -> None:
         sim = Simulator(self.dut)
-        sim.add_clock(1e-8)
+        sim.add_clock(PERIOD_S)
         sim.add_testbench(self._listen(self.dut.tx, DIVISOR, self._received), background=True)
         sim.add_testbench(test)
         sim.run()
@@ -43,12 +44,12 @@ class Line:
 
     async def answer(self, ctx, limit: int = 20_000) -> tuple[Kind, list[int]] | None:
         """Next frame from the board; None if there is none for a while."""
-        for _ in range(limit):
+        for _ in range(0, limit, DIVISOR):
             self._frames += self._decoder.feed(bytes(self._received))
             self._received.clear()
             if self._frames:
                 return self._frames.pop(0)
-            await ctx.tick()
+            await pause(ctx, DIVISOR)
         return None
 
     async def ask(self, ctx, kind: Kind, words: list[int]) -> list[int]:
@@ -237,15 +238,15 @@ def test_nothing_stops_it(seed: int, leaky: Core, line) -> None:
                     await bench.send(ctx, lost)
                 case 3:  # a line held low, then high in the middle of a byte
                     ctx.set(bench.dut.rx, 0)
-                    await ctx.tick().repeat(rng.randrange(1, 300))
+                    await pause(ctx, rng.randrange(1, 300))
                     ctx.set(bench.dut.rx, 1)
-                    await ctx.tick().repeat(10 * DIVISOR)
+                    await pause(ctx, 10 * DIVISOR)
                 case 4:  # bytes at another rate
                     for _ in range(rng.randrange(300)):
                         ctx.set(bench.dut.rx, rng.getrandbits(1))
-                        await ctx.tick().repeat(rng.randrange(1, 12))
+                        await pause(ctx, rng.randrange(1, 12))
                     ctx.set(bench.dut.rx, 1)
-                    await ctx.tick().repeat(10 * DIVISOR)
+                    await pause(ctx, 10 * DIVISOR)
             wanted = model.update(np.array([record]))[0][0].tolist()
             assert await bench.ask(ctx, Kind.RECORD, record) == wanted
         assert await bench.answer(ctx, limit=3000) is None
