@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import shutil
 import subprocess
@@ -58,7 +59,7 @@ def build_program(
         The build failed; the line says why, and which file has the whole log.
     """
     require("verilator")
-    objects = _runtime(arguments, cocotb)
+    objects = _runtime(arguments)
     _build(
         program,
         sources,
@@ -69,25 +70,37 @@ def build_program(
     )
 
 
-def _runtime(arguments: Sequence[str], cocotb: bool) -> Entry:
-    """Objects of Verilator's own library for these arguments, made with an empty bench."""
-    flags = [a for a in arguments if not a.startswith("-G")]
+def _runtime(arguments: Sequence[str]) -> Entry:
+    """Objects of Verilator's own library for these arguments, made with an empty bench.
+
+    With VPI, which cocotb needs: one library serves benches under it and others.
+    """
+    flags = ["-Wno-fatal", "--vpi", *_of_library(arguments)]
     compiler = subprocess.run(["g++", "--version"], capture_output=True, text=True, check=False)
     waits = "initial #1;\n" if "--timing" in flags else ""
     sources = {"empty.sv": f"{_EMPTY}{waits}endmodule\n"}
-    if not cocotb and "--main" not in flags:
+    if "--main" not in flags:
         sources["main.cpp"] = "int main() { return 0; }\n"
     versions = version("verilator"), compiler.stdout
-    identity = repr(("runtime", versions, flags, cocotb, sources))
+    identity = repr(("runtime", versions, flags, sources))
 
     def make(folder: Path) -> None:
         with tempfile.TemporaryDirectory(prefix="boresight-runtime-") as place:
             collect = launcher(folder, keep=True)
             _build(
-                Path(place) / "empty", sources, flags, top="empty", cocotb=cocotb, objects=collect
+                Path(place) / "empty", sources, flags, top="empty", cocotb=False, objects=collect
             )
 
     return Cache().get("verilator-library", identity, make)
+
+
+def _of_library(arguments: Sequence[str]) -> list[str]:
+    """Those that decide how Verilator's library is compiled."""
+    out = [a for a in arguments if a in ("--timing", "--main")]
+    for option, value in itertools.pairwise(arguments):
+        if option in ("-CFLAGS", "-MAKEFLAGS", "--output-split"):
+            out += [option, value]
+    return out
 
 
 def _build(
