@@ -138,8 +138,20 @@ def maximum(a: Any, b: Any) -> Any:
     return np.where(a < b, b, a) if traced is None else traced
 
 
-def clip(x: Any, low: float, high: float) -> Any:
-    """``x`` limited to [low, high] (exactly, by comparison)."""
+def clip(x: Any, low: Any, high: Any) -> Any:
+    """``x`` limited to [low, high] (exactly, by comparison).
+
+    Limits are numbers, or values that vary: then ``maximum(minimum(x, high), low)``.
+
+    Raises
+    ------
+    InputError
+        The limits are numbers and not ordered.
+    """
+    if isinstance(low, Scalar) or isinstance(high, Scalar):
+        return maximum(minimum(x, high), low)
+    if _plain(low, high):
+        require(low <= high, author_line(), "limits of ops.clip in order", (low, high))
     return (
         x.tracer.new("clip", x, data=(low, high))
         if isinstance(x, Scalar)
@@ -187,7 +199,9 @@ def sqrt(x: Any) -> Any:
 
     In fixed point x * rsqrt(x): too small below the least argument of `rsqrt`.
     """
-    return _record("sqrt", x) if isinstance(x, Scalar) else np.sqrt(x)
+    if isinstance(x, Scalar):
+        return _record("sqrt", x)
+    return math.sqrt(x) if _plain(x) else np.sqrt(x)
 
 
 def exp(x: Any) -> Any:

@@ -127,6 +127,8 @@ class Expansion(Graph):
         [-1/2, 1/2), the part of z + 1/2 that no whole number takes::
 
             g = wrap(z + 1/2)        m = g - 1/2 - z        bit j of m: wrap((m + 1/2) 2^-j) < 0
+
+        With the half, no rounding decides a bit.
         """
         if a.kind == "const":
             return self.const(rounded.exp(a.value))
@@ -138,15 +140,14 @@ class Expansion(Graph):
         x = self.larger(a, self.const(least)) if a.low < least else a
         turns = self.mul(x, self.const(rounded.LOG2_E))
         g = self._wrap(self.add(turns, self.const(0.5)), 1.0, "turn")
-        m = self.add(self.sub(g, turns), self.const(k - 0.5))
+        above = self.add(self.sub(g, turns), self.const(float(k)))  # m + 1/2
         y = self.saturated(self._polynomial(g, polynomials.EXP2), 1.0)
-        for j in range(math.floor(span + 1.0).bit_length()):
-            share = self.const(2.0**-j)
-            odd = self._wrap(self.mul(self.add(m, self.const(0.5)), share), 2.0, "ht")
+        for j in range(math.floor(span).bit_length()):
+            odd = self._wrap(self.mul(above, self.const(2.0**-j)), 2.0, "ht")
             shifted = self.mul(y, self.const(2.0 ** -(2**j)))
             y = self.select(self.less(odd, self.const(0.0)), shifted, y)
-        low, high = rounded.exp(a.low) * (1.0 - _SLACK), rounded.exp(a.high) * (1.0 + _SLACK)
-        return self.bounded(self.mul(y, self.const(math.ldexp(1.0, k))), low, high, "exp")
+        whole = self.mul(y, self.const(math.ldexp(1.0, k)))
+        return self.bounded(whole, rounded.exp(a.low), rounded.exp(a.high), "exp")
 
     def log(self, a: Node) -> Node:
         """Natural logarithm of a > 0.
@@ -164,10 +165,9 @@ class Expansion(Graph):
                 "take it of ops.maximum(x, SMALLEST) or ops.clip(x, SMALLEST, LARGEST)",
             )
         k = rounded.binary_exponent(a.high) + 1
-        span = k - rounded.binary_exponent(a.low) - 1  # of m
         y = self.saturated(self.mul(a, self.const(math.ldexp(1.0, -k))), 1.0)
         rest = self.const(k * rounded.LN_2)
-        for j in reversed(range(span.bit_length())):
+        for j in reversed(range(_BINADES.bit_length())):  # those that the range decides vanish
             small = self.less(y, self.const(2.0 ** -(2**j)))
             y = self.saturated(self.select(small, self.mul(y, self.const(2.0**2**j)), y), 1.0)
             less = self.select(small, self.const(2**j * rounded.LN_2), self.const(0.0))

@@ -14,7 +14,7 @@ import boresight
 from boresight import blocks, ops
 from boresight.gateware.core import build_core
 from boresight.model.blocks.biquad import Cascade
-from tests.model.conftest import Traced
+from tests.support.traced import Traced
 
 PAGE = (Path(__file__).parents[2] / "docs" / "operations.md").read_text(encoding="utf-8")
 ROWS = [

@@ -269,6 +269,14 @@ def test_selections_and_limits_are_exact(trace: Any, word: int) -> None:
         assert np.abs(y - want).max() <= tolerance, k
 
 
+def test_limits_that_vary(trace: Any) -> None:
+    t = trace(lambda x, most: ops.clip(x, -most, most), [(-4.0, 4.0), (0.0, 3.0)])
+    fixed, floats, saturated = t.run(
+        *np.random.default_rng(13).uniform([[-4.0], [0.0]], 3.0, (2, 500))
+    )
+    assert np.array_equal(fixed[0], floats[0]) and not saturated.any()
+
+
 @pytest.mark.parametrize("word", [18, 32])
 def test_a_clamp_inside_a_wider_bound_still_clamps(trace: Any, word: int) -> None:
     t = trace(

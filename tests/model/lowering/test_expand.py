@@ -73,7 +73,7 @@ def test_a_logarithm_over_31_binades(trace: Any) -> None:
 
 @pytest.mark.parametrize("word", [18, 25, 32])
 @pytest.mark.parametrize(
-    "span", [(-1.0, 1.0), (-30.0, 30.0), (-4.0, 2.0), (0.0, 2.0), (-3.0, -1.0)]
+    "span", [(-1.0, 1.0), (-30.0, 30.0), (-12.0, 12.0), (-4.0, 2.0), (0.0, 2.0), (-3.0, -1.0)]
 )
 def test_tanh(trace: Any, span: Range, word: int) -> None:
     t = trace(ops.tanh, [span], word)
@@ -90,6 +90,32 @@ def test_they_undo_each_other(trace: Any) -> None:
     assert not saturated.any()
     assert np.abs(fixed[0] - x).max() < 2e-7  # e^-2 has so much fewer bits than e^3
     assert np.abs(fixed[1] - x - 4.0).max() < 3e-8
+
+
+@pytest.mark.parametrize(
+    "function, span, products",
+    [
+        (ops.exp, (5.0, 5.5), 14),
+        (ops.exp, (-1.0, 1.0), 23),
+        (ops.exp, (-800.0, 0.0), 36),
+        (ops.log, (1.0, 1.9), 20),
+        (ops.log, (0.5, 1.5), 25),
+        (ops.log, (1e-6, 1.0), 49),
+    ],
+)
+def test_bits_that_the_range_does_not_need_are_left_out(
+    trace: Any, function: Any, span: Range, products: int
+) -> None:
+    assert sum(len(op.terms) for op in trace(function, [span]).program.ops) == products
+
+
+def test_a_largest_result_that_just_fits_its_word_does_not_saturate(trace: Any) -> None:
+    most = 1.0 - 2.0**-31
+    for function, end in ((ops.exp, math.log(most)), (ops.log, math.exp(most)),
+                          (ops.tanh, math.atanh(most))):  # fmt: skip
+        for low in (end - 0.1, end - 0.3, end - 0.5):
+            x = np.concatenate([np.linspace(low, end, 500), np.full(9, end)])
+            assert not trace(function, [(low, end)]).run(x)[2].any()
 
 
 def test_ranges_follow_from_the_argument() -> None:

@@ -2,6 +2,7 @@
 
 import itertools
 import random
+import sys
 from typing import Any
 
 import numpy as np
@@ -505,9 +506,17 @@ def test_chains_of_thousands_of_operations() -> None:
         want = 0.5 * want - 1.0 / (k + 2)
     for number, word, wanted in zip(
         program.outputs, out, ((1.0 + 1500 * 0.25) * x, want * x), strict=True
-    ):
+    ):  # each product is rounded down
         fmt = program.format(number)
-        assert (
-            np.abs(fmt.real(word) - wanted).max() <= 3000 / 2**8 * fmt.lsb
-        )  # each product is rounded down
+        assert np.abs(fmt.real(word) - wanted).max() <= 3000 / 2**8 * fmt.lsb
     assert len(program.ops) > 3000 and not saturated.any()
+
+
+def test_calls_nest_as_deep_as_a_chain_that_takes_most_for_each_node() -> None:
+    g = Tracer("chain")
+    last = u = g.leaf("input", "u", -1.0, 1.0)
+    for k in range(2000):
+        last = ops.named(f"n{k}", last + u)
+    before = sys.getrecursionlimit()
+    program, _ = lower(Trace(g, [u], {"last": last}), Arithmetic())
+    assert len(program.ops) == 2000 and sys.getrecursionlimit() == before
