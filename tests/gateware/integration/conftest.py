@@ -9,13 +9,17 @@ from pathlib import Path
 import pytest
 
 from boresight.core_files import write_core
+from boresight.sim.levels import vectors
 from boresight.sim.levels.build import Build
 from tests.support.linked import Inner, Middle
 from tests.support.track import Track
 
 
 def _written(folder: Path, build: Build, target: str) -> tuple[Path, Build]:
-    write_core(folder, build, target=target, axi=True)
+    """24 records of each program, to be quick."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(vectors, "_RECORDS", (24, 24))
+        write_core(folder, build, target=target, axi=True)
     return folder, build
 
 
