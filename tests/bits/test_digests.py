@@ -9,6 +9,7 @@ import contextlib
 import hashlib
 import json
 import os
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from boresight.gateware.schedule.search import schedule
 from boresight.gateware.system.programs import FILTERS
 from boresight.model.errors import InputError
 from boresight.model.estimators import ESTIMATORS
+from boresight.model.estimators.mekf import Mekf
 from boresight.model.front import FRONT
 from tests.support.random_functions import random_functions
 from tests.support.random_program import random_program
@@ -27,6 +29,7 @@ from tests.support.random_program import random_program
 FILE = Path(__file__).with_name("digests.json")
 #: Passes of the scheduler for a look at every change; the full effort is for `make soak`.
 FEW = 3
+SIX_AXIS = partial(Mekf, "none")
 
 
 def kept(part: str, found: dict[str, Any]) -> None:
@@ -64,7 +67,7 @@ def test_programs() -> None:
         "programs",
         {
             f"{name} {word}": kind().compile(word=word).digest
-            for name, kind in {**ESTIMATORS, **FRONT}.items()
+            for name, kind in {**ESTIMATORS, **FRONT, "mekf_six_axis": SIX_AXIS}.items()
             for word in (32, 24, 18)
         },
     )
@@ -99,6 +102,7 @@ def test_schedules_of_random_programs() -> None:
 
 
 @pytest.mark.soak
+@pytest.mark.full_search
 def test_memories_as_shipped() -> None:
     found: dict[str, Any] = {}
     for config in CONFIGS:

@@ -31,17 +31,20 @@ Evidence and alternatives: `docs/decisions/0006-mekf.md` and `0037-any-start.md`
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 from boresight.model import ops
 from boresight.model.algebra.angles import pitch_roll_heading_ht
 from boresight.model.algebra.covariance import symmetric
 from boresight.model.algebra.quaternion import cross, dot, matrix, product, turn
+from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.estimators.mekf.alignment import about_vertical, first_turns, turned_over
 from boresight.model.estimators.mekf.covariance import element, predicted
 from boresight.model.estimators.mekf.interface import (
     BIAS_SCALE,
+    FIELD_ONLY,
     INPUTS,
     OUTPUTS,
     PAIRS,
@@ -114,8 +117,34 @@ class Mekf(Estimator):
     status_bits = STATUS_BITS
     urgent = 7  # Euler angles and quaternion; the status word may follow
 
+    def __init__(self, mag: str = "full") -> None:
+        """With ``mag`` "none" without a magnetometer: the heading is free, all else the same.
+
+        Its name is then ``mekf_six_axis``, and what only a field needs is left out.
+
+        Raises
+        ------
+        InputError
+            ``mag`` is neither "full" nor "none".
+        """
+        if mag not in ("full", "none"):
+            raise InputError.at(
+                "mekf, mag", wanted="full or none", found=repr(mag), fix="choose one of these"
+            )
+        self.magnetic = mag == "full"
+        if not self.magnetic:
+            self.name = "mekf_six_axis"
+            self.summary = "mekf without a magnetometer: the heading is free"
+            self.inputs = tuple(i for i in INPUTS if i.name not in FIELD_ONLY)
+            self.params = tuple(p for p in PARAMS if p.name not in FIELD_ONLY)
+            self.states = tuple(s for s in STATES if s.name not in FIELD_ONLY)
+
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         """One sample: update with what earlier samples left, then predict with this one."""
+        nothing = 0.0 * u.dt
+        if not self.magnetic:  # what these decide is left out of the program
+            dark = {name: nothing + value for name, value in FIELD_ONLY.items()}
+            x, u, p = (SimpleNamespace(**{**dark, **vars(given)}) for given in (x, u, p))
         field, force = (u.mx, u.my, u.mz), (u.ax, u.ay, u.az)
         bias, rate = _three(x, "bias", "xyz"), _three(x, "rate", "xyz")
         # Begun anew, with all that it knew or but for the bias; or a gap of known length.
@@ -157,12 +186,13 @@ class Mekf(Estimator):
         pairs = zip(f_first, _three(x, "force", "enu"), strict=True)
         f = [ops.where(anew, first, mean) for first, mean in pairs]
         m = _three(x, "field", "enu")
-        east = cross(m_first, [0.125 * c for c in f_first])
-        east = [ops.saturated(c, FIRST_FIELD_LIMIT) for c in east]
+        eighth = [0.125 * c for c in f_first]
+        east = [ops.saturated(c, FIRST_FIELD_LIMIT) for c in cross(m_first, eighth)]
         f_sq, m_sq = dot(f, f), m[0] * m[0] + m[1] * m[1]
         no_vertical = _below(f_sq, p.force_min_sq)
         f_inverse = ops.rsqrt(f_sq)
-        m_inverse = ops.rsqrt(ops.where(anew, dot(east, east), m_sq))
+        m_length = ops.where(anew, dot(east, east), m_sq)
+        m_inverse = ops.rsqrt(m_length) if self.magnetic else nothing
         up = [ops.saturated(c * f_inverse, 1.0) for c in f]
         sine, cosine = (ops.saturated(c * m_inverse, 1.0) for c in m[:2])
         level, north = first_turns(up, [ops.saturated(c * m_inverse, 1.0) for c in east])
@@ -344,7 +374,8 @@ class Mekf(Estimator):
             "qz": q[3],
             "status": status,
         }
-        return states, out
+        kept = {s.name for s in self.states}
+        return {name: value for name, value in states.items() if name in kept}, out
 
     @staticmethod
     def _correction(

@@ -8,6 +8,7 @@ from boresight.model.estimators.nine_axis import INPUTS, OUTPUTS
 __all__ = [
     "AXES",
     "BIAS_SCALE",
+    "FIELD_ONLY",
     "INPUTS",
     "OUTPUTS",
     "PAIRS",
@@ -43,7 +44,7 @@ def covariance_name(i: int, j: int) -> str:
     return f"p_{AXES[i]}{AXES[j]}"
 
 
-PARAMS = (
+PARAMS: tuple[Param, ...] = (
     Param(
         "gyro_var",
         3e-05,
@@ -198,3 +199,15 @@ STATES = (
     State("rest_s", -1.0, 32.0, "s", -1.0),  # for how long at rest; -1: tilt not known
     State("since_field", 0.0, 0.999, "s", 0.999),
 )
+
+#: Inputs, states and parameters that only a field needs, and what they are without one.
+FIELD_ONLY = {
+    **{f"m{a}": 0.0 for a in "xyz"},
+    **{f"field_{a}": 0.0 for a in "enu"},
+    **{"horizontal": -1.0, "vertical": 0.0, "odd_sq": 0.0, "since_field": 0.999},
+    **{
+        q.name: q.default
+        for q in PARAMS
+        if q.name.startswith(("field_", "heading_")) or q.name == "dip_trust_s"
+    },
+}
