@@ -11,6 +11,7 @@ import boresight
 
 project = "Boresight"
 author = "the Boresight authors"
+copyright = f"{author}, BSD 2-Clause"
 release = boresight.__version__
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 exclude_patterns = ["decisions/0000-template.md", "site"]
