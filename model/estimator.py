@@ -21,7 +21,7 @@ from boresight.model.lowering.graph import Node
 from boresight.model.lowering.lower import lower
 from boresight.model.lowering.trace import Scalar, Trace, Tracer
 from boresight.model.places import author_line, placed
-from boresight.model.step import Values, checked
+from boresight.model.step import Values, check_finite, checked
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import InPort, Kind, Link, Port, Program
 
@@ -354,6 +354,7 @@ class Estimator:
             by_name("input", self.inputs, seen),
             by_name("parameter", self.params, p),
         )
+        check_finite(self.name, self.step, {"state": after, "output": out})
         return Trace(
             tracer,
             u,

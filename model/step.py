@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from types import SimpleNamespace
@@ -15,7 +16,7 @@ from boresight.model.errors import InputError, closest
 from boresight.model.lowering.trace import Condition
 from boresight.model.places import author_line, place_of, place_of_function, placed
 
-__all__ = ["Values", "checked"]
+__all__ = ["Values", "check_finite", "checked"]
 
 #: Cures of errors that Python and numpy raise, by their texts.
 _CURES = (
@@ -141,6 +142,21 @@ def _explained(
         found=text,
         fix=cure or "use + - * /, comparisons and boresight.ops",
     )
+
+
+def check_finite(
+    name: str, step: Callable[..., Any], parts: Mapping[str, Mapping[str, Any]]
+) -> None:
+    """Refuse constants that are no finite numbers among what a recorded step returns."""
+    for kind, part in parts.items():
+        for key, value in part.items():
+            if isinstance(value, float) and not math.isfinite(value):
+                raise InputError.at(
+                    placed(place_of_function(step), f"step of {name}, {kind} {key}"),
+                    wanted="a finite number",
+                    found=repr(value),
+                    fix="correct how it is computed",
+                )
 
 
 def _check_returned(

@@ -103,7 +103,7 @@ class Graph:
 
     def const(self, value: float) -> Node:
         """A constant."""
-        value = finite(self.name, value)
+        value = finite(value, lambda: self.line or self.name)
         return self._new("const", key=value, value=value, low=value, high=value, source="constant")
 
     def outside(self, a: Node, wanted: str, fix: str) -> InputError:

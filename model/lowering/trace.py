@@ -8,7 +8,7 @@ it what becomes the fixed-point program.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
@@ -189,7 +189,7 @@ class Tracer:
 
     def const(self, number: float) -> Scalar:
         """A constant; 0 and -0 are one."""
-        return self.new("const", data=(finite(self.name, number),))
+        return self.new("const", data=(finite(number, lambda: author_line() or self.name),))
 
     def lift(self, x: Any) -> Scalar:
         """A scalar as it is, a number as a constant.
@@ -326,8 +326,8 @@ class Trace:
         return [e for e in self.tracer.expressions if e.number in wanted]
 
 
-def finite(name: str, number: float) -> float:
-    """``number``, without the sign of zero.
+def finite(number: float, where: Callable[[], str]) -> float:
+    """``number``, without the sign of zero; ``where`` finds the place for a message.
 
     Raises
     ------
@@ -337,10 +337,7 @@ def finite(name: str, number: float) -> float:
     number = float(number) + 0.0
     if not math.isfinite(number):
         raise InputError.at(
-            author_line() or name,
-            wanted="finite constants",
-            found=repr(number),
-            fix="correct how it is computed",
+            where(), wanted="finite constants", found=repr(number), fix="correct how it is computed"
         )
     return number
 

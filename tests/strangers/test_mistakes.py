@@ -77,6 +77,7 @@ INSIDE = {
     "root of a negative": ("y = ops.sqrt(u.b - u.a)  #!", "this sum in [-2, 4]",
                            "ops.maximum(x, 0.0)"),
     "log through 0": ("y = ops.log(u.b)  #!", "found b in [0, 2]", "ops.maximum(x, SMALLEST)"),
+    "exp of a constant": ("y = u.b + ops.exp(u.a - u.a + 800.0)  #!", "inf", "finite constants"),
     "exp too large": ("y = ops.exp(400.0 * u.a)  #!", "this product in [-800, 800]", "ops.clip"),
     "asin": ("y = ops.asin_ht(u.a)  #!", "found a in [-2, 2]", "algebra.angles.asin_ht"),
     "no finite range": ("y = ops.rsqrt(u.b)  #!", "found y in [0.707107, inf]", "ops.bounded"),
@@ -101,6 +102,7 @@ RETURNED = {
     "condition": ('return {"pos": y}, {"y": y > 0.0}', "found a condition",
                   "ops.where(condition, 1.0"),
     "array": ('return {"pos": y}, {"y": np.array([y, y])}', "shape (2,)", "its elements"),
+    "nan": ('return {"pos": y}, {"y": math.nan}', "found nan", "wanted a finite number"),
     "text": ('return {"pos": y}, {"y": "high"}', "found a str", "wanted a number"),
 }  # fmt: skip
 #: What is replaced in HEAD or STEP, by what; found; cure.
