@@ -10,16 +10,27 @@ from boresight.firmware.names import identifier
 from boresight.gateware.boards.ise import write_ise_project
 from boresight.gateware.core import Core
 from boresight.gateware.core_text import core_text
+from boresight.gateware.integration.files import integration_files, integration_names
 from boresight.gateware.register_map import register_map_files
 from boresight.gateware.registers.files import files_of
+from boresight.gateware.synthesis.estimate import Estimate
 from boresight.gateware.system.attitude_system import AttitudeSystem, system_design
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.vectors import recorded
 
-__all__ = ["core_files", "project_files", "write_core", "write_system", "write_text"]
+__all__ = ["TARGETS", "core_files", "project_files", "write_core", "write_system", "write_text"]
+
+#: What ``core.v`` can be for: that part, with its primitives, or any.
+TARGETS = ("xc6slx9", "generic")
 
 #: Clock of complete systems, Hz.
 SYSTEM_CLOCK_HZ = 100_000_000
 
-_CORE = ("core.v", "core_sim.v", "report.json")
+#: With primitives or not, with the build identifier or not: `Core.verilog`.
+_VERILOG = {
+    "xc6slx9": {"core.v": (True, True), "core_sim.v": (False, False)},
+    "generic": {"core.v": (False, True)},
+}
 _REGISTERS = ("registers.h", "registers.json", "registers.md", "registers.svd")
 _PROJECT = (
     *("README.txt", "build.bat", "build.sh", "build_top.bat", "build_top.sh"),
@@ -27,9 +38,9 @@ _PROJECT = (
 )
 
 
-def core_files(names: Sequence[str]) -> list[str]:
+def core_files(names: Sequence[str], *, target: str = TARGETS[0], axi: bool = False) -> list[str]:
     """Of a core with these estimators, by `write_core`, and its report."""
-    out = [*_CORE, *_REGISTERS]
+    out = [*_VERILOG[target], "report.json", *_REGISTERS, *integration_names(axi=axi)]
     for name in names:
         of = f"-{name}" if len(names) > 1 else ""
         out += [f"microcode{of}.lst", f"program{of}.json", f"schedule{of}.json"]
@@ -59,16 +70,61 @@ def write_system(folder: Path, board: str, core: Core) -> AttitudeSystem:
     return made[-1]
 
 
-def write_core(folder: Path, core: Core) -> None:
-    """Write Verilog, microcode, programs, schedules, C and register map of a core."""
-    for file, instances in (("core.v", True), ("core_sim.v", False)):
-        text = core_text(core, instances=instances) + core.verilog(instances=instances)
-        write_text(folder / file, text)
+def write_core(
+    folder: Path,
+    build: Build,
+    *,
+    area: Estimate | None = None,
+    target: str = TARGETS[0],
+    axi: bool = False,
+) -> None:
+    """Write Verilog, microcode, programs, schedules, C, register map, texts and bench of a core.
+
+    Parameters
+    ----------
+    folder : Path
+        Where.
+    build : Build
+        What.
+    area : Estimate, optional
+        Area and clock, for the README.
+    target : str
+        One of `TARGETS`.
+    axi : bool
+        Also the core behind AXI.
+    """
+    core = build.core
+    for file, (instances, identified) in _VERILOG[target].items():
+        head = core_text(core, instances=instances, identified=identified)
+        write_text(folder / file, head + core.verilog(instances=instances, identified=identified))
     (folder / "firmware").mkdir()
     for number in range(len(core.parts)):
         _write_program(folder, core.select(number))
-    for file, text in register_map_files(core).items():
+    texts = integration_files(
+        core,
+        recorded(build),
+        summaries={e.name: e.summary for e in build.estimators},
+        generic=target == "generic",
+        axi=axi,
+        resources=_resources(core, area),
+    )
+    for file, text in {**register_map_files(core), **texts}.items():
+        (folder / file).parent.mkdir(exist_ok=True)
         write_text(folder / file, text)
+
+
+def _resources(core: Core, area: Estimate | None) -> str:
+    """What is known about area and clock, as an estimate."""
+    known = f"{core.machine.lanes} lane(s), {len(core.image.rom)} microwords"
+    if area is None:
+        return f"{known}. Area and clock are not known: `boresight compile --synth` estimates them."
+    used, clock = area.area, area.corner(grade=2, nets="median").fmax_mhz
+    mhz = "not known" if clock is None else f"{clock:.0f} MHz"
+    return (
+        f"{known}. **Estimate** for XC6SLX9-2, from the netlist of yosys, not from ISE: {used.lut} "
+        f"LUT, {used.ff} flip-flops, {used.dsp} DSP48A1, {used.ramb16:g} RAMB16; clock {mhz} with "
+        "median nets."
+    )
 
 
 def write_text(file: Path, text: str) -> None:

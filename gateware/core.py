@@ -78,8 +78,10 @@ class Core:
     machine: Machine
     image: Image
     number: int = 0
-    #: Verilog that was asked for, by ``instances``: every program at hand has the same.
-    _texts: dict[bool, str] = field(default_factory=dict, init=False, compare=False, repr=False)
+    #: Verilog that was asked for, by form: every program at hand has the same.
+    _texts: dict[tuple[bool, bool], str] = field(
+        default_factory=dict, init=False, compare=False, repr=False
+    )
 
     @property
     def program(self) -> Program:
@@ -119,17 +121,23 @@ class Core:
         object.__setattr__(at_hand, "_texts", self._texts)
         return at_hand
 
-    def verilog(self, *, instances: bool) -> str:
-        """Verilog of module ``core``: with DSP48A1 primitives, or with their behaviour.
+    def verilog(self, *, instances: bool, identified: bool | None = None) -> str:
+        """Verilog of module ``core``: with vendor primitives, or with their behaviour.
 
-        The latter, for simulation, has build identifier 0, so that all programs of a machine
-        differ in nothing but memory contents.
+        Parameters
+        ----------
+        instances : bool
+            With LUT6 and DSP48A1, for synthesis to Spartan-6.
+        identified : bool, optional
+            With the build identifier; by default as ``instances``. Without it all programs of a
+            machine differ in nothing but memory contents, which simulations make use of.
         """
-        if instances not in self._texts:
-            image = self.image if instances else dataclasses.replace(self.image, digest=0)
+        form = instances, instances if identified is None else identified
+        if form not in self._texts:
+            image = self.image if form[1] else dataclasses.replace(self.image, digest=0)
             engine = Engine(machine=self.machine, image=image)
-            self._texts[instances] = to_verilog(engine, "core", instances=instances)
-        return self._texts[instances]
+            self._texts[form] = to_verilog(engine, "core", instances=instances)
+        return self._texts[form]
 
     @cached_property
     def listing(self) -> str:

@@ -10,21 +10,25 @@ from boresight.gateware.registers.model import Port, Streams
 from boresight.model.tools.c_names import comment
 from boresight.model.words.fixed import Format
 
-__all__ = ["core_ports", "core_text"]
+__all__ = ["BUS", "RESET", "STREAMS", "core_ports", "core_text"]
 
 _FOR = {
-    True: (
+    (True, True): (
         "For synthesis to Spartan-6: it instantiates vendor primitives (LUT6, DSP48A1). Simulate",
         "core_sim.v, which is the same core cycle by cycle.",
     ),
-    False: (
+    (False, True): (
+        "For synthesis to any part, and for simulation in any language mode from Verilog-2001 on:",
+        "it has no vendor primitives.",
+    ),
+    (False, False): (
         "For simulation, in any language mode from Verilog-2001 on, and for synthesis to other",
         "parts: the same core as core.v cycle by cycle, with the behaviour of the vendor",
         "primitives in their place. Its build identifier reads 0.",
     ),
 }
 
-_STREAMS = """\
+STREAMS = """\
 Streams: a word passes at the rising edge of clk at which valid and ready are both 1. Keep valid
 and payload until then. ready does not wait for valid, nor valid for ready. Bit {last} of a payload,
 `last`, is 1 with the last word of a record and 0 with the others. If `last` comes too early or
@@ -32,13 +36,13 @@ is missing, the update is dropped and bit 1 of the status register is set; words
 `last` are swallowed up to the next one. While an input word is missing or an output word is not
 taken the whole core stands still."""
 
-_BUS = """\
+BUS = """\
 Bus: drive addr, w_data and w_stb, and keep them until the cycle in which w_ack is 1; the write
 is done at its rising edge. Writes of parameters and of the program's number wait for the first
 word of a record to be due, so they never change an update at work. r_data is the word at the
 addr of the cycle before. Status flags are cleared by writing 1 (address 512)."""
 
-_RESET = """\
+RESET = """\
 Reset: rst is synchronous, active high; one cycle is enough. i__ready is 1 three cycles after it.
 It abandons the update at work, unless that one's last cycle is the first one of rst, clears
 flags and the count of updates, and selects program 0. States stay as the last complete update
@@ -69,15 +73,15 @@ def core_ports(word: int) -> tuple[tuple[str, str, int, str], ...]:
     )
 
 
-def core_text(core: Core, *, instances: bool) -> str:
-    """Comment for the head of ``core.verilog(instances=instances)``; the source alone decides it.
+def core_text(core: Core, *, instances: bool, identified: bool | None = None) -> str:
+    """Comment for the head of ``core.verilog``; the source alone decides it.
 
     Parameters
     ----------
     core : Core
         The core.
-    instances : bool
-        With primitives (core.v), else with their behaviour (core_sim.v).
+    instances, identified : bool
+        As of `Core.verilog`.
     """
     word = core.machine.arithmetic.word
     paragraphs = [
@@ -85,11 +89,11 @@ def core_text(core: Core, *, instances: bool) -> str:
             f"core: {', '.join(core.names)}; configuration {core.machine.name}, {word}-bit words.",
             f"Digest {core.digest}.",
         ),
-        _FOR[instances],
+        _FOR[instances, instances if identified is None else identified],
         tuple(_port_lines(word)),
-        _STREAMS.format(last=word).splitlines(),
-        _BUS.splitlines(),
-        _RESET.splitlines(),
+        STREAMS.format(last=word).splitlines(),
+        BUS.splitlines(),
+        RESET.splitlines(),
         (_WORDS,),
         *(_record_lines(core, number, s) for number, s in enumerate(register_map(core).streams)),
         tuple(_template(word)),

@@ -75,6 +75,8 @@ class Input:
     given : Given, optional
         The words that it takes, where they are not of the finest format that holds the range:
         `model.linking` and the sensors of a board say that, no author has to.
+    meaning : str
+        What it is, for the texts about a core.
 
     Raises
     ------
@@ -92,6 +94,7 @@ class Input:
     clamp: bool = False
     source: str = ""
     given: Given | None = None
+    meaning: str = ""
 
     def __post_init__(self) -> None:
         where = f"input {self.name}"

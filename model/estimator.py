@@ -82,6 +82,8 @@ class Estimator:
     rates_hz: Mapping[str, float] = {}
     #: Degrees of freedom of an output ``nis``, the normalised innovation squared; 0: there is none.
     nis_freedom: int = 0
+    #: What the bits of an output ``status`` say, by number, for the texts about a core.
+    status_bits: Mapping[int, str] = {}
 
     def __init_subclass__(cls) -> None:
         own = vars(cls)
@@ -276,8 +278,15 @@ class Estimator:
             held.get(after): s.initial
             for (_, after), s in zip(program.states, self.states, strict=True)
         }
+        bits = "; ".join(f"{k}: {said}" for k, said in self.status_bits.items())
         ports = tuple(
-            Port(o.name, o.unit, o.tolerance, o.meaning, first.get(held.get(n, -1), 0.0))
+            Port(
+                o.name,
+                o.unit,
+                o.tolerance,
+                bits if o.name == "status" and not o.meaning else o.meaning,
+                first.get(held.get(n, -1), 0.0),
+            )
             for n, o in zip(program.outputs, self.outputs, strict=True)
         )
         links = tuple(
@@ -285,7 +294,7 @@ class Estimator:
             for n, i in zip(program.inputs, self.inputs, strict=True)
             if i.source
         )
-        in_ports = tuple(InPort(i.missing, i.flags) for i in self.inputs)
+        in_ports = tuple(InPort(i.missing, i.flags, i.meaning) for i in self.inputs)
         return (
             replace(program, ports=ports, urgent=self.urgent, links=links, in_ports=in_ports),
             nodes,

@@ -11,6 +11,7 @@ from typing import Any
 from boresight.arguments import check_choice, check_machine, check_number
 from boresight.core_files import (
     SYSTEM_CLOCK_HZ,
+    TARGETS,
     core_files,
     project_files,
     write_core,
@@ -62,6 +63,8 @@ def compile(
     urgent: int | None = None,
     top: str = "sensors",
     with_cpu: bool = False,
+    target: str = TARGETS[0],
+    axi: bool = False,
     progress: Callable[[str], None] | None = None,
 ) -> dict[str, Any]:
     """Compile one estimator or several into a core, and write everything about it.
@@ -87,6 +90,10 @@ def compile(
         is one (``system`` in the report).
     with_cpu : bool
         With a soft core beside it, its firmware in block RAM; needs a board and "sensors".
+    target : str
+        What ``core.v`` is for: "xc6slx9", with primitives of that part, or "generic", without any.
+    axi : bool
+        Also the core behind AXI4-Stream and AXI4-Lite, ``core_axi.v``.
     output : path
         Folder for the files.
     params : mapping, optional
@@ -117,14 +124,18 @@ def compile(
         check_number("urgent", urgent, 1, min(len(e.outputs) for e in estimators))
     chosen = params_of_each(names, params)
     build = Build(*estimators, config=config, word=word, params=chosen, urgent=urgent)
-    _check_project(board, top, word, with_cpu=with_cpu)
-    expected = core_files(own)
+    _check_project(board, top, word, with_cpu=with_cpu, target=target)
+    expected = core_files(own, target=target, axi=axi)
     if board is not None:
         expected += project_files(board, system=top == "sensors")
     with output_folder(output, "compile", of=",".join(own), files=expected) as folder:
         core = build.core
+        area = None
+        if synth:
+            say("synthesis (yosys) and clock estimate")
+            area = estimate_core(core)
         say(f"{', '.join(own)} for {config}: Verilog")
-        write_core(folder, core)
+        write_core(folder, build, area=area, target=target, axi=axi)
         system = None
         if board is not None:
             say(f"ISE project for {board}: {top}")
@@ -133,10 +144,6 @@ def compile(
                 write_ise_project(records_design(core), board, place)
             else:
                 system = _write_sensors(place, board, build, with_cpu=with_cpu)
-        area = None
-        if synth:
-            say("synthesis (yosys) and clock estimate")
-            area = estimate_core(core)
         data = together(core, [report_data(core.select(k), area=area) for k in range(len(own))])
         if synth and system is not None:
             say("synthesis of the complete system")
@@ -145,11 +152,19 @@ def compile(
     return data
 
 
-def _check_project(board: str | None, top: str, word: int, *, with_cpu: bool) -> None:
+def _check_project(board: str | None, top: str, word: int, *, with_cpu: bool, target: str) -> None:
     """Raise InputError, or ToolMissing, unless such an ISE project can be made."""
     if board is not None:
         check_choice("board", board, BOARDS)
     check_choice("top", top, TOPS)
+    check_choice("target", target, TARGETS)
+    if board is not None and target != TARGETS[0]:
+        raise InputError.at(
+            "target",
+            wanted=f"{TARGETS[0]} with a board, which has that part",
+            found=target,
+            fix="leave out --board or --target",
+        )
     if board is not None and top == "sensors":
         check_number("word of a complete system", word, SYSTEM_WORD_LEAST, 32)
     if with_cpu and (board is None or top != "sensors"):
@@ -241,6 +256,14 @@ def add_arguments(parser: ArgumentParser) -> None:
         action="store_true",
         help="and a soft core with its firmware (needs the RISC-V compiler)",
     )
+    parser.add_argument(
+        "--target",
+        default=TARGETS[0],
+        help="what core.v is for: xc6slx9, with its primitives, or generic, any part",
+    )
+    parser.add_argument(
+        "--axi", action="store_true", help="also the core behind AXI4-Stream and AXI4-Lite"
+    )
     parser.add_argument("--synth", action="store_true", help="also estimate area and clock (yosys)")
     parser.add_argument("--urgent", type=int, help="leading outputs whose latency counts first")
     parser.add_argument("-o", "--output", default="build", metavar="DIR")
@@ -260,6 +283,8 @@ def call(args: Namespace) -> Outcome:
         urgent=args.urgent,
         top=args.top,
         with_cpu=args.with_cpu,
+        target=args.target,
+        axi=args.axi,
         progress=progress_of(args),
     )
     lines = []

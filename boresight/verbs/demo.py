@@ -65,13 +65,13 @@ def demo(
             place.mkdir()
             say(f"{config}: {', '.join(names)} in one core")
             build = Build(*estimators, config=config, restarts=restarts)
-            write_core(place, build.core)
+            say("synthesis (yosys) and clock estimate")
+            area = estimate_core(build.core)
+            write_core(place, build, area=area)
             system = system_core(names, config=config, restarts=restarts)
             write_system(place / "ise-mimas", "mimas", system)
             if config == CONFIGS[0]:
                 of_board = system
-            say("synthesis (yosys) and clock estimate")
-            area = estimate_core(build.core)
             summary["cores"].append(_figures(build.core, area))
             shown = Path(output) / place.name
             summary["filters"] += _prove(place, shown, build, record, area, say)

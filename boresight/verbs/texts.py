@@ -34,6 +34,7 @@ VERBS = {
             ("compile complementary mekf -o build", "two in one core; a register says which runs"),
             ("compile mekf --config fast --board mimas --synth -o build", "ISE project, estimates"),
             ("compile mekf my_filter.py --config small-1024 -o build", "with twice the registers"),
+            ("compile my_filter.py --target generic --axi -o build", "for any part; behind AXI"),
             ("compile \"vqf(rate_hz=200, mag='none')\" -o build", "one that takes arguments"),
             ("compile complementary --urgent 3 -o build", "the first three outputs soonest"),
         ),

@@ -40,6 +40,7 @@ class ArrayPhases(Estimator):
         *(Input(f"q{a}", -1.0, 1.0, "", source=f"mls_attitude.q{a}") for a in "wxyz"),
         *(Input(f"beam_{a}", -1.0, 1.0) for a in "xyz"),
     )
+    status_bits = STATUS_BITS
     params = (
         Param("spacing", 0.5, 0.1, 1.0, "", "of the elements, in wavelengths: follows the channel"),
         Param("sector", 0.25, 0.0, 1.0, "", "least cosine between a beam and the array's normal"),

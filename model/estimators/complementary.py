@@ -149,6 +149,7 @@ class Complementary(Estimator):
         State("field_sq", FIELD_UNKNOWN, 2e5, "uT^2", FIELD_UNKNOWN),
     )
     outputs = OUTPUTS
+    status_bits = STATUS_BITS
     urgent = 7  # Euler angles and quaternion; the status word may follow
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:

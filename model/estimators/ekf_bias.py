@@ -180,6 +180,7 @@ class EkfBias(Estimator):
         *covariance_states(7, lambda i: ALIGN_P if i < 4 else BIAS_P0),
     )
     outputs = OUTPUTS
+    status_bits = STATUS_BITS
     urgent = 7
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:

@@ -116,6 +116,7 @@ class EkfQuaternionVector(Estimator):
         *covariance_states(4, lambda i: ALIGN_P),
     )
     outputs = OUTPUTS
+    status_bits = STATUS_BITS
     urgent = 7
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:

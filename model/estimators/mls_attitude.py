@@ -94,6 +94,7 @@ class MlsAttitude(Estimator):
         Param("field", 50.0, 10.0, 100.0, "uT", "strength of the field at the site"),
         Param("dip", 0.3, -0.5, 0.5, "ht", "of the field below the horizon"),
     )
+    status_bits = STATUS_BITS
     urgent = 7
 
     def __init__(self, **options: Any) -> None:
@@ -116,7 +117,7 @@ class MlsAttitude(Estimator):
             *(Output(name, "ht", 2.5e-5) for name in ("roll", "pitch", "heading")),
             *(Output(f"q{axis}", "", 4e-5, "body to north, west, up") for axis in "wxyz"),
             *((Output("norm", "", 1e-5, "|q| before it is set"),) if self.free else ()),
-            Output("status", "bits", None, "; ".join(f"{k}: {v}" for k, v in STATUS_BITS.items())),
+            Output("status", "bits"),
         )
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:

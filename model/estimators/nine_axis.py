@@ -6,13 +6,18 @@ from boresight.model.declarations import Input, Output
 
 __all__ = ["INPUTS", "OUTPUTS"]
 
-#: Time step (negative: begin anew; a longer gap counts as a quarter of a second), body rate,
-#: magnetic flux density (the zero vector says "no sample"), specific force, in body axes.
+_STEP = "time since the sample before; negative: begin anew; a longer gap counts as 0.25 s"
+_FIELD = "magnetic flux density, body axis {}; all three 0: no new sample"
+
+#: What the sensors on one body give, in body axes.
 INPUTS = (
-    Input("dt", -0.25, 0.2499, "s", clamp=True),
-    *(Input(f"g{axis}", -40.0, 40.0, "rad/s") for axis in "xyz"),
-    *(Input(f"m{axis}", -256.0, 255.9, "uT", missing=0.0) for axis in "xyz"),
-    *(Input(f"a{axis}", -160.0, 160.0, "m/s^2") for axis in "xyz"),
+    Input("dt", -0.25, 0.2499, "s", clamp=True, meaning=_STEP),
+    *(Input(f"g{c}", -40.0, 40.0, "rad/s", meaning=f"body rate, axis {c}") for c in "xyz"),
+    *(Input(f"m{c}", -256.0, 255.9, "uT", missing=0.0, meaning=_FIELD.format(c)) for c in "xyz"),
+    *(
+        Input(f"a{c}", -160.0, 160.0, "m/s^2", meaning=f"specific force, body axis {c}")
+        for c in "xyz"
+    ),
 )
 #: Euler angles, and the quaternion b to n: it alone is judged, since angles near the vertical
 #: differ by more than the attitudes do. 5e-5 of a component is 0.01 deg.

@@ -83,6 +83,7 @@ class Satcom(Estimator):
     params = interface.PARAMS
     states = interface.STATES
     outputs = interface.OUTPUTS
+    status_bits = interface.STATUS_BITS
     urgent = 7
 
     def __init__(

@@ -73,6 +73,7 @@ class SatcomPointing(Estimator):
         Input("height", -500.0, 20e3, "m", missing="hold"),
     )
     params = (Param("satellite", 110.5 / 180.0, -1.0, 1.0, "ht", "its longitude, to the east"),)
+    status_bits = STATUS_BITS
     outputs = (
         *(Output(name, "ht", 1e-6) for name in ANGLES),
         *(Output(f"{name}_rate", "rad/s", 1e-4) for name in ANGLES),

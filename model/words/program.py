@@ -174,6 +174,7 @@ class InPort:
 
     missing: float | str | None = None
     flags: tuple[str, ...] = ()
+    meaning: str = ""
 
 
 @dataclass(frozen=True)

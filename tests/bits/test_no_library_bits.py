@@ -23,6 +23,7 @@ MORE = (
     "boresight/soc_project.py",
     "boresight/verbs/compile.py",
     "sim/levels/build.py",
+    "sim/levels/vectors.py",
     "sim/report/data.py",
     "sim/report/numerics.py",
     "sim/report/schedule.py",

@@ -42,6 +42,18 @@ def test_ports_are_those_of_the_module(instances: bool, word: int) -> None:
         assert re.search(rf"^//   {side} +{width}{name} +{re.escape(meaning)}$", text, re.M)
 
 
+def test_generic() -> None:
+    """That it has the build identifier the bench beside it says (`gateware.integration`)."""
+    core = core_of("complementary", word=24)
+    generic, simulated = (core.verilog(instances=False, identified=k) for k in (True, False))
+    assert generic != simulated and "DSP48A1" not in generic and "LUT6" not in generic
+    assert core.verilog(instances=False) is simulated
+    texts = [core_text(core, instances=False, identified=k) for k in (True, False)]
+    said = ["it has no vendor primitives", "Its build identifier reads 0"]
+    assert [[s in text for s in said] for text in texts] == [[True, False], [False, True]]
+    assert core_text(core, instances=False) == texts[1]
+
+
 @INSTANCES
 def test_what_it_says(instances: bool) -> None:
     core = core_of("complementary", "mekf")

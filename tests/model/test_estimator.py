@@ -2,6 +2,7 @@
 
 import math
 import re
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -235,3 +236,32 @@ def test_nodes_know_their_lines() -> None:
     (out,) = (n for n, v in enumerate(program.values) if n == program.outputs[1])
     assert nodes[out].line.startswith("test_estimator.py, line ")
     assert nodes[program.inputs[0]].line == ""
+
+
+class Watched(Leaky):
+    """The same with a status word."""
+
+    outputs = (Output("y", "m"), Output("status", "bits"))
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        states, outputs = super().step(x, u, p)
+        return states, {"y": outputs["y"], "status": ops.where(u.v < 0.0, 1.0, 0.0)}
+
+
+def test_meanings_are_told_and_change_no_identity() -> None:
+    """Of inputs; of the bits of a status word, where its output says nothing itself."""
+    plain, told = Watched(), Watched()
+    told.inputs = tuple(replace(i, meaning=f"what {i.name} is") for i in Watched.inputs)
+    told.status_bits = {0: "late", 3: "odd"}
+    programs = [one.compile() for one in (plain, told)]
+    assert programs[0].digest == programs[1].digest
+    assert [port.meaning for port in programs[1].in_ports] == ["what u is", "what v is"]
+    assert [p.ports[-1].meaning for p in programs] == ["", "0: late; 3: odd"]
+    told.outputs = (*told.outputs[:-1], replace(told.outputs[-1], meaning="its own"))
+    assert told.compile().ports[-1].meaning == "its own"
+
+
+@pytest.mark.parametrize("name", ESTIMATORS)
+def test_every_status_word_of_ours_says_its_bits(name: str) -> None:
+    one = estimator(name)
+    assert bool(one.status_bits) == any(output.name == "status" for output in one.outputs)

@@ -74,6 +74,7 @@ class ArrayAttitude(Estimator):
     name = "array_attitude"
     summary = "array that turns for hours: strapdown, 13-state filter, zero velocity, azimuth index"
     inputs = interface.INPUTS
+    status_bits = interface.STATUS_BITS
     urgent = 3
 
     def __init__(

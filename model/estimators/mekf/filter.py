@@ -112,6 +112,7 @@ class Mekf(Estimator):
     params = PARAMS
     states = STATES
     outputs = OUTPUTS
+    status_bits = STATUS_BITS
     urgent = 7  # Euler angles and quaternion; the status word may follow
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:

@@ -95,6 +95,7 @@ class Registration(Estimator):
     params = interface.PARAMS
     states = interface.STATES
     outputs = interface.OUTPUTS
+    status_bits = interface.STATUS_BITS
     nis_freedom = 3
 
     def __init__(

@@ -27,7 +27,7 @@ from boresight.model.estimator import Estimator
 from boresight.model.estimators.nine_axis import OUTPUTS
 from boresight.model.estimators.vqf.bias import bias_of
 from boresight.model.estimators.vqf.field import heading_of
-from boresight.model.estimators.vqf.interface import START, interface_of
+from boresight.model.estimators.vqf.interface import START, STATUS_BITS, interface_of
 from boresight.model.estimators.vqf.motion import made_vertical, rotated
 from boresight.model.estimators.vqf.rest import rest_of
 from boresight.model.estimators.vqf.settings import (
@@ -54,6 +54,7 @@ class Vqf(Estimator):
 
     name = "vqf"
     outputs = OUTPUTS
+    status_bits = STATUS_BITS
     urgent = 7
     settings = Settings()
     inputs, params, states = interface_of(settings)

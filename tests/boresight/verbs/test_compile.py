@@ -141,3 +141,20 @@ def test_command_line(tmp_path, capsys):
     assert out.count("mismatches") == 4 and out.endswith("good\n")
     assert main(["compile", "complementary", "complementary"]) == 2
     assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_target_and_axi(tmp_path, capsys):
+    words = ["compile", "complementary", "-q", "-o", str(tmp_path / "out")]
+    assert main([*words, "--target", "generic", "--axi"]) == 0
+    names = {p.relative_to(tmp_path / "out").as_posix() for p in (tmp_path / "out").rglob("*.*")}
+    assert names == {
+        *core_files(["complementary"], target="generic", axi=True),
+        ".boresight.json",
+    } - {"tb/Makefile"}
+    core = (tmp_path / "out" / "core.v").read_text()
+    assert "it has no vendor primitives" in core and "DSP48A1" not in core
+    assert "`core_axi` has input records" in (tmp_path / "out" / "README.md").read_text()
+    capsys.readouterr()
+    for refused in (["--target", "ecp5"], ["--target", "generic", "--board", "mimas"]):
+        assert main([*words, *refused]) == 2
+        assert "target: wanted " in capsys.readouterr().err

@@ -20,6 +20,8 @@ from boresight.gateware.boards.pack import Packer
 from boresight.gateware.boards.top import Top
 from boresight.gateware.boards.unpack import Unpacker
 from boresight.gateware.bus.arbiter import BusArbiter
+from boresight.gateware.bus.axi_lite import AxiLiteSignature, AxiLiteSlave
+from boresight.gateware.bus.axi_stream import AxiStreamSignature, StreamFromAxi, StreamToAxi
 from boresight.gateware.bus.core_registers import Registers
 from boresight.gateware.bus.counters import EventCounters
 from boresight.gateware.bus.csr import Csr
@@ -37,6 +39,7 @@ from boresight.gateware.engine.multiplier import Multiplier
 from boresight.gateware.engine.operands import Operands
 from boresight.gateware.engine.sequencer import Sequencer
 from boresight.gateware.engine.shifter import Shifter
+from boresight.gateware.integration.axi_core import AxiCore
 from boresight.gateware.sensors.adis16385 import Adis16385
 from boresight.gateware.sensors.adis16385_flags import FLAG_MEANINGS
 from boresight.gateware.sensors.hmr3300 import FLAGS, Hmr3300
@@ -189,6 +192,12 @@ def cases() -> dict[str, Case]:
         Case(system),
         Case(AngleDigits()),
         Case(Bridge(clock_hz=100e6)),
+        Case(AxiCore(word=24)),
+        Case(AxiLiteSignature(address=9), {"A": 9}),
+        Case(AxiLiteSlave(word=24)),
+        Case(AxiStreamSignature()),
+        Case(StreamFromAxi(word=24), {"W": 24}),
+        Case(StreamToAxi(word=24), {"W": 24}),
         Case(BusArbiter(count=3), {"count": 3}),
         Case(Conductor(plan=fed), w),
         Case(FeedRegisters(word=30, init=(1, 2)), {"W": 30}),

@@ -8,6 +8,8 @@ from amaranth.lib.crc import catalog
 import boresight.gateware.boards.framer
 import boresight.gateware.boards.unpack
 import boresight.gateware.bus.arbiter
+import boresight.gateware.bus.axi_lite
+import boresight.gateware.bus.axi_stream
 import boresight.gateware.bus.core_registers
 import boresight.gateware.bus.csr
 import boresight.gateware.bus.results
@@ -17,6 +19,7 @@ import boresight.gateware.serial.uart
 import boresight.gateware.system.system_bus
 from boresight.gateware.machine import CONFIGS
 from boresight.sim.formal.blocks import (
+    axi,
     bus,
     crc,
     frames,
@@ -241,3 +244,33 @@ def test_system_bus(old: str, new: str, mutant) -> None:
 def test_results(old: str, new: str, mutant) -> None:
     broken = mutant(boresight.gateware.bus.results, old, new)
     assert refuted("results.whole_2", lambda: results.Whole(broken.Results(word=2, readers=2)))
+
+
+@pytest.mark.parametrize(
+    "name, old, new",
+    [
+        ("axi.stream_in", "axi.tready.eq(fifo.w_rdy)", "axi.tready.eq(1)"),
+        ("axi.stream_in", "Cat(axi.tdata[: self.word], axi.tlast)", "axi.tdata[: self.word + 1]"),
+        ("axi.stream_out", "fifo.r_data[: self.word].as_signed()", "fifo.r_data[: self.word]"),
+    ],
+)
+def test_axi_stream(name: str, old: str, new: str, mutant) -> None:
+    broken = mutant(boresight.gateware.bus.axi_stream, old, new)
+    kind = broken.StreamFromAxi if name.endswith("in") else broken.StreamToAxi
+    assert refuted(name, lambda: axi.Packets(kind(word=4)))
+
+
+@pytest.mark.parametrize(
+    "old, new",
+    [
+        # A response before the word; one that is overwritten; a write of some bytes that is done; a
+        # request before the one before has its word.
+        ("aw_full & w_full & ~axi.bvalid", "aw_full & ~axi.bvalid"),
+        ("ar_full & ~axi.rvalid", "ar_full"),
+        ("written.eq(~strobes.all())", "written.eq(~strobes.any())"),
+        ("with m.If(~asked & ~fetch):", "with m.If(~asked):"),
+    ],
+)
+def test_axi_lite(old: str, new: str, mutant) -> None:
+    broken = mutant(boresight.gateware.bus.axi_lite, old, new)
+    assert refuted("axi.lite", lambda: axi.Lite(broken.AxiLiteSlave(word=8, address=3)))

@@ -1,0 +1,1 @@
+"""What takes a core into a design: texts, a bench, AXI."""

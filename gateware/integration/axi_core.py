@@ -1,0 +1,114 @@
+"""A core with AXI: `core_axi`, around the module `core`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth.hdl import ClockDomain, ClockSignal, Instance, Module, ResetSignal, Shape
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Member, Out, Signature
+
+from boresight.gateware.bus.axi_lite import AxiLiteSignature, AxiLiteSlave
+from boresight.gateware.bus.axi_stream import AxiStreamSignature, StreamFromAxi, StreamToAxi
+
+__all__ = ["AxiCore", "axi_ports"]
+
+#: Bits of a core's word address.
+_ADDRESS = 10
+
+
+def _flat(prefix: str, signature: Signature) -> dict[str, Member]:
+    """The members as ports of their own; tools infer an interface from ``s_axis_tdata``."""
+    return {f"{prefix}_{name}": member for name, member in signature.members.items()}
+
+
+_MEMBERS = {
+    **{"aclk": In(1), "aresetn": In(1)},
+    **_flat("s_axis", AxiStreamSignature().flip()),
+    **_flat("m_axis", AxiStreamSignature()),
+    **_flat("s_axi", AxiLiteSignature(address=_ADDRESS + 2).flip()),
+    "saturated_update": Out(1),
+}
+
+
+class AxiCore(wiring.Component):
+    """Records over AXI4-Stream, registers over AXI4-Lite; inside, the module ``core`` as it is.
+
+    **Latency** two cycles more than the core's: one for each stream.
+
+    Parameters
+    ----------
+    word : int
+        W of the core.
+
+    Members
+    -------
+    aclk, aresetn : In(1)
+        Clock; reset, synchronous, active low.
+    s_axis_tdata : In(32), s_axis_tlast, s_axis_tvalid : In(1), s_axis_tready : Out(1)
+        Input records (`gateware.bus.axi_stream`).
+    m_axis_tdata : Out(32), m_axis_tlast, m_axis_tvalid : Out(1), m_axis_tready : In(1)
+        Output records.
+    s_axi_awaddr : In(12), s_axi_awvalid : In(1), s_axi_awready : Out(1)
+        Registers (`gateware.bus.axi_lite`): address of a write.
+    s_axi_wdata : In(32), s_axi_wstrb : In(4), s_axi_wvalid : In(1), s_axi_wready : Out(1)
+        Its word.
+    s_axi_bresp : Out(2), s_axi_bvalid : Out(1), s_axi_bready : In(1)
+        Its response.
+    s_axi_araddr : In(12), s_axi_arvalid : In(1), s_axi_arready : Out(1)
+        Address of a read.
+    s_axi_rdata : Out(32), s_axi_rresp : Out(2), s_axi_rvalid : Out(1), s_axi_rready : In(1)
+        Its response.
+    saturated_update : Out(1)
+        A result of the last complete update was clamped.
+    """
+
+    def __init__(self, *, word: int) -> None:
+        self.word = word
+        super().__init__(_MEMBERS)
+
+    def elaborate(self, platform: Any) -> Module:
+        """The core between three adapters."""
+        m = Module()
+        m.domains.sync = ClockDomain()
+        m.d.comb += [ClockSignal().eq(self.aclk), ResetSignal().eq(~self.aresetn)]
+        m.submodules.records_in = taken = StreamFromAxi(word=self.word)
+        m.submodules.records_out = given = StreamToAxi(word=self.word)
+        m.submodules.registers = slave = AxiLiteSlave(word=self.word, address=_ADDRESS)
+        self._outside(m, "s_axis", taken.axi)
+        self._outside(m, "m_axis", given.axi)
+        self._outside(m, "s_axi", slave.axi)
+        m.submodules.core = Instance(
+            "core",
+            i_clk=ClockSignal(),
+            i_rst=ResetSignal(),
+            i_i__payload=taken.o.payload,
+            i_i__valid=taken.o.valid,
+            o_i__ready=taken.o.ready,
+            o_o__payload=given.i.payload,
+            o_o__valid=given.i.valid,
+            i_o__ready=given.i.ready,
+            i_bus__addr=slave.bus.addr,
+            i_bus__w_data=slave.bus.w_data,
+            i_bus__w_stb=slave.bus.w_stb,
+            o_bus__w_ack=slave.bus.w_ack,
+            o_bus__r_data=slave.bus.r_data,
+            o_saturated_update=self.saturated_update,
+        )
+        return m
+
+    def _outside(self, m: Module, prefix: str, inner: Any) -> None:
+        """The ports with that prefix are those of an adapter's interface."""
+        for name in inner.signature.members:
+            outer = f"{prefix}_{name}"
+            port, own = getattr(self, outer), getattr(inner, name)
+            is_input = self.signature.members[outer].flow == In
+            m.d.comb += own.eq(port) if is_input else port.eq(own)
+
+
+def axi_ports() -> tuple[tuple[str, str, int], ...]:
+    """Direction, name and bits of every port of `AxiCore`, which is the module ``core_axi``."""
+    return tuple(
+        ("input" if member.flow == In else "output", name, Shape.cast(member.shape).width)
+        for name, member in _MEMBERS.items()
+    )

@@ -1,0 +1,1 @@
+"""Templates of the files beside a core (`gateware.integration.files`)."""

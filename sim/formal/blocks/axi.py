@@ -1,0 +1,257 @@
+"""Proofs of AXI: `gateware.bus.axi_stream`, `gateware.bus.axi_lite`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth.hdl import Assert, Assume, Cat, Elaboratable, Module, Mux, Signal, Value
+
+from boresight.gateware.bus.axi_lite import AxiLiteSlave, Response
+from boresight.gateware.bus.axi_stream import StreamFromAxi, StreamToAxi
+from boresight.sim.formal.harness import before, reached, unknown
+from boresight.sim.formal.inside import Inside
+from boresight.sim.formal.prove import Proof
+
+__all__ = ["PROOFS", "Lite", "Packets"]
+
+
+class Packets(Elaboratable):
+    """Any transmitter and any receiver, on both sides of a stream that is kept for them.
+
+    Parameters
+    ----------
+    dut : StreamFromAxi or StreamToAxi
+        Component.
+    """
+
+    def __init__(self, dut: StreamFromAxi | StreamToAxi) -> None:
+        self.dut = dut
+
+    def elaborate(self, platform: Any) -> Module:
+        """Against a queue of two words: same order, none lost, none twice, none changed."""
+        m = Module()
+        dut: Any = self.dut
+        word = dut.word
+        m.submodules.dut = (inside := Inside(dut, platform)).module
+        valid, ready = unknown(m, 1, "valid"), unknown(m, 1, "ready")
+        if hasattr(dut, "o"):  # from AXI
+            data, last = unknown(m, len(dut.axi.tdata), "tdata"), unknown(m, 1, "tlast")
+            m.d.comb += [dut.axi.tdata.eq(data), dut.axi.tlast.eq(last)]
+            m.d.comb += [dut.axi.tvalid.eq(valid), dut.o.ready.eq(ready)]
+            offered, taken = Cat(data[:word], last), dut.axi.tready
+            gives, given = dut.o.valid, Value.cast(dut.o.payload)
+            after: Any = lambda payload: payload  # noqa: E731
+        else:
+            offered = unknown(m, word + 1, "payload")
+            m.d.comb += [dut.i.payload.eq(offered), dut.i.valid.eq(valid), dut.axi.tready.eq(ready)]
+            taken, gives = dut.i.ready, dut.axi.tvalid
+            given = Cat(dut.axi.tdata, dut.axi.tlast)
+            sign = len(dut.axi.tdata) - word
+            after = lambda p: Cat(p[:word], p[word - 1].replicate(sign), p[word])  # noqa: E731
+        head, tail = (Signal(word + 1, name=name) for name in ("head", "tail"))
+        count = Signal(range(3), name="count")
+        puts, gets = valid & taken, gives & ready
+        m.d.sync += count.eq(count + puts - gets)
+        with m.If(gets):
+            m.d.sync += head.eq(tail)
+        with m.If(puts & (count == gets)):
+            m.d.sync += head.eq(offered)
+        with m.If(puts & (count == 1)):
+            m.d.sync += tail.eq(offered)
+
+        fifo = inside.parts["fifo"]
+        first = fifo["consume"]
+        waited = before(m, gives & ~ready, "waited")
+        m.d.comb += [
+            # Each follows from what was taken before this cycle: no path from any input.
+            Assert(taken == (count != 2)),
+            Assert(gives == (count != 0)),
+            Assert(~gives | (given == after(head))),
+            # The rules of a handshake: valid and payload stay until ready.
+            Assert(~waited | (gives & (given == before(m, given, "given")))),
+            # For induction.
+            Assert(count <= 2),
+            Assert(fifo.component.level == count),
+            Assert(fifo["produce"] == (first + count)[0]),
+            Assert((count == 0) | (fifo.word("storage", first) == head)),
+            Assert((count != 2) | (fifo.word("storage", ~first) == tail)),
+            reached(m, (count == 2) & gets & ~valid, "full"),
+            reached(m, (count == 1) & gets & puts, "flows"),
+            reached(m, waited & gives & ready, "late"),
+        ]
+        return m
+
+
+class Lite(Elaboratable):
+    """Any master that keeps what it offers, and any bus.
+
+    Parameters
+    ----------
+    dut : AxiLiteSlave
+        Component.
+    """
+
+    def __init__(self, dut: AxiLiteSlave) -> None:
+        self.dut = dut
+
+    def elaborate(self, platform: Any) -> Module:
+        """Each request is done once, as it was made, and answered once."""
+        m = Module()
+        dut = self.dut
+        m.submodules.dut = (inside := Inside(dut, platform)).module
+        axi, bus = dut.axi, dut.bus
+        grant, w_ack = unknown(m, 1, "grant"), unknown(m, 1, "w_ack")
+        r_data = unknown(m, len(bus.r_data), "r_data")
+        m.d.comb += [
+            dut.grant.eq(grant),
+            bus.r_data.eq(r_data),
+            bus.w_ack.eq(w_ack),
+            Assume(~grant | dut.request),
+            Assume(~w_ack | (grant & bus.w_stb)),
+            axi.bready.eq(unknown(m, 1, "bready")),
+            axi.rready.eq(unknown(m, 1, "rready")),
+        ]
+        wrote = self._answer(m, "b", axi.bvalid, axi.bready, axi.bresp)
+        told = self._answer(m, "r", axi.rvalid, axi.rready, Cat(axi.rdata, axi.rresp))
+        adr, has_adr = self._request(m, "aw", wrote, axi.awvalid, axi.awready, axi.awaddr)
+        data, has_data = self._request(
+            m, "w", wrote, axi.wvalid, axi.wready, Cat(axi.wdata, axi.wstrb)
+        )
+        place, has_place = self._request(m, "ar", told, axi.arvalid, axi.arready, axi.araddr)
+        writes = self._writes(m, adr, data, has_adr & has_data, wrote=wrote, w_ack=w_ack)
+        reads = self._reads(m, inside, place, has_place, told=told)
+        m.d.comb += [
+            Assert(inside["aw_full"] == has_adr),
+            Assert(inside["w_full"] == has_data),
+            Assert(inside["ar_full"] == has_place),
+            Assert(~has_adr | (inside["aw"] == adr)),
+            Assert(~has_data | (inside["w"] == data)),
+            Assert(~has_place | (inside["ar"] == place)),
+            Assert(~(dut.request & inside["fetch"])),
+        ]
+        self._turns(m, inside, writes, reads, wrote=wrote, told=told)
+        return m
+
+    def _answer(self, m: Module, name: str, valid: Value, ready: Value, payload: Value) -> Value:
+        """A response comes in this cycle; it stays, unchanged, until it is taken."""
+        waited = before(m, valid & ~ready, f"{name}_waited")
+        same = payload == before(m, payload, f"{name}_before")
+        m.d.comb += Assert(~waited | (valid & same))
+        return valid & ~waited
+
+    def _request(
+        self, m: Module, name: str, done: Value, valid: Value, ready: Value, payload: Value
+    ) -> tuple[Signal, Value]:
+        """What the master last gave on a channel, and whether it waits for its response."""
+        offers, payloads = unknown(m, 1, f"{name}valid"), unknown(m, payload.shape(), f"{name}what")
+        kept, given = Signal(payload.shape(), name=f"{name}_kept"), Signal(name=f"{name}_given")
+        waits = before(m, valid & ~ready, f"{name}_offered")
+        m.d.comb += [
+            valid.eq(offers),
+            payload.eq(payloads),
+            Assume(~waits | (offers & (payloads == before(m, payloads, f"{name}_what")))),
+        ]
+        has = given & ~done
+        m.d.sync += given.eq(has | (valid & ready))
+        with m.If(valid & ready):
+            m.d.sync += kept.eq(payloads)
+        # It follows from requests and responses before this cycle: no path from any input. And no
+        # response without a request.
+        m.d.comb += [Assert(ready == ~has), Assert(~done | given)]
+        return kept, has
+
+    def _writes(
+        self, m: Module, adr: Value, data: Value, whole: Value, *, wrote: Value, w_ack: Value
+    ) -> Value:
+        """On the bus comes the write as it was made; the response follows. Whether one waits."""
+        dut, axi, bus = self.dut, self.dut.axi, self.dut.bus
+        word, strobes = data[:32], data[32:]
+        acknowledged = before(m, w_ack, "acknowledged")
+        partial = strobes != 0b1111
+        m.d.comb += [
+            Assert(~bus.w_stb | (dut.request & whole & ~partial & ~axi.bvalid)),
+            Assert(~bus.w_stb | ((bus.addr == adr[2:]) & (bus.w_data == word[: len(bus.w_data)]))),
+            Assert(~acknowledged | wrote),
+            Assert(~wrote | (acknowledged == ~partial)),
+            Assert(
+                ~wrote | (axi.bresp == Mux(partial & strobes.any(), Response.SLVERR, Response.OKAY))
+            ),
+            reached(m, wrote & ~partial, "wrote"),
+            reached(m, wrote & (axi.bresp == Response.SLVERR), "refused"),
+            reached(m, wrote & (strobes == 0), "of_no_byte"),
+        ]
+        return whole & ~axi.bvalid
+
+    def _reads(self, m: Module, inside: Inside, place: Value, has: Value, *, told: Value) -> Value:
+        """On the bus comes the read; the response has the word of the next cycle."""
+        dut, axi, bus = self.dut, self.dut.axi, self.dut.bus
+        read = dut.request & ~bus.w_stb
+        granted = before(m, read & dut.grant, "granted")
+        word = before(m, bus.r_data, "word")
+        m.d.comb += [
+            Assert(~read | (has & ~axi.rvalid & (bus.addr == place[2:]))),
+            Assert(inside["fetch"] == granted),
+            Assert(~granted | (has & ~axi.rvalid)),
+            Assert(told == before(m, granted, "fetched")),
+            Assert(~told | (axi.rdata == word)),
+            Assert(axi.rresp == Response.OKAY),
+            reached(m, told, "read"),
+        ]
+        return has & ~axi.rvalid
+
+    def _turns(
+        self, m: Module, inside: Inside, writes: Value, reads: Value, *, wrote: Value, told: Value
+    ) -> None:
+        """Never idle while there is something to do; one waits for one of the other at most."""
+        dut, bus = self.dut, self.dut.bus
+        idle = ~dut.request & ~inside["fetch"]
+        was_idle = before(m, idle & (writes | reads), "was_idle")
+        m.d.comb += Assert(~was_idle | dut.request | wrote)
+        passed = []
+        for name, waits, other in (("write", writes, told), ("read", reads, wrote)):
+            count = Signal(range(4), name=f"{name}_passed")
+            with m.If(~waits):
+                m.d.sync += count.eq(0)
+            with m.Elif(other):
+                m.d.sync += count.eq(count + 1)
+            passed.append(Mux(waits, count + other, 0))
+        m.d.comb += [
+            Assert(passed[0] <= 1),
+            Assert(passed[1] <= 1),
+            Assert((passed[0] == 0) | told | bus.w_stb),
+            Assert((passed[1] == 0) | wrote | (dut.request & ~bus.w_stb) | inside["fetch"]),
+            reached(m, writes & told, "write_waited"),
+            reached(m, reads & wrote, "read_waited"),
+        ]
+
+
+PROOFS = (
+    Proof(
+        name="axi.stream_in",
+        depth=8,
+        induction=2,
+        cover=range(7, 9),
+        claim="StreamFromAxi: the words offered on AXI come out once each, in order, unchanged, "
+        "with their `last`; valid and payload stay until ready; no path from input to output",
+        harness=lambda: Packets(StreamFromAxi(word=4)),
+    ),
+    Proof(
+        name="axi.stream_out",
+        depth=8,
+        induction=2,
+        cover=range(7, 9),
+        claim="StreamToAxi: the same towards AXI, sign-extended",
+        harness=lambda: Packets(StreamToAxi(word=4)),
+    ),
+    Proof(
+        name="axi.lite",
+        depth=14,
+        induction=3,
+        cover=range(13, 15),
+        claim="AxiLiteSlave: each request is answered once, and no response comes without one; "
+        "responses stay until they are taken; a write of four bytes is done on the bus once, as it "
+        "was made, others never; a read has its own word; neither waits for more than one of the "
+        "other; no path from input to output",
+        harness=lambda: Lite(AxiLiteSlave(word=8, address=3)),
+    ),
+)

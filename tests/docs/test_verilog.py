@@ -1,0 +1,56 @@
+"""The page on the Verilog in one's design does what it says: every block of it is run."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from boresight.cli import main
+from boresight.gateware.integration.files import integration_names
+from boresight.sim.rtl.simulators import available
+
+PAGE = Path(__file__).parents[2] / "docs" / "verilog.md"
+FILES = {"python": ["track.py"], "verilog": ["sample.v", "demo.v"], "c": ["driver.c"]}
+
+
+@pytest.mark.skipif(not available("icarus"), reason="Icarus Verilog: apt-get install iverilog")
+def test_every_block(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    blocks = re.findall(r"```(\w+)\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.S)
+    monkeypatch.chdir(tmp_path)
+    names = {kind: iter(files) for kind, files in FILES.items()}
+    for kind, text in blocks:
+        if kind in FILES:
+            Path(next(names[kind])).write_text(text)
+    assert not [name for rest in names.values() for name in rest]
+    said, wanted = "", [text for kind, text in blocks if kind == "text"]
+    for kind, text in blocks:
+        for line in text.splitlines() if kind == "sh" else ():
+            program, *words = shlex.split(line)
+            if program == "boresight":
+                assert main([*words, "--quiet"]) == 0
+                continue
+            if program == "make":
+                words.append("MODES=2005")  # all of them: tests/gateware/integration
+            done = subprocess.run([program, *words], capture_output=True, text=True, check=True)
+            said = done.stdout
+            if program == "make":
+                assert "PASS core: 120 words of 60 records" in said
+    assert wanted == [said]
+    subprocess.run(
+        ["gcc", "-std=c99", "-Wall", "-Wextra", "-Werror", "-Icore", "-fsyntax-only", "driver.c"],
+        check=True,
+    )
+    core = (tmp_path / "core" / "README.md").read_text()
+    formats = re.findall(r"`(\w+)` is `(fixed<\S+>)`", PAGE.read_text(encoding="utf-8"))
+    assert len(formats) == 2
+    assert all(f"| `{name}` | `{form}` |" in core for name, form in formats)
+    page = PAGE.read_text(encoding="utf-8")
+    for name in integration_names(axi=True):
+        assert f"`{name.partition('/')[0]}" in page, name
+    capsys.readouterr()
