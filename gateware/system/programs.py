@@ -9,7 +9,7 @@ from dataclasses import replace
 from boresight.gateware.core import Core, build_shared_core
 from boresight.gateware.system.feed import MOST_REGISTERS
 from boresight.gateware.system.plan import FRONT_NAMES, Plan, plan_of
-from boresight.model.declarations import Given, Input
+from boresight.model.declarations import GRAVITY, Given, Input
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, with_params
 from boresight.model.front import FRONT
@@ -171,10 +171,13 @@ def system_core(
                 found=repr(name),
             )
     values = {"calibrate_inertial": {"tick_s": 1.0 / clock_hz}}
-    # Who asks for the gyro's full scale is told: a little less, since calibration moves it.
-    high = 0.98 * SENSED["gx"].high
-    most = {"gyro_most_sq": high * high}
-    values |= {e.name: most for e in estimators if "gyro_most_sq" in {q.name for q in e.params}}
+    # Who asks for full scales is told: a little less, since calibration moves them; of the force
+    # without gravity, which its mean holds.
+    rate, force = (0.98 * SENSED[name].high for name in ("gx", "ax"))
+    most = {"gyro_most_sq": rate * rate, "force_most_sq": (force - GRAVITY) ** 2}
+    for e in estimators:
+        told = {q.name: most[q.name] for q in e.params if q.name in most}
+        values[e.name] = {**values.get(e.name, {}), **told}
     for name, given in (params or {}).items():
         values[name] = {**values.get(name, {}), **given}
     programs = [with_params(e.compile(word=word), e, values.get(e.name)) for e in estimators]

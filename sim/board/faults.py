@@ -39,8 +39,6 @@ __all__ = [
 
 #: The fault lasts from sample to sample, and from line to line of the compass.
 _INERTIAL_SPAN, _COMPASS_SPAN = (1200, 1400), (9, 15)
-#: Rows of the log in which values are wrong, and the registers that choose the compass's counts.
-_WRONG_SPAN, _COUNTS = {"adis": (1200, 1400), "hmr": (1200, 2000)}, (1, 2)
 #: Largest error that a fault may lead to, and largest that may be left a second later, degrees.
 LARGEST_DEG, LATER_DEG = 10.0, 2.0
 #: Updates of a run; a fault takes some of the log's samples.
@@ -120,13 +118,13 @@ class FaultTrial:
     @property
     def unseen(self) -> bool:
         """Wrong values in good form."""
-        return self.fault in WRONG_VALUES[self.device]
+        return self.fault in WRONG_VALUES
 
 
 def fault_names() -> list[str]:
     """All faults, as ``adis.absent``."""
-    known = {"adis": INERTIAL_FAULTS, "hmr": COMPASS_FAULTS}
-    return [f"{d}.{fault}" for d in known for fault in (*known[d], *WRONG_VALUES[d])]
+    known = {"adis": (*INERTIAL_FAULTS, *WRONG_VALUES), "hmr": COMPASS_FAULTS}
+    return [f"{device}.{fault}" for device, faults in known.items() for fault in faults]
 
 
 def trial_log() -> Record:
@@ -179,20 +177,21 @@ def fault_trial(
         Length of the run: an inertial fault is over after 1,400 samples, one of the compass after
         1,900, if ``span`` does not say otherwise.
     span : (int, int)
-        First sample (line of the compass) of the fault, and the first after it; of wrong values
-        always samples.
+        First sample (line of the compass) of the fault, and the first after it.
     """
     say = progress or (lambda text: None)
     log = log or trial_log()
     say(f"{device}: {fault}")
-    if fault in WRONG_VALUES[device]:
-        rows = span or _WRONG_SPAN[device]
-        source, mode = _COUNTS
-        given = stimulus(wronged(log, device, fault, slice(*rows)), board)
-        settings = {"output_divider": 1, "magnetic_source": source, "compass_mode": mode}
-        run = run_board(board, given, updates=updates, settings=settings, max_cycles=_MOST_CYCLES)
-        return _judge(board, run, log, device, fault, _row_cycles(run, rows))
     first, last = span or (_INERTIAL_SPAN if device == "adis" else _COMPASS_SPAN)
+    if fault in WRONG_VALUES:
+        run = run_board(
+            board,
+            stimulus(wronged(log, fault, slice(first, last)), board),
+            updates=updates,
+            settings={"output_divider": 1},
+            max_cycles=_MOST_CYCLES,
+        )
+        return _judge(board, run, log, device, fault, _row_cycles(run, (first, last)))
     name = fault if device == "adis" else str(COMPASS_FAULTS.index(fault))
     run = run_board(
         board,
@@ -278,7 +277,7 @@ def _judge(
         (end - begin) / second,
         min(seen.values(), default=None),
         tuple(sorted(seen, key=lambda name: seen[name])),
-        max(round(expected) - made, 0),
+        max(int(expected) - made, 0),
         worst(begin - half, begin),
         worst(begin, end + half),
         worst(last - half, last + 1.0),

@@ -116,6 +116,7 @@ class Mekf(Estimator):
     outputs = OUTPUTS
     status_bits = STATUS_BITS
     urgent = 7  # Euler angles and quaternion; the status word may follow
+    magnetic = True
 
     def __init__(self, mag: str = "full") -> None:
         """With ``mag`` "none" without a magnetometer: the heading is free, all else the same.
@@ -295,6 +296,9 @@ class Mekf(Estimator):
         age = ops.saturated(ops.where(heading_unknown, 1.0, x.since_field + dt), 1.0)
         age = ops.named("field_age", age)
         f_rate = ops.maximum(p.force_rate_per_s * dt, FORCE_YOUTH * grown)
+        # A force that is as far off as full scale says nothing: the mean stays.
+        change_sq = dot(f_change, f_change)
+        f_rate = ops.where(p.force_most_sq < change_sq, 0.0, f_rate)
         f_follow, r_follow = (
             ops.where(leveling, 1.0, ops.saturated(share, 1.0))
             for share in (f_rate, p.gyro_rate_per_s * dt)
@@ -327,11 +331,7 @@ class Mekf(Estimator):
         vertical = ops.bounded(x.vertical + follow * change[1], -450.0, 450.0, "a mean of fields")
 
         # Rest: rate and force keep near their means, and the mean rate can be a bias.
-        motion = (
-            dot(f_change, f_change)
-            + RATE_WEIGHT * dot(r_change, r_change)
-            + MEAN_WEIGHT * dot(off, off)
-        )
+        motion = change_sq + RATE_WEIGHT * dot(r_change, r_change) + MEAN_WEIGHT * dot(off, off)
         at_rest = _below(motion, p.rest_motion_sq)
         rest_s = ops.where(at_rest, ops.saturated(x.rest_s + dt, 32.0), 0.0)
         rest_s = ops.where(leveling, ops.where(no_vertical, -1.0, 0.0), rest_s)

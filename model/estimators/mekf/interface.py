@@ -166,6 +166,15 @@ PARAMS: tuple[Param, ...] = (
         "squared rate beyond which the gyro says nothing and the mean rate stands in: a little "
         "less than its full scale",
     ),
+    Param(
+        "force_most_sq",
+        12000.0,
+        1.0,
+        12000.0,
+        "(m/s^2)^2",
+        "squared deviation of the specific force from its mean beyond which it says nothing: that "
+        "of an accelerometer at full scale",
+    ),
     Param("gyro_rate_per_s", 2.0, 0.01, 30.0, "1/s", "corner of the low-pass of the gyro"),
     Param(
         "rest_motion_sq",

@@ -50,7 +50,7 @@ def test_fault(
 
 def test_all_faults_are_known() -> None:
     assert len(set(INERTIAL_FAULTS)) == 13 and len(set(COMPASS_FAULTS)) == 12
-    assert len(set(fault_names())) == 28
+    assert len(set(fault_names())) == 27
 
 
 @pytest.mark.parametrize(
@@ -64,7 +64,7 @@ def test_all_faults_are_known() -> None:
         ({"seen_after_s": 0.1, "after_deg": 2.1}, False, False),
         ({"seen_after_s": 0.1, "before_deg": 1.5, "after_deg": 2.1}, False, False),
         ({"seen_after_s": 0.1, "during_deg": 10.1}, False, False),
-        ({"during_deg": 1.3, "fault": "strong_field"}, False, True),
+        ({"during_deg": 1.3, "device": "adis", "fault": "force_stuck"}, False, True),
     ],
 )
 def test_what_counts_as_good(changes: dict, harmless: bool, good: bool) -> None:

@@ -433,6 +433,16 @@ def test_a_gyro_at_full_scale_is_not_believed() -> None:
     assert error[1000:].max() < 5.0 and error[1120:].max() < 2.0
 
 
+def test_an_accelerometer_at_full_scale_is_not_believed() -> None:
+    """For 0.2 s one axis says 5 g."""
+    q = attitudes(12.0, 100.0, 0.2)
+    x = records(q, 0.01)
+    x[1000:1020, 7] = 49.0
+    assert apart(run(x)[0], q)[1000:].max() > 10.0
+    error = apart(run(x, {"force_most_sq": 38.0**2})[0], q)
+    assert error[1000:].max() < 1.0
+
+
 def test_without_field_the_heading_grows_uncertain() -> None:
     x, _ = static([0.0, 0.0, 0.0], 20.0, 0.02)
     x[100:, MAG] = 0.0
