@@ -21,7 +21,7 @@ from boresight.model.lowering.graph import Node
 from boresight.model.lowering.lower import lower
 from boresight.model.lowering.trace import Scalar, Trace, Tracer
 from boresight.model.places import author_line, placed
-from boresight.model.step import Values, check_finite, checked
+from boresight.model.step import Values, check_constants, checked
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import InPort, Kind, Link, Port, Program
 
@@ -83,10 +83,10 @@ class Estimator:
     rates_hz: Mapping[str, float] = {}
     #: Degrees of freedom of an output ``nis``, the normalised innovation squared; 0: there is none.
     nis_freedom: int = 0
-    #: What the bits of an output ``status`` say, by number, for the texts about a core.
-    status_bits: Mapping[int, str] = {}
     #: Where its class begins, "file.py, line 12".
     _line: str = ""
+    #: What the bits of an output ``status`` say, by number, for the texts about a core.
+    status_bits: Mapping[int, str] = {}
 
     def __init_subclass__(cls) -> None:
         own = vars(cls)
@@ -354,7 +354,7 @@ class Estimator:
             by_name("input", self.inputs, seen),
             by_name("parameter", self.params, p),
         )
-        check_finite(self.name, self.step, {"state": after, "output": out})
+        check_constants(self.name, self.step, self.states, after, out)
         return Trace(
             tracer,
             u,

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import inspect
-import math
 import re
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
-from boresight.model.declarations import Named
+from boresight.model.declarations import Named, State
 from boresight.model.errors import InputError, closest
-from boresight.model.lowering.trace import Condition
+from boresight.model.lowering.trace import Condition, Scalar
 from boresight.model.places import author_line, place_of, place_of_function, placed
 
-__all__ = ["Values", "check_finite", "checked"]
+__all__ = ["Values", "check_constants", "checked"]
 
 #: Cures of errors that Python and numpy raise, by their texts.
 _CURES = (
@@ -144,19 +144,28 @@ def _explained(
     )
 
 
-def check_finite(
-    name: str, step: Callable[..., Any], parts: Mapping[str, Mapping[str, Any]]
+def check_constants(
+    name: str,
+    step: Callable[..., Any],
+    states: Sequence[State],
+    after: Mapping[str, Any],
+    outputs: Mapping[str, Any],
 ) -> None:
-    """Refuse constants that are no finite numbers among what a recorded step returns."""
-    for kind, part in parts.items():
-        for key, value in part.items():
-            if isinstance(value, float) and not math.isfinite(value):
-                raise InputError.at(
-                    placed(place_of_function(step), f"step of {name}, {kind} {key}"),
-                    wanted="a finite number",
-                    found=repr(value),
-                    fix="correct how it is computed",
-                )
+    """Refuse constants among what a recorded step returns that no word of theirs can be."""
+    ranges = {("state", s.name): (s.low, s.high) for s in states}
+    given = [("state", *item) for item in after.items()]
+    for kind, key, value in [*given, *(("output", *item) for item in outputs.items())]:
+        number = value.data[0] if isinstance(value, Scalar) and value.kind == "const" else value
+        low, high = ranges.get((kind, key), (-sys.float_info.max, sys.float_info.max))
+        if isinstance(number, int | float) and not low <= number <= high:
+            raise InputError.at(
+                placed(place_of_function(step), f"step of {name}, {kind} {key}"),
+                wanted=f"a constant in [{low:g}, {high:g}]"
+                if kind == "state"
+                else "a finite number",
+                found=repr(number),
+                fix="correct how it is computed, or the range",
+            )
 
 
 def _check_returned(

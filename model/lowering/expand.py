@@ -158,7 +158,7 @@ class Expansion(Graph):
         """
         if a.kind == "const" and a.value > 0.0:
             return self.const(rounded.log(a.value))
-        if not 0.0 < a.low <= a.high <= math.ldexp(a.low, _BINADES):
+        if not math.ldexp(a.high, -_BINADES) <= a.low or a.low <= 0.0:
             raise self.outside(
                 a,
                 f"the argument of a logarithm above 0, over at most 2^{_BINADES}",

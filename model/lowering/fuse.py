@@ -71,11 +71,31 @@ class Fusion:
         """The value that holds ``node``.
 
         ``frac`` asks for an exact binary point, ``odd`` for an odd or even one.
+
+        Raises
+        ------
+        InputError
+            No word does, or none that takes part in what is computed with it.
         """
+        try:
+            return self._word(node, frac, odd)
+        except (OverflowError, RecursionError) as error:  # formats without end
+            raise InputError.at(
+                node.line or self.groups.name,
+                wanted="numbers of a size that words can be shifted to",
+                found=f"{node.said} in {node.range}",
+                fix="declare ranges, or scale constants, nearer to 1",
+            ) from error
+
+    def _word(self, node: Node, frac: int | None, odd: bool | None) -> int:
         number = self._of_node.get(node.number)
         if number is None and node.kind == "const":
-            f = Format.for_range(self.groups.arith.word, node.value, node.value).frac
-            return self.groups.constant(node.value, f if frac is None else frac)
+            fmt = Format.for_range(self.groups.arith.word, node.value, node.value)
+            if frac is not None:
+                fmt = Format(fmt.word, frac)
+            if not fmt.min - fmt.lsb <= node.value <= fmt.max + fmt.lsb:
+                raise OverflowError
+            return self.groups.constant(node.value, fmt.frac)
         if number is None:
             number = self._create(node, frac, odd)
             self._of_node[node.number] = number
@@ -301,10 +321,10 @@ class Fusion:
         floor = math.ldexp(1.0, arith.guard - self.groups.frac(x))
         if smallest >= floor:
             return x
-        if arg.low <= 0.0 or arg.high > math.ldexp(smallest, _WIDEST):
+        if not arg.low > 0.0 or not floor <= arg.high <= math.ldexp(smallest, _WIDEST):
             raise self.graph.outside(
                 arg,
-                f"a divisor whose range spans at most 2^{_WIDEST}",
+                f"a divisor whose range, and word, span at most 2^{_WIDEST}",
                 "divide by ops.maximum(x, SMALLEST) or ops.clip(x, SMALLEST, LARGEST)",
             )
         g = self.graph

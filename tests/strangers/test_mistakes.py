@@ -81,6 +81,7 @@ INSIDE = {
     "exp too large": ("y = ops.exp(400.0 * u.a)  #!", "this product in [-800, 800]", "ops.clip"),
     "asin": ("y = ops.asin_ht(u.a)  #!", "found a in [-2, 2]", "algebra.angles.asin_ht"),
     "no finite range": ("y = ops.rsqrt(u.b)  #!", "found y in [0.707107, inf]", "ops.bounded"),
+    "far too large": ("y = ops.wrap_ht(1e300 * u.a)  #!", "y in [-1, 1]", "nearer to 1"),
     "beyond the word": ('y = ops.bounded(u.a * 2.0**300, -1.0, 1.0, "small")  #!',
                         "more than 63 bits",
                         "narrow the ranges"),
@@ -103,6 +104,7 @@ RETURNED = {
                   "ops.where(condition, 1.0"),
     "array": ('return {"pos": y}, {"y": np.array([y, y])}', "shape (2,)", "its elements"),
     "nan": ('return {"pos": y}, {"y": math.nan}', "found nan", "wanted a finite number"),
+    "constant": ('return {"pos": 9.0}, {"y": y}', "found 9.0", "wanted a constant in [-4, 4]"),
     "text": ('return {"pos": y}, {"y": "high"}', "found a str", "wanted a number"),
 }  # fmt: skip
 #: What is replaced in HEAD or STEP, by what; found; cure.

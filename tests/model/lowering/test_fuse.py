@@ -7,6 +7,8 @@ import pytest
 
 from boresight.model import ops
 from boresight.model.errors import InputError
+from boresight.model.lowering.lower import lower
+from boresight.model.lowering.trace import Trace, Tracer
 from boresight.model.words.fixed import Arithmetic, Format
 from boresight.model.words.program import Negate
 
@@ -63,8 +65,8 @@ def test_a_reciprocals_range_may_not_pass_what_can_be_normalised(trace: Any, wor
     for low, high in ((2.0 ** (-2 - most), 1.0), (-1.0, -(2.0 ** (-2 - most)))):
         with pytest.raises(
             InputError,
-            match=r"^test_fuse\.py, line \d+: wanted a divisor whose range spans at most "
-            rf"2\^{most}, found x0 in \[.*\]; divide by ops\.maximum",
+            match=r"^test_fuse\.py, line \d+: wanted a divisor whose range, and word, span at "
+            rf"most 2\^{most}, found x0 in \[.*\]; divide by ops\.maximum",
         ):
             trace(lambda a: 1.0 / a, [(low, high)], word)
 
@@ -108,3 +110,20 @@ def test_the_root_of_a_negative_constant_is_refused_by_name(trace: Any) -> None:
         match=r"^test_fuse\.py, line \d+: wanted a root of 0 or more, found .* in \[-1, ",
     ):
         trace(lambda x: ops.sqrt(x - x - 1.0), [(0.0, 1.0)])
+
+
+def test_numbers_that_no_word_is_are_refused() -> None:
+    """What only intervals show to be a constant; what shifts cannot bring to its format."""
+    g = Tracer("far")
+    x = g.leaf("input", "x", 1.0, 2.0)
+    s = g.leaf("state", "s", -2.0, 2.0)
+    fixed = ops.maximum(ops.minimum(x, 1.0), 1e9)  # 1e9, whatever x is
+    with pytest.raises(
+        InputError, match=r"wanted numbers of a size .*, found s_next in \[1e\+09, "
+    ):
+        lower(Trace(g, [x], {"y": x}, states=[(s, 0.0, fixed)]), Arithmetic())
+    far = 1e300 * x
+    with pytest.raises(
+        InputError, match=r"^test_fuse\.py, line \d+: wanted numbers of a size .* y "
+    ):
+        lower(Trace(g, [x], {"y": ops.wrap_ht(far)}), Arithmetic())
