@@ -173,8 +173,8 @@ def system_core(
     values = {"calibrate_inertial": {"tick_s": 1.0 / clock_hz}}
     # Who asks for full scales is told: a little less, since calibration moves them; of the force
     # without gravity, which its mean holds.
-    rate, force = (0.98 * SENSED[name].high for name in ("gx", "ax"))
-    most = {"gyro_most_sq": rate * rate, "force_most_sq": (force - GRAVITY) ** 2}
+    rate, force = 0.98 * SENSED["gx"].high, 0.98 * SENSED["ax"].high - GRAVITY
+    most = {"gyro_most_sq": rate * rate, "force_most_sq": force * force}
     for e in estimators:
         told = {q.name: most[q.name] for q in e.params if q.name in most}
         values[e.name] = {**values.get(e.name, {}), **told}

@@ -6,7 +6,7 @@ from boresight.model.declarations import Input, Output
 
 __all__ = ["INPUTS", "OUTPUTS"]
 
-_STEP = "time since the sample before; negative: begin anew; a longer gap counts as 0.25 s"
+_STEP = "time since the sample before; negative: begin anew; a longer gap in a log counts as 0.25 s"
 _FIELD = "magnetic flux density, body axis {}; all three 0: no new sample"
 
 #: What the sensors on one body give, in body axes.
