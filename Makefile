@@ -12,7 +12,7 @@ COUNT  ?= 40
 JOBS   ?= 2
 
 .DEFAULT_GOAL := main
-.PHONY: main test soak lint types setup tools bench formal mutants firmware cross synth doctor clean help
+.PHONY: main test soak lint types setup tools bench formal mutants firmware docs dist cross doctor clean help
 
 main: setup            ## Set up, then Verilog, proof on recorded data, area, clock, report
 	$(BIN)/boresight doctor --quiet
@@ -55,6 +55,16 @@ mutants: setup         ## Faults put into the code: which ones no test notices (
 firmware: setup cross  ## C on a simulated soft core: cycles, sizes, equality
 	$(BIN)/python -m boresight.sim.soc --board -o $(OUT)/firmware
 
+docs: $(VENV)/.docs    ## The site, build/site/index.html; warnings are errors
+	$(BIN)/python -m sphinx -q -W --keep-going -b html -c docs/site docs $(OUT)/site
+	@echo "$(OUT)/site/index.html"
+
+dist: $(VENV)/.release ## Wheel and source archive, and what checks them
+	rm -rf $(OUT)/dist
+	$(BIN)/python -m build -q --outdir $(OUT)/dist
+	$(BIN)/twine check --strict $(OUT)/dist/*
+	$(BIN)/pyroma -n 8 $(OUT)/dist/*.tar.gz
+
 doctor: setup          ## Which tools are here, and what is missing
 	$(BIN)/boresight doctor
 
@@ -69,6 +79,11 @@ $(VENV)/.done: pyproject.toml
 	$(PIP) --no-compile --editable '.[test]'
 	@# Relative, so plain ASCII: with LC_ALL=C Python would not start on a path beyond it.
 	@for f in $(VENV)/lib/python*/site-packages/__editable__.boresight-*.pth; do echo ../../../../.src > "$$f"; done
+	@touch $@
+
+# What only one target needs, in the same environment.
+$(VENV)/.docs $(VENV)/.release: $(VENV)/.%: $(VENV)/.done
+	$(PIP) $$($(BIN)/python -c 'import tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))["project"]["optional-dependencies"]["$*"])')
 	@touch $@
 
 CROSS := gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf
@@ -98,6 +113,7 @@ cross:
 	  else echo "error: no compiler for the soft core: sudo apt-get install $(CROSS)" >&2; exit 2; fi; }
 
 clean:                 ## Remove what make made; results that somebody changed stay
+	rm -rf "$(OUT)/site" "$(OUT)/dist"
 	$(PYTHON) -m boresight.disk.clear "$(OUT)"
 	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache *.egg-info .src/*.egg-info
 

@@ -3,6 +3,7 @@
 Everything the command line does is one function here::
 
     import boresight
+    boresight.new("my_filter")
     boresight.list_estimators()
     boresight.compile("complementary", config="fast", output="build")
     boresight.run("complementary", "log.csv", on="fixed")
@@ -51,6 +52,7 @@ if TYPE_CHECKING:
     from boresight.verbs.figures.tune import tune
     from boresight.verbs.list import list_estimators
     from boresight.verbs.monitor import monitor
+    from boresight.verbs.new import new
     from boresight.verbs.report import report
     from boresight.verbs.run import run
     from boresight.verbs.simulate import simulate, simulate_faults
@@ -81,6 +83,7 @@ __all__ = [
     "list_estimators",
     "monitor",
     "montecarlo",
+    "new",
     "ops",
     "record_of",
     "report",

@@ -13,42 +13,25 @@ from collections.abc import Sequence
 from importlib import import_module
 from typing import Any
 
+import shtab
+
 import boresight
 from boresight.failures import code_of, interruptible
 from boresight.model.errors import InputError, shortened
 from boresight.terminal import say, tell
 from boresight.verbs import place_of
+from boresight.verbs.texts import VERBS, Text
 
 __all__ = ["main"]
 
-#: What each verb is for; its module (`boresight.verbs.place_of`) holds its arguments and what it
-#: does.
-VERBS = {
-    "list": "Estimators, their parameters, configurations.",
-    "compile": "Write Verilog, ISE project, microcode, register map, C, report.json.",
-    "run": "Run an estimator on a log; one row out per row in.",
-    "check": "Prove integer model, C and RTL equal on logs, bit by bit.",
-    "report": "Check, estimate and write report.html and report.json.",
-    "tune": "Fit parameters to logs with truth, in the open, with cross-validation.",
-    "accuracy": "Error of our estimators and of published ones on logs with truth.",
-    "convert": "A published data set's files (BROAD) to logs.",
-    "experiment": "A published experiment in simulation: page and JSON.",
-    "demo": "The main job: one core with all filters, both configurations, proven on the "
-    "bundled recording.",
-    "bench": "Interpreter against C on 10,000,000 updates, and their rates.",
-    "covariance": "Millions of hostile updates: does a filter's covariance stay positive, and "
-    "with float64?",
-    "montecarlo": "Many draws of a world: errors, NEES, NIS and spread against the bound.",
-    "monitor": "Attitudes and registers of a board, from its serial port or a capture.",
-    "simulate": "The complete board: both sensors at its pins, attitude on its line.",
-    "doctor": "Which tools are here, and what is missing.",
-}
 #: Longest complaint about the command line, in characters.
 _LONGEST = 300
 
 
 class _Parser(argparse.ArgumentParser):
     """argparse with errors of one line."""
+
+    verbs: argparse._SubParsersAction[_VerbParser]
 
     def error(self, message: str) -> Any:
         """Print one line, exit 2."""
@@ -71,14 +54,38 @@ class _VerbParser(_Parser):
 
     verb = ""
 
-    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Add the verb's arguments, then parse."""
+    def load(self) -> None:
+        """Add the verb's arguments, once."""
         if self.verb:
             module = import_module(f"boresight.{place_of(self.verb)}")
             self.set_defaults(call=module.call)
             module.add_arguments(self)
             self.verb = ""
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Add the verb's arguments, then parse."""
+        self.load()
         return super().parse_known_args(args, namespace)
+
+
+class _Completion(argparse.Action):
+    """Print a script that completes the command line in a shell, and end."""
+
+    def __call__(self, parser: Any, namespace: Any, values: Any, option_string: Any = None) -> None:
+        for verb in parser.verbs.choices.values():
+            verb.load()
+            for action in verb._actions:
+                if action.nargs != 0:
+                    action.complete = shtab.FILE
+        say(shtab.complete(parser, shell=values))
+        parser.exit(0)
+
+
+def _examples(text: Text) -> str:
+    """The examples of a verb, below each other."""
+    width = max(len(line) for line, _ in text.examples)
+    lines = [f"  boresight {line:{width}}  # {what}" for line, what in text.examples]
+    return "\n".join(("examples:", *lines))
 
 
 def _parser() -> _Parser:
@@ -86,11 +93,24 @@ def _parser() -> _Parser:
         prog="boresight", description="Estimators from equations to FPGA, proven equal bit by bit."
     )
     parser.add_argument("--version", action="version", version=boresight.__version__)
-    verbs = parser.add_subparsers(
+    parser.add_argument(
+        "--print-completion",
+        action=_Completion,
+        choices=shtab.SUPPORTED_SHELLS,
+        metavar="SHELL",
+        help=f"print a script that completes command lines: {', '.join(shtab.SUPPORTED_SHELLS)}",
+    )
+    parser.verbs = verbs = parser.add_subparsers(
         dest="verb", metavar="VERB", required=True, parser_class=_VerbParser
     )
     for name, text in VERBS.items():
-        verb = verbs.add_parser(name, help=text, description=text)
+        verb = verbs.add_parser(
+            name,
+            help=text.summary,
+            description=text.summary,
+            epilog=_examples(text),
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
         verb.verb = name
         verb.add_argument("--json", action="store_true", help="print one JSON object, nothing else")
         verb.add_argument("-q", "--quiet", action="store_true", help="no progress")

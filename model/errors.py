@@ -31,7 +31,7 @@ def _printable(text: str) -> str:
 class InputError(ValueError):
     """Something that came from outside is not what it has to be.
 
-    The message is always a single line; the command line prints it after ``error: `` and exits
+    The message is always a single line; the command line prints it after ``error:`` and exits
     with code 2. A complete message says where the trouble is, what was wanted, what was found and
     what to do about it: `InputError.at` builds one of that form.
 

@@ -1,4 +1,4 @@
-"""One file for each verb of the command line: the Python function and its text form."""
+"""One file for each verb of the command line, its function and its text; `texts` is its help."""
 
 from __future__ import annotations
 

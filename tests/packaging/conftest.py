@@ -81,11 +81,18 @@ def wheel(tree: Path) -> Path:
 
 
 @pytest.fixture(scope="session")
-def wheel_of_sdist(tree: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Built from the source distribution, which is built from the tree."""
+def sdist(tree: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The source distribution, built from the tree, and beside it the wheel built from that."""
     out = tmp_path_factory.mktemp("sdist")
     _build(tree, "--outdir", str(out))
-    (found,) = out.glob("*.whl")
+    (found,) = out.glob("*.tar.gz")
+    return found
+
+
+@pytest.fixture(scope="session")
+def wheel_of_sdist(sdist: Path) -> Path:
+    """Built from the source distribution."""
+    (found,) = sdist.parent.glob("*.whl")
     return found
 
 

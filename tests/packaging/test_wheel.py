@@ -5,9 +5,11 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+import tarfile
 import zipfile
 from pathlib import Path
 
+import boresight
 from boresight.sim.records.bundled import bundled
 
 ROOMS = ("model", "gateware", "firmware", "sim")
@@ -50,9 +52,28 @@ def test_metadata(wheel: Path) -> None:
         assert archive.read(names["top_level.txt"]).split() == [b"boresight"]
         metadata = archive.read(names["METADATA"]).decode()
     assert "\nLicense-Expression: BSD-2-Clause\n" in metadata
+    assert f"\nVersion: {boresight.__version__}\n" in metadata
+    assert "\nDescription-Content-Type: text/markdown\n" in metadata
+    assert "\nSummary: " in metadata and "\nKeywords: fpga," in metadata
+    assert "\nClassifier: Typing :: Typed\n" in metadata
     assert (
         "licenses/LICENSE" in names and "licenses/sim/data/LICENSE.scikit-kinematics.txt" in names
     )
+
+
+def test_citation_is_of_this_version(tree: Path) -> None:
+    lines = (tree / "CITATION.cff").read_text().splitlines()
+    assert f"version: {boresight.__version__}" in lines and "license: BSD-2-Clause" in lines
+
+
+def test_the_source_archive_is_the_repository(sdist: Path) -> None:
+    with tarfile.open(sdist) as archive:
+        names = {name.partition("/")[2] for name in archive.getnames()}
+    wanted = {"Makefile", "CHANGELOG.md", "CITATION.cff", "LICENSE", "examples/kalman.csv"}
+    assert (
+        wanted | {"docs/learn/first.md", "docs/images/overview.svg", "tests/conftest.py"} <= names
+    )
+    assert not [name for name in names if name.endswith(".pyc")]
 
 
 def test_of_a_source_archive_is_the_same(wheel: Path, wheel_of_sdist: Path) -> None:
@@ -77,6 +98,11 @@ def test_list(installed) -> None:
     text = installed.run(installed.program, "list")
     assert text == installed.run(installed.python, "-m", "boresight", "list")
     assert "complementary" in text and "mekf" in text
+
+
+def test_new(installed) -> None:
+    installed.run(installed.program, "new", "mine")
+    assert "class Mine(Estimator)" in (installed.folder / "mine.py").read_text()
 
 
 def test_compile(installed) -> None:

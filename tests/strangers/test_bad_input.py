@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from boresight.cli import main
-from tests.support.strangers import PROGRAMS
+from tests.support.strangers import program
 
 HEAD = "from boresight import Estimator, Input, Output, Param, State, World, ops\n"
 GOOD = """
@@ -188,5 +188,5 @@ def test_mistakes(line: str, message: str, refused) -> None:
 
 def test_a_wrong_unit_of_a_program_names_row_and_column(refused, tmp_path) -> None:
     (tmp_path / "log.csv").write_text("dt,z[km]\n0.01,0.05\n0.01,0.2\n")
-    line = refused(f"check {PROGRAMS}/kalman.py log.csv")
+    line = refused(f"check {program('kalman.py')} log.csv")
     assert "log.csv, line 3, column z: wanted -100 to 100 m, the declared range, found 200" in line

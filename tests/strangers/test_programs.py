@@ -24,22 +24,19 @@ from boresight.sim.compare.check import Check
 from boresight.sim.levels.build import Build
 from boresight.sim.records.record import Record
 from tests.support.strangers import PROGRAMS, STRANGERS, csv
+from tests.support.strangers import program as place
 
 NAMES = list(STRANGERS)
 #: Each kind of operation once: for the RTL at every change.
 FEW = [
-    "kalman.py",
-    "madgwick.py:Madgwick",
-    "alphabeta.py",
-    "pll.py",
-    "geometry.py:Look",
-    "battery.py",
+    *("kalman.py", "madgwick.py:Madgwick", "biquad.py", "pendulum.py"),
+    *("alphabeta.py", "pll.py", "geometry.py:Look", "battery.py"),
 ]
 #: What `compile` writes for every estimator.
 FILES = ("core.v", "report.json", "registers.json")
 
 
-@pytest.mark.parametrize("file", sorted(PROGRAMS.glob("*.py")), ids=lambda p: p.name)
+@pytest.mark.parametrize("file", PROGRAMS.values(), ids=PROGRAMS)
 def test_a_file_needs_nothing_but_the_front_door(file) -> None:
     allowed = {"Estimator", "Input", "Output", "Param", "State", "World", "blocks", "ops"}
     for node in ast.walk(ast.parse(file.read_text())):
@@ -50,13 +47,13 @@ def test_a_file_needs_nothing_but_the_front_door(file) -> None:
 
 def test_as_many_programs_as_are_promised() -> None:
     files = {name.partition(":")[0] for name in STRANGERS}
-    assert len(files) == 11 and files == {p.name for p in PROGRAMS.glob("*.py")}
+    assert len(files) == 11 and files == set(PROGRAMS)
 
 
 @pytest.mark.parametrize("name", FEW)
 def test_every_level_gives_the_same_words(name: str) -> None:
     columns, _ = STRANGERS[name](200)
-    program = f"{PROGRAMS}/{name}"
+    program = place(name)
     found = {on: boresight.run(program, columns, on=on) for on in ("fixed", "c", "rtl", "float")}
     for output in estimator_of(program).outputs:
         words = found["fixed"]["outputs"][output.name]
@@ -72,7 +69,7 @@ def test_every_level_gives_the_same_words(name: str) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_numpy_and_compiled_float_agree(name: str) -> None:
     columns, _ = STRANGERS[name](150)
-    program = f"{PROGRAMS}/{name}"
+    program = place(name)
     written, compiled = (boresight.run(program, columns, on=on) for on in ("numpy", "float"))
     for output, values in written["outputs"].items():
         assert np.allclose(values, compiled["outputs"][output], rtol=1e-9, atol=1e-9)
@@ -81,7 +78,7 @@ def test_numpy_and_compiled_float_agree(name: str) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_check_is_good(name: str) -> None:
     columns, _ = STRANGERS[name](2_000)
-    (result,) = boresight.check(f"{PROGRAMS}/{name}", columns, levels=("fixed", "c"))
+    (result,) = boresight.check(place(name), columns, levels=("fixed", "c"))
     assert result.good, [*(x.line() for x in result.levels), *result.accuracy.lines()]
     assert [x.n_total for x in result.levels] == [2_000, 2_000]
     assert all(d.tolerance is not None for d in result.accuracy.differences)
@@ -90,7 +87,7 @@ def test_check_is_good(name: str) -> None:
 @pytest.mark.soak
 @pytest.mark.parametrize("name", NAMES)
 def test_long_runs(name: str) -> None:
-    estimator, (columns, _) = estimator_of(f"{PROGRAMS}/{name}"), STRANGERS[name](100_000)
+    estimator, (columns, _) = estimator_of(place(name)), STRANGERS[name](100_000)
     record = Record.of(columns)
     build = Build(estimator)
     (long,) = Check(build, levels=("fixed", "c")).run(record)
@@ -104,7 +101,7 @@ def test_long_runs(name: str) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_a_log_in_other_units_is_the_same_record(name: str, tmp_path) -> None:
     given = STRANGERS[name](300)
-    program = f"{PROGRAMS}/{name}"
+    program = place(name)
     log = csv(tmp_path / "log.csv", given)
     assert "[" in log.read_text().splitlines()[0]
     plain, read = (boresight.run(program, x, on="numpy") for x in (given[0], log))
@@ -114,7 +111,7 @@ def test_a_log_in_other_units_is_the_same_record(name: str, tmp_path) -> None:
 
 def test_check_of_a_csv_by_command_line(tmp_path, capsys) -> None:
     log = csv(tmp_path / "log.csv", STRANGERS["fir.py:Fir(taps=7)"](200))
-    line = ["check", f"{PROGRAMS}/fir.py:Fir(taps=5)", str(log), "--levels", "fixed,c", "--json"]
+    line = ["check", place("fir.py:Fir(taps=5)"), str(log), "--levels", "fixed,c", "--json"]
     assert main(line) == 0
     (result,) = json.loads(capsys.readouterr().out)["results"]
     assert result["estimator"] == "fir" and result["good"]
@@ -123,13 +120,13 @@ def test_check_of_a_csv_by_command_line(tmp_path, capsys) -> None:
 
 @pytest.mark.parametrize("name", ["fir.py:Fir(taps=3)", "alphabeta.py"])
 def test_compile_writes_a_whole_folder(name: str, tmp_path, capsys) -> None:
-    assert main(["compile", f"{PROGRAMS}/{name}", "-o", str(tmp_path / "out"), "-q"]) == 0
+    assert main(["compile", place(name), "-o", str(tmp_path / "out"), "-q"]) == 0
     files = {str(p.relative_to(tmp_path / "out")) for p in (tmp_path / "out").rglob("*")}
     assert set(FILES) <= files, files
 
 
 def test_the_controller_holds_its_motor_on_the_rtl(tmp_path, capsys) -> None:
-    world, filter = f"{PROGRAMS}/pi.py:Motor(steps=600)", f"{PROGRAMS}/pi.py:Pi"
+    world, filter = place("pi.py:Motor(steps=600)"), place("pi.py:Pi")
     log = tmp_path / "loop.csv"
     assert (
         main(["simulate", world, filter, "--on", "rtl", "--against", "fixed", "-o", str(log)]) == 0

@@ -11,7 +11,8 @@ from boresight.cli import main
 from boresight.model.resolve import estimator_of
 from boresight.sim.records.feed import feed
 from boresight.sim.records.record import Record
-from tests.support.strangers import PROGRAMS, STRANGERS, csv
+from tests.support.strangers import STRANGERS, csv
+from tests.support.strangers import program as place
 
 #: Programs whose records have a truth, and its units; the error that they must stay below.
 TRUTHS = {
@@ -48,7 +49,7 @@ def numpy_outputs(program: str, columns: dict) -> tuple:
 def test_accuracy_in_the_units_of_the_outputs(name: str, tmp_path, capsys) -> None:
     """A CSV in other units; RMS by hand of numpy's float64."""
     given = settled(STRANGERS[name](1500))
-    log, program = csv(tmp_path / "log.csv", given), f"{PROGRAMS}/{name}"
+    log, program = csv(tmp_path / "log.csv", given), place(name)
     assert main(["accuracy", program, str(log), "--json"]) == 0
     fixed, floating = json.loads(capsys.readouterr().out)["estimators"]
     assert all(d["good"] and d["tolerance"] is not None for d in fixed["vs_float"][:4])
@@ -69,7 +70,7 @@ def test_tuned_parameters_help_on_data_that_they_were_not_tuned_on(
     name: str, tmp_path, capsys
 ) -> None:
     start, wanted = STARTS[name]
-    program, make = f"{PROGRAMS}/{name}", STRANGERS[name]
+    program, make = place(name), STRANGERS[name]
     logs = [csv(tmp_path / f"log{seed}.csv", settled(make(1200, seed))) for seed in (21, 22, 23)]
     other = csv(tmp_path / "other.csv", settled(make(1700, 31)))
     out = tmp_path / "tuned.json"

@@ -7,6 +7,6 @@
 | `devices` | readers and devices pin to pin, their contracts, fuzzing |
 | `board` | the board's bench under cocotb |
 | `soc` | costs of single operations on the soft core |
-| `strangers` | records of the programs in `tests/strangers/programs` |
+| `strangers` | records of the programs in `tests/strangers/programs` and `examples` |
 | `soak` | the long campaigns, behind `make soak` |
 """

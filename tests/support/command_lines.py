@@ -89,6 +89,7 @@ _STEPS = {"--steps": _number("1", "5", "100")}
 
 #: Each verb's positional arguments, and its options; None: a flag.
 VERBS: Mapping[str, tuple[list[Any], dict[str, Any]]] = {
+    "new": ([_mostly("mine", "folder/mine.py", "class", "numpy")], {}),
     "list": ([], {}),
     "doctor": ([], {}),
     "compile": (

@@ -1,4 +1,4 @@
-"""Records of `tests/strangers/programs`: what their sensors would give, seeded.
+"""Records of `tests/strangers/programs` and `examples`: what their sensors would give, seeded.
 
 Every function gives columns by input name in the declared units, and the heads of a CSV in which
 some columns stand in other units.
@@ -21,7 +21,16 @@ Columns: TypeAlias = dict[str, Array]
 #: Columns, and by input name: head in a CSV, values in its unit of those in the declared one.
 Given: TypeAlias = tuple[Columns, dict[str, tuple[str, Callable[[Array], Array]]]]
 
-PROGRAMS = Path(__file__).parents[1] / "strangers" / "programs"
+EXAMPLES = Path(__file__).parents[2] / "examples"
+_PROGRAMS = Path(__file__).parents[1] / "strangers" / "programs"
+#: The files of all programs, by name.
+PROGRAMS = {path.name: path for folder in (EXAMPLES, _PROGRAMS) for path in folder.glob("*.py")}
+
+
+def program(name: str) -> str:
+    """What the command line calls a program: ``pi.py:Pi`` with its folder."""
+    file, colon, rest = name.partition(":")
+    return f"{PROGRAMS[file]}{colon}{rest}"
 
 
 def scaled(head: str, factor: float) -> tuple[str, Callable[[Array], Array]]:

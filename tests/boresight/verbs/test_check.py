@@ -13,12 +13,12 @@ import pytest
 import boresight
 from boresight.cli import main
 from boresight.model.errors import InputError
-from tests.support.strangers import PROGRAMS, STRANGERS, csv
+from tests.support.strangers import STRANGERS, csv, program
 
 #: The function has the module's name.
 module = importlib.import_module("boresight.verbs.check")
 
-BOTH = f"{PROGRAMS}/kalman.py,{PROGRAMS}/pi.py:Pi"
+BOTH = f"{program('kalman.py')},{program('pi.py:Pi')}"
 HEADER = "t,gx,gy,gz,ax,ay,az,mx,my,mz\n"
 ROW = "{t},0.01,0.02,0.03,0.1,0.2,9.8,1,20,-40\n"
 GOOD = HEADER + "".join(ROW.format(t=k / 100) for k in range(20))

@@ -23,7 +23,7 @@ def cache(tmp_path, monkeypatch):
 def test_shows_the_cache(cache, capsys):
     main(["doctor"])
     line = capsys.readouterr().out.splitlines()[-1]
-    assert line.startswith(f"build cache      {cache.root}: 1 entries, 1.5 of 20 MB ")
+    assert line.startswith(f"{'build cache':24s} {cache.root}: 1 entries, 1.5 of 20 MB ")
     assert "--clear-cache" in line and "BORESIGHT_CACHE_MB" in line
     main(["doctor", "--json"])
     assert json.loads(capsys.readouterr().out)["cache"] == {
@@ -58,3 +58,26 @@ def test_a_wrong_limit_is_one_line(cache, capsys, monkeypatch):
 def test_all_tools_are_here(capsys):
     assert main(["doctor", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["good"] is True
+
+
+def test_tells_optional_from_needed(cache, capsys, monkeypatch):
+    monkeypatch.setattr("shutil.which", lambda name, **_: None)
+    monkeypatch.setattr("boresight.verbs.doctor.available", lambda name: name == "verilator")
+    assert main(["doctor"]) == 1
+    lines = {line[:24].strip(): line[25:] for line in capsys.readouterr().out.splitlines()}
+    assert lines["gcc"] == "MISSING: apt-get install gcc"
+    assert lines["iverilog"].startswith("not here: apt-get install iverilog (optional: a second")
+    assert lines["ISE (xst)"].startswith("not here: ISE 14.7 (optional: bitstreams")
+    assert lines["numpy"][0].isdigit() and lines["scipy"].endswith(
+        "(optional: `boresight convert`)"
+    )
+    assert main(["doctor", "-q"]) == 1
+    assert {line.split()[1] for line in capsys.readouterr().out.splitlines()} == {"MISSING:"}
+
+
+def test_packages_are_those_of_the_metadata(cache, capsys):
+    main(["doctor", "--json"])
+    tools = {t["tool"]: t for t in json.loads(capsys.readouterr().out)["tools"]}
+    assert {"numpy", "mpmath", "amaranth", "amaranth-boards", "cocotb", "pint"} <= set(tools)
+    assert not {"pytest", "sphinx", "distributed"} & set(tools)
+    assert all(t["needed"] != bool(t["use"]) for t in tools.values())

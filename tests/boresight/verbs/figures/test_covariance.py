@@ -9,7 +9,7 @@ from boresight.cli import main
 from boresight.model.estimator import Estimator, Param
 from boresight.model.estimators import estimator
 from boresight.verbs.figures.covariance import P0, initial_covariances
-from tests.support.strangers import PROGRAMS, csv, kalman
+from tests.support.strangers import csv, kalman, program
 
 
 class Own(Estimator):
@@ -48,7 +48,7 @@ def test_command_line(capsys: pytest.CaptureFixture[str]) -> None:
 def test_any_filter_that_names_its_covariance(tmp_path, capsys) -> None:
     """A user's Kalman filter, on inputs within its ranges and on a log."""
     log = csv(tmp_path / "log.csv", kalman(400))
-    line = ["covariance", f"{PROGRAMS}/kalman.py", "--log", str(log), "--updates", "7000"]
+    line = ["covariance", program("kalman.py"), "--log", str(log), "--updates", "7000"]
     code = main([*line, "--json"])
     (found,) = json.loads(capsys.readouterr().out)["results"]
     assert code == 1 - found["good"]

@@ -1,4 +1,15 @@
-"""Attitude of gyro and accelerometer after Madgwick (2010), six axes."""
+"""Attitude of gyro and accelerometer after Madgwick (2010), six axes.
+
+``madgwick.csv`` is a hand that turns a sensor at 100 Hz, with the true attitude. The package
+``ahrs`` has the same filter in floating point (`ahrs.filters.Madgwick`), but for the step near
+level, which shrinks here; with that in it the quaternions are the same within 1e-6::
+
+    boresight check madgwick.py:Madgwick madgwick.csv
+    boresight accuracy madgwick.py:Madgwick madgwick.csv
+
+Vectors are normalised by an inverse root, whose results are unit vectors: `ops.bounded` says so,
+since intervals see three components of which each could be 1.
+"""
 
 from boresight import Estimator, Input, Output, Param, State, ops
 

@@ -1,4 +1,12 @@
-"""Speed control of a motor: a PI controller, and the motor that it drives."""
+"""Speed control of a motor: a PI controller, and the motor that it drives.
+
+The motor is a world: it is told the drive and gives the speed that an encoder shows::
+
+    boresight simulate pi.py:Motor pi.py:Pi --on fixed -o loop.csv
+    boresight simulate pi.py:Motor pi.py:Pi --on rtl --steps 300
+
+The integral stops at the supply, so that it does not wind up while the drive is at its limit.
+"""
 
 from boresight import Estimator, Input, Output, Param, State, World, ops
 

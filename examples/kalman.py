@@ -1,4 +1,15 @@
-"""Position and velocity of a cart from noisy positions: a Kalman filter of two states."""
+"""Position and velocity of a cart from noisy positions: a Kalman filter of two states.
+
+``kalman.csv`` is a cart that swings over 60 m, seen with half a metre of noise in steps of 8 to 12
+ms, with its truth::
+
+    boresight check kalman.py kalman.csv
+    boresight accuracy kalman.py kalman.csv
+    boresight tune kalman.py kalman.csv -o tuned.json
+
+P is three numbers, since it is symmetric. The gains are bounded by what intervals do not know:
+p00 / (p00 + r) is below 1, and r has a least value.
+"""
 
 from boresight import Estimator, Input, Output, Param, State, ops
 

@@ -1,0 +1,112 @@
+"""`boresight new`: an estimator of one's own to begin with, its world, a log and their test."""
+
+from __future__ import annotations
+
+import importlib.util
+import keyword
+import os
+from argparse import ArgumentParser, Namespace
+from importlib import resources
+from pathlib import Path
+
+from boresight.disk.output import OutputFile
+from boresight.model.errors import InputError
+from boresight.model.estimators import ESTIMATORS
+from boresight.options import Outcome
+
+__all__ = ["add_arguments", "call", "new"]
+
+#: What is written, by name of the file, and the text that it is made of.
+_FILES = {"{}.py": "estimator.txt", "{}.csv": "log.csv", "test_{}.py": "test.txt"}
+
+
+def new(name: str | Path) -> list[Path]:
+    """Write ``NAME.py`` with an estimator and its world, ``NAME.csv``, and ``test_NAME.py``.
+
+    They pass `boresight check`, `boresight simulate` and pytest as they are.
+
+    Parameters
+    ----------
+    name : str or path
+        Name of the module, with or without ``.py``; a folder before it says where.
+
+    Returns
+    -------
+    list of Path
+        The files.
+
+    Raises
+    ------
+    InputError
+        No name of a module; a file of yours has that name already.
+    """
+    path = Path(name)
+    stem = path.name.removesuffix(".py")
+    _check_name(stem, os.fspath(name))
+    words = {"StarterWorld": f"{_class(stem)}World", "Starter": _class(stem), "starter": stem}
+    files = {path.with_name(pattern.format(stem)): made for pattern, made in _FILES.items()}
+    places = {path: OutputFile(path, "new", of=stem, option="NAME") for path in files}
+    for path, place in places.items():
+        text = resources.files("boresight.starter").joinpath(files[path]).read_text("utf-8")
+        for old, word in words.items():
+            text = text.replace(old, word)
+        place.write(text)
+    return list(files)
+
+
+def _class(stem: str) -> str:
+    """``my_filter`` as ``MyFilter``."""
+    return "".join(part[:1].upper() + part[1:] for part in stem.split("_"))
+
+
+def _check_name(stem: str, given: str) -> None:
+    """Raise InputError unless a module, and a class, may be called so."""
+    found = ""
+    if given.endswith(os.sep):
+        found = "a folder"
+    elif not (stem.isascii() and stem.isidentifier() and _class(stem).isidentifier()):
+        found = repr(stem)
+    elif keyword.iskeyword(stem) or keyword.iskeyword(_class(stem)):
+        found = "a word of Python"
+    elif stem in ESTIMATORS:
+        found = "the name of one of ours"
+    elif _taken(stem, Path(given).parent):
+        found = "the name of an installed module, which it would hide"
+    if found:
+        raise InputError.at(
+            given or "''",
+            wanted="a name for a module of your own: letters, digits and _",
+            found=found,
+            fix="choose another, such as my_filter",
+        )
+
+
+def _taken(stem: str, folder: Path) -> bool:
+    """Whether a module of that name is there already, elsewhere than in the folder."""
+    try:
+        found = importlib.util.find_spec(stem)
+    except ValueError:  # __main__
+        return True
+    here = (folder / f"{stem}.py").resolve()
+    return found is not None and (found.origin is None or Path(found.origin).resolve() != here)
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """What the command line takes."""
+    parser.add_argument("name", metavar="NAME", help="such as my_filter, or folder/my_filter.py")
+
+
+def call(args: Namespace) -> Outcome:
+    """Do it; see `Outcome`."""
+    files = new(args.name)
+    source, log, test = map(str, files)
+    stem = Path(source).stem
+    text = (
+        f"{source}: the estimator {_class(stem)}, and {_class(stem)}World that moves it\n"
+        f"{log}: a log of that world\n"
+        f"{test}: their test\n"
+        f"now: boresight check {source} {log}\n"
+        f"     boresight simulate {source} {source}\n"
+        f"     pytest {test}"
+    )
+    return 0, {"files": [source, log, test]}, text

@@ -1,0 +1,103 @@
+"""`boresight new`: what it writes passes at once, and it writes over nothing."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import boresight
+from boresight.cli import main
+from boresight.model.resolve import estimator_of
+from boresight.sim.worlds.world import World
+from tests.support.pages import ROOT, call_tests, user_folder
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    with user_folder(tmp_path, monkeypatch):
+        yield tmp_path
+
+
+def test_all_of_it_passes_at_once(folder, capsys):
+    assert main(["new", "my_filter", "--json"]) == 0
+    written = ["my_filter.py", "my_filter.csv", "test_my_filter.py"]
+    assert capsys.readouterr().out == '{"files": ["' + '", "'.join(written) + '"]}\n'
+    assert sorted(p.name for p in folder.iterdir() if p.name[0] != ".") == sorted(written)
+    assert estimator_of("my_filter.py").name == "myfilter"
+    call_tests(folder)  # float64, integers, C and Verilog of the log, truth, the loop
+    assert main(["simulate", "my_filter.py", "my_filter.py", "--steps", "50", "-q"]) == 0
+
+
+def test_lint_and_format(folder):
+    boresight.new("kalman_of_mine")
+    for command in (["check", "--select", "E,F,I,B,UP,SIM"], ["format", "--check"]):
+        ruff = [sys.executable, "-m", "ruff", *command, "--line-length", "100", "--no-cache", "."]
+        done = subprocess.run(ruff, cwd=folder, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout
+
+
+def test_the_log_is_what_the_world_shows(folder):
+    boresight.new("own")
+    from boresight.loop import world_of
+
+    world, log = world_of("own.py"), boresight.record_of("own.csv")
+    assert isinstance(world, World)
+    world.start()
+    for k in range(len(log)):
+        record = world.record(None)
+        for name in ("z", "pos_true", "vel_true"):
+            assert log.columns[name].values[k] == pytest.approx(record[name], abs=6e-4, nan_ok=True)
+    assert world.record(None) is None
+    assert np.isnan(log.columns["z"].values).sum() == len(log) // 10
+    world.draw(2)
+    world.start()
+    assert world.record(None)["z"] != pytest.approx(log.columns["z"].values[0], abs=6e-4)
+
+
+def test_a_file_of_ones_own_stays(folder, capsys):
+    (folder / "test_mine.py").write_text("mine\n")
+    assert main(["new", "mine"]) == 2
+    said = capsys.readouterr()
+    assert said.out == "" and said.err.count("\n") == 1
+    assert "test_mine.py" in said.err and "NAME" in said.err
+    assert [p.name for p in folder.iterdir() if p.name[0] != "."] == ["test_mine.py"]
+    assert (folder / "test_mine.py").read_text() == "mine\n"
+    boresight.new("sub/other.py")
+    source = folder / "sub" / "other.py"
+    source.write_text(source.read_text() + "# changed\n")
+    assert main(["new", "sub/other"]) == 2
+    assert source.read_text().endswith("# changed\n")
+
+
+@pytest.mark.parametrize(
+    ("name", "found"),
+    [
+        ("my-filter", "found 'my-filter'"),
+        ("1st", "found '1st'"),
+        ("__", "found '__'"),
+        ("", "found ''"),
+        ("folder/", "found a folder"),
+        ("größe", "found 'größe'"),
+        ("class", "a word of Python"),
+        ("none", "a word of Python"),
+        ("mekf", "the name of one of ours"),
+        ("numpy", "an installed module"),
+        ("boresight.py", "an installed module"),
+        ("__main__", "an installed module"),
+    ],
+)
+def test_names_that_no_module_may_have(name, found, folder, capsys):
+    assert main(["new", name]) == 2
+    said = capsys.readouterr()
+    assert said.out == "" and said.err.startswith("error: ") and said.err.count("\n") == 1
+    assert found in said.err and "choose another, such as my_filter" in said.err
+    assert not list(folder.iterdir())
+
+
+def test_nothing_of_the_template_is_left(folder):
+    for path in boresight.new("bear"):
+        assert "tarter" not in path.read_text()
+    assert (ROOT / "boresight" / "starter" / "estimator.txt").read_text().count("Starter") == 2
