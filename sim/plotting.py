@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from boresight.model.tools.folders import matplotlib_environment
 
-__all__ = ["COLOUR", "INK", "band", "figure_and_axes", "legend", "settings", "svg"]
+__all__ = ["COLOUR", "INK", "RED", "band", "figure_and_axes", "legend", "settings", "svg"]
 
 #: Okabe and Ito's colours: apart for every kind of colour vision.
 COLOUR = {
@@ -26,6 +26,8 @@ COLOUR = {
     "grey": "#8a8f98",
 }
 INK = "#222222"
+#: What is wrong.
+RED = "#b3400a"
 
 
 def _matplotlib() -> Any:

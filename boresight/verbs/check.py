@@ -23,7 +23,7 @@ from boresight.sim.records.reading import reason
 from boresight.sim.records.record import Record
 from boresight.terminal import say
 
-__all__ = ["add_arguments", "call", "check", "log_files"]
+__all__ = ["add_arguments", "call", "check", "log_files", "records_of"]
 
 #: Where a difference is kept, unless said otherwise.
 REPRODUCER = "reproducer.json"
@@ -66,7 +66,7 @@ def _logs_below(path: Path) -> list[Path]:
     return sorted(p for p in path.rglob("*") if p.suffix in (".csv", ".npz"))
 
 
-def _records(log: Any) -> list[Record]:
+def records_of(log: Any) -> list[Record]:
     """Those of a path, of which a folder holds several, or the one in memory."""
     if isinstance(log, str | Path):
         return [read_record(path) for path in log_files([log])]
@@ -146,7 +146,7 @@ def check(
     if reproducer is not None:
         of = ",".join(e.name for e in estimators)
         target = OutputFile(reproducer, "check", of=of, inputs=files, option="--reproducer")
-    rounds = [[record] for log in shared for record in _records(log)]
+    rounds = [[record] for log in shared for record in records_of(log)]
     if own:
         rounds.append([_own_record(e.name, own) for e in estimators])
     if not rounds:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -19,7 +20,7 @@ from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Program, Value
 from boresight.sim.compare.difference import around
 
-__all__ = ["CHUNK", "Twin", "outside", "rounding_errors", "twins"]
+__all__ = ["CHUNK", "Rounding", "Twin", "outside", "rounding_errors", "twins"]
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -32,6 +33,35 @@ ROUNDING_LSB = 64.0
 RELATIVE_BITS = 8
 #: Share of a declared range by which rounding may leave it, or a limit of 1 a range to 0.999.
 RANGE_SLACK = 2e-3
+
+
+@dataclass(frozen=True)
+class Rounding:
+    """How far words of one value are from their twins, in the value's unit.
+
+    Attributes
+    ----------
+    largest : float
+    squares : float
+        Sum of the squares over ``samples`` updates.
+    """
+
+    largest: float = 0.0
+    squares: float = 0.0
+    samples: int = 0
+
+    @property
+    def rms(self) -> float:
+        """Root mean square; 0 of nothing."""
+        return math.sqrt(self.squares / max(self.samples, 1))
+
+    def joined(self, other: Rounding) -> Rounding:
+        """Of both together."""
+        return Rounding(
+            max(self.largest, other.largest),
+            self.squares + other.squares,
+            self.samples + other.samples,
+        )
 
 
 class Twin:
@@ -144,19 +174,19 @@ def twins(
 
 def rounding_errors(
     program: Program, nodes: dict[int, Node], inputs: IntArray, states: IntArray
-) -> dict[int, float]:
-    """Largest distance of each operation's word from its twin, in the word's last bits.
+) -> dict[int, Rounding]:
+    """Distance of each operation's word from its twin.
 
     Updates whose twin is no finite number are left out; see `twins` for the arguments.
     """
-    out: dict[int, float] = {}
+    out: dict[int, Rounding] = {}
     for twin in twins(program, nodes, inputs, states):
         for op in program.ops:
             if op.dest in nodes:
                 apart, size = twin.apart(op.dest)
                 seen = apart[np.isfinite(apart) & np.isfinite(size)]
-                lsb = math.ldexp(1.0, -program.values[op.dest].frac)
-                out[op.dest] = max(out.get(op.dest, 0.0), float(seen.max(initial=0.0)) / lsb)
+                here = Rounding(float(seen.max(initial=0.0)), float(np.sum(seen**2)), len(seen))
+                out[op.dest] = out.get(op.dest, Rounding()).joined(here)
     return out
 
 

@@ -7,7 +7,8 @@ shown in degrees.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from boresight.sim.attitude.rotation import quaternion_to_euler
 from boresight.sim.compare.difference import ATTITUDE, Difference, differences
 from boresight.sim.compare.results import CheckResult
 
-__all__ = ["ANGLES", "BINS", "accuracy_section"]
+__all__ = ["ANGLES", "BINS", "accuracy_section", "worst_output"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -56,12 +57,25 @@ class _Bins:
         return [_number(float(v), 5) for v in np.maximum.reduceat(lowest, self.starts)]
 
 
-def accuracy_section(
-    check: CheckResult | None, warn: Callable[[str], None], *, truth: bool
-) -> dict[str, Any]:
-    """Figures of a check's record, and in ``logs`` the same with its curves.
+def worst_output(outputs: Sequence[Mapping[str, Any]]) -> Mapping[str, Any]:
+    """The output that uses most of its tolerance; those without one come last."""
 
-    ``verdict`` has the differences to float64 by output, ``truth`` those of both to the record's
+    def used(o: Mapping[str, Any]) -> tuple[bool, float]:
+        largest = math.inf if o["max"] is None else float(o["max"])
+        if o["tolerance"] is None:
+            return False, largest
+        return True, largest / o["tolerance"] if o["tolerance"] else largest * 1e300
+
+    return max(outputs, key=used)
+
+
+def accuracy_section(
+    checks: Sequence[CheckResult], warn: Callable[[str], None], *, truth: bool
+) -> dict[str, Any]:
+    """Figures of each check's record in ``logs``, with its curves; above them those of the worst.
+
+    ``verdict`` has the differences to float64 by output, above all the largest of any record;
+    ``parted`` where the first of them leaves its tolerance; ``truth`` those of both to the record's
     truths. ``vs_float_max_deg`` is the largest difference of an Euler angle in any sample,
     ``vs_float_attitude_max_deg`` the largest turn between the two attitudes, ``rmse_deg`` is taken
     against the record's attitude, which is the truth or a comparison (``reference``): null for what
@@ -71,9 +85,44 @@ def accuracy_section(
         *("dataset", "samples", "seconds", "word", "reference", "truth", "vs_float_max_deg"),
         *("vs_float_max_sample", "vs_float_attitude_max_deg", "rmse_deg", "float_rmse_deg"),
     )
-    if check is None:
+    if not checks:
         warn("accuracy: no log was run")
         return {**dict.fromkeys(keys), "verdict": None, "logs": []}
+    logs = [_log(check, warn, truth=truth, named=len(checks) > 1) for check in checks]
+    verdicts = [log["verdict"] for log in logs]
+    worst = worst_output([{**worst_output(v["outputs"]), "log": k} for k, v in enumerate(verdicts)])
+    return {
+        **{k: logs[worst["log"]][k] for k in keys},
+        "verdict": verdicts[0] if len(logs) == 1 else _merged(logs),
+        "logs": logs,
+    }
+
+
+def _merged(logs: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """One verdict of several logs: the worst of each output, and everything that went wrong."""
+    verdicts = [log["verdict"] for log in logs]
+    named = [(log["dataset"], v) for log, v in zip(logs, verdicts, strict=True)]
+    by_output = zip(*([{**o, "log": name} for o in v["outputs"]] for name, v in named), strict=True)
+
+    def counts(key: str) -> dict[str, int]:
+        return dict(sum((Counter(v[key]) for v in verdicts), Counter[str]()))
+
+    return {
+        "good": all(v["good"] for v in verdicts),
+        "outputs": [dict(worst_output(same)) for same in by_output],
+        "saturated_updates": sum(v["saturated_updates"] for v in verdicts),
+        "saturated": counts("saturated"),
+        "beyond_range": [f"{name}: {text}" for name, v in named for text in v["beyond_range"]],
+        "clamped_inputs": counts("clamped_inputs"),
+        "culprit": next((f"{name}: {v['culprit']}" for name, v in named if v["culprit"]), ""),
+        "source": verdicts[0]["source"],
+    }
+
+
+def _log(
+    check: CheckResult, warn: Callable[[str], None], *, truth: bool, named: bool
+) -> dict[str, Any]:
+    """Figures and curves of one record; ``named``: warnings tell which."""
     given = check.given
     t = np.arange(float(len(given))) if given.t is None else given.t - given.t[0]
     known = _truths(check)
@@ -84,23 +133,41 @@ def accuracy_section(
         "word": check.build.word,
         "reference": None if not known else "truth" if truth else "comparison",
         "truth": _against_truth(check, known),
+        "verdict": check.accuracy.to_json(),
+        "parted": _parted(check, t),
         **_attitude(check),
     }
     bins = _Bins(len(given))
     series = {
         "samples_per_point": bins.size,
         "t": bins.first(t),
-        "outputs": _curves(check, known, bins),
+        "outputs": _curves(check, known, bins, t),
         "vs_log_deg": _vs_log(check, bins),
     }
     if QUATERNION[0] in check.fixed.outputs and not known:
         warn(f"accuracy: {given.record.name} has no attitude to compare with")
+    where = f"accuracy, {given.record.name}" if named else "accuracy"
     for line in check.accuracy.faults():
-        warn(f"accuracy: {line}")
+        warn(f"{where}: {line}")
     for line in given.warnings:
         warn(line)
-    logs = [{**found, "series": series}]
-    return {**{k: found[k] for k in keys}, "verdict": check.accuracy.to_json(), "logs": logs}
+    return {**found, "series": series}
+
+
+def _parted(check: CheckResult, t: FloatArray) -> dict[str, Any] | None:
+    """The first sample in which an output is beyond its tolerance, and the first wrong value."""
+    beyond = [
+        (d.first_beyond, d.output) for d in check.accuracy.differences if d.first_beyond is not None
+    ]
+    if not beyond:
+        return None
+    step = min(beyond)[0]
+    return {
+        "sample": step,
+        "t": _number(float(t[step])),
+        "outputs": [output for first, output in beyond if first == step],
+        "culprit": check.accuracy.culprit,
+    }
 
 
 def _truths(check: CheckResult) -> dict[str, FloatArray]:
@@ -170,13 +237,17 @@ def _vs_log(check: CheckResult, bins: _Bins) -> dict[str, Any] | None:
 
 
 def _curves(
-    check: CheckResult, known: Mapping[str, FloatArray], bins: _Bins
+    check: CheckResult, known: Mapping[str, FloatArray], bins: _Bins, t: FloatArray
 ) -> dict[str, dict[str, Any]]:
-    """Every output, and the attitude: values, truth, error against float64, tolerance."""
+    """Every output, and the attitude: values, truth, error against float64, tolerance.
+
+    ``beyond_from`` is when the error first exceeds that.
+    """
     units = {o.name: o.unit for o in check.build.estimators[check.number].outputs}
 
     def curve(d: Difference) -> dict[str, Any]:
         scale = 180.0 if d.unit == "ht" else 1.0
+        first = d.first_beyond
         fixed, right = check.fixed.outputs.get(d.output), known.get(d.output)
         return {
             "unit": "deg" if d.unit == "ht" else units.get(d.output, d.unit),
@@ -184,6 +255,7 @@ def _curves(
             "truth": None if right is None else bins.first(scale * right),
             "error": bins.largest(scale * d.apart),
             "tolerance": None if not d.tolerance else scale * d.tolerance,
+            "beyond_from": None if first is None else _number(float(t[first])),
         }
 
     return {d.output: curve(d) for d in check.accuracy.differences}

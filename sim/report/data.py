@@ -16,8 +16,9 @@ from boresight.gateware.synthesis.device import XC6SLX9, Device
 from boresight.gateware.synthesis.estimate import Estimate
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Kind, Program
-from boresight.sim.compare.results import CheckResult, LevelResult
+from boresight.sim.compare.results import CheckResult
 from boresight.sim.report.accuracy import accuracy_section
+from boresight.sim.report.against import against_section
 from boresight.sim.report.numerics import numerics_section
 from boresight.sim.report.observed import Observed
 from boresight.sim.report.schedule import schedule_section
@@ -33,28 +34,33 @@ Warn = Callable[[str], None]
 
 def report_data(
     core: Core,
-    check: CheckResult | None = None,
-    *,
+    *checks: CheckResult,
     area: Estimate | None = None,
     comparison: bool = False,
     clock_mhz: float = 100.0,
     grade: int = 2,
     device: Device = XC6SLX9,
+    widths: Mapping[str, Any] | None = None,
+    before: Mapping[str, Any] | None = None,
     command: str | None = None,
 ) -> dict[str, Any]:
     """Build the report of a core's program at hand.
 
     Parameters
     ----------
-    check : CheckResult, optional
-        Of that program: verdicts, errors. On its record ranges are observed and the rate of the C
-        is measured.
+    checks : CheckResult
+        Of that program, one for each log: verdicts, errors. On their records ranges are observed;
+        on the first one the rate of the C is measured.
     area : Estimate, optional
         Area and clock.
     comparison : bool
         The record's attitude is another device's estimate, not truth.
     clock_mhz, grade, device
         The target.
+    widths : mapping, optional
+        `sim.report.widths.width_section` of the first check.
+    before : mapping, optional
+        Another report, to compare this one with.
     command : str, optional
         The command line that makes this report.
 
@@ -66,7 +72,7 @@ def report_data(
     Raises
     ------
     ValueError
-        If ``check`` belongs to another program.
+        If a check belongs to another program.
     """
     program = core.program
     warnings: list[str] = []
@@ -75,14 +81,15 @@ def report_data(
         warn("resources and clock: not known, no synthesis was run (--synth)")
     else:
         warnings += area.warnings
-    observed = None if check is None else Observed.of(program, check)
+    observed = Observed.of(program, checks) if checks else None
     if observed is None:
         warn("numerics: no log was run, ranges are not observed")
-    elif any(observed.ranges.saturations):
-        count = list(observed.ranges.saturations)
-        names = ", ".join(v.name for v, n in zip(program.values, count, strict=True) if n)
-        warn(f"numerics: {sum(count)} saturations, in {names}")
-    levels = () if check is None else check.levels
+    else:
+        count = [observed.saturations(n) for n in range(len(program.values))]
+        if any(count):
+            names = ", ".join(v.name for v, n in zip(program.values, count, strict=True) if n)
+            warn(f"numerics: {sum(count)} saturations, in {names}")
+    levels = [level for check in checks for level in check.levels]
     data: dict[str, Any] = {
         "design": program.name,
         "config": core.machine.name,
@@ -90,23 +97,25 @@ def report_data(
         "digest": program.digest,
         "command": command,
         "target": {"device": device.name, "speed": f"-{grade}", "clock_mhz": clock_mhz},
-        "verification": _verification(levels, warn),
+        "verification": _verification(checks, warn),
         "timing": timing_section(core, area, levels, clock_mhz, grade, warn),
         "resources": _resources(area, device),
         "schedule": schedule_section(core),
         "numerics": numerics_section(program, observed),
-        "accuracy": accuracy_section(check, warn, truth=not comparison),
-        "firmware": _firmware(program, None if observed is None else observed.words, warn),
+        "accuracy": accuracy_section(checks, warn, truth=not comparison),
+        "firmware": _firmware(program, None if observed is None else observed.words[0], warn),
+        "widths": widths,
         "warnings": warnings,
     }
-    seen = "" if observed is None else f"{len(observed.words)} updates of {observed.log}"
-    data["sources"] = sources(data, area, seen, device)
+    data["against"] = None if before is None else against_section(before, data)
+    data["sources"] = sources(data, area, "" if observed is None else observed.said, device)
     return data
 
 
-def _verification(levels: Sequence[LevelResult], warn: Warn) -> list[dict[str, Any]]:
-    """A row for each level."""
-    for x in levels:
+def _verification(checks: Sequence[CheckResult], warn: Warn) -> list[dict[str, Any]]:
+    """A row for each level on each log."""
+    levels = [(check.given.record.name, level) for check in checks for level in check.levels]
+    for _, x in levels:
         if not x.good:
             said = f", {x.n_mismatch} of {x.n_total} updates differ" if x.n_mismatch else ""
             warn(
@@ -117,6 +126,7 @@ def _verification(levels: Sequence[LevelResult], warn: Warn) -> list[dict[str, A
         warn("verification: not run")
     return [
         {
+            "log": log,
             "level": x.level,
             "simulator": x.simulator,
             "n_total": x.n_total,
@@ -132,7 +142,7 @@ def _verification(levels: Sequence[LevelResult], warn: Warn) -> list[dict[str, A
             "error": x.error,
             "divergence": x.divergence,
         }
-        for x in levels
+        for log, x in levels
     ]
 
 

@@ -3,17 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Callable, Mapping, Sequence
+from html import escape
 from typing import Any
 
 from boresight.model.declarations import EXACT_UNITS
 from boresight.sim.pages import UNKNOWN, page
+from boresight.sim.report.accuracy import worst_output
 from boresight.sim.report.chart import CHART_COLOURS, schedule_chart
-from boresight.sim.report.plots import error_plot, log_difference_plot, output_plot
+from boresight.sim.report.plots import error_plot, log_difference_plot, output_plot, width_plot
 from boresight.sim.report.schedule import KINDS
 from boresight.sim.report.sources import source_of
 
 __all__ = ["render_html"]
+
+#: Where an author wrote something (`model.places`).
+_LINE = re.compile(r"([\w.-]+\.py), line (\d+)")
+#: Rows of the table of advice, at most.
+_MOST_ADVICE = 12
 
 
 def net_name(text: str) -> str:
@@ -21,16 +29,15 @@ def net_name(text: str) -> str:
     return "(made by synthesis)" if text.startswith("$") else text
 
 
-def _worst(outputs: Sequence[Mapping[str, Any]]) -> Mapping[str, Any]:
-    """The output that uses most of its tolerance; those without one come last."""
+def _linker(links: Mapping[str, str]) -> Callable[[str], str]:
+    """What makes "file.py, line 41" in a text a link, where the file's address is known."""
 
-    def used(o: Mapping[str, Any]) -> tuple[bool, float]:
-        largest = math.inf if o["max"] is None else float(o["max"])
-        if o["tolerance"] is None:
-            return False, largest
-        return True, largest / o["tolerance"] if o["tolerance"] else largest * 1e300
+    def link(found: re.Match[str]) -> str:
+        if (address := links.get(found[1])) is None:
+            return found[0]
+        return f'<a href="{escape(address)}#L{found[2]}">{found[0]}</a>'
 
-    return max(outputs, key=used)
+    return lambda text: _LINE.sub(link, escape(text))
 
 
 def _range_bar(row: Mapping[str, Any]) -> dict[str, float] | None:
@@ -44,16 +51,16 @@ def _range_bar(row: Mapping[str, Any]) -> dict[str, float] | None:
     return {"left": round(min(left, 99.0), 2), "width": round(max(right - left, 1.0), 2)}
 
 
-def _plots(log: Mapping[str, Any]) -> dict[str, str | None]:
+def _plots(log: Mapping[str, Any], k: int) -> dict[str, str | None]:
     series, other = log["series"], log["reference"] or "comparison"
     outputs, turned = series["outputs"], series["vs_log_deg"]
     along = "sample" if log["seconds"] is None else "time from the first sample, s"
     t = (series["t"], along)
     inexact = any(o["unit"] not in EXACT_UNITS for o in outputs.values())
     return {
-        "outputs": output_plot(*t, outputs, other, salt="outputs"),
-        "errors": error_plot(*t, outputs, salt="errors") if inexact else None,
-        "vs_log": log_difference_plot(*t, turned, other, salt="log") if turned else None,
+        "outputs": output_plot(*t, outputs, other, salt=f"outputs{k}"),
+        "errors": error_plot(*t, outputs, salt=f"errors{k}") if inexact else None,
+        "vs_log": log_difference_plot(*t, turned, other, salt=f"log{k}") if turned else None,
     }
 
 
@@ -64,6 +71,11 @@ def _named(row: Mapping[str, Any]) -> bool:
         or row["output"]
         or row["state"] in ("saturated", "tight")
     )
+
+
+def _advice(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """Rows with advice, most bits first."""
+    return sorted((r for r in rows if r["advice"]), key=lambda r: -int(r["advice"]["gains"]))
 
 
 def _finite(data: Mapping[str, Any]) -> None:
@@ -82,10 +94,15 @@ def _finite(data: Mapping[str, Any]) -> None:
     walk(data, "")
 
 
-def render_html(data: Mapping[str, Any]) -> str:
+def render_html(data: Mapping[str, Any], *, links: Mapping[str, str] | None = None) -> str:
     """HTML text of the dict that `sim.report.data.report_data` builds.
 
     The file is self-contained: no script, no address outside, printable.
+
+    Parameters
+    ----------
+    links : mapping of str to str, optional
+        Addresses of source files by their names, relative to the page.
 
     Raises
     ------
@@ -93,19 +110,24 @@ def render_html(data: Mapping[str, Any]) -> str:
         If a number is not finite.
     """
     _finite(data)
-    rows = data["numerics"]
+    rows, widths = data["numerics"], data["widths"]
+    swept = widths is not None and any(p["outputs"] for p in widths["points"])
     return page(
         "boresight.sim.report",
         "report.html",
         d=data,
-        worst=_worst,
+        worst=worst_output,
+        linked=_linker(links or {}),
+        advice=_advice(rows),
+        most_advice=_MOST_ADVICE,
+        width_plot=width_plot(widths["points"], salt="widths") if swept else None,
         net_name=net_name,
         unknown=UNKNOWN,
         source=lambda path: source_of(data, path) or "",
         chart=schedule_chart(data["schedule"]),
         colours=CHART_COLOURS,
         kinds=KINDS,
-        plots=[_plots(log) for log in data["accuracy"]["logs"]],
+        plots=[_plots(log, k) for k, log in enumerate(data["accuracy"]["logs"])],
         tables=[
             (
                 "Inputs, parameters, states, outputs, and what needs attention",

@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Any
 
 from boresight.model.words.program import Kind, Overflow, Program, Value
+from boresight.sim.report.advice import advice_of, wasted_bits
 from boresight.sim.report.observed import Observed
 
 __all__ = ["numerics_section"]
+
+#: What only a log tells.
+_SEEN = (
+    *("observed_min", "observed_max", "headroom_bits", "wasted_bits", "advice"),
+    *("error_max", "error_rms", "error_lsb", "saturations"),
+)
 
 
 def _digits(x: float) -> float:
@@ -42,10 +50,13 @@ def _state(
 def numerics_section(program: Program, observed: Observed | None) -> list[dict[str, Any]]:
     """A row for every value except constants, in the order of the program.
 
-    ``output`` names the output that the value is, or null. ``headroom_bits`` says how often the
-    largest word observed could double within the format; null for parameters and for values that
-    wrap, and without observation. ``error_lsb`` is how far rounding, tables and constants moved the
-    value in one update, in its last bits, null where it is no operation of its author's.
+    ``output`` names the output that the value is, or null; ``line`` is where its author wrote it.
+    ``headroom_bits`` says how often the largest word observed could double within the format; null
+    for parameters and for values that wrap, and without observation. ``wasted_bits`` are those of
+    them that no reserve explains, ``advice`` how to gain them (`sim.report.advice`).
+    ``error_max`` and ``error_rms`` are how far rounding, tables and constants moved the value in
+    one update, in its unit, against its float64 twin, which reads the same words; ``error_lsb`` is
+    the largest in its last bits. They are null where it is no operation of its author's.
     ``overflow`` of a state is that of the value that replaces it. ``state`` is "saturated", "tight"
     (less than one bit left in a range that nothing proves), "wraps", "clips" (both by design) or
     "ok".
@@ -70,6 +81,7 @@ def numerics_section(program: Program, observed: Observed | None) -> list[dict[s
                     "min": _digits(value.low),
                     "max": _digits(value.high),
                     "range_source": value.range_source,
+                    "line": None if observed is None else observed.lines.get(n),
                     "format_min": _digits(program.format(n).min),
                     "format_max": _digits(program.format(n).max),
                     **_seen(program, n, mode, observed),
@@ -84,24 +96,26 @@ def _seen(
     """What was observed of a value; nulls without an observation."""
     value = program.values[n]
     if observed is None:
-        keys = ("observed_min", "observed_max", "headroom_bits", "error_lsb", "saturations")
-        return {**dict.fromkeys(keys), "state": _state(value, mode, None, None, None)}
-    ranges, real = observed.ranges, program.format(n).real
-    low, high = int(ranges.low[n]), int(ranges.high[n])
-    headroom = None
+        return {**dict.fromkeys(_SEEN), "state": _state(value, mode, None, None, None)}
+    headroom, wasted, advice = None, None, None
     if value.kind is not Kind.PARAM and mode is not Overflow.WRAP:
-        headroom = round(observed.headroom_bits(n, program.arithmetic.word), 2)
-    error, saturations = observed.errors.get(n), int(ranges.saturations[n])
-    reached = (float(real(low)), float(real(high)))
+        exact = observed.headroom_bits(n)
+        headroom, wasted, advice = round(exact, 2), wasted_bits(exact), advice_of(observed, n)
+    error, saturations, lsb = observed.errors.get(n), observed.saturations(n), program.format(n).lsb
+    reached = observed.reached(n)
     ends = [
-        {"value": _digits(x), "log": observed.log, "sample": int(at[n])}
-        for x, at in zip(reached, (ranges.low_at, ranges.high_at), strict=True)
+        {"value": _digits(x), "log": end.log, "sample": end.sample}
+        for x, end in zip(reached, observed.extremes(n), strict=True)
     ]
     return {
         "observed_min": ends[0],
         "observed_max": ends[1],
         "headroom_bits": headroom,
-        "error_lsb": None if error is None else round(error, 2),
+        "wasted_bits": wasted,
+        "advice": None if advice is None else asdict(advice),
+        "error_max": None if error is None else _digits(error.largest),
+        "error_rms": None if error is None else _digits(error.rms),
+        "error_lsb": None if error is None else round(error.largest / lsb, 2),
         "saturations": saturations,
         "state": _state(value, mode, reached, saturations, headroom),
     }

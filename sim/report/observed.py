@@ -1,59 +1,117 @@
-"""What a log drove every value of a program to, and how far rounding moved it."""
+"""What logs drove every value of a program to, and how far rounding moved it."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from boresight.firmware.build import CModel, WordRanges
+from boresight.model.lowering.graph import Node
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
 from boresight.sim.compare.results import CheckResult
-from boresight.sim.compare.twin import rounding_errors
+from boresight.sim.compare.twin import Rounding, rounding_errors
 
-__all__ = ["Observed"]
+__all__ = ["Extreme", "Observed"]
+
+
+@dataclass(frozen=True)
+class Extreme:
+    """A word, with the log and the sample in which it was seen first."""
+
+    word: int
+    log: str
+    sample: int
 
 
 @dataclass(frozen=True, eq=False)
 class Observed:
-    """One log on one program.
+    """One program on logs.
 
     Attributes
     ----------
-    log : str
-    words : int64 (n, n_inputs)
-        Input words.
-    ranges : WordRanges
-        Extremes of every value, on the C model; states count with the words before each update.
-    errors : mapping of int to float
-        By value number: see `sim.compare.twin.rounding_errors`.
+    program : Program
+    logs : sequence of str
+        Their names.
+    words : sequence of int64 (n, n_inputs)
+        Input words of each.
+    ranges : sequence of WordRanges
+        Extremes of every value in each, on the C model; states count with the words before each
+        update.
+    errors : mapping of int to Rounding
+        By value number, of all logs.
+    nodes : mapping of int to Node
+        What was traced, by value number.
+    lines : mapping of int to str
+        Where its author wrote a value: "file.py, line 41".
     """
 
-    log: str
-    words: IntArray
-    ranges: WordRanges
-    errors: Mapping[int, float]
+    program: Program
+    logs: Sequence[str]
+    words: Sequence[IntArray]
+    ranges: Sequence[WordRanges]
+    errors: Mapping[int, Rounding]
+    nodes: Mapping[int, Node]
+    lines: Mapping[int, str]
 
     @classmethod
-    def of(cls, program: Program, check: CheckResult) -> Observed:
-        """What the record of a check did; ValueError if that was of another program."""
-        ours, theirs = program.digest, check.build.programs[check.number].digest
-        if ours != theirs:
-            raise ValueError(f"check must belong to program {ours[:12]}, not {theirs[:12]}")
-        assert check.fixed.states is not None
-        words, nodes = check.given.words(program), check.build.nodes[check.number]
+    def of(cls, program: Program, checks: Sequence[CheckResult]) -> Observed:
+        """What the records of checks did; ValueError if one was of another program."""
+        for check in checks:
+            ours, theirs = program.digest, check.build.programs[check.number].digest
+            if ours != theirs:
+                raise ValueError(f"check must belong to program {ours[:12]}, not {theirs[:12]}")
+        first = checks[0]
+        nodes, words = first.build.nodes[first.number], [c.given.words(program) for c in checks]
+        errors: dict[int, Rounding] = {}
+        for check, own in zip(checks, words, strict=True):
+            assert check.fixed.states is not None
+            found = rounding_errors(program, nodes, own, check.fixed.states)
+            errors = {n: e.joined(errors.get(n, Rounding())) for n, e in found.items()}
+        estimator = first.build.estimators[first.number]
+        said: dict[str, str] = {}
+        for declared in (estimator.inputs, estimator.params, estimator.states):
+            said |= {d.name: d.line for d in declared}
+        lines = {n: said.get(v.name, "") for n, v in enumerate(program.values)}
+        lines |= {n: node.line for n, node in nodes.items() if node.line}
         return cls(
-            check.given.record.name,
+            program,
+            [c.given.record.name for c in checks],
             words,
-            CModel(program).observe(words),
-            rounding_errors(program, nodes, words, check.fixed.states),
+            [CModel(program).observe(own) for own in words],
+            errors,
+            nodes,
+            {n: line for n, line in lines.items() if line},
         )
 
-    def headroom_bits(self, value: int, word: int) -> float:
-        """How often the largest word seen could double before it left ``word`` bits.
+    def extremes(self, value: int) -> tuple[Extreme, Extreme]:
+        """Smallest and largest word that was seen."""
+        seen = list(zip(self.ranges, self.logs, strict=True))
+        lows = [Extreme(int(r.low[value]), log, int(r.low_at[value])) for r, log in seen]
+        highs = [Extreme(int(r.high[value]), log, int(r.high_at[value])) for r, log in seen]
+        return min(lows, key=lambda e: e.word), max(highs, key=lambda e: e.word)
+
+    def reached(self, value: int) -> tuple[float, float]:
+        """Smallest and largest word that was seen, in the value's unit."""
+        real = self.program.format(value).real
+        low, high = self.extremes(value)
+        return float(real(low.word)), float(real(high.word))
+
+    def saturations(self, value: int) -> int:
+        """Updates of all logs in which it was clamped."""
+        return sum(int(r.saturations[value]) for r in self.ranges)
+
+    def headroom_bits(self, value: int) -> float:
+        """How often the largest word seen could double before it left the word.
 
         A value that was always zero has all bits but the sign's left.
         """
-        low, high = int(self.ranges.low[value]), int(self.ranges.high[value])
-        return word - 1 - math.log2(max(-low, high + 1, 1))
+        low, high = (e.word for e in self.extremes(value))
+        return self.program.arithmetic.word - 1 - math.log2(max(-low, high + 1, 1))
+
+    @property
+    def said(self) -> str:
+        """On how many updates of what."""
+        counts = zip(self.words, self.logs, strict=True)
+        return ", ".join(f"{len(own)} updates of {log}" for own, log in counts)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import cycle
 from typing import Any
 
@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model.declarations import EXACT_UNITS
-from boresight.sim.plotting import COLOUR, INK, figure_and_axes, legend, settings, svg
+from boresight.sim.plotting import COLOUR, INK, RED, figure_and_axes, legend, settings, svg
 
-__all__ = ["error_plot", "log_difference_plot", "output_plot"]
+__all__ = ["error_plot", "log_difference_plot", "output_plot", "width_plot"]
 
 Curve = Sequence[float | None]
 FloatArray = npt.NDArray[np.float64]
@@ -71,6 +71,7 @@ def output_plot(times: Curve, along: str, outputs: Outputs, other: str, *, salt:
                     axes.plot(where, _wrap(unit, y), color=colour, **_DOTTED)
             if any(shown[name]["truth"] is not None for name in names):
                 axes.plot([], [], color=INK, label=other, **_DOTTED)
+            _mark_parting(axes, [shown[name] for name in names])
             axes.set_ylabel(unit or "1")
             legend(axes, 6)
         return svg(figure, salt)
@@ -91,13 +92,30 @@ def error_plot(times: Curve, along: str, outputs: Outputs, *, salt: str) -> str:
                 y = _floats(shown[name]["error"])
                 _draw_log(axes, t, y, colour, name)
             limits = {shown[n]["tolerance"]: None for n in names}
-            for limit in (x for x in limits if x is not None):
-                style = {"color": INK, "linestyle": "--", "linewidth": 0.9}
-                axes.axhline(limit, label=f"tolerance {limit:.3g}", **style)
+            _draw_tolerances(axes, (x for x in limits if x is not None))
+            _mark_parting(axes, [shown[name] for name in names])
             axes.set_yscale("log")
-            axes.set_ylabel("|fixed - float64|" + (f", {unit}" if unit else ""))
+            axes.set_ylabel(_error_of(unit))
             legend(axes, 6)
         return svg(figure, salt)
+
+
+def _draw_tolerances(axes: Any, limits: Iterable[float]) -> None:
+    """A dashed line at each."""
+    for limit in limits:
+        style = {"color": INK, "linestyle": "--", "linewidth": 0.9}
+        axes.axhline(limit, label=f"tolerance {limit:.3g}", **style)
+
+
+def _error_of(unit: str) -> str:
+    return "|fixed - float64|" + (f", {unit}" if unit else "")
+
+
+def _mark_parting(axes: Any, outputs: Sequence[Mapping[str, Any]]) -> None:
+    """A red line where the first of the outputs leaves its tolerance."""
+    begins = [o["beyond_from"] for o in outputs if o["beyond_from"] is not None]
+    if begins:
+        axes.axvline(min(begins), color=RED, linewidth=1.6, label=f"parts at {min(begins):g}")
 
 
 def _draw_log(axes: Any, t: FloatArray, y: FloatArray, colour: str, name: str) -> None:
@@ -118,4 +136,41 @@ def log_difference_plot(
         axes.set_yscale("log")
         axes.set_ylabel(f"difference to the {other}, deg")
         legend(axes, 3)
+        return svg(figure, salt)
+
+
+def width_plot(points: Sequence[Mapping[str, Any]], *, salt: str) -> str:
+    """Largest error of each output over the width of the words, a panel for each unit.
+
+    ``points`` are those of `sim.report.widths`; half turns are shown in degrees. Where updates
+    saturate the point is a red cross.
+    """
+    ran = [p for p in points if p["outputs"]]
+    shown = {
+        o["output"]: {"unit": "deg" if o["unit"] == "ht" else o["unit"], "column": k}
+        for k, o in enumerate(ran[0]["outputs"])
+        if o["unit"] != "words"
+    }
+    with settings():
+        figure, panels = _panels(shown, "width of the words, bits")
+        t = np.array([p["word"] for p in ran], dtype=np.float64)
+        bad = np.array([bool(p["saturated_updates"]) for p in ran])
+        for axes, unit, names in panels:
+            limits: dict[float, None] = {}
+            for name, colour in _colours(names).items():
+                own = [p["outputs"][shown[name]["column"]] for p in ran]
+                scale = 180.0 if own[0]["unit"] == "ht" else 1.0
+                y = scale * _floats([o["max"] for o in own])
+                y = np.where(y < 1e-15, np.nan, y)
+                axes.plot(t, y, color=colour, marker="o", markersize=3.5, label=name)
+                axes.plot(t[bad], y[bad], color=RED, marker="x", markersize=8, linestyle="")
+                if own[0]["tolerance"] is not None:
+                    limits[scale * own[0]["tolerance"]] = None
+            _draw_tolerances(axes, limits)
+            axes.set_yscale("log")
+            axes.set_xticks(t)
+            axes.set_ylabel(_error_of(unit))
+            if bad.any():
+                axes.plot([], [], color=RED, marker="x", linestyle="", label="saturates")
+            legend(axes, 6)
         return svg(figure, salt)

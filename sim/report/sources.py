@@ -57,6 +57,8 @@ def sources(
         + (f"; observed: measured on the C model, {observed}" if observed else ""),
         "accuracy": "measured: the fixed-point program, the float64 reference and the log, sample "
         "by sample",
+        "widths": "measured: the C of each width against the float64 reference, on the same log",
+        "against": "each figure as its own report has it",
         "verification": f"{counted}; each level against the integer interpreter",
         "firmware": "counted in the emitted C; memory as its structures declare it",
     }
