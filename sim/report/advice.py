@@ -36,7 +36,7 @@ class Advice:
     gains : int
         Bits that its format gains by that.
     how : str
-        What to write.
+        What to write; ``...`` is what stands there.
     """
 
     value: str
@@ -79,11 +79,9 @@ def _how(observed: Observed, value: int, limits: str, full: float) -> str:
     said = observed.program.values[value]
     if said.kind is not Kind.OP:
         return f'{said.kind.value.capitalize()}("{said.name}", {limits}, ...)'
-    node = observed.nodes[value]
-    name = node.name or node.title or "..."
-    if node.kind == "saturated":
-        return f"ops.saturated({name}, {full:g})"
-    return f'ops.bounded({name}, {limits}, "why")'
+    if observed.nodes[value].kind == "saturated":
+        return f"ops.saturated(..., {full:g})"
+    return f'ops.bounded(..., {limits}, "why")'
 
 
 def _own_slack(observed: Observed, value: int) -> bool:

@@ -18,8 +18,6 @@ from boresight.sim.report.sources import source_of
 
 __all__ = ["render_html"]
 
-#: Where an author wrote something (`model.places`).
-_LINE = re.compile(r"([\w.-]+\.py), line (\d+)")
 #: Rows of the table of advice, at most.
 _MOST_ADVICE = 12
 
@@ -31,13 +29,16 @@ def net_name(text: str) -> str:
 
 def _linker(links: Mapping[str, str]) -> Callable[[str], str]:
     """What makes "file.py, line 41" in a text a link, where the file's address is known."""
+    addresses = {escape(name): escape(address) for name, address in links.items()}
+    if not addresses:
+        return escape
+    names = "|".join(re.escape(name) for name in addresses)
+    line = re.compile(rf"(?<![\w.-])({names}), line (\d+)")
 
     def link(found: re.Match[str]) -> str:
-        if (address := links.get(found[1])) is None:
-            return found[0]
-        return f'<a href="{escape(address)}#L{found[2]}">{found[0]}</a>'
+        return f'<a href="{addresses[found[1]]}#L{found[2]}">{found[0]}</a>'
 
-    return lambda text: _LINE.sub(link, escape(text))
+    return lambda text: line.sub(link, escape(text))
 
 
 def _range_bar(row: Mapping[str, Any]) -> dict[str, float] | None:

@@ -12,6 +12,7 @@ import pytest
 from boresight.cli import main
 from boresight.disk.manifest import NAME
 from boresight.model.errors import InputError
+from boresight.model.resolve import estimator_of
 from boresight.sim.compare.check import Check
 from boresight.sim.levels.build import Build
 from boresight.sim.records.bundled import bundled
@@ -48,18 +49,33 @@ def test_page_and_json_of_the_same_figures(tmp_path: Path, capsys) -> None:
 def test_all_of_it_has_to_be_good(levels, verdict, code, monkeypatch, capsys) -> None:
     asked = {}
 
-    def report(name: str, log: str, **options: object) -> dict[str, object]:
-        asked.update(options, name=name, log=log)
+    def report(name: str, *logs: str, **options: object) -> dict[str, object]:
+        asked.update(options, name=name, logs=logs)
         return {
             "verification": [{"good": good} for good in levels],
             "accuracy": {"verdict": {"good": verdict}},
         }
 
     monkeypatch.setattr(module, "report", report)
-    assert main(["report", "mekf", "a.csv", "--comparison", "--word", "24", "-q"]) == code
+    words = ["report", "mekf", "a.csv", "b.csv", "--comparison", "--widths", "--against", "r.json"]
+    assert main([*words, "--word", "24", "-q"]) == code
     assert asked | {"params": {}} == {
-        **{"name": "mekf", "log": "a.csv", "config": "small", "word": 24, "steps": None},
-        **{"synth": True, "output": "build", "comparison": True, "params": {}, "progress": None},
+        **{
+            "name": "mekf",
+            "logs": ("a.csv", "b.csv"),
+            "config": "small",
+            "word": 24,
+            "steps": None,
+        },
+        **{
+            "widths": True,
+            "against": "r.json",
+            "synth": True,
+            "output": "build",
+            "comparison": True,
+            "params": {},
+            "progress": None,
+        },
     }
 
 
@@ -68,7 +84,61 @@ def test_nothing_is_written_of_what_is_refused(tmp_path: Path) -> None:
         ({"steps": 0}, "^steps: wanted 1 or more"),
         ({"config": "huge"}, "^config: wanted one of small, fast"),
         ({"word": 17}, "^word: wanted 18 to 32"),
+        ({"against": LOG}, "synthetic_60s.csv: wanted a report.json of boresight report"),
     ):
         with pytest.raises(InputError, match=message):
             module.report("mekf", LOG, output=tmp_path / "out", **change)
+    with pytest.raises(InputError, match="^logs: wanted at least one log"):
+        module.report("mekf", output=tmp_path / "out")
     assert not (tmp_path / "out").exists()
+
+
+FILTER = """
+from boresight import Estimator, Input, Output
+from helper import twice
+
+
+class Double(Estimator):
+    inputs = (Input("u", -1.0, 1.0, ""),)
+    outputs = (Output("y", "", tolerance=1e-6),)
+
+    def step(self, x, u, p):
+        return {}, {"y": twice(u.u)}
+"""
+
+
+def test_logs_widths_another_run_and_lines_of_ones_own_filter(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "helper.py").write_text("def twice(u):\n    return 2.0 * u\n")
+    (tmp_path / "my double.py").write_text(FILTER)
+    (tmp_path / "logs").mkdir()
+    for name in ("one", "two"):
+        (tmp_path / "logs" / f"{name}.csv").write_text("u\n0.25\n-0.5\n")
+    monkeypatch.setattr(module, "width_section", partial(module.width_section, widths=(18,)))
+    name, logs = f"{tmp_path}/my double.py", tmp_path / "logs"
+    first = module.report(name, logs / "one.csv", synth=False, output=tmp_path / "first")
+    data = module.report(
+        name,
+        logs,
+        {"u": [1.0]},
+        synth=False,
+        widths=True,
+        against=tmp_path / "first" / "report.json",
+        output=tmp_path / "deep" / "er",
+    )
+    assert [log["dataset"] for log in data["accuracy"]["logs"]] == ["one", "two", "record"]
+    assert [p["word"] for p in data["widths"]["points"]] == [18]
+    assert first["widths"] is None and first["against"] is None
+    rows = {r["figure"]: (r["before"], r["after"]) for r in data["against"]["rows"]}
+    assert rows.pop("log") == ("one", "one, two, record")
+    page = (tmp_path / "deep" / "er" / "report.html").read_text()
+    assert 'href="../../my%20double.py#L7">my double.py, line 7</a>' in page
+    assert 'href="../../helper.py#L2">helper.py, line 2</a>' in page
+    for href in ("my double.py", "helper.py"):
+        assert (tmp_path / "deep" / "er" / "../.." / href).is_file()
+
+
+def test_no_link_to_what_is_not_ones_own(tmp_path: Path) -> None:
+    assert module.links_of(estimator_of("mekf"), tmp_path) == {}

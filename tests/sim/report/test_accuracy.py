@@ -16,12 +16,13 @@ from boresight.sim.compare.check import Check
 from boresight.sim.compare.results import CheckResult
 from boresight.sim.levels.build import Build
 from boresight.sim.records.record import Record
-from boresight.sim.report.accuracy import ANGLES, BINS, accuracy_section
+from boresight.sim.report.accuracy import ANGLES, BINS, accuracy_section, worst_output
 
 
 def section(check: CheckResult | None, *, truth: bool = True) -> tuple[dict[str, Any], list[str]]:
     warnings: list[str] = []
-    return accuracy_section(check, warnings.append, truth=truth), warnings
+    checks = [] if check is None else [check]
+    return accuracy_section(checks, warnings.append, truth=truth), warnings
 
 
 def test_figures(checked: CheckResult) -> None:
@@ -101,6 +102,59 @@ def test_long_logs_are_binned_without_losing_peaks() -> None:
     assert series["outputs"]["angle"]["tolerance"] == pytest.approx(1.8e-4)
     assert found["seconds"] is None and series["t"][1] == 5.0  # samples
     assert warnings == []
+
+
+def moved(check: CheckResult, **steps: int) -> CheckResult:
+    """With an error of 1 of some outputs from a step on."""
+    apart = []
+    for d in check.accuracy.differences:
+        curve = d.apart.copy()
+        if d.output in steps:
+            curve[steps[d.output] :] = 1.0
+        largest = float(curve.max())
+        apart.append(dataclasses.replace(d, apart=curve, largest=largest))
+    accuracy = dataclasses.replace(check.accuracy, differences=tuple(apart), culprit="step 7")
+    return dataclasses.replace(check, accuracy=accuracy)
+
+
+def test_where_fixed_and_float_part() -> None:
+    check = looked_at(20, t=0.5 * np.arange(20))
+    (log,) = section(check)[0]["logs"]
+    assert log["parted"] is None
+    assert {o["beyond_from"] for o in log["series"]["outputs"].values()} == {None}
+    (log,) = section(moved(check, held=7, angle=9))[0]["logs"]
+    assert log["parted"] == {"sample": 7, "t": 3.5, "outputs": ["held"], "culprit": "step 7"}
+    begins = {name: o["beyond_from"] for name, o in log["series"]["outputs"].items()}
+    assert begins == {"angle": 4.5, "held": 3.5, "word": None}
+    (log,) = section(moved(check, held=9, angle=9))[0]["logs"]
+    assert log["parted"]["outputs"] == ["angle", "held"]
+
+
+def test_several_logs() -> None:
+    good, bad = looked_at(20), moved(looked_at(30), held=7)
+    warnings: list[str] = []
+    found = accuracy_section([good, bad], warnings.append, truth=True)
+    assert [log["samples"] for log in found["logs"]] == [20, 30]
+    assert found["samples"] == 30  # the worst one's
+    verdict = found["verdict"]
+    assert not verdict["good"] and verdict["culprit"] == "record: step 7"
+    assert [o["output"] for o in verdict["outputs"]] == ["angle", "held", "word"]
+    assert verdict["outputs"][1]["max"] == 1.0 and not verdict["outputs"][1]["good"]
+    assert all(w.startswith("accuracy, record: ") for w in warnings) and len(warnings) == 2
+    assert accuracy_section([good, good], warnings.append, truth=True)["verdict"]["good"]
+
+
+def test_the_worst_output_uses_most_of_its_tolerance() -> None:
+    rows = [
+        {"max": 5.0, "tolerance": None},
+        {"max": 1.0, "tolerance": 2.0},
+        {"max": 0.6, "tolerance": 1.0},
+        {"max": 0.0, "tolerance": 0.0},
+    ]
+    assert worst_output(rows) is rows[2]
+    assert worst_output(rows[:1]) is rows[0]
+    none = {"max": None, "tolerance": 1.0}
+    assert worst_output([*rows, none]) is none
 
 
 def test_truths_of_any_outputs() -> None:

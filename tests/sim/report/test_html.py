@@ -11,6 +11,8 @@ from typing import Any
 import pytest
 
 from boresight.gateware.core import Core
+from boresight.sim.report import html as module
+from boresight.sim.report.against import against_section
 from boresight.sim.report.data import report_data
 from boresight.sim.report.html import net_name, render_html
 
@@ -151,6 +153,81 @@ def test_failures_and_tight_formats_are_marked(core: Core, report: dict[str, Any
     assert "failed first <here>" in " ".join(page.text.split())
     rows = [a.get("class") for tag, a in page.tags if tag == "tr"]
     assert "saturated" in rows
+
+
+def parted(report: dict[str, Any]) -> dict[str, Any]:
+    data = copy.deepcopy(report)
+    wrong = {"sample": 12, "t": 0.12, "outputs": ["qw"], "culprit": "step 12 (a&b.py, line 3): <x>"}
+    data["accuracy"]["logs"][0]["parted"] = wrong
+    data["accuracy"]["logs"][0]["series"]["outputs"]["qw"]["beyond_from"] = 0.12
+    return data
+
+
+def test_where_fixed_and_float_part(report: dict[str, Any], html: str) -> None:
+    page = Page(render_html(parted(report)))
+    text = " ".join(page.text.split())
+    assert "float64 part in sample 12, 0.12 s (red line): qw beyond the tolerance" in text
+    assert "First wrong: step 12 (a&b.py, line 3): <x>" in text and "parts at 0.12" in text
+    assert "red line" not in html
+
+
+@pytest.fixture
+def plain(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Logs without plots, which take a second."""
+    none = dict.fromkeys(("outputs", "errors", "vs_log"), "")
+    monkeypatch.setattr(module, "_plots", lambda log, number: none)
+
+
+@pytest.mark.usefixtures("plain")
+def test_lines_are_links_where_the_file_is_known(report: dict[str, Any], html: str) -> None:
+    assert "nine_axis.py, line " in html and "<a " not in html
+    links = {"nine_axis.py": 'x"y/nine_axis.py', "axis.py": "no", "a&b.py": "a&b.py"}
+    page = Page(render_html(parted(report), links=links))
+    found = [a["href"] for tag, a in page.tags if tag == "a"]
+    assert {(href or "").partition("#")[0] for href in found} == {'x"y/nine_axis.py', "a&b.py"}
+    row = next(r for r in report["numerics"] if r["signal"] == "gx")
+    assert f'x"y/nine_axis.py#L{row["line"].rpartition(" ")[2]}' in found
+
+
+@pytest.mark.usefixtures("plain")
+def test_bits_to_gain(report: dict[str, Any]) -> None:
+    text = " ".join(Page(render_html(report)).text.split())
+    told = [r["advice"] for r in report["numerics"] if r["advice"]]
+    best = max(told, key=lambda a: a["gains"])
+    assert f"{best['gains']}{best['how']}" in text
+    data = copy.deepcopy(report)
+    for row in data["numerics"]:
+        row["advice"] = None
+    assert "Bits to gain" in text and "Bits to gain" not in render_html(data)
+
+
+@pytest.mark.usefixtures("plain")
+def test_widths_another_run_and_several_logs(report: dict[str, Any]) -> None:
+    data = copy.deepcopy(report)
+    outputs = report["accuracy"]["verdict"]["outputs"]
+    ran = {"good": True, "error": "", "saturated_updates": 0, "outputs": outputs}
+    points = [
+        {"word": 18, "good": False, "error": "no <fit>", "saturated_updates": None, "outputs": []},
+        {"word": 20, **ran, "saturated_updates": 4, "good": False},
+        {"word": 24, **ran},
+    ]
+    data["widths"] = {"dataset": "log", "points": points, "least_good": 24}
+    data["against"] = against_section(dict(report, word=31), report)
+    data["accuracy"]["logs"] *= 2
+    for o in data["accuracy"]["verdict"]["outputs"]:
+        o["log"] = "second"
+    page = Page(render_html(data))
+    text = " ".join(page.text.split())
+    ids = [a["id"] for tag, a in page.tags if tag == "section"]
+    assert ids[0] == "against" and ids[-3:] == ["widths", "numerics", "firmware"]
+    assert "24 bits and more keep every tolerance" in text
+    assert "W = 18: no <fit>" in text and "W = 20: 4 updates saturate" in text
+    assert "word31321.03bits" in text and "second" in text
+    assert sum(tag == "svg" for tag, _ in page.tags) == 2  # schedule, widths
+    data["widths"] = data["widths"] | {"points": points[:1], "least_good": None}
+    data["against"] = against_section(report, report)
+    text = " ".join(Page(render_html(data)).text.split())
+    assert "none of them keeps every tolerance" in text and "Nothing differs." in text
 
 
 def test_same_data_same_text(html: str, report: dict[str, Any]) -> None:

@@ -6,19 +6,21 @@ import dataclasses
 
 import pytest
 
-from boresight.firmware.build import CModel, WordRanges
+from boresight.firmware.build import WordRanges
 from boresight.gateware.core import Core
 from boresight.model.words.program import Kind
 from boresight.sim.compare.results import CheckResult
+from boresight.sim.compare.twin import Rounding
 from boresight.sim.report.numerics import numerics_section
 from boresight.sim.report.observed import Observed
 
 
 @pytest.fixture(scope="module")
 def observed(core: Core, check: CheckResult) -> Observed:
-    words = check.given.words(core.program)
-    errors = {core.program.find("residual"): 1.23456}
-    return Observed("synthetic_60s", words, CModel(core.program).observe(words), errors)
+    value = core.program.find("residual")
+    lsb = core.program.format(value).lsb
+    found = Observed.of(core.program, [check])
+    return dataclasses.replace(found, errors={value: Rounding(1.23456 * lsb, 8.0 * lsb**2, 2)})
 
 
 def test_a_row_for_every_value_but_constants(core: Core, observed: Observed) -> None:
@@ -27,7 +29,7 @@ def test_a_row_for_every_value_but_constants(core: Core, observed: Observed) -> 
     numbers = [n for n, v in enumerate(program.values) if v.kind is not Kind.CONST]
     assert [r["signal"] for r in rows] == [program.values[n].name for n in numbers]
     for n, row in zip(numbers, rows, strict=True):
-        low, high, low_at, high_at, saturations = (int(x[n]) for x in observed.ranges)
+        low, high, low_at, high_at, saturations = (int(x[n]) for x in observed.ranges[0])
         assert row["format"] == str(program.format(n))
         for end, word, at in (("min", low, low_at), ("max", high, high_at)):
             seen = row[f"observed_{end}"]
@@ -35,10 +37,16 @@ def test_a_row_for_every_value_but_constants(core: Core, observed: Observed) -> 
             assert seen["value"] == pytest.approx(program.format(n).real(word), rel=1e-6)
         assert row["saturations"] == saturations
         assert row["error_lsb"] == (1.23 if row["signal"] == "residual" else None)
+        assert row["line"] == observed.lines.get(n)
+        if row["signal"] == "residual":
+            lsb = program.format(n).lsb
+            assert row["error_max"] == pytest.approx(1.23456 * lsb, rel=1e-6)
+            assert row["error_rms"] == pytest.approx(2.0 * lsb, rel=1e-6)
         blank = row["overflow"] == "WRAP" or row["kind"] == "param"
         assert (row["headroom_bits"] is None) == blank
         if not blank:  # so many times it doubles and still fits
             largest, limit = max(-low, high + 1, 1), 1 << (program.arithmetic.word - 1)
+            assert row["wasted_bits"] == max(0, int(observed.headroom_bits(n)) - 1)
             assert largest * 2 ** row["headroom_bits"] == pytest.approx(limit, rel=0.004)
     heading = next(r for r in rows if r["signal"] == "heading_ht")
     assert (heading["overflow"], heading["state"], heading["unit"]) == ("WRAP", "wraps", "ht")
@@ -52,6 +60,7 @@ def test_without_a_log_nothing_is_observed(core: Core) -> None:
         assert row["state"] in ("ok", "wraps")
         assert row["range_source"]
         for key in ("observed_min", "observed_max", "headroom_bits", "error_lsb", "saturations"):
+            assert row["line"] is None and row["advice"] is None
             assert row[key] is None
 
 
@@ -59,9 +68,9 @@ def test_attention(core: Core, observed: Observed) -> None:
     program = core.program
 
     def state(name: str, word: int, saturations: int = 0) -> str:
-        n, ranges = program.find(name), [x.copy() for x in observed.ranges]
+        n, ranges = program.find(name), [x.copy() for x in observed.ranges[0]]
         ranges[1][n], ranges[4][n] = word, saturations
-        changed = dataclasses.replace(observed, ranges=WordRanges(*ranges))
+        changed = dataclasses.replace(observed, ranges=[WordRanges(*ranges)])
         return next(r["state"] for r in numerics_section(program, changed) if r["signal"] == name)
 
     assert state("gx", 2**30 - 1) == "ok"
@@ -84,6 +93,6 @@ def test_attention(core: Core, observed: Observed) -> None:
     # The declared end itself, not clamped: that is what the range says.
     assert state("mx", int(program.format(program.find("mx")).quantise(255.9))) == "tight"
     flag = program.find("roll_unknown")
-    least = program.format(flag).real(int(observed.ranges.low[flag]))
+    least = program.format(flag).real(int(observed.ranges[0].low[flag]))
     assert least == program.values[flag].low == -1.0
     assert state("roll_unknown", 0) == "ok"

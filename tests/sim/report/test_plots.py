@@ -5,7 +5,8 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 from typing import Any
 
-from boresight.sim.report.plots import error_plot, log_difference_plot, output_plot
+from boresight.sim.plotting import RED
+from boresight.sim.report.plots import error_plot, log_difference_plot, output_plot, width_plot
 
 T = [0.0, 0.1, 0.2, 0.3]
 TIME = "time from the first sample, s"
@@ -18,6 +19,7 @@ def output(unit: str, fixed: Any = (1.0, None, 3.0, 4.0), **more: Any) -> dict[s
         "truth": None,
         "error": [1e-9] * 4,
         "tolerance": None,
+        "beyond_from": None,
     } | more
 
 
@@ -48,6 +50,41 @@ def test_errors_with_tolerances() -> None:
     assert {"attitude", "tolerance 0.125", "tolerance 0.25", "tolerance 0.5"} <= set(shown)
     assert {f"|fixed - float64|{u}" for u in (", deg", ", m/s", "")} <= set(shown)
     assert "status" not in shown
+
+
+def test_a_red_line_where_the_first_output_parts() -> None:
+    parted = {
+        "a": output("m", tolerance=1.0, beyond_from=0.25),
+        "b": output("m", tolerance=1.0, beyond_from=0.125),
+        "c": output("s", tolerance=1.0),
+    }
+    for svg in (
+        error_plot(T, TIME, parted, salt="e"),
+        output_plot(T, TIME, parted, "truth", salt="e"),
+    ):
+        marks = [text for text in texts(svg) if text.startswith("parts")]
+        assert marks == ["parts at 0.125"]
+        assert RED in svg
+    assert RED not in error_plot(T, TIME, OUTPUTS, salt="e")
+
+
+def point(word: int, *largest: float | None, saturated: int = 0) -> dict[str, Any]:
+    outputs = [
+        {"output": name, "unit": unit, "max": x, "tolerance": 0.25}
+        for name, unit, x in zip(("angle", "speed", "status"), ("ht", "m/s", "words"), largest)  # noqa: B905
+    ]
+    return {"word": word, "saturated_updates": saturated, "outputs": outputs}
+
+
+def test_errors_over_the_width() -> None:
+    points = [point(18), point(20, 0.5, None, 1.0, saturated=3), point(24, 1e-3, 1e-4, 0.0)]
+    shown = texts(width_plot(points, salt="w"))
+    assert {"20", "24", "angle", "speed", "tolerance 45", "tolerance 0.25", "saturates"} <= set(
+        shown
+    )
+    assert "18" not in shown and "status" not in shown
+    assert {f"|fixed - float64|, {u}" for u in ("deg", "m/s")} <= set(shown)
+    assert "saturates" not in texts(width_plot(points[2:], salt="w"))
 
 
 def test_no_two_curves_of_a_panel_look_alike() -> None:

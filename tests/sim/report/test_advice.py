@@ -1,0 +1,120 @@
+"""Advice on ranges: whoever follows it gains the bits that it promises."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from boresight.model import ops
+from boresight.model.estimator import Estimator, Input, Output, Param, State
+from boresight.sim.compare.check import Check
+from boresight.sim.levels.build import Build
+from boresight.sim.records.record import Record
+from boresight.sim.report.advice import Advice, advice_of, wasted_bits
+from boresight.sim.report.observed import Observed
+
+N = 40
+
+
+class Wide(Estimator):
+    """Ranges that a log hardly uses; ``limits`` replace them."""
+
+    limits: dict[str, tuple[float, float]] = {}
+    params = (Param("gain", 0.5, 0.0, 64.0, ""),)
+    outputs = (Output("twice", ""), Output("rest", ""), Output("kept", ""), Output("part", ""))
+
+    def __init__(self, **limits: tuple[float, float]) -> None:
+        def given(name: str, low: float, high: float) -> tuple[float, float]:
+            return limits.get(name, (low, high))
+
+        self.limits = limits
+        self.inputs = (
+            Input("u", *given("u", -1000.0, 1000.0), ""),
+            Input("v", -1.0, 1.0, ""),
+            Input("w", -1.0, 1.0, ""),
+            Input("still", -1000.0, 1000.0, ""),
+        )
+        self.states = (State("y", *given("y", -128.0, 128.0), ""),)
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        """A product of what is wide, a difference that cancels, and a share of it."""
+        rest = 8.0 * u.v - 8.0 * u.w
+        if "rest" in self.limits:
+            rest = ops.bounded(rest, *self.limits["rest"], "v and w are one")
+        rest = ops.named("rest", rest)
+        kept = ops.saturated(100.0 * u.v, self.limits.get("kept", (0.0, 64.0))[1])
+        y = 0.5 * x.y + u.v + p.gain * u.still
+        return {"y": y}, {"twice": 2.0 * u.u, "rest": rest, "kept": kept, "part": 0.5 * rest}
+
+
+def observed(estimator: Estimator) -> Observed:
+    """What small signals do."""
+    wave = np.sin(0.7 * np.arange(N))
+    columns = {"u": 3.0 * wave, "v": 0.1 * wave, "w": 0.099 * wave, "still": np.full(N, 0.25)}
+    build = Build(estimator)
+    (check,) = Check(build, levels=("fixed",)).run(Record.of(columns))
+    return Observed.of(build.programs[0], [check])
+
+
+@pytest.fixture(scope="module")
+def wide() -> Observed:
+    return observed(Wide())
+
+
+def advice(found: Observed, name: str) -> Advice:
+    made = advice_of(found, found.program.find(name))
+    assert made is not None and made.value == name
+    return made
+
+
+@pytest.mark.parametrize("name", ["u", "y", "rest"])
+def test_who_follows_gains_the_bits(name: str, wide: Observed) -> None:
+    said = advice(wide, name)
+    low, high = wide.reached(wide.program.find(name))
+    assert said.gains > 0 and said.low < 2.0 * low and said.high > 2.0 * high
+    after = observed(Wide(**{name: (said.low, said.high)}))
+    value = after.program.find(name)
+    fracs = wide.program.values[wide.program.find(name)].frac, after.program.values[value].frac
+    assert fracs[1] - fracs[0] == said.gains
+    assert not after.saturations(value)
+    assert wasted_bits(after.headroom_bits(value)) == 0 and advice_of(after, value) is None
+
+
+def test_what_to_write_and_where(wide: Observed) -> None:
+    assert advice(wide, "u").how == 'Input("u", -7.992, 7.992, ...)'
+    assert advice(wide, "y").how.startswith('State("y", -')
+    assert advice(wide, "rest").how.startswith("ops.bounded(..., -")
+    for name in ("u", "y", "rest"):
+        assert advice(wide, name).line.startswith("test_advice.py, line ")
+    assert len({advice(wide, name).line for name in ("u", "y", "rest")}) == 3
+
+
+def test_a_power_of_two_where_the_word_clamps(wide: Observed) -> None:
+    value = wide.program.outputs[wide.program.output_names.index("kept")]
+    said = advice_of(wide, value)
+    assert said is not None and said.how == "ops.saturated(..., 32)" and said.gains == 1
+    after = observed(Wide(kept=(-32.0, 32.0)))
+    new = after.program.outputs[after.program.output_names.index("kept")]
+    assert after.program.values[new].frac - wide.program.values[value].frac == said.gains
+
+
+def test_no_advice_where_it_would_not_help(wide: Observed) -> None:
+    program = wide.program
+    outputs = dict(zip(program.output_names, program.outputs, strict=True))
+    # Wide for its operands' sake: they have the advice.
+    for name in ("twice", "part"):
+        assert wasted_bits(wide.headroom_bits(outputs[name])) > 0
+        assert advice_of(wide, outputs[name]) is None
+    # Never moved; a parameter; becomes a state, which has the advice.
+    assert wasted_bits(wide.headroom_bits(program.find("still"))) > 0
+    for value in (program.find("still"), program.find("gain"), dict(program.states)[
+        program.find("y")
+    ]):  # fmt: skip
+        assert advice_of(wide, value) is None
+
+
+@pytest.mark.parametrize(("headroom", "bits"), [(0.0, 0), (1.99, 0), (2.0, 1), (9.5, 8)])
+def test_one_bit_stays_in_reserve(headroom: float, bits: int) -> None:
+    assert wasted_bits(headroom) == bits
