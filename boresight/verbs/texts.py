@@ -63,6 +63,8 @@ VERBS = {
         (
             ("report my_filter.py log.csv -o report", "one page about it"),
             ("report mekf log.csv --no-synth -o report", "sooner: no area, no clock"),
+            ("report mekf folder --widths -o report", "several logs; words of 18 to 32 bits"),
+            ("report mekf log.csv --against old/report.json", "what differs from another run"),
         ),
     ),
     "tune": Text(

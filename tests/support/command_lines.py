@@ -119,8 +119,16 @@ VERBS: Mapping[str, tuple[list[Any], dict[str, Any]]] = {
         },
     ),
     "report": (
-        [_NAMES, _LOGS],
-        {**_MODEL, **_STEPS, "--no-synth": None, "--comparison": None, "-o": _OUTPUTS},
+        [_NAMES, _LOGS, st.one_of(st.none(), _LOGS)],
+        {
+            **_MODEL,
+            **_STEPS,
+            "--no-synth": None,
+            "--comparison": None,
+            "--widths": None,
+            "--against": st.one_of(st.just("reproducer.json"), _PATHS),
+            "-o": _OUTPUTS,
+        },
     ),
     "tune": (
         [_NAMES, _LOGS, st.one_of(st.none(), _LOGS)],
