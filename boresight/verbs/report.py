@@ -80,8 +80,7 @@ def report(
     if not records:
         raise InputError.at("logs", wanted="at least one log", found="none", fix="name a log file")
     files = ("report.html", "report.json")
-    inputs = [*paths, *([] if against is None else [against])]
-    with output_folder(output, "report", of=estimator.name, files=files, inputs=inputs) as folder:
+    with output_folder(output, "report", of=estimator.name, files=files, inputs=paths) as folder:
         checking = Check(build, progress=progress)
         results = [result for record in records for result in checking.run(record)]
         area = None

@@ -55,17 +55,16 @@ def wasted_bits(headroom_bits: float) -> int:
 def advice_of(observed: Observed, value: int) -> Advice | None:
     """What would give a value more bits; None if nothing that is said of it does.
 
-    No advice for what never changed in the logs, what becomes a state (the state has it), and what
-    follows from its operands: they have it.
+    No advice for what never changed in the logs, and for what follows from its operands: they have
+    it.
     """
     said, form = observed.program.values[value], observed.program.format(value)
     gains, (low, high) = wasted_bits(observed.headroom_bits(value)), observed.reached(value)
     # Of a format that is wider than its range, as where terms are aligned, no range takes bits.
     fills = 2.0 * max(-said.low, said.high) >= -form.min
-    becomes = {after for _, after in observed.program.states}
     if not gains or low == high or not fills or said.kind in (Kind.PARAM, Kind.CONST):
         return None
-    if said.kind is Kind.OP and (value in becomes or not _own_slack(observed, value)):
+    if said.kind is Kind.OP and not _own_slack(observed, value):
         return None
     full = math.ldexp(-form.min, -gains)
     limit = float(f"{_BELOW * full:.4g}")

@@ -115,7 +115,8 @@ def _mark_parting(axes: Any, outputs: Sequence[Mapping[str, Any]]) -> None:
     """A red line where the first of the outputs leaves its tolerance."""
     begins = [o["beyond_from"] for o in outputs if o["beyond_from"] is not None]
     if begins:
-        axes.axvline(min(begins), color=RED, linewidth=1.6, label=f"parts at {min(begins):g}")
+        first = min(begins)
+        axes.axvline(first, color=RED, linewidth=1.6, label=f"parts at {first:g}")
 
 
 def _draw_log(axes: Any, t: FloatArray, y: FloatArray, colour: str, name: str) -> None:

@@ -12,6 +12,7 @@ import pytest
 from boresight.cli import main
 from boresight.disk.manifest import NAME
 from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator
 from boresight.model.resolve import estimator_of
 from boresight.sim.compare.check import Check
 from boresight.sim.levels.build import Build
@@ -117,28 +118,41 @@ def test_logs_widths_another_run_and_lines_of_ones_own_filter(
     for name in ("one", "two"):
         (tmp_path / "logs" / f"{name}.csv").write_text("u\n0.25\n-0.5\n")
     monkeypatch.setattr(module, "width_section", partial(module.width_section, widths=(18,)))
-    name, logs = f"{tmp_path}/my double.py", tmp_path / "logs"
-    first = module.report(name, logs / "one.csv", synth=False, output=tmp_path / "first")
+    name, logs, out = f"{tmp_path}/my double.py", tmp_path / "logs", tmp_path / "deep" / "er"
+    first = module.report(name, logs / "one.csv", synth=False, output=out)
     data = module.report(
         name,
         logs,
         {"u": [1.0]},
         synth=False,
         widths=True,
-        against=tmp_path / "first" / "report.json",
-        output=tmp_path / "deep" / "er",
+        against=out / "report.json",
+        output=out,  # over the report that it is compared with
     )
     assert [log["dataset"] for log in data["accuracy"]["logs"]] == ["one", "two", "record"]
     assert [p["word"] for p in data["widths"]["points"]] == [18]
     assert first["widths"] is None and first["against"] is None
     rows = {r["figure"]: (r["before"], r["after"]) for r in data["against"]["rows"]}
     assert rows.pop("log") == ("one", "one, two, record")
-    page = (tmp_path / "deep" / "er" / "report.html").read_text()
+    page = (out / "report.html").read_text()
     assert 'href="../../my%20double.py#L7">my double.py, line 7</a>' in page
     assert 'href="../../helper.py#L2">helper.py, line 2</a>' in page
     for href in ("my double.py", "helper.py"):
-        assert (tmp_path / "deep" / "er" / "../.." / href).is_file()
+        assert (out / "../.." / href).is_file()
 
 
 def test_no_link_to_what_is_not_ones_own(tmp_path: Path) -> None:
     assert module.links_of(estimator_of("mekf"), tmp_path) == {}
+
+
+def test_no_link_to_one_of_two_files_of_one_name(tmp_path: Path) -> None:
+    members: dict[str, object] = {}
+    for name in ("a/same.py", "b/same.py", "b/other.py", "b/gone.py"):
+        path = tmp_path / name
+        path.parent.mkdir(exist_ok=True)
+        if "gone" not in name:
+            path.touch()
+        exec(compile("def f(self): ...", path, "exec"), found := {})
+        members[name.replace("/", "_")] = found["f"]
+    mine = type("Mine", (Estimator,), {**members, "__module__": "nowhere"})
+    assert module.links_of(mine(), tmp_path / "out") == {"other.py": "../b/other.py"}

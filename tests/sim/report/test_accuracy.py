@@ -114,6 +114,7 @@ def moved(check: CheckResult, **steps: int) -> CheckResult:
         largest = float(curve.max())
         apart.append(dataclasses.replace(d, apart=curve, largest=largest))
     accuracy = dataclasses.replace(check.accuracy, differences=tuple(apart), culprit="step 7")
+    accuracy = dataclasses.replace(accuracy, saturated_updates=2, saturated={"y": 2})
     return dataclasses.replace(check, accuracy=accuracy)
 
 
@@ -140,7 +141,10 @@ def test_several_logs() -> None:
     assert not verdict["good"] and verdict["culprit"] == "record: step 7"
     assert [o["output"] for o in verdict["outputs"]] == ["angle", "held", "word"]
     assert verdict["outputs"][1]["max"] == 1.0 and not verdict["outputs"][1]["good"]
-    assert all(w.startswith("accuracy, record: ") for w in warnings) and len(warnings) == 2
+    assert (verdict["saturated_updates"], verdict["saturated"]) == (2, {"y": 2})
+    twice = accuracy_section([bad, bad], [].append, truth=True)["verdict"]
+    assert (twice["saturated_updates"], twice["saturated"]) == (4, {"y": 4})
+    assert all(w.startswith("accuracy, record: ") for w in warnings) and len(warnings) == 3
     assert accuracy_section([good, good], warnings.append, truth=True)["verdict"]["good"]
 
 

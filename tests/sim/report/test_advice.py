@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 import numpy as np
@@ -107,12 +108,47 @@ def test_no_advice_where_it_would_not_help(wide: Observed) -> None:
     for name in ("twice", "part"):
         assert wasted_bits(wide.headroom_bits(outputs[name])) > 0
         assert advice_of(wide, outputs[name]) is None
-    # Never moved; a parameter; becomes a state, which has the advice.
+    # Never moved; a parameter.
     assert wasted_bits(wide.headroom_bits(program.find("still"))) > 0
-    for value in (program.find("still"), program.find("gain"), dict(program.states)[
-        program.find("y")
-    ]):  # fmt: skip
+    for value in (program.find("still"), program.find("gain")):
         assert advice_of(wide, value) is None
+
+
+def test_no_advice_where_the_format_is_not_that_of_the_range(wide: Observed) -> None:
+    value, values = wide.program.find("u"), list(wide.program.values)
+    values[value] = dataclasses.replace(values[value], low=-400.0, high=400.0)
+    program = dataclasses.replace(wide.program, values=tuple(values))
+    assert advice_of(dataclasses.replace(wide, program=program), value) is None
+
+
+class Shapes(Estimator):
+    """Operations that fill what their operands give them, in ranges that nothing fills."""
+
+    inputs = (Input("a", 0.0, 100.0, ""), Input("b", 0.0, 100.0, ""), Input("c", -100.0, 100.0, ""))
+    outputs = tuple(Output(n, "") for n in ("apart", "product", "chosen", "turned", "size"))
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        """Each once."""
+        return {}, {
+            "apart": u.a - u.b,
+            "product": u.a * u.c,
+            "chosen": ops.where(u.c < 0.0, u.a, 1.0 * u.b),
+            "turned": ops.flip(u.c < 0.0, u.a),
+            "size": ops.absolute(u.c),
+        }
+
+
+@pytest.mark.parametrize("name", [o.name for o in Shapes.outputs])
+def test_what_its_operands_explain_has_no_advice(name: str) -> None:
+    rng = np.random.default_rng(5)
+    columns = {"a": rng.uniform(0.4, 0.5, N), "b": rng.uniform(0.4, 0.5, N)}
+    columns["c"] = rng.uniform(-0.5, 0.5, N)
+    build = Build(Shapes())
+    (check,) = Check(build, levels=("fixed",)).run(Record.of(columns))
+    found = Observed.of(build.programs[0], [check])
+    value = found.program.outputs[found.program.output_names.index(name)]
+    assert wasted_bits(found.headroom_bits(value)) > 0 and value in found.nodes
+    assert advice_of(found, value) is None
 
 
 @pytest.mark.parametrize(("headroom", "bits"), [(0.0, 0), (1.99, 0), (2.0, 1), (9.5, 8)])
