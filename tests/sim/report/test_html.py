@@ -155,27 +155,27 @@ def test_failures_and_tight_formats_are_marked(core: Core, report: dict[str, Any
     assert "saturated" in rows
 
 
-def parted(report: dict[str, Any]) -> dict[str, Any]:
-    data = copy.deepcopy(report)
-    wrong = {"sample": 12, "t": 0.12, "outputs": ["qw"], "culprit": "step 12 (a&b.py, line 3): <x>"}
-    data["accuracy"]["logs"][0]["parted"] = wrong
-    data["accuracy"]["logs"][0]["series"]["outputs"]["qw"]["beyond_from"] = 0.12
-    return data
-
-
-def test_where_fixed_and_float_part(report: dict[str, Any], html: str) -> None:
-    page = Page(render_html(parted(report)))
-    text = " ".join(page.text.split())
-    assert "float64 part in sample 12, 0.12 s (red line): qw beyond the tolerance" in text
-    assert "First wrong: step 12 (a&b.py, line 3): <x>" in text and "parts at 0.12" in text
-    assert "red line" not in html
-
-
 @pytest.fixture
 def plain(monkeypatch: pytest.MonkeyPatch) -> None:
     """Logs without plots, which take a second."""
     none = dict.fromkeys(("outputs", "errors", "vs_log"), "")
     monkeypatch.setattr(module, "_plots", lambda log, number: none)
+
+
+def parted(report: dict[str, Any]) -> dict[str, Any]:
+    data = copy.deepcopy(report)
+    wrong = {"sample": 12, "t": 0.12, "outputs": ["qw"], "culprit": "step 12 (a&b.py, line 3): <x>"}
+    data["accuracy"]["logs"][0]["parted"] = wrong
+    return data
+
+
+@pytest.mark.usefixtures("plain")
+def test_where_fixed_and_float_part(report: dict[str, Any], html: str) -> None:
+    page = Page(render_html(parted(report)))
+    text = " ".join(page.text.split())
+    assert "float64 part in sample 12, 0.12 s (red line): qw beyond the tolerance" in text
+    assert "First wrong: step 12 (a&b.py, line 3): <x>" in text
+    assert "red line" not in html
 
 
 @pytest.mark.usefixtures("plain")
