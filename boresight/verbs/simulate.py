@@ -14,7 +14,7 @@ from boresight.disk.output import output_folder
 from boresight.gateware.core import Core
 from boresight.gateware.machine import ALL_CONFIGS
 from boresight.gateware.system.programs import FILTERS, system_core
-from boresight.loop import WORLD_GROUP, loop_text, simulate_world, world_of
+from boresight.loop import WORLD_GROUP, simulate_world, world_of
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.estimators import ESTIMATORS
@@ -468,7 +468,7 @@ def _call_world(args: Namespace) -> Outcome:
             found="a world alone",
             fix="name the estimator too: boresight simulate WORLD.py:Class ESTIMATOR",
         )
-    data = simulate_world(
+    result = simulate_world(
         args.filter,
         args.log,
         on=args.on or "c",
@@ -480,4 +480,4 @@ def _call_world(args: Namespace) -> Outcome:
         output=args.output,
         progress=progress_of(args),
     )
-    return 0 if data["good"] else 1, data, loop_text(data)
+    return int(not result.good), result.to_json(), str(result)

@@ -195,11 +195,11 @@ def test_any_estimator_against_truth_in_its_unit(lag, capsys):
     alone = {}
     for on, row in (("c", fixed), ("float", floating)):
         alone[on] = [
-            boresight.run("lag.py:Lag", f"{n}.csv", on=on)["truth"][0] for n in ("one", "two")
+            boresight.run("lag.py:Lag", f"{n}.csv", on=on).truth[0] for n in ("one", "two")
         ]
-        assert [t["error"]["y"] for t in row["trials"]] == [d["rms"] for d in alone[on]]
-        assert row["mean"]["y"] == pytest.approx(np.mean([d["rms"] for d in alone[on]]))
-        assert alone[on][0]["samples"] == 100
+        assert [t["error"]["y"] for t in row["trials"]] == [d.rms for d in alone[on]]
+        assert row["mean"]["y"] == pytest.approx(np.mean([d.rms for d in alone[on]]))
+        assert alone[on][0].samples == 100
     y, twice, word = fixed["vs_float"]
     assert (y["unit"], y["tolerance"], y["good"]) == ("m", 1e-6, True) and 0 < y["apart"] < 1e-7
     assert twice["tolerance"] is None and (word["unit"], word["apart"]) == ("words", 0)

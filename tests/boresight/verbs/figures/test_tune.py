@@ -208,8 +208,8 @@ def test_any_estimator(lag, capsys):
     # The folds' figure is that of a plain run of the held-back log.
     fold = cross["folds"][1]
     assert fold["test"] == ["log1"]
-    truth = boresight.run("lag.py", "log1.csv", on="c", params=fold["parameters"])["truth"]
-    assert truth[0]["rms"] == pytest.approx(fold["test_error"]["y"])
+    truth = boresight.run("lag.py", "log1.csv", on="c", params=fold["parameters"]).truth
+    assert truth[0].rms == pytest.approx(fold["test_error"]["y"])
     assert main([*arguments, "--weight", "z=1"]) == 2
     assert main([*arguments, "--weight", "y=much"]) == 2
     refused = capsys.readouterr().err.splitlines()
