@@ -31,9 +31,13 @@ class Answer:
         """Its fields as plain data: arrays are lists, what is no finite number is None."""
         return {f.name: plain(getattr(self, f.name)) for f in fields(self)}  # type: ignore[arg-type]
 
+    def _shown(self) -> JsonObject:
+        """What a notebook shows."""
+        return self.to_json()
+
     def _repr_html_(self) -> str:
         """Its fields as tables: numbers and texts in one, each list of rows in one of its own."""
-        data = self.to_json()
+        data = self._shown()
         alone = {k: v for k, v in data.items() if not isinstance(v, list | dict)}
         parts = [_table([{"": k, type(self).__name__: v} for k, v in alone.items()])]
         for name, value in data.items():
