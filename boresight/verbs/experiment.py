@@ -100,7 +100,8 @@ def experiment(
             targets=result.targets,
             files=tuple(str(Path(output) / name) for name in files),
         )
-        text = json.dumps(told.to_json() | {"details": result.details}, allow_nan=False)
+        more = {"figures": dict(result.figures), "details": result.details}  # all finite
+        text = json.dumps(told.to_json() | more, allow_nan=False)
         (folder / files[0]).write_text(text + "\n")
         for name in found.pages:
             (folder / name).write_text(result.pages[name], encoding="utf-8")

@@ -82,7 +82,8 @@ def test_what_it_returns(built):
         assert program.name == name
         assert program.latency_cycles == timing["latency_cycles_by_output"]
         assert program.interval_cycles == timing["interval_cycles"]
-        assert f"{folder}: {name}: heading {program.latency_cycles['heading']}, " in str(result)
+        heading = program.latency_cycles["heading"]
+        assert f"{folder}: {name}: " in str(result) and f", heading {heading}, " in str(result)
     page = result._repr_html_()
     heading = result.programs[0].latency_cycles["heading"]
     assert f"<td>{NAMES[0]}</td><td>heading</td><td>{heading}</td>" in page

@@ -29,11 +29,11 @@ def test_demo_proves_every_filter_on_one_core(tmp_path, monkeypatch):
         assert row.mismatches == 0 and row.updates_proven["verilator"] == 20
         assert Path(row.report).is_file()
     for core in data.cores:
-        assert (tmp_path / f"core-{core['config']}" / "core.v").is_file()
-        report = json.loads((tmp_path / f"core-{core['config']}" / "report.json").read_text())
+        assert (tmp_path / f"core-{core.config}" / "core.v").is_file()
+        report = json.loads((tmp_path / f"core-{core.config}" / "report.json").read_text())
         assert report["resources"]["lut"] == core.lut
         assert list(report["programs"]) == ["complementary", "mekf"]
-    assert json.loads((tmp_path / "summary.json").read_text()) == data
+    assert json.loads((tmp_path / "summary.json").read_text()) == data.to_json()
     assert str(data).split("report:")[0].count("mekf") == 3  # two cores and the board
     assert [(r.filter, r.good) for r in data.board] == [("complementary", True), ("mekf", True)]
     assert (tmp_path / "board" / "board.html").is_file()

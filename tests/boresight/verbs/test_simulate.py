@@ -29,7 +29,9 @@ def small(monkeypatch) -> None:
 def test_figures_and_page(small, tmp_path) -> None:
     data = boresight.simulate("complementary", seconds=0.05, output=tmp_path)
     assert data.good
-    assert json.loads(json.dumps(data)) == json.loads((tmp_path / "board.json").read_text())
+    assert json.loads(json.dumps(data.to_json())) == json.loads(
+        (tmp_path / "board.json").read_text()
+    )
     row = data.runs[0]
     assert row.updates == row.frames == 51
     assert row.mismatches == row.lost_samples == row.timing_violations == 0
