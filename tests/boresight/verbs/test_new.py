@@ -58,13 +58,13 @@ def test_the_log_is_what_the_world_shows(folder):
 
 
 def test_a_file_of_ones_own_stays(folder, capsys):
-    (folder / "test_kept_here.py").write_text("mine\n")
-    assert main(["new", "kept_here"]) == 2
+    (folder / "test_kept_one.py").write_text("mine\n")
+    assert main(["new", "kept_one"]) == 2
     said = capsys.readouterr()
     assert said.out == "" and said.err.count("\n") == 1
-    assert "test_kept_here.py" in said.err and "NAME" in said.err
-    assert [p.name for p in folder.iterdir() if p.name[0] != "."] == ["test_kept_here.py"]
-    assert (folder / "test_kept_here.py").read_text() == "mine\n"
+    assert "test_kept_one.py" in said.err and "NAME" in said.err
+    assert [p.name for p in folder.iterdir() if p.name[0] != "."] == ["test_kept_one.py"]
+    assert (folder / "test_kept_one.py").read_text() == "mine\n"
     boresight.new("sub/other.py")
     source = folder / "sub" / "other.py"
     source.write_text(source.read_text() + "# changed\n")

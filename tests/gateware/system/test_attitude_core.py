@@ -77,7 +77,8 @@ def test_words_and_cycles(config: str, number: int, cores, conductors) -> None:
     check_words(core, given, played)
     took = np.array(played.updated) - np.array(played.sampled)
     assert (took == conductors[config].latency(number)).all()
-    assert took[0] <= max(core.parts[number].schedule.latencies) + 100
+    # Calibration and all else beside the filter.
+    assert took[0] <= core.parts[number].schedule.length + 80
 
 
 def test_filters_gaps_and_restarts_by_turns(cores) -> None:

@@ -13,7 +13,7 @@ from boresight.cli import main
 from boresight.sim.montecarlo import deal
 from tests.support.drift import Constant, Mean
 
-DRIFT = Path(__file__).parents[2] / "support" / "drift.py"
+DRIFT = Path(__file__).parents[3] / "support" / "drift.py"
 TEXTS = (f"{DRIFT}:Constant", f"{DRIFT}:Mean")
 
 
