@@ -207,7 +207,7 @@ def test_any_estimator(lag, capsys):
     assert cross.mean_test_error["y"] == pytest.approx(cross.mean_test_figure)
     # The folds' figure is that of a plain run of the held-back log.
     fold = cross.folds[1]
-    assert fold.test == ["log1"]
+    assert fold.test == ("log1",)
     truth = boresight.run("lag.py", "log1.csv", on="c", params=fold.parameters).truth
     assert truth[0].rms == pytest.approx(fold.test_error["y"])
     assert main([*arguments, "--weight", "z=1"]) == 2
