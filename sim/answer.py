@@ -102,16 +102,27 @@ def _rows(value: Json) -> Sequence[JsonObject]:
 
 
 def _table(rows: Sequence[JsonObject]) -> str:
-    """Rows below the names of what any of them has; lists and objects are left out."""
-    heads = dict.fromkeys(
-        k for row in rows for k, v in row.items() if not isinstance(v, list | dict)
-    )
+    """Rows below the names of what any of them has; lists are left out."""
+    rows = [_flat(row) for row in rows]
+    heads = dict.fromkeys(k for row in rows for k, v in row.items() if v is not None)
     if not heads:
         return ""
     first = "".join(f"<th>{escape(head)}</th>" for head in heads)
     lines = ["".join(f"<td>{escape(_cell(row.get(head)))}</td>" for head in heads) for row in rows]
     body = "".join(f"<tr>{line}</tr>" for line in lines)
     return f"<table><thead><tr>{first}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def _flat(row: JsonObject) -> JsonObject:
+    """A row's own values, and those of its objects as ``mean pos``."""
+    out: JsonObject = {}
+    for name, value in row.items():
+        if isinstance(value, dict):
+            more = {f"{name} {k}": v for k, v in value.items()}
+            out |= {k: v for k, v in more.items() if not isinstance(v, list | dict)}
+        elif not isinstance(value, list):
+            out[name] = value
+    return out
 
 
 def _cell(value: Json) -> str:

@@ -142,7 +142,7 @@ class RunResult(Answer):
         for name, unit in self.units.items():
             by_unit.setdefault(unit, []).append(name)
         across = np.arange(len(self)) if self.t is None else self.t
-        colours = list(COLOUR.values())
+        colours = list(dict.fromkeys(COLOUR.values()))  # each once
         with settings():
             figure, all_axes = figure_and_axes(
                 1.8 * len(by_unit) + 0.4, len(by_unit), sharex=True, squeeze=False

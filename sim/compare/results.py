@@ -157,6 +157,12 @@ class CheckResult(Answer):
     def __str__(self) -> str:
         return "\n".join(self.lines())
 
+    def _shown(self) -> JsonObject:
+        data = self.to_json()
+        near = data.pop("accuracy")
+        assert isinstance(near, dict)
+        return {**data, "from float64": near["outputs"]}
+
     def to_json(self) -> JsonObject:
         """Plain data for --json."""
         return {

@@ -76,3 +76,18 @@ def test_tables_of_a_notebook() -> None:
     assert "<td>x</td><td>c</td><td>2</td>" in page
     assert "<td>k</td><td>0.25</td>" in page
     assert "curve" not in page
+
+
+@dataclass(frozen=True)
+class Nested:
+    name: str
+    mean: Mapping[str, float] | None
+    curve: tuple[float, ...]
+    nothing: None = None
+
+
+def test_objects_in_a_row_are_columns_of_it() -> None:
+    rows = (Nested("a", {"pos": 0.5}, (1.0,)), Nested("b", None, (2.0,)))
+    page = Told(True, 1, rows, {}, {})._repr_html_()  # type: ignore[arg-type]
+    assert "<th>name</th><th>mean pos</th></tr>" in page
+    assert "<td>a</td><td>0.5</td>" in page and "<td>b</td><td></td>" in page

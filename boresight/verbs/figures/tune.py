@@ -102,14 +102,7 @@ def tune(
     estimator = find_estimator(name)
     given = estimator.param_values(params)
     moving = tunable(estimator, given, names)
-    _check_numbers(
-        word=word,
-        folds=1 if folds is None else folds,
-        rounds=rounds,
-        jobs=jobs,
-        seed=seed,
-        detune=detune,
-    )
+    _check_numbers(word=word, folds=folds, rounds=rounds, jobs=jobs, seed=seed, detune=detune)
     files = log_files(log for log in logs if isinstance(log, str | Path))
     target = None if output is None else OutputFile(output, "tune", of=estimator.name, inputs=files)
     trials, left_out = _trials(estimator, logs)
@@ -124,8 +117,7 @@ def tune(
     tuned = tuning.search(range(len(trials)), "all trials")
     held = tuning.folds(tests)
     say("sensitivities")
-    every = range(len(trials))
-    before, after = (tuning.scores(values, every) for values in (given, tuned.values))
+    error, each = _errors(tuning, given, tuned.values)
     result = TuneResult(
         estimator=estimator.name,
         parameters={**tuning.start, **tuned.values},
@@ -133,23 +125,9 @@ def tune(
         source=SOURCE,
         units=units,
         weights=chosen,
-        error=TuneErrors(_figures(means(before)), _figures(means(after))),
-        trials=tuple(
-            TuneTrial(t.record.name, _figures(b), _figures(a))
-            for t, b, a in zip(tuning.scorer.feeds, before, after, strict=True)
-        ),
-        tuned_parameters=tuple(
-            TunedParameter(
-                p.name,
-                p.unit,
-                p.low,
-                p.high,
-                given[p.name],
-                tuning.start[p.name],
-                tuned.values[p.name],
-            )
-            for p in tuning.params
-        ),
+        error=error,
+        trials=each,
+        tuned_parameters=_moved(tuning, given, tuned.values),
         search=_search(tuning, tuned, detune),
         without_truth=tuple(left_out),
         sensitivity=tuple(tuning.around(tuned.values)),
@@ -158,6 +136,30 @@ def tune(
     if target is not None:
         target.write(json.dumps(result.to_json(), indent=1) + "\n")
     return result
+
+
+def _errors(
+    tuning: Tuning, given: Mapping[str, float], tuned: Mapping[str, float]
+) -> tuple[TuneErrors, tuple[TuneTrial, ...]]:
+    """What the errors were, over all trials and of each."""
+    trials = tuning.scorer.feeds
+    before, after = (tuning.scores(values, range(len(trials))) for values in (given, tuned))
+    each = tuple(
+        TuneTrial(t.record.name, _figures(b), _figures(a))
+        for t, b, a in zip(trials, before, after, strict=True)
+    )
+    return TuneErrors(_figures(means(before)), _figures(means(after))), each
+
+
+def _moved(
+    tuning: Tuning, given: Mapping[str, float], tuned: Mapping[str, float]
+) -> tuple[TunedParameter, ...]:
+    """What moved, from where to where."""
+    values = (given, tuning.start, tuned)
+    return tuple(
+        TunedParameter(p.name, p.unit, p.low, p.high, *(v[p.name] for v in values))
+        for p in tuning.params
+    )
 
 
 def _search(tuning: Tuning, tuned: Tuned, detune: float) -> TuneSearch:
@@ -174,10 +176,10 @@ def _search(tuning: Tuning, tuned: Tuned, detune: float) -> TuneSearch:
 
 
 def _check_numbers(
-    *, word: int, folds: int, rounds: int, jobs: int | None, seed: int | None, detune: float
+    *, word: int, folds: int | None, rounds: int, jobs: int | None, seed: int | None, detune: float
 ) -> None:
     check_word(word)
-    check_number("folds", folds, 1)
+    check_number("folds", 1 if folds is None else folds, 1)
     check_number("rounds", rounds, 1)
     check_number("jobs", 1 if jobs is None else jobs, 1, JOBS_MOST)
     check_number("seed", 0 if seed is None else seed, 0)

@@ -69,6 +69,12 @@ def test_a_shared_log_must_feed_all(logs: list[str], capsys: pytest.CaptureFixtu
     columns = STRANGERS["kalman.py"](30)[0] | STRANGERS["pi.py:Pi"](30)[0]
     results = boresight.check(BOTH, columns, levels=("fixed",))
     assert [r.estimator for r in results] == ["kalman", "pi"]
+    assert results.good and len(results[:1]) == 1 and results.to_json()["good"] is True
+    text = str(results).splitlines()
+    assert text[0] == "kalman on record, small, W = 32" and text[-1] == "good"
+    page = results._repr_html_()
+    assert "<td>estimator</td><td>pi</td>" in page and "<th>cycles_predicted</th>" not in page
+    assert "<h4>from float64</h4>" in page and "<td>interpreter</td><td>30</td><td>0</td>" in page
     assert all(len(r.given) == 30 for r in results)
     assert np.array_equal(results[0].given.inputs[:, 0], columns["dt"])
 

@@ -73,6 +73,13 @@ def test_by_hand(here: Path, on: str) -> None:
         "t": "s", "x": "m", "h": "deg", "s": "flags"
     }  # fmt: skip
     assert out.columns["t"].values.tolist() == [0.0, 0.5, 1.0]
+    again = data.record()
+    assert {n: c.unit for n, c in again.columns.items()} == {
+        n: c.unit for n, c in out.columns.items()
+    }
+    page = data._repr_html_()  # a plot for each unit
+    assert f"mine on {on}: 3 rows, RMSE against the log" in page and page.count("<svg") == 1
+    assert all(f">{text}<" in page for text in ("x", "h", "s", "m", "ht", "t, s"))
     assert np.array_equal(out.columns["x"].values, data.outputs["x"])
     assert np.array_equal(out.columns["h"].values, 180.0 * data.outputs["h"])
 
