@@ -3,6 +3,7 @@
 import importlib
 import json
 
+import numpy as np
 import pytest
 
 import boresight
@@ -62,6 +63,12 @@ def test_refused(arguments, message, capsys, tmp_path) -> None:
     err = capsys.readouterr().err
     assert err.startswith(message) and err.count("\n") == 1
     assert not (tmp_path / "new").exists()
+
+
+def test_data_in_memory_is_read() -> None:
+    columns = {"t": np.arange(9.0), "gx": np.zeros(9)}
+    with pytest.raises(boresight.InputError, match=r"^log 'record': wanted 51 rows or more, found"):
+        boresight.simulate("mekf", columns, seconds=0.05)
 
 
 def test_unknown_fault_is_refused() -> None:
