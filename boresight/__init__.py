@@ -20,8 +20,11 @@ Everything the command line does is one function here::
     boresight.doctor()
 
 What takes an estimator takes a name, ``file.py:Class``, a class or an object; a file of one's own
-needs no more than ``from boresight import Estimator, Input, Output, Param, State, ops``. Importing
-this package alone is cheap: a module is imported when something of it is first asked for.
+needs no more than ``from boresight import Estimator, Input, Output, Param, State, ops``. What takes
+a log takes a path, or data in memory: arrays by column name, a table, a `Record`. What comes back
+is a dataclass with documented fields: ``to_json()`` has them as plain data, ``str`` is what the
+command line prints, a notebook shows tables and plots. Importing this package alone is cheap: a
+module is imported when something of it is first asked for.
 """
 
 from __future__ import annotations
@@ -30,45 +33,70 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from boresight.loop import simulate_world
+    from boresight.board.simulated import BoardResult, FaultsResult
+    from boresight.loop import LoopResult, simulate_world
     from boresight.model import blocks, ops
     from boresight.model.declarations import Input, Output, Param, State
     from boresight.model.errors import InputError, ToolMissing
     from boresight.model.estimator import Estimator
+    from boresight.results.accuracy import AccuracyResult
+    from boresight.results.tune import TuneResult
+    from boresight.sim.accuracy.covariance import CovarianceTrial
+    from boresight.sim.compare.results import CheckResult
     from boresight.sim.experiments.experiment import Experiment, Result, Target
     from boresight.sim.records.files import record_of
     from boresight.sim.records.record import Record
     from boresight.sim.worlds.world import World
-    from boresight.verbs.check import check
-    from boresight.verbs.compile import compile
-    from boresight.verbs.convert import convert
-    from boresight.verbs.demo import demo
-    from boresight.verbs.doctor import doctor
-    from boresight.verbs.experiment import experiment
+    from boresight.verbs.check import CheckResults, check
+    from boresight.verbs.compile import CompileResult, compile
+    from boresight.verbs.convert import ConvertResult, convert
+    from boresight.verbs.demo import DemoResult, demo
+    from boresight.verbs.doctor import DoctorResult, doctor
+    from boresight.verbs.experiment import ExperimentResult, experiment
     from boresight.verbs.figures.accuracy import accuracy
-    from boresight.verbs.figures.bench import bench
+    from boresight.verbs.figures.bench import BenchResult, bench
     from boresight.verbs.figures.covariance import covariance
-    from boresight.verbs.figures.montecarlo import montecarlo
+    from boresight.verbs.figures.montecarlo import MonteCarloResult, montecarlo
     from boresight.verbs.figures.tune import tune
-    from boresight.verbs.list import list_estimators
-    from boresight.verbs.monitor import monitor
-    from boresight.verbs.new import new
-    from boresight.verbs.report import report
-    from boresight.verbs.run import run
+    from boresight.verbs.list import Catalogue, list_estimators
+    from boresight.verbs.monitor import MonitorResult, monitor
+    from boresight.verbs.new import NewResult, new
+    from boresight.verbs.report import ReportResult, report
+    from boresight.verbs.run import RunResult, run
     from boresight.verbs.simulate import simulate, simulate_faults
 
 __all__ = [
+    "AccuracyResult",
+    "BenchResult",
+    "BoardResult",
+    "Catalogue",
+    "CheckResult",
+    "CheckResults",
+    "CompileResult",
+    "ConvertResult",
+    "CovarianceTrial",
+    "DemoResult",
+    "DoctorResult",
     "Estimator",
     "Experiment",
+    "ExperimentResult",
+    "FaultsResult",
     "Input",
     "InputError",
+    "LoopResult",
+    "MonitorResult",
+    "MonteCarloResult",
+    "NewResult",
     "Output",
     "Param",
     "Record",
+    "ReportResult",
     "Result",
+    "RunResult",
     "State",
     "Target",
     "ToolMissing",
+    "TuneResult",
     "World",
     "accuracy",
     "bench",
@@ -101,6 +129,26 @@ _ELSEWHERE = {
     **dict.fromkeys(("Input", "Output", "Param", "State"), "model.declarations"),
     **dict.fromkeys(("InputError", "ToolMissing"), "model.errors"),
     **dict.fromkeys(("Experiment", "Result", "Target"), "sim.experiments.experiment"),
+    "AccuracyResult": "results.accuracy",
+    "BenchResult": "verbs.figures.bench",
+    "BoardResult": "board.simulated",
+    "Catalogue": "verbs.list",
+    "CheckResult": "sim.compare.results",
+    "CheckResults": "verbs.check",
+    "CompileResult": "verbs.compile",
+    "ConvertResult": "verbs.convert",
+    "CovarianceTrial": "sim.accuracy.covariance",
+    "DemoResult": "verbs.demo",
+    "DoctorResult": "verbs.doctor",
+    "ExperimentResult": "verbs.experiment",
+    "FaultsResult": "board.simulated",
+    "LoopResult": "loop",
+    "MonitorResult": "verbs.monitor",
+    "MonteCarloResult": "verbs.figures.montecarlo",
+    "NewResult": "verbs.new",
+    "ReportResult": "verbs.report",
+    "RunResult": "verbs.run",
+    "TuneResult": "results.tune",
     "Estimator": "model.estimator",
     "Record": "sim.records.record",
     "record_of": "sim.records.files",

@@ -2,27 +2,87 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from boresight.arguments import check_choice, check_machine, check_number
 from boresight.disk.output import OutputFile
 from boresight.model.resolve import Named, estimator_of, load
-from boresight.sim.compare.difference import differences
+from boresight.sim.answer import Answer
+from boresight.sim.compare.difference import Difference, differences
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import LEVELS, make_level
 from boresight.sim.records.files import content_of
 from boresight.sim.worlds.loop import Loop, close_loop, parting
 from boresight.sim.worlds.world import World
 
-__all__ = ["WORLD_GROUP", "loop_text", "simulate_world", "world_of"]
+__all__ = ["WORLD_GROUP", "LoopResult", "simulate_world", "world_of"]
 
 #: Entry points of installed packages that are worlds.
 WORLD_GROUP = "boresight.worlds"
 
 #: What stands for a world: a text, a class or an object.
 NamedWorld: TypeAlias = str | type[World] | World
+
+
+@dataclass(frozen=True, eq=False)
+class LoopResult(Answer):
+    """What `simulate_world` gives.
+
+    Attributes
+    ----------
+    world, estimator, on, against : str
+        Names, and the two levels.
+    good : bool
+        Integer levels do not part, and the outputs are as near to float64 as accepted.
+    records : int
+        Of the first loop.
+    records_per_s : int
+        Its rate.
+    parting : str or None
+        Where the levels part.
+    accuracy, truth : tuple of Difference
+        Outputs from float64 on the same records, and from the world's truths.
+    clamped : mapping of str to int
+        Samples beyond the range of inputs that are declared to be clamped.
+    """
+
+    world: str
+    estimator: str
+    on: str
+    against: str
+    good: bool
+    records: int
+    records_per_s: int
+    parting: str | None
+    accuracy: tuple[Difference, ...]
+    truth: tuple[Difference, ...]
+    clamped: Mapping[str, int]
+
+    def __str__(self) -> str:
+        lines = [
+            f"{self.world} and {self.estimator} on {self.on}: {self.records:,} records, "
+            f"{self.records_per_s:,} a second"
+        ]
+        if self.parting is not None:
+            lines.append(self.parting)
+        elif self.against != self.on:
+            lines.append(f"the same records and outputs as on {self.against}, bit by bit")
+        for name, found in (
+            ("from float64 on the same records", self.accuracy),
+            ("from truth", self.truth),
+        ):
+            lines += [
+                f"{d.output} {name}: max {d.largest:.4g} {d.unit}".rstrip()
+                + f", rms {d.rms:.4g}"
+                + ("" if d.good else f", BEYOND {d.tolerance:g}")
+                for d in found
+                if math.isfinite(d.largest)
+            ]
+        return "\n".join([*lines, "good" if self.good else "FAILED"])
 
 
 def world_of(what: NamedWorld) -> World:
@@ -42,7 +102,7 @@ def simulate_world(
     steps: int | None = None,
     output: str | Path | None = None,
     progress: Callable[[str], None] | None = None,
-) -> dict[str, Any]:
+) -> LoopResult:
     """Close the loop of a world and an estimator on one level, and again on another.
 
     Integer levels (fixed, c, rtl) give the same loop, bit by bit: where they part, something is
@@ -63,9 +123,8 @@ def simulate_world(
 
     Returns
     -------
-    dict
-        ``good``, ``records``, ``records_per_s``, ``parting`` (or None), ``accuracy`` and ``truth``
-        (differences), ``clamped``.
+    LoopResult
+        Whether the levels agree, and how far the outputs are from float64 and from truth.
 
     Raises
     ------
@@ -96,39 +155,16 @@ def simulate_world(
     if target is not None:
         target.write(content_of(str(output), loop.record(filter, plant.name)))
     floats = {"numpy", "float"} & {on, against}
-    return {
-        "world": plant.name,
-        "estimator": filter.name,
-        "on": on,
-        "against": against,
-        "good": (apart is None or bool(floats)) and all(d.good for d in near),
-        "records": len(loop.inputs),
-        "records_per_s": round(loop.records_per_s),
-        "parting": None if apart is None else apart.line(),
-        "accuracy": [d.to_json() for d in near],
-        "truth": [
-            d.to_json() for d in differences(filter.outputs, loop.outputs, loop.truth, judged=False)
-        ],
-        "clamped": loop.clamped,
-    }
-
-
-def loop_text(data: dict[str, Any]) -> str:
-    """What a loop gave, in lines."""
-    lines = [
-        f"{data['world']} and {data['estimator']} on {data['on']}: {data['records']:,} records, "
-        f"{data['records_per_s']:,} a second"
-    ]
-    if data["parting"] is not None:
-        lines.append(data["parting"])
-    elif data["against"] != data["on"]:
-        lines.append(f"the same records and outputs as on {data['against']}, bit by bit")
-    for name, key in (("from float64 on the same records", "accuracy"), ("from truth", "truth")):
-        lines += [
-            f"{d['output']} {name}: max {d['max']:.4g} {d['unit']}".rstrip()
-            + f", rms {d['rms']:.4g}"
-            + ("" if d["good"] else f", BEYOND {d['tolerance']:g}")
-            for d in data[key]
-            if d["max"] is not None
-        ]
-    return "\n".join([*lines, "good" if data["good"] else "FAILED"])
+    return LoopResult(
+        world=plant.name,
+        estimator=filter.name,
+        on=on,
+        against=against,
+        good=(apart is None or bool(floats)) and all(d.good for d in near),
+        records=len(loop.inputs),
+        records_per_s=round(loop.records_per_s),
+        parting=None if apart is None else apart.line(),
+        accuracy=tuple(near),
+        truth=tuple(differences(filter.outputs, loop.outputs, loop.truth, judged=False)),
+        clamped=loop.clamped,
+    )

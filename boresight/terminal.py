@@ -58,6 +58,7 @@ def abandon() -> None:
 
 def _print(text: str, stream: TextIO) -> None:
     try:
-        print(text, file=stream, flush=True)
+        stream.write(f"{text}\n")  # at once: Ctrl-C comes before or behind a line
+        stream.flush()
     except UnicodeEncodeError:  # names of files may be any bytes; ASCII holds all escapes
         print(text.encode("ascii", "backslashreplace").decode(), file=stream, flush=True)

@@ -40,9 +40,10 @@ def dealt(
             for future in as_completed(labels):
                 yield labels[future], future.result()
         except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
             for process in set(multiprocessing.active_children()) - others:
                 process.terminate()
+            # Waits for the pool's own thread: at the interpreter's end it would race with it.
+            pool.shutdown(wait=True, cancel_futures=True)
             raise
 
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, overload
 
 from boresight.arguments import check_machine, check_number
 from boresight.disk.output import OutputFile, free_name
@@ -14,6 +15,7 @@ from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import Outcome, model_options, params_of, progress_of
 from boresight.sharing import estimator_names, params_of_each
+from boresight.sim.answer import Answer, JsonObject, plain
 from boresight.sim.compare.check import EXACT, Check
 from boresight.sim.compare.reproducer import load_reproducer, replay_reproducer
 from boresight.sim.compare.results import CheckResult
@@ -23,10 +25,48 @@ from boresight.sim.records.reading import reason
 from boresight.sim.records.record import Record
 from boresight.terminal import say
 
-__all__ = ["add_arguments", "call", "check", "log_files", "records_of"]
+__all__ = ["CheckResults", "add_arguments", "call", "check", "log_files", "read_logs"]
 
 #: Where a difference is kept, unless said otherwise.
 REPRODUCER = "reproducer.json"
+
+
+@dataclass(frozen=True, eq=False)
+class CheckResults(Answer, Sequence[CheckResult]):
+    """What `check` gives: a sequence with one result for each estimator on each log.
+
+    Attributes
+    ----------
+    results : tuple of CheckResult
+        In the order of the logs.
+    """
+
+    results: tuple[CheckResult, ...]
+
+    @property
+    def good(self) -> bool:
+        """All are good."""
+        return all(r.good for r in self.results)
+
+    def __len__(self) -> int:
+        return len(self.results)
+
+    @overload
+    def __getitem__(self, index: int) -> CheckResult: ...
+    @overload
+    def __getitem__(self, index: slice) -> tuple[CheckResult, ...]: ...
+    def __getitem__(self, index: int | slice) -> CheckResult | tuple[CheckResult, ...]:
+        return self.results[index]
+
+    def to_json(self) -> JsonObject:
+        """Plain data: ``good``, and ``results``."""
+        return {"good": self.good, "results": plain(self.results)}
+
+    def __str__(self) -> str:
+        return "\n".join([*map(str, self.results), "good" if self.good else "FAILED"])
+
+    def _repr_html_(self) -> str:
+        return "\n".join(result._repr_html_() for result in self.results)
 
 
 def log_files(paths: Iterable[str | Path]) -> list[Path]:
@@ -66,11 +106,25 @@ def _logs_below(path: Path) -> list[Path]:
     return sorted(p for p in path.rglob("*") if p.suffix in (".csv", ".npz"))
 
 
-def records_of(log: Any) -> list[Record]:
-    """Those of a path, of which a folder holds several, or the one in memory."""
-    if isinstance(log, str | Path):
-        return [read_record(path) for path in log_files([log])]
-    return [Record.of(log)]
+def read_logs(logs: Iterable[Any]) -> list[tuple[Record, Path | None]]:
+    """Records with their paths; of data in memory (`Record.of`) None.
+
+    Those in memory without a name are ``record``, ``record2``, ...
+
+    Raises
+    ------
+    InputError
+        A bad log, or a folder without any.
+    """
+    out: list[tuple[Record, Path | None]] = []
+    unnamed = 0
+    for log in logs:
+        if isinstance(log, str | Path):
+            out += [(read_record(path), path) for path in log_files([log])]
+            continue
+        unnamed += not isinstance(log, Record)
+        out.append((Record.of(log, name=f"record{unnamed if unnamed > 1 else ''}"), None))
+    return out
 
 
 def _shared_and_own(logs: Sequence[Any], names: Sequence[str]) -> tuple[list[Any], dict[str, Any]]:
@@ -112,7 +166,7 @@ def check(
     reproducer: str | Path | None = None,
     progress: Callable[[str], None] | None = None,
     each: Callable[[CheckResult], None] | None = None,
-) -> list[CheckResult]:
+) -> CheckResults:
     """Check an estimator on logs; see `sim.compare.check.Check`.
 
     ``name`` may be several names with commas: then one core holds them all and they take turns;
@@ -120,6 +174,11 @@ def check(
     `sim.records.record.Record.of` takes, each for all estimators; ``NAME=PATH``, or a mapping by
     their names, gives each of several its own. ``each`` is called with every result as soon as it
     is there.
+
+    Returns
+    -------
+    CheckResults
+        One for each estimator on each log.
 
     Raises
     ------
@@ -146,12 +205,12 @@ def check(
     if reproducer is not None:
         of = ",".join(e.name for e in estimators)
         target = OutputFile(reproducer, "check", of=of, inputs=files, option="--reproducer")
-    rounds = [[record] for log in shared for record in records_of(log)]
+    rounds = [[record] for record, _ in read_logs(shared)]
     if own:
         rounds.append([_own_record(e.name, own) for e in estimators])
     if not rounds:
         raise InputError.at("logs", wanted="at least one log", found="none", fix="name a log file")
-    results = []
+    results: list[CheckResult] = []
     for records in rounds:
         told[:] = [", ".join(dict.fromkeys(r.name for r in records)), ": "]
         found = checking.run(*(r.head(steps) for r in records), reproducer=target)
@@ -161,7 +220,7 @@ def check(
                 each(result)
     if target is not None and target.written:
         tell(f"the difference, to run again: {reproducer}")
-    return results
+    return CheckResults(tuple(results))
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -210,12 +269,7 @@ def call(args: Namespace) -> Outcome:
         progress=progress_of(args),
         each=None if args.json else lambda result: say("\n".join(result.lines())),
     )
-    good = all(r.good for r in results)
-    return (
-        0 if good else 1,
-        {"good": good, "results": [r.to_json() for r in results]},
-        "good" if good else "FAILED",
-    )
+    return int(not results.good), results.to_json(), "good" if results.good else "FAILED"
 
 
 def _replay(args: Namespace, levels: Sequence[str]) -> Outcome:

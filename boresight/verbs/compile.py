@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -34,16 +35,147 @@ from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import Outcome, model_options, params_of, progress_of
 from boresight.sharing import estimator_names, params_of_each
+from boresight.sim.answer import Answer, JsonObject, plain
 from boresight.sim.levels.build import Build
 from boresight.sim.report.data import report_data
 from boresight.soc_project import SOC_CLOCK_HZ, soc_verilog, write_soc
 
-__all__ = ["add_arguments", "call", "compile", "estimate_core", "figures_of", "together"]
+__all__ = [
+    "CompileResult",
+    "CompiledProgram",
+    "CoreFigures",
+    "add_arguments",
+    "call",
+    "compile",
+    "estimate_core",
+    "together",
+]
 
 #: What an ISE project can be made of.
 TOPS = ("sensors", "records")
 #: Least width of its words, bits (`gateware.system.programs.system_core`).
 SYSTEM_WORD_LEAST = 26
+
+
+@dataclass(frozen=True)
+class CoreFigures:
+    """Area of a design, and its clock; the clock is an estimate, not ISE's.
+
+    Attributes
+    ----------
+    lut, ff, dsp : int
+    ramb16 : float
+        Halves are RAMB8.
+    clock_mhz_estimate : mapping of str to float or None
+        On speed grade -2, with ``median`` and ``p75`` (75th percentile) nets.
+    """
+
+    lut: int
+    ff: int
+    dsp: int
+    ramb16: float
+    clock_mhz_estimate: Mapping[str, float | None]
+
+    @classmethod
+    def of(cls, found: Estimate) -> CoreFigures:
+        """Those of an estimate."""
+        clocks = {n: found.corner(grade=2, nets=n).fmax_mhz for n in ("median", "p75")}
+        area = found.area
+        return cls(
+            area.lut,
+            area.ff,
+            area.dsp,
+            area.ramb16,
+            {nets: None if f is None else round(f, 1) for nets, f in clocks.items()},
+        )
+
+
+@dataclass(frozen=True)
+class CompiledProgram:
+    """One estimator in a core: when its outputs come.
+
+    Attributes
+    ----------
+    name : str
+    latency_cycles : mapping of str to int
+        From the last input word to each output.
+    interval_cycles : int
+        From one record to the next.
+    """
+
+    name: str
+    latency_cycles: Mapping[str, int]
+    interval_cycles: int
+
+
+@dataclass(frozen=True)
+class CompileResult(Answer):
+    """What `compile` gives.
+
+    Attributes
+    ----------
+    output : Path
+        Folder of the files.
+    config : str
+        Configuration of the core.
+    word : int
+        Word width, bits.
+    digest : str
+        Of the microcode and the schedule: the same digest, the same bits.
+    programs : tuple of CompiledProgram
+        The estimators, by their numbers in the core.
+    core : CoreFigures or None
+        Area and clock of the core, with ``synth``.
+    system : CoreFigures or None
+        Those of the complete system, if there is one.
+    report : mapping
+        Contents of report.json, and of `to_json`; with several estimators, what concerns them all
+        and under ``programs`` the report of each.
+    """
+
+    output: Path
+    config: str
+    word: int
+    digest: str
+    programs: tuple[CompiledProgram, ...]
+    core: CoreFigures | None
+    system: CoreFigures | None
+    report: JsonObject = field(repr=False)
+
+    def to_json(self) -> JsonObject:
+        """The contents of report.json."""
+        return self.report
+
+    def _shown(self) -> JsonObject:
+        rows: list[JsonObject] = [
+            {"program": p.name, "output": name, "latency_cycles": latency}
+            for p in self.programs
+            for name, latency in p.latency_cycles.items()
+        ]
+        figures = {"core": self.core, "system": self.system}
+        return {
+            "output": str(self.output),
+            "config": self.config,
+            "word": self.word,
+            "programs": plain(rows),
+            "area and clock": plain({k: v for k, v in figures.items() if v is not None}),
+        }
+
+    def __str__(self) -> str:
+        lines = [
+            f"{self.output}: {p.name + ': ' if len(self.programs) > 1 else ''}"
+            + ", ".join(f"{k} {v}" for k, v in p.latency_cycles.items())
+            + " cycles"
+            for p in self.programs
+        ]
+        if self.system is not None:
+            s, clock = self.system, self.system.clock_mhz_estimate
+            lines.append(
+                f"complete system: {s.lut} LUT, {s.ff} FF, {s.dsp} "
+                f"DSP48A1, {s.ramb16:g} RAMB16; clock {clock['median']} MHz (estimate, "
+                f"-2, median nets; {clock['p75']} with 75th percentile nets)"
+            )
+        return "\n".join(lines)
 
 
 def estimate_core(core: Core) -> Estimate:
@@ -66,7 +198,7 @@ def compile(
     target: str = TARGETS[0],
     axi: bool = False,
     progress: Callable[[str], None] | None = None,
-) -> dict[str, Any]:
+) -> CompileResult:
     """Compile one estimator or several into a core, and write everything about it.
 
     With several estimators the core holds them all, a register says which runs, and the files of a
@@ -104,9 +236,8 @@ def compile(
 
     Returns
     -------
-    dict
-        The contents of report.json; with several estimators, what concerns them all and under
-        ``programs`` the report of each.
+    CompileResult
+        Latencies by output, area and clock; ``report`` is the contents of report.json.
 
     Raises
     ------
@@ -145,11 +276,37 @@ def compile(
             else:
                 system = _write_sensors(place, board, build, with_cpu=with_cpu)
         data = together(core, [report_data(core.select(k), area=area) for k in range(len(own))])
+        whole = None
         if synth and system is not None:
             say("synthesis of the complete system")
-            data["system"] = figures_of(estimate(system, "system", cache_dir=Cache().root))
+            whole = CoreFigures.of(estimate(system, "system", cache_dir=Cache().root))
+            data["system"] = plain(whole)
         write_text(folder / "report.json", json.dumps(data, indent=1) + "\n")
-    return data
+    return _result(Path(output), build, area, whole, data)
+
+
+def _result(
+    output: Path, build: Build, area: Estimate | None, whole: CoreFigures | None, data: JsonObject
+) -> CompileResult:
+    """What was compiled."""
+    core = build.core
+    return CompileResult(
+        output=output,
+        config=core.machine.name,
+        word=core.machine.arithmetic.word,
+        digest=core.digest,
+        programs=tuple(
+            CompiledProgram(
+                part.program.name,
+                dict(zip(part.program.output_names, part.schedule.latencies, strict=True)),
+                part.schedule.interval,
+            )
+            for part in core.parts
+        ),
+        core=None if area is None else CoreFigures.of(area),
+        system=whole,
+        report=data,
+    )
 
 
 def _check_project(board: str | None, top: str, word: int, *, with_cpu: bool, target: str) -> None:
@@ -191,22 +348,6 @@ def _write_sensors(folder: Path, board: str, build: Build, *, with_cpu: bool) ->
     if with_cpu:
         return soc_verilog(write_soc(folder, board, core))
     return to_verilog(write_system(folder, board, core), "system", instances=True)
-
-
-def figures_of(found: Estimate) -> dict[str, Any]:
-    """Area, and the clock in MHz on -2 by kind of nets; the clock is an estimate, not ISE."""
-    return {
-        "lut": found.area.lut,
-        "ff": found.area.ff,
-        "dsp": found.area.dsp,
-        "ramb16": found.area.ramb16,
-        "clock_mhz_estimate": {
-            nets: None
-            if (fmax := found.corner(grade=2, nets=nets).fmax_mhz) is None
-            else round(fmax, 1)
-            for nets in ("median", "p75")
-        },
-    }
 
 
 def together(core: Core, reports: Sequence[dict[str, Any]]) -> dict[str, Any]:
@@ -272,7 +413,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def call(args: Namespace) -> Outcome:
     """Do it; see `Outcome`."""
     names = estimator_names(*args.estimators)
-    data = compile(
+    result = compile(
         *names,
         config=args.config,
         board=args.board,
@@ -287,20 +428,4 @@ def call(args: Namespace) -> Outcome:
         axi=args.axi,
         progress=progress_of(args),
     )
-    lines = []
-    for name, report in data.get("programs", {"": data}).items():
-        timing = report["timing"]["latency_cycles_by_output"]
-        lines.append(
-            f"{args.output}: {name and name + ': '}"
-            + ", ".join(f"{k} {v}" for k, v in timing.items())
-            + " cycles"
-        )
-    if "system" in data:
-        whole = data["system"]
-        clock = whole["clock_mhz_estimate"]
-        lines.append(
-            f"complete system: {whole['lut']} LUT, {whole['ff']} FF, {whole['dsp']} "
-            f"DSP48A1, {whole['ramb16']:g} RAMB16; clock {clock['median']} MHz (estimate, "
-            f"-2, median nets; {clock['p75']} with 75th percentile nets)"
-        )
-    return 0, data, "\n".join(lines)
+    return 0, result.to_json(), str(result)

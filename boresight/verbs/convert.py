@@ -4,19 +4,36 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from boresight.arguments import check_choice
 from boresight.disk.output import output_folder
 from boresight.options import Outcome, progress_of
+from boresight.sim.answer import Answer
 from boresight.sim.data.convert_broad import broad_record, broad_trials
 from boresight.sim.records.files import content_of
 
-__all__ = ["add_arguments", "call", "convert"]
+__all__ = ["ConvertResult", "ConvertedLog", "add_arguments", "call", "convert"]
 
 #: Data sets: what finds the files of one in a folder, and what reads one of them.
 _DATA_SETS = {"broad": (broad_trials, broad_record)}
+
+
+@dataclass(frozen=True)
+class ConvertedLog:
+    """A log that was written, and its samples."""
+
+    log: str
+    samples: int
+
+
+@dataclass(frozen=True)
+class ConvertResult(Answer):
+    """What `convert` gives: the logs of a data set."""
+
+    data_set: str
+    logs: tuple[ConvertedLog, ...]
 
 
 def convert(
@@ -25,7 +42,7 @@ def convert(
     *,
     output: str | Path = "build/logs",
     progress: Callable[[str], None] | None = None,
-) -> dict[str, Any]:
+) -> ConvertResult:
     """Write an ``.npz`` log for each file of a data set.
 
     Parameters
@@ -36,6 +53,11 @@ def convert(
         Where its files are.
     output : path
         Folder of the logs.
+
+    Returns
+    -------
+    ConvertResult
+        Paths of the logs, and how many samples each has.
 
     Raises
     ------
@@ -54,9 +76,9 @@ def convert(
         for path, name in zip(paths, names, strict=True):
             record = read(path)
             (out / name).write_bytes(content_of(out / name, record))
-            rows.append({"log": str(Path(output) / name), "samples": len(record)})
+            rows.append(ConvertedLog(str(Path(output) / name), len(record)))
             say(f"[{len(rows)}/{len(paths)}] {name}: {len(record):,} samples")
-    return {"data_set": data_set, "logs": rows}
+    return ConvertResult(data_set, tuple(rows))
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -68,6 +90,6 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def call(args: Namespace) -> Outcome:
     """Do it; see `Outcome`."""
-    data = convert(args.data_set, args.folder, output=args.output, progress=progress_of(args))
-    count = len(data["logs"])
-    return 0, data, f"{count} log{'s' if count > 1 else ''} in {args.output}"
+    result = convert(args.data_set, args.folder, output=args.output, progress=progress_of(args))
+    count = len(result.logs)
+    return 0, result.to_json(), f"{count} log{'s' if count > 1 else ''} in {args.output}"

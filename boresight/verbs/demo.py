@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 from argparse import ArgumentParser, Namespace
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from boresight.arguments import check_number
+from boresight.board.simulated import BoardFigures, runs_table
 from boresight.core_files import core_files, project_files, write_core, write_system, write_text
 from boresight.disk.output import output_folder
 from boresight.gateware.core import Core
@@ -16,6 +18,7 @@ from boresight.gateware.synthesis.estimate import Estimate
 from boresight.gateware.system.programs import system_core
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import Outcome, progress_of
+from boresight.sim.answer import Answer
 from boresight.sim.board.setup import REAL
 from boresight.sim.compare.check import Check
 from boresight.sim.levels.build import Build
@@ -25,9 +28,19 @@ from boresight.sim.records.record import Record
 from boresight.sim.report.data import report_data
 from boresight.sim.report.html import render_html
 from boresight.verbs.compile import estimate_core, together
-from boresight.verbs.simulate import BOARD_FILES, default_log, simulate_text, write_board
+from boresight.verbs.simulate import BOARD_FILES, default_log, write_board
 
-__all__ = ["FILTERS", "RECORDING", "STEPS", "add_arguments", "call", "demo", "summary_table"]
+__all__ = [
+    "FILTERS",
+    "RECORDING",
+    "STEPS",
+    "DemoCore",
+    "DemoFilter",
+    "DemoResult",
+    "add_arguments",
+    "call",
+    "demo",
+]
 
 RECORDING = "ximu_walk"
 #: Programs of the core, by number.
@@ -39,6 +52,87 @@ STEPS = 4000
 BOARD_S = 0.1
 
 
+@dataclass(frozen=True)
+class DemoCore:
+    """A core with all filters: words of microcode, area, and the clock's estimate (-2, median)."""
+
+    config: str
+    words: int
+    lut: int
+    ff: int
+    dsp: int
+    ramb16: float
+    clock_mhz_estimate: float | None
+
+
+@dataclass(frozen=True)
+class DemoFilter:
+    """One filter in one core.
+
+    Attributes
+    ----------
+    estimator, config : str
+    good : bool
+        Every level is exact, and near to float64.
+    cycles_attitude, cycles_interval : int
+        To the attitude, and to the next record.
+    paper_cycles, speedup
+        Of the 2014 paper's processor, where it has the filter.
+    lane_use : tuple of float
+        Share of the cycles in which each lane is busy.
+    updates_proven : mapping of str to int
+        By simulator.
+    mismatches : int
+    vs_float_max_deg : float
+        Largest difference from float64, degrees.
+    report : str
+        Its page.
+    """
+
+    estimator: str
+    config: str
+    good: bool
+    cycles_attitude: int
+    cycles_interval: int
+    paper_cycles: int | None
+    speedup: float | None
+    lane_use: tuple[float, ...]
+    updates_proven: Mapping[str, int]
+    mismatches: int
+    vs_float_max_deg: float
+    report: str
+
+
+@dataclass(frozen=True)
+class DemoResult(Answer):
+    """What `demo` gives; ``summary.json`` holds it.
+
+    Attributes
+    ----------
+    log : str
+        The recording.
+    good : bool
+        All filters and the board are good.
+    cores : tuple of DemoCore
+    filters : tuple of DemoFilter
+        Each in each core.
+    board : tuple of BoardFigures
+        Runs of the complete board.
+    """
+
+    log: str
+    good: bool
+    cores: tuple[DemoCore, ...]
+    filters: tuple[DemoFilter, ...]
+    board: tuple[BoardFigures, ...]
+
+    def __str__(self) -> str:
+        table = f"{_filter_table(self.filters)}\n\n{_core_table(self.cores)}"
+        board = f"complete board in simulation, small\n{runs_table(self.board)}"
+        pages = "\n".join(f"report: {r.report}" for r in self.filters)
+        return f"{table}\n\n{board}\n\n{pages}"
+
+
 def demo(
     names: Sequence[str] = FILTERS,
     *,
@@ -46,19 +140,25 @@ def demo(
     steps: int = STEPS,
     restarts: int | None = None,
     progress: Callable[[str], None] | None = None,
-) -> dict[str, Any]:
+) -> DemoResult:
     """Compile one core with all filters, prove it on the bundled recording, estimate, report.
 
     Writes ``<output>/core-<config>/`` (Verilog, ISE project of the complete system, C, register
     map, ``report.json`` and a page for each filter) for small and fast, ``<output>/board/``, the
     page of the complete board in simulation, and ``<output>/summary.json``. ``restarts`` is the
     effort of the scheduler.
+
+    Returns
+    -------
+    DemoResult
+        Figures of both cores, of each filter in them and of the board.
     """
     say = progress or (lambda text: None)
     estimators = [find_estimator(name) for name in names]
     check_number("steps", steps, 1)
     record = read_record(bundled(RECORDING)).head(steps)
-    summary: dict[str, Any] = {"log": RECORDING, "good": False, "cores": [], "filters": []}
+    cores: list[DemoCore] = []
+    rows: list[DemoFilter] = []
     with output_folder(output, "demo", of=",".join(names), files=_files(names)) as folder:
         for config in CONFIGS:
             place = folder / f"core-{config}"
@@ -72,19 +172,24 @@ def demo(
             write_system(place / "ise-mimas", "mimas", system)
             if config == CONFIGS[0]:
                 of_board = system
-            summary["cores"].append(_figures(build.core, area))
+            cores.append(_figures(build.core, area))
             shown = Path(output) / place.name
-            summary["filters"] += _prove(place, shown, build, record, area, say)
+            rows += _prove(place, shown, build, record, area, say)
         say("the complete board, both sensors at its pins")
         (folder / "board").mkdir()
         updates = round(BOARD_S * REAL.rate_hz)
         board = write_board(
             folder / "board", names[-1], of_board, default_log(updates), updates=updates, say=say
         )
-        summary["board"] = board["runs"]
-        summary["good"] = board["good"] and all(r["good"] for r in summary["filters"])
-        write_text(folder / "summary.json", json.dumps(summary, indent=1) + "\n")
-    return summary
+        result = DemoResult(
+            log=RECORDING,
+            good=board.good and all(r.good for r in rows),
+            cores=tuple(cores),
+            filters=tuple(rows),
+            board=board.runs,
+        )
+        write_text(folder / "summary.json", json.dumps(result.to_json(), indent=1) + "\n")
+    return result
 
 
 def _files(names: Sequence[str]) -> list[str]:
@@ -105,7 +210,7 @@ def _prove(
     record: Record,
     area: Estimate,
     say: Callable[[str], None],
-) -> list[dict[str, Any]]:
+) -> list[DemoFilter]:
     """All filters of a core on the recording, in turns: their pages, report.json, a row for each.
 
     ``shown`` is the folder's name when all is done.
@@ -125,41 +230,41 @@ def _prove(
     return rows
 
 
-def _figures(core: Core, area: Estimate) -> dict[str, Any]:
+def _figures(core: Core, area: Estimate) -> DemoCore:
     """The figures of a core as a whole."""
     fmax = area.corner(grade=2, nets="median").fmax_mhz
-    return {
-        "config": core.machine.name,
-        "words": len(core.image.rom),
-        "lut": area.area.lut,
-        "ff": area.area.ff,
-        "dsp": area.area.dsp,
-        "ramb16": area.area.ramb16,
-        "clock_mhz_estimate": None if fmax is None else round(fmax, 1),
-    }
+    return DemoCore(
+        config=core.machine.name,
+        words=len(core.image.rom),
+        lut=area.area.lut,
+        ff=area.area.ff,
+        dsp=area.area.dsp,
+        ramb16=area.area.ramb16,
+        clock_mhz_estimate=None if fmax is None else round(fmax, 1),
+    )
 
 
-def _row(report: dict[str, Any], *, good: bool, page: str) -> dict[str, Any]:
+def _row(report: dict[str, Any], *, good: bool, page: str) -> DemoFilter:
     """The figures of one filter in one core."""
     timing, levels = report["timing"], report["verification"]
-    return {
-        "estimator": report["design"],
-        "config": report["config"],
-        "good": good,
-        "cycles_attitude": timing["latency_cycles"]["predicted"],
-        "cycles_interval": timing["interval_cycles"],
-        "paper_cycles": timing["paper_cycles"],
-        "speedup": timing["speedup"],
-        "lane_use": [lane["utilisation"] for lane in report["schedule"]["lanes"]],
-        "updates_proven": {x["simulator"]: x["n_total"] for x in levels},
-        "mismatches": sum(x["n_mismatch"] for x in levels),
-        "vs_float_max_deg": report["accuracy"]["vs_float_max_deg"],
-        "report": page,
-    }
+    return DemoFilter(
+        estimator=report["design"],
+        config=report["config"],
+        good=good,
+        cycles_attitude=timing["latency_cycles"]["predicted"],
+        cycles_interval=timing["interval_cycles"],
+        paper_cycles=timing["paper_cycles"],
+        speedup=timing["speedup"],
+        lane_use=tuple(lane["utilisation"] for lane in report["schedule"]["lanes"]),
+        updates_proven={x["simulator"]: x["n_total"] for x in levels},
+        mismatches=sum(x["n_mismatch"] for x in levels),
+        vs_float_max_deg=report["accuracy"]["vs_float_max_deg"],
+        report=page,
+    )
 
 
-def summary_table(data: dict[str, Any]) -> str:
-    """The summary as two tables for people."""
+def _filter_table(filters: Sequence[DemoFilter]) -> str:
+    """The filters for people."""
     head = (
         "filter",
         "core",
@@ -173,27 +278,27 @@ def summary_table(data: dict[str, Any]) -> str:
         "vs float",
     )
     lines = [head, ("", "", "cycles", "cycles", "cycles", "", "%", "updates", "", "max deg")]
-    for r in data["filters"]:
+    for r in filters:
         lines.append(
             (
-                r["estimator"],
-                r["config"],
-                r["cycles_attitude"],
-                r["cycles_interval"],
-                r["paper_cycles"],
-                f"{r['speedup']}x",
-                " ".join(f"{100 * use:.0f}" for use in r["lane_use"]),
-                r["updates_proven"].get("verilator", 0),
-                r["mismatches"],
-                f"{r['vs_float_max_deg']:.6f}",
+                r.estimator,
+                r.config,
+                str(r.cycles_attitude),
+                str(r.cycles_interval),
+                str(r.paper_cycles),
+                f"{r.speedup}x",
+                " ".join(f"{100 * use:.0f}" for use in r.lane_use),
+                str(r.updates_proven.get("verilator", 0)),
+                str(r.mismatches),
+                f"{r.vs_float_max_deg:.6f}",
             )
         )
-    text = "\n".join(
-        f"{a:16s}{b:7s}" + "".join(f"{c!s:>11s}" for c in rest) for a, b, *rest in lines
-    )
-    text += f"\n\n{'core with all of them':40s}" + "".join(
-        f"{c['config']:>12s}" for c in data["cores"]
-    )
+    return "\n".join(f"{a:16s}{b:7s}" + "".join(f"{c:>11s}" for c in rest) for a, b, *rest in lines)
+
+
+def _core_table(cores: Sequence[DemoCore]) -> str:
+    """The cores for people."""
+    lines = [f"{'core with all of them':40s}" + "".join(f"{c.config:>12s}" for c in cores)]
     for name, key in (
         ("microcode, words", "words"),
         ("LUT (yosys, of 5,720)", "lut"),
@@ -202,10 +307,8 @@ def summary_table(data: dict[str, Any]) -> str:
         ("RAMB16 (of 32)", "ramb16"),
         ("clock, MHz (estimate, -2, median nets)", "clock_mhz_estimate"),
     ):
-        text += f"\n{name:40s}" + "".join(f"{c[key]!s:>12s}" for c in data["cores"])
-    if "board" in data:
-        text += "\n\ncomplete board in simulation, small\n" + simulate_text({"runs": data["board"]})
-    return text
+        lines.append(f"{name:40s}" + "".join(f"{getattr(c, key)!s:>12s}" for c in cores))
+    return "\n".join(lines)
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -216,8 +319,5 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def call(args: Namespace) -> Outcome:
     """Do it; see `Outcome`."""
-    data = demo(output=args.output, steps=args.steps, progress=progress_of(args))
-    text = (
-        summary_table(data) + "\n\n" + "\n".join(f"report: {r['report']}" for r in data["filters"])
-    )
-    return 0 if data["good"] else 1, data, text
+    result = demo(output=args.output, steps=args.steps, progress=progress_of(args))
+    return int(not result.good), result.to_json(), str(result)

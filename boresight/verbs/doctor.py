@@ -8,9 +8,9 @@ import shutil
 import subprocess
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 from importlib import metadata
-from typing import Any
 
 from boresight.disk.cache import LIMIT_VARIABLE, Cache
 from boresight.firmware.soc.image import PACKAGES as PACKAGES_CROSS
@@ -18,10 +18,103 @@ from boresight.firmware.soc.image import find_cross_compiler
 from boresight.gateware.synthesis.yosys import find_tool
 from boresight.model.errors import ToolMissing
 from boresight.options import Outcome
+from boresight.sim.answer import Answer
 from boresight.sim.formal.tools import solver_version
 from boresight.sim.rtl.simulators import available, version
 
-__all__ = ["add_arguments", "call", "clear_cache", "doctor"]
+__all__ = [
+    "BuildCache",
+    "ClearedCache",
+    "DoctorResult",
+    "Tool",
+    "add_arguments",
+    "call",
+    "clear_cache",
+    "doctor",
+]
+
+
+@dataclass(frozen=True)
+class Tool:
+    """A tool.
+
+    Attributes
+    ----------
+    tool, version : str
+        Name; what is here, empty if nothing.
+    needed : bool
+        Or optional.
+    advice : str
+        How to get it.
+    use : str
+        What an optional one is for.
+    """
+
+    tool: str
+    version: str
+    needed: bool
+    advice: str
+    use: str
+
+    def __str__(self) -> str:
+        if self.needed:
+            return f"{self.tool:24s} {self.version or 'MISSING: ' + self.advice}"
+        missing = "not here: " + self.advice
+        return f"{self.tool:24s} {self.version or missing} (optional: {self.use})"
+
+
+@dataclass(frozen=True)
+class BuildCache:
+    """The build cache: its folder, entries, and bytes of so many at most."""
+
+    path: str
+    entries: int
+    bytes: int
+    limit_bytes: int
+
+
+@dataclass(frozen=True)
+class DoctorResult(Answer):
+    """What `doctor` gives.
+
+    Attributes
+    ----------
+    tools : tuple of Tool
+    cache : BuildCache
+    good : bool
+        Nothing needed is missing.
+    """
+
+    tools: tuple[Tool, ...]
+    cache: BuildCache
+    good: bool
+
+    def __str__(self) -> str:
+        cache = self.cache
+        return "\n".join(
+            [
+                *map(str, self.tools),
+                f"{'build cache':24s} {cache.path}: {cache.entries} entries, "
+                f"{cache.bytes / 1e6:.1f} of {cache.limit_bytes / 1e6:g} MB "
+                f"(limit: {LIMIT_VARIABLE}; to empty it: boresight doctor --clear-cache)",
+            ]
+        )
+
+
+@dataclass(frozen=True)
+class ClearedCache(Answer):
+    """What `clear_cache` took from a folder, and how many entries stayed, being in use."""
+
+    path: str
+    entries: int
+    bytes: int
+    in_use: int
+
+    def __str__(self) -> str:
+        stayed = f"; {self.in_use} in use stayed" if self.in_use else ""
+        text = f"{self.entries} entries, {self.bytes / 1e6:.1f} MB removed from the cache"
+        return f"{text} in {self.path}{stayed}"
+
 
 #: Programs that must be there, from a package of their own name.
 PROGRAMS = ("gcc", "g++", "make", "perl")
@@ -97,54 +190,39 @@ def _found(look: Callable[[], str]) -> str:
         return ""
 
 
-def doctor() -> dict[str, Any]:
+def doctor() -> DoctorResult:
     """Look for every tool.
 
     Returns
     -------
-    dict
-        ``tools``: name, version ("": not here), needed, advice, and ``use`` of what is optional;
-        ``cache``: path, entries, bytes, limit_bytes of the build cache; ``good``: nothing needed
-        is missing.
+    DoctorResult
+        The tools, the build cache, and whether nothing needed is missing.
     """
     every: list[tuple[str, Callable[[], str], str, str]] = [
         *((name, look, advice, "") for name, look, advice in _NEEDED),
         *((name, partial(_package, name), f"pip install {name}", "") for name in _packages()),
         *_OPTIONAL,
     ]
-    tools = [
-        {"tool": name, "version": _found(look), "needed": not use, "advice": advice, "use": use}
+    tools = tuple(
+        Tool(name, _found(look), needed=not use, advice=advice, use=use)
         for name, look, advice, use in every
-    ]
+    )
     usage = Cache().usage()
-    return {
-        "tools": tools,
-        "cache": {
-            "path": str(usage.path),
-            "entries": usage.entries,
-            "bytes": usage.size,
-            "limit_bytes": usage.limit,
-        },
-        "good": all(t["version"] or not t["needed"] for t in tools),
-    }
+    cache = BuildCache(str(usage.path), usage.entries, usage.size, usage.limit)
+    return DoctorResult(tools, cache, good=all(t.version or not t.needed for t in tools))
 
 
-def clear_cache() -> dict[str, Any]:
+def clear_cache() -> ClearedCache:
     """Empty the build cache; what a running process uses stays.
 
     Returns
     -------
-    dict
-        ``path``, and how much went: ``entries``, ``bytes``; ``in_use``: entries that stayed.
+    ClearedCache
+        How much went, and what stayed.
     """
     cache = Cache()
     cleared = cache.clear()
-    return {
-        "path": str(cache.root),
-        "entries": cleared.entries,
-        "bytes": cleared.size,
-        "in_use": cleared.in_use,
-    }
+    return ClearedCache(str(cache.root), cleared.entries, cleared.size, cleared.in_use)
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -157,27 +235,8 @@ def add_arguments(parser: ArgumentParser) -> None:
 def call(args: Namespace) -> Outcome:
     """Do it; see `Outcome`."""
     if args.clear_cache:
-        data = clear_cache()
-        stayed = f"; {data['in_use']} in use stayed" if data["in_use"] else ""
-        text = f"{data['entries']} entries, {data['bytes'] / 1e6:.1f} MB removed from the cache"
-        return 0, data, f"{text} in {data['path']}{stayed}"
-    data = doctor()
-    lines = [
-        _line(t) for t in data["tools"] if not args.quiet or (t["needed"] and not t["version"])
-    ]
-    if not args.quiet:
-        cache = data["cache"]
-        lines.append(
-            f"{'build cache':24s} {cache['path']}: {cache['entries']} entries, "
-            f"{cache['bytes'] / 1e6:.1f} of {cache['limit_bytes'] / 1e6:g} MB "
-            f"(limit: {LIMIT_VARIABLE}; to empty it: boresight doctor --clear-cache)"
-        )
-    return 0 if data["good"] else 1, data, "\n".join(lines)
-
-
-def _line(tool: dict[str, Any]) -> str:
-    """One tool, for people."""
-    found = tool["version"]
-    if tool["needed"]:
-        return f"{tool['tool']:24s} {found or 'MISSING: ' + tool['advice']}"
-    return f"{tool['tool']:24s} {found or 'not here: ' + tool['advice']} (optional: {tool['use']})"
+        cleared = clear_cache()
+        return 0, cleared.to_json(), str(cleared)
+    found = doctor()
+    missing = [str(t) for t in found.tools if t.needed and not t.version]
+    return int(not found.good), found.to_json(), "\n".join(missing) if args.quiet else str(found)

@@ -4,17 +4,56 @@ from __future__ import annotations
 
 import json
 from argparse import ArgumentParser, Namespace
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from boresight.arguments import check_number
 from boresight.disk.output import output_folder
 from boresight.options import Outcome, progress_of
-from boresight.sim.experiments.experiment import Experiment, Result, Target, grouped
+from boresight.sim.answer import Answer
+from boresight.sim.experiments.experiment import Experiment, Target, grouped
 from boresight.sim.experiments.registry import EXPERIMENTS, experiment_of
 
-__all__ = ["add_arguments", "call", "experiment"]
+__all__ = ["ExperimentResult", "add_arguments", "call", "experiment"]
+
+
+@dataclass(frozen=True)
+class ExperimentResult(Answer):
+    """What `experiment` gives; the JSON file has ``details`` besides.
+
+    Attributes
+    ----------
+    experiment : str
+        Its name.
+    figures : mapping of str to float
+    targets : tuple of Target
+        In JSON each with ``name``, ``source``, ``value``, ``limit`` (least and greatest good value)
+        and ``pass``.
+    files : tuple of str
+        What was written.
+    """
+
+    experiment: str
+    figures: Mapping[str, float]
+    targets: tuple[Target, ...]
+    files: tuple[str, ...] = field(repr=False)
+
+    @property
+    def good(self) -> bool:
+        """Every binding target is met."""
+        return all(target.good for target in self.targets if target.binding)
+
+    def __str__(self) -> str:
+        judged = [target for target in self.targets if target.judged]
+        met = sum(target.good for target in judged)
+        return "\n".join(
+            [
+                *map(_line, grouped(self.targets)),
+                f"targets met: {met} of {len(judged)}",
+                *self.files,
+            ]
+        )
 
 
 def experiment(
@@ -24,7 +63,7 @@ def experiment(
     seed: int = 1,
     runs: int | None = None,
     progress: Callable[[str], None] | None = None,
-) -> dict[str, Any]:
+) -> ExperimentResult:
     """Run an experiment and write ``NAME.json``, and the pages that it makes.
 
     Parameters
@@ -40,27 +79,14 @@ def experiment(
 
     Returns
     -------
-    dict
-        ``experiment``, its name; ``figures`` by name; ``targets``, each with ``name``, ``source``,
-        ``value``, ``limit`` (least and greatest good value) and ``pass``; ``files``. The JSON file
-        has ``details`` besides.
+    ExperimentResult
+        Figures, targets, files.
 
     Raises
     ------
     InputError
         Unknown name, seed out of range, folder that cannot be written.
     """
-    return _experiment(what, output, seed, runs, progress)[0]
-
-
-def _experiment(
-    what: str | type[Experiment] | Experiment,
-    output: str | Path,
-    seed: int,
-    runs: int | None,
-    progress: Callable[[str], None] | None,
-) -> tuple[dict[str, Any], Result]:
-    """What `experiment` returns, and what it comes from."""
     found = experiment_of(what)
     check_number("seed", seed, 0, 2**31)
     runs = found.runs if runs is None else runs
@@ -68,17 +94,18 @@ def _experiment(
     files = (f"{found.name}.json", *found.pages)
     with output_folder(output, f"experiment {found.name}", files=files) as folder:
         result = found.run(seed=seed, runs=runs, say=progress or (lambda text: None))
-        data = {
-            "experiment": found.name,
-            "figures": dict(result.figures),
-            "targets": [target.to_json() for target in result.targets],
-            "files": [str(Path(output) / name) for name in files],
-        }
-        text = json.dumps(data | {"details": result.details}, allow_nan=False)
+        told = ExperimentResult(
+            experiment=found.name,
+            figures=dict(result.figures),
+            targets=result.targets,
+            files=tuple(str(Path(output) / name) for name in files),
+        )
+        more = {"figures": dict(result.figures), "details": result.details}  # all finite
+        text = json.dumps(told.to_json() | more, allow_nan=False)
         (folder / files[0]).write_text(text + "\n")
         for name in found.pages:
             (folder / name).write_text(result.pages[name], encoding="utf-8")
-    return data, result
+    return told
 
 
 def _line(group: tuple[Target, ...]) -> str:
@@ -101,12 +128,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def call(args: Namespace) -> Outcome:
     """Do it; see `Outcome`."""
-    data, result = _experiment(args.name, args.output, args.seed, args.runs, progress_of(args))
-    judged = [target for target in result.targets if target.judged]
-    met = sum(target.good for target in judged)
-    lines = [
-        *map(_line, grouped(result.targets)),
-        f"targets met: {met} of {len(judged)}",
-        *data["files"],
-    ]
-    return 0 if result.good else 1, data, "\n".join(lines)
+    told = experiment(
+        args.name, output=args.output, seed=args.seed, runs=args.runs, progress=progress_of(args)
+    )
+    return int(not told.good), told.to_json(), str(told)

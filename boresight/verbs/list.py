@@ -3,47 +3,115 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
-from typing import Any
+from dataclasses import dataclass
 
 from boresight.gateware.machine import ALL_CONFIGS
+from boresight.model.declarations import Input, Output, Param
 from boresight.model.estimators import ESTIMATORS
 from boresight.options import Outcome
+from boresight.sim.answer import Answer, Json, JsonObject
 from boresight.sim.experiments.registry import EXPERIMENTS
 
-__all__ = ["add_arguments", "call", "list_estimators"]
+__all__ = [
+    "Catalogue",
+    "ListedConfig",
+    "ListedEstimator",
+    "ListedExperiment",
+    "add_arguments",
+    "call",
+    "list_estimators",
+]
 
 
-def list_estimators() -> dict[str, Any]:
-    """Estimators with their inputs, parameters and outputs, experiments, configurations."""
-    return {
-        "estimators": [
-            {
-                "name": e.name,
-                "summary": e.summary,
-                "inputs": [
-                    {"name": i.name, "unit": i.unit, "low": i.low, "high": i.high} for i in e.inputs
-                ],
-                "parameters": [
-                    {
-                        "name": p.name,
-                        "default": p.default,
-                        "low": p.low,
-                        "high": p.high,
-                        "unit": p.unit,
-                        "meaning": p.meaning,
-                    }
-                    for p in e.params
-                ],
-                "outputs": [{"name": o.name, "unit": o.unit} for o in e.outputs],
-            }
+@dataclass(frozen=True)
+class ListedEstimator:
+    """An estimator: its name, what it is, and its declarations."""
+
+    name: str
+    summary: str
+    inputs: tuple[Input, ...]
+    parameters: tuple[Param, ...]
+    outputs: tuple[Output, ...]
+
+    def to_json(self) -> JsonObject:
+        """Plain data."""
+
+        def told(every: tuple[object, ...], *names: str) -> Json:
+            return [{name: getattr(one, name) for name in names} for one in every]
+
+        return {
+            "name": self.name,
+            "summary": self.summary,
+            "inputs": told(self.inputs, "name", "unit", "low", "high"),
+            "parameters": told(
+                self.parameters, "name", "default", "low", "high", "unit", "meaning"
+            ),
+            "outputs": told(self.outputs, "name", "unit"),
+        }
+
+
+@dataclass(frozen=True)
+class ListedExperiment:
+    """An experiment: its name, and what it is."""
+
+    name: str
+    summary: str
+
+
+@dataclass(frozen=True)
+class ListedConfig:
+    """A configuration of the core: lanes, and words of their registers."""
+
+    name: str
+    lanes: int
+    registers: int
+
+
+@dataclass(frozen=True)
+class Catalogue(Answer):
+    """What `list_estimators` gives: tuples of what there is, by their names."""
+
+    estimators: tuple[ListedEstimator, ...]
+    experiments: tuple[ListedExperiment, ...]
+    configs: tuple[ListedConfig, ...]
+
+    def __str__(self) -> str:
+        lines = []
+        for e in self.estimators:
+            lines.append(f"{e.name}: {e.summary}")
+            lines += [
+                f"    {p.name:20s} {p.default:<10g} {p.unit:12s} [{p.low:g}, {p.high:g}]"
+                for p in e.parameters
+            ]
+        lines.append(f"experiments: {', '.join(e.name for e in self.experiments)}")
+        lines.append(
+            "configurations: "
+            + ", ".join(
+                f"{c.name} ({c.lanes} lane{'s' if c.lanes > 1 else ''}, {c.registers:,} registers)"
+                for c in self.configs
+            )
+        )
+        return "\n".join(lines)
+
+
+def list_estimators() -> Catalogue:
+    """Estimators with their inputs, parameters and outputs, experiments, configurations.
+
+    Returns
+    -------
+    Catalogue
+        All three.
+    """
+    return Catalogue(
+        estimators=tuple(
+            ListedEstimator(e.name, e.summary, tuple(e.inputs), tuple(e.params), tuple(e.outputs))
             for e in ESTIMATORS.values()
-        ],
-        "experiments": [{"name": e.name, "summary": e.summary} for e in EXPERIMENTS.values()],
-        "configs": [
-            {"name": m.name, "lanes": m.lanes, "registers": m.register_words}
-            for m in ALL_CONFIGS.values()
-        ],
-    }
+        ),
+        experiments=tuple(ListedExperiment(e.name, e.summary) for e in EXPERIMENTS.values()),
+        configs=tuple(
+            ListedConfig(m.name, m.lanes, m.register_words) for m in ALL_CONFIGS.values()
+        ),
+    )
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -52,21 +120,5 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def call(args: Namespace) -> Outcome:
     """Do it; see `Outcome`."""
-    data = list_estimators()
-    lines = []
-    for e in data["estimators"]:
-        lines.append(f"{e['name']}: {e['summary']}")
-        lines += [
-            f"    {p['name']:20s} {p['default']:<10g} {p['unit']:12s} [{p['low']:g}, {p['high']:g}]"
-            for p in e["parameters"]
-        ]
-    lines.append(f"experiments: {', '.join(EXPERIMENTS)}")
-    lines.append(
-        "configurations: "
-        + ", ".join(
-            f"{c['name']} ({c['lanes']} lane{'s' if c['lanes'] > 1 else ''}, "
-            f"{c['registers']:,} registers)"
-            for c in data["configs"]
-        )
-    )
-    return 0, data, "\n".join(lines)
+    found = list_estimators()
+    return 0, found.to_json(), str(found)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 from collections import Counter
-from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +17,19 @@ from boresight.gateware.boards.frames import Kind
 from boresight.gateware.system.attitude_frame import Attitude, Update, Values
 from boresight.model.errors import InputError
 from boresight.options import Outcome
+from boresight.sim.answer import Answer
 from boresight.terminal import say
 
-__all__ = ["Track", "add_arguments", "attitude_line", "call", "monitor", "track_of"]
+__all__ = [
+    "MonitorResult",
+    "RegisterWord",
+    "Track",
+    "add_arguments",
+    "attitude_line",
+    "call",
+    "monitor",
+    "track_of",
+]
 
 #: Most bits per second.
 _BAUD_MOST = 100_000_000
@@ -55,6 +65,70 @@ class Track:
     def missing(self) -> int:
         """Frames that did not come."""
         return sum(count for _, count in self.gaps)
+
+
+@dataclass(frozen=True)
+class RegisterWord:
+    """A register as it was read.
+
+    Attributes
+    ----------
+    word : int
+        Its 32 bits.
+    value : int, float, str or mapping
+        What they mean by the register map; of a status the names of its fields.
+    unit : str
+    """
+
+    word: int
+    value: Any
+    unit: str
+
+
+@dataclass(frozen=True)
+class MonitorResult(Answer):
+    """What `monitor` gives.
+
+    Attributes
+    ----------
+    attitudes : tuple of Update
+        In the order in which they came.
+    missing : int
+        Frames that did not come, by their numbers.
+    bad : int
+        Frames and lines that were damaged.
+    written : mapping of str to int
+        Words by register.
+    registers : mapping of str to RegisterWord
+        What was read.
+    """
+
+    attitudes: tuple[Update, ...]
+    missing: int
+    bad: int
+    written: Mapping[str, int]
+    registers: Mapping[str, RegisterWord]
+
+    def __str__(self) -> str:
+        lines = [f"{name} = 0x{word:08x} written" for name, word in self.written.items()]
+        for name, register in self.registers.items():
+            value = register.value
+            shown = (
+                ", ".join(f"{k} {v}" for k, v in value.items())
+                if isinstance(value, dict)
+                else f"{value:.9g}"
+                if isinstance(value, float)
+                else str(value)
+            )
+            lines.append(
+                f"{name} = {shown} {register.unit}".rstrip() + f"  (0x{register.word:08x})"
+            )
+        if self.attitudes or not lines:
+            lines.append(
+                f"{len(self.attitudes)} attitudes, {self.missing} missing, "
+                f"{self.bad} frames or lines damaged"
+            )
+        return "\n".join(lines)
 
 
 def track_of(attitudes: Sequence[Update], *, clock_hz: float) -> Track:
@@ -167,14 +241,12 @@ def _readable(table: RegisterTable, reads: Sequence[str]) -> list[dict[str, Any]
     return to_read
 
 
-def _read(line: BoardLine, table: RegisterTable, register: dict[str, Any]) -> dict[str, Any]:
+def _read(line: BoardLine, table: RegisterTable, register: dict[str, Any]) -> RegisterWord:
     """A register's word, its value and its unit."""
     word = line.access(Kind.READ, [register["address"]])
-    return {
-        "word": word & 0xFFFF_FFFF,
-        "value": table.value_of(register, word),
-        "unit": register.get("unit", ""),
-    }
+    return RegisterWord(
+        word & 0xFFFF_FFFF, table.value_of(register, word), register.get("unit", "")
+    )
 
 
 def _attitudes(
@@ -207,7 +279,7 @@ def monitor(
     register_map: str | Path | None = None,
     silence_s: float = 5.0,
     each: Callable[[Update], None] | None = None,
-) -> dict[str, Any]:
+) -> MonitorResult:
     """Listen to a board; first write, then read registers.
 
     With ``reads`` or ``writes`` and without ``count``, ``csv`` and ``plot`` that is all. A port is
@@ -236,9 +308,8 @@ def monitor(
 
     Returns
     -------
-    dict
-        ``attitudes``, ``missing`` (frames that did not come, by their numbers), ``bad`` (frames
-        and lines that were damaged), ``registers`` by name.
+    MonitorResult
+        Attitudes, missing and damaged frames, registers by name.
 
     Raises
     ------
@@ -279,13 +350,13 @@ def monitor(
         if not attitudes:
             raise _nothing(source, bad)
         picture_file.write(_picture(track, Path(plot).suffix[1:]))
-    return {
-        "attitudes": [asdict(a) for a in attitudes],
-        "missing": track.missing,
-        "bad": bad,
-        "written": {r["name"]: word & 0xFFFF_FFFF for r, word in words},
-        "registers": registers,
-    }
+    return MonitorResult(
+        attitudes=tuple(attitudes),
+        missing=track.missing,
+        bad=bad,
+        written={r["name"]: word & 0xFFFF_FFFF for r, word in words},
+        registers=registers,
+    )
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -315,7 +386,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def call(args: Namespace) -> Outcome:
     """Do it; see `Outcome`."""
     each = None if args.json or args.quiet else lambda a: say(attitude_line(a))
-    data = monitor(
+    result = monitor(
         args.source,
         baud=args.baud,
         count=args.count,
@@ -326,22 +397,4 @@ def call(args: Namespace) -> Outcome:
         register_map=args.map,
         each=each,
     )
-    lines = [f"{name} = 0x{word:08x} written" for name, word in data["written"].items()]
-    for name, register in data["registers"].items():
-        value = register["value"]
-        shown = (
-            ", ".join(f"{k} {v}" for k, v in value.items())
-            if isinstance(value, dict)
-            else f"{value:.9g}"
-            if isinstance(value, float)
-            else str(value)
-        )
-        lines.append(
-            f"{name} = {shown} {register['unit']}".rstrip() + f"  (0x{register['word']:08x})"
-        )
-    if data["attitudes"] or not lines:
-        lines.append(
-            f"{len(data['attitudes'])} attitudes, {data['missing']} missing, "
-            f"{data['bad']} frames or lines damaged"
-        )
-    return 0, data, "\n".join(lines)
+    return 0, result.to_json(), str(result)

@@ -6,6 +6,7 @@ import importlib.util
 import keyword
 import os
 from argparse import ArgumentParser, Namespace
+from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 
@@ -13,14 +14,41 @@ from boresight.disk.output import OutputFile
 from boresight.model.errors import InputError
 from boresight.model.estimators import ESTIMATORS
 from boresight.options import Outcome
+from boresight.sim.answer import Answer
 
-__all__ = ["add_arguments", "call", "new"]
+__all__ = ["NewResult", "add_arguments", "call", "new"]
+
+
+@dataclass(frozen=True)
+class NewResult(Answer):
+    """What `new` wrote.
+
+    Attributes
+    ----------
+    files : tuple of Path
+        The estimator with its world, a log, and their test.
+    """
+
+    files: tuple[Path, ...]
+
+    def __str__(self) -> str:
+        source, log, test = self.files
+        name = _class(source.stem)
+        return (
+            f"{source}: the estimator {name}, and {name}World that moves it\n"
+            f"{log}: a log of that world\n"
+            f"{test}: their test\n"
+            f"now: boresight check {source} {log}\n"
+            f"     boresight simulate {source} {source}\n"
+            f"     pytest {test}"
+        )
+
 
 #: What is written, by name of the file, and the text that it is made of.
 _FILES = {"{}.py": "estimator.txt", "{}.csv": "log.csv", "test_{}.py": "test.txt"}
 
 
-def new(name: str | Path) -> list[Path]:
+def new(name: str | Path) -> NewResult:
     """Write ``NAME.py`` with an estimator and its world, ``NAME.csv``, and ``test_NAME.py``.
 
     They pass `boresight check`, `boresight simulate` and pytest as they are.
@@ -32,7 +60,7 @@ def new(name: str | Path) -> list[Path]:
 
     Returns
     -------
-    list of Path
+    NewResult
         The files.
 
     Raises
@@ -51,7 +79,7 @@ def new(name: str | Path) -> list[Path]:
         for old, word in words.items():
             text = text.replace(old, word)
         place.write(text)
-    return list(files)
+    return NewResult(tuple(files))
 
 
 def _class(stem: str) -> str:
@@ -98,15 +126,5 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def call(args: Namespace) -> Outcome:
     """Do it; see `Outcome`."""
-    files = new(args.name)
-    source, log, test = map(str, files)
-    stem = Path(source).stem
-    text = (
-        f"{source}: the estimator {_class(stem)}, and {_class(stem)}World that moves it\n"
-        f"{log}: a log of that world\n"
-        f"{test}: their test\n"
-        f"now: boresight check {source} {log}\n"
-        f"     boresight simulate {source} {source}\n"
-        f"     pytest {test}"
-    )
-    return 0, {"files": [source, log, test]}, text
+    made = new(args.name)
+    return 0, made.to_json(), str(made)

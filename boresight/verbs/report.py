@@ -7,6 +7,7 @@ import os
 import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -19,16 +20,56 @@ from boresight.model.estimator import Estimator
 from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import Outcome, model_options, params_of, progress_of
+from boresight.sim.answer import Answer, JsonObject
 from boresight.sim.compare.check import Check
 from boresight.sim.levels.build import Build
 from boresight.sim.report.against import read_report
 from boresight.sim.report.data import report_data
 from boresight.sim.report.html import render_html
 from boresight.sim.report.widths import width_section
-from boresight.verbs.check import log_files, records_of
+from boresight.verbs.check import log_files, read_logs
 from boresight.verbs.compile import estimate_core
 
-__all__ = ["add_arguments", "call", "links_of", "report"]
+__all__ = ["ReportResult", "add_arguments", "call", "links_of", "report"]
+
+
+@dataclass(frozen=True)
+class ReportResult(Answer):
+    """What `report` gives.
+
+    Attributes
+    ----------
+    page : Path
+        The HTML page.
+    report : mapping
+        Contents of report.json, and of `to_json`.
+    """
+
+    page: Path
+    report: JsonObject = field(repr=False)
+
+    @property
+    def good(self) -> bool:
+        """Every form is equal, and every output within its tolerance of float64."""
+        rows: Any = self.report["verification"]
+        accuracy: Any = self.report["accuracy"]
+        return all(row["good"] for row in rows) and bool(accuracy["verdict"]["good"])
+
+    def to_json(self) -> JsonObject:
+        """The contents of report.json."""
+        return self.report
+
+    def _shown(self) -> JsonObject:
+        accuracy: Any = self.report["accuracy"]
+        return {
+            "page": str(self.page),
+            "good": self.good,
+            "verification": self.report["verification"],
+            "outputs": accuracy["verdict"].get("outputs"),
+        }
+
+    def __str__(self) -> str:
+        return str(self.page)
 
 
 def report(
@@ -44,7 +85,7 @@ def report(
     comparison: bool = False,
     params: Mapping[str, float] | None = None,
     progress: Callable[[str], None] | None = None,
-) -> dict[str, Any]:
+) -> ReportResult:
     """Check an estimator on logs, estimate area and clock, and write the report.
 
     Parameters
@@ -60,8 +101,7 @@ def report(
 
     Returns
     -------
-    dict
-        What report.json holds.
+    ReportResult
 
     Raises
     ------
@@ -76,7 +116,7 @@ def report(
     before = None if against is None else read_report(against)
     build = Build(estimator, config=config, word=word, params=[params])
     paths = log_files(log for log in logs if isinstance(log, str | Path))
-    records = [record.head(steps) for log in logs for record in records_of(log)]
+    records = [record.head(steps) for record, _ in read_logs(logs)]
     if not records:
         raise InputError.at("logs", wanted="at least one log", found="none", fix="name a log file")
     files = ("report.html", "report.json")
@@ -94,7 +134,7 @@ def report(
         write_text(folder / "report.json", json.dumps(data, indent=1) + "\n")
         page = render_html(data, links=links_of(estimator, Path(output)))
         write_text(folder / "report.html", page)
-    return data
+    return ReportResult(Path(output) / "report.html", data)
 
 
 def links_of(estimator: Estimator, folder: Path) -> dict[str, str]:
@@ -137,7 +177,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def call(args: Namespace) -> Outcome:
     """Do it; see `Outcome`."""
-    data = report(
+    found = report(
         args.estimator,
         *args.logs,
         config=args.config,
@@ -151,5 +191,4 @@ def call(args: Namespace) -> Outcome:
         params=params_of(args, [args.estimator]),
         progress=progress_of(args),
     )
-    good = all(v["good"] for v in data["verification"]) and data["accuracy"]["verdict"]["good"]
-    return 0 if good else 1, data, f"{args.output}/report.html"
+    return 0 if found.good else 1, found.to_json(), str(found)

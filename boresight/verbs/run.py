@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping
+from dataclasses import dataclass, field
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -14,23 +16,146 @@ from boresight.arguments import check_choice, check_machine, check_number
 from boresight.disk.output import OutputFile
 from boresight.model.declarations import QUATERNION
 from boresight.model.errors import InputError
-from boresight.model.estimator import Estimator
 from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import Outcome, model_options, params_of
-from boresight.sim.attitude.accuracy import attitude_rmse
+from boresight.sim.answer import Answer, JsonObject
+from boresight.sim.attitude.accuracy import AttitudeRmse, attitude_rmse
 from boresight.sim.attitude.outputs import attitude_of, euler_deg_of, status_of
-from boresight.sim.compare.difference import differences
+from boresight.sim.compare.difference import Difference, differences
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import LEVELS, make_level
+from boresight.sim.plotting import COLOUR, figure_and_axes, legend, settings, svg
 from boresight.sim.records.feed import Feed, feed
 from boresight.sim.records.files import content_of, record_of
 from boresight.sim.records.record import Column, Record
 from boresight.terminal import tell
 
-__all__ = ["LEVELS", "add_arguments", "call", "run"]
+__all__ = ["LEVELS", "RunAttitude", "RunResult", "add_arguments", "call", "run"]
 
 FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class RunAttitude:
+    """What `run` says of an attitude besides its outputs.
+
+    Attributes
+    ----------
+    q : float64 (n, 4)
+        Quaternions.
+    euler_deg : float64 (n, 3)
+        Heading, pitch, roll.
+    status : int64 (n,)
+        Status words.
+    rmse_deg : AttitudeRmse or None
+        ``total``, ``heading``, ``inclination`` against the log's reference, if it has one.
+    """
+
+    q: FloatArray = field(repr=False)
+    euler_deg: FloatArray = field(repr=False)
+    status: npt.NDArray[np.int64] = field(repr=False)
+    rmse_deg: AttitudeRmse | None
+
+
+@dataclass(frozen=True, eq=False)
+class RunResult(Answer):
+    """What `run` gives; in a notebook the outputs as plots, unit by unit.
+
+    Attributes
+    ----------
+    estimator, on, log : str
+        Names of the estimator, the level and the log.
+    t : float64 (n,) or None
+        Times in seconds, where the log has them.
+    outputs : mapping of str to float64 (n,)
+        By name, in their units.
+    units : mapping of str to str
+        Unit of each output.
+    truth : tuple of Difference
+        Outputs from the log's truths.
+    warnings : tuple of str
+        What is odd about the log.
+    clamped : mapping of str to int
+        Samples beyond the range of inputs that are declared to be clamped.
+    fault : str
+        Why the level's run is none, where two of its forms or its cycles and the schedule disagree;
+        empty as a rule.
+    attitude : RunAttitude or None
+        Of an attitude filter; in `to_json` its fields stand beside the others.
+    """
+
+    estimator: str
+    on: str
+    log: str
+    t: FloatArray | None = field(repr=False)
+    outputs: Mapping[str, FloatArray] = field(repr=False)
+    units: Mapping[str, str]
+    truth: tuple[Difference, ...]
+    warnings: tuple[str, ...]
+    clamped: Mapping[str, int]
+    fault: str
+    attitude: RunAttitude | None = None
+
+    @property
+    def good(self) -> bool:
+        """The level's run is one."""
+        return not self.fault
+
+    def __len__(self) -> int:
+        """Count the rows."""
+        return len(next(iter(self.outputs.values())))
+
+    def record(self) -> Record:
+        """The outputs as a log, half turns in degrees."""
+        columns = {} if self.t is None else {"t": Column(self.t, "s")}
+        for name, values in self.outputs.items():
+            half_turns = self.units[name] == "ht"
+            columns[name] = Column(
+                values * (180.0 if half_turns else 1.0),
+                "deg" if half_turns else self.units[name] or None,
+            )
+        return Record(self.estimator, columns)
+
+    def to_json(self) -> JsonObject:
+        """Plain data; fields of an attitude beside the others."""
+        data = super().to_json()
+        more = data.pop("attitude")
+        return data | more if isinstance(more, dict) else data
+
+    def __str__(self) -> str:
+        if self.fault:
+            return f"FAILED {self.on}: {self.fault}"
+        text = f"{len(self)} rows"
+        if self.attitude is not None and self.attitude.rmse_deg is not None:
+            return f"{text}, RMSE against the log's reference, deg: " + ", ".join(
+                f"{k} {v:.3f}" for k, v in self.attitude.rmse_deg._asdict().items()
+            )
+        if known := [d for d in self.truth if np.isfinite(d.rms)]:
+            text += ", RMSE against the log's truth: " + ", ".join(
+                f"{d.output} {d.rms:.4g} {d.unit}".rstrip() for d in known
+            )
+        return text
+
+    def _repr_html_(self) -> str:
+        by_unit: dict[str, list[str]] = {}
+        for name, unit in self.units.items():
+            by_unit.setdefault(unit, []).append(name)
+        across = np.arange(len(self)) if self.t is None else self.t
+        colours = list(dict.fromkeys(COLOUR.values()))  # each once
+        with settings():
+            figure, all_axes = figure_and_axes(
+                1.8 * len(by_unit) + 0.4, len(by_unit), sharex=True, squeeze=False
+            )
+            for axes, (unit, names) in zip(all_axes[:, 0], by_unit.items(), strict=True):
+                for k, name in enumerate(names):
+                    colour = colours[k % len(colours)]
+                    axes.plot(across, self.outputs[name], label=name, color=colour)
+                axes.set_ylabel(unit)
+                legend(axes, len(names))
+            axes.set_xlabel("row" if self.t is None else "t, s")
+            drawn = svg(figure, self.estimator)
+        return f"<p>{escape(self.estimator)} on {self.on}: {escape(str(self))}</p>\n{drawn}"
 
 
 def run(
@@ -43,7 +168,7 @@ def run(
     params: Mapping[str, float] | None = None,
     steps: int | None = None,
     output: str | Path | None = None,
-) -> dict[str, Any]:
+) -> RunResult:
     """Run an estimator on a log.
 
     Parameters
@@ -61,12 +186,8 @@ def run(
 
     Returns
     -------
-    dict
-        ``t`` (n,) in seconds or None, ``outputs`` (arrays (n,) by name, in their units), ``units``,
-        ``truth`` (differences from the log's truths), ``warnings``, ``clamped``; of an attitude
-        also ``q`` (n, 4), ``euler_deg`` (n, 3: heading, pitch, roll), ``status`` (n,) and
-        ``rmse_deg`` against the log's reference, or None. ``fault`` says why the level's run is
-        none, where two of its forms or its cycles and the schedule disagree; empty as a rule.
+    RunResult
+        Outputs by name, differences from the log's truths, warnings.
 
     Raises
     ------
@@ -94,50 +215,32 @@ def run(
     with make_level(on, build) as level:
         made = level.run(given.inputs)
     outputs = made.outputs
+    result = RunResult(
+        estimator=estimator.name,
+        on=on,
+        log=record.name,
+        t=given.t,
+        outputs=outputs,
+        units={o.name: o.unit for o in estimator.outputs},
+        truth=tuple(differences(estimator.outputs, outputs, given.truth, judged=False)),
+        warnings=tuple(given.warnings),
+        clamped=given.clamped,
+        fault=made.fault,
+        attitude=_attitude(given, outputs),
+    )
     if target is not None:
-        target.write(content_of(str(output), _log_of(estimator, given.t, outputs)))
-    return {
-        "estimator": estimator.name,
-        "on": on,
-        "log": record.name,
-        "t": given.t,
-        "outputs": outputs,
-        "units": {o.name: o.unit for o in estimator.outputs},
-        "truth": [
-            d.to_json() for d in differences(estimator.outputs, outputs, given.truth, judged=False)
-        ],
-        "warnings": list(given.warnings),
-        "clamped": given.clamped,
-        "fault": made.fault,
-        **_attitude(given, outputs),
-    }
+        target.write(content_of(str(output), result.record()))
+    return result
 
 
-def _attitude(given: Feed, outputs: Mapping[str, FloatArray]) -> dict[str, Any]:
-    """What is said of an attitude besides."""
+def _attitude(given: Feed, outputs: Mapping[str, FloatArray]) -> RunAttitude | None:
+    """What is said of an attitude besides; None if the outputs are none."""
     if not {*QUATERNION, "heading", "pitch", "roll", "status"} <= set(outputs):
-        return {}
+        return None
     q, rmse = attitude_of(outputs), None
     if all(name in given.truth for name in QUATERNION):
-        rmse = attitude_rmse(q, attitude_of(given.truth), given.counts)._asdict()
-    return {
-        "q": q,
-        "euler_deg": euler_deg_of(outputs),
-        "status": status_of(outputs),
-        "rmse_deg": rmse,
-    }
-
-
-def _log_of(
-    estimator: Estimator, t: FloatArray | None, outputs: Mapping[str, FloatArray]
-) -> Record:
-    """The outputs as a log."""
-    columns = {} if t is None else {"t": Column(t, "s")}
-    for o in estimator.outputs:
-        half_turns = o.unit == "ht"
-        values = outputs[o.name] * (180.0 if half_turns else 1.0)
-        columns[o.name] = Column(values, "deg" if half_turns else o.unit or None)
-    return Record(estimator.name, columns)
+        rmse = attitude_rmse(q, attitude_of(given.truth), given.counts)
+    return RunAttitude(q, euler_deg_of(outputs), status_of(outputs), rmse)
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -154,7 +257,7 @@ def call(args: Namespace) -> Outcome:
     """Do it; see `Outcome`."""
     if args.output is None and not args.json:
         args.output = f"{find_estimator(args.estimator).name}-{args.on}.csv"
-    data = run(
+    result = run(
         args.estimator,
         args.log,
         on=args.on,
@@ -164,29 +267,9 @@ def call(args: Namespace) -> Outcome:
         steps=args.steps,
         output=args.output,
     )
-    for text in data["warnings"]:
+    for text in result.warnings:
         tell(f"warning: {text}")
-    if data["fault"]:
-        return 1, _plain(data), f"FAILED {args.on}: {data['fault']}"
-    rows = len(next(iter(data["outputs"].values())))
-    text = f"{rows} rows to {args.output}"
-    if data.get("rmse_deg"):
-        text += ", RMSE against the log's reference, deg: " + ", ".join(
-            f"{k} {v:.3f}" for k, v in data["rmse_deg"].items()
-        )
-    elif known := [d for d in data["truth"] if d["rms"] is not None]:
-        text += ", RMSE against the log's truth: " + ", ".join(
-            f"{d['output']} {d['rms']:.4g} {d['unit']}".rstrip() for d in known
-        )
-    return 0, _plain(data), text
-
-
-def _plain(data: Any) -> Any:
-    """Arrays as lists; what JSON has no number for is None."""
-    if isinstance(data, dict):
-        return {k: _plain(v) for k, v in data.items()}
-    if isinstance(data, np.ndarray):
-        plain = data.astype(object)
-        plain[~np.isfinite(data)] = None
-        return plain.tolist()
-    return data
+    text = str(result)
+    if result.good:
+        text = text.replace(" rows", f" rows to {args.output}", 1)
+    return int(not result.good), result.to_json(), text

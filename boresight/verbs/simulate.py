@@ -5,16 +5,16 @@ from __future__ import annotations
 import json
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from boresight.arguments import check_choice
+from boresight.board.simulated import BoardFigures, BoardResult, FaultsResult
 from boresight.disk.output import output_folder
 from boresight.gateware.core import Core
 from boresight.gateware.machine import ALL_CONFIGS
 from boresight.gateware.system.programs import FILTERS, system_core
-from boresight.loop import WORLD_GROUP, loop_text, simulate_world, world_of
+from boresight.loop import WORLD_GROUP, simulate_world, world_of
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.estimators import ESTIMATORS
@@ -29,7 +29,7 @@ from boresight.sim.board.page import render_page
 from boresight.sim.board.run import BoardRun, Judgement, judge, run_board, stimulus
 from boresight.sim.board.setup import REAL
 from boresight.sim.board.spans import timeline_of
-from boresight.sim.records.files import read_record
+from boresight.sim.records.files import record_of
 from boresight.sim.records.record import Record
 from boresight.sim.worlds.synthetic import synthetic_log
 
@@ -38,10 +38,8 @@ __all__ = [
     "add_arguments",
     "call",
     "default_log",
-    "faults_text",
     "simulate",
     "simulate_faults",
-    "simulate_text",
     "write_board",
 ]
 
@@ -57,7 +55,7 @@ _LONGEST_S = 20.0
 
 def simulate(
     name: Named | None = None,
-    log: str | Path | None = None,
+    log: Any = None,
     *,
     config: str = "small",
     seconds: float = 1.0,
@@ -66,7 +64,7 @@ def simulate(
     output: str | Path = "build",
     core: Core | None = None,
     progress: Callable[[str], None] | None = None,
-) -> dict[str, Any]:
+) -> BoardResult:
     """Run the complete system with both sensors at its pins, at the real speeds.
 
     Writes ``board.html`` and ``board.json``. Every attitude frame that comes out of the host's line
@@ -77,7 +75,7 @@ def simulate(
     name : str, class or Estimator, optional
         Estimator of the long run, mekf by default. Beside it stand all filters, or with one that is
         none of them those that it reads (`Input.source`); they run for a short time.
-    log : path, optional
+    log : path, or data in memory (`Record.of`), optional
         Log with reference attitude; its rows are the samples, at 1024 a second whatever its own
         rate. By default a synthetic motion.
     config : str
@@ -93,6 +91,11 @@ def simulate(
     core : Core, optional
         Of `gateware.system.programs.system_core`; by default one with all filters is compiled.
 
+    Returns
+    -------
+    BoardResult
+        What each filter did; ``board.json`` holds the same.
+
     Raises
     ------
     InputError
@@ -104,7 +107,7 @@ def simulate(
     filters = _beside(chosen)
     check_options(config=config, seconds=seconds, source=source)
     updates = round(seconds * REAL.rate_hz)
-    given = default_log(updates) if log is None else read_record(log)
+    given = default_log(updates) if log is None else record_of(log)
     if len(given) < max(updates, _SHORT):
         raise InputError.at(
             f"log {given.name!r}",
@@ -112,7 +115,7 @@ def simulate(
             found=str(len(given)),
             fix="give a longer log, or fewer --seconds",
         )
-    inputs = () if log is None else (log,)
+    inputs = (log,) if isinstance(log, str | Path) else ()
     with output_folder(
         output, "simulate", of=chosen.name, files=BOARD_FILES, inputs=inputs
     ) as folder:
@@ -143,7 +146,7 @@ def write_board(
     source: str = "heading",
     feed: Mapping[str, float] | None = None,
     say: Callable[[str], None],
-) -> dict[str, Any]:
+) -> BoardResult:
     """Run the board with every filter, ``name`` for long; write `BOARD_FILES` into a folder."""
     board = make_board(REAL, core=core)
     words = feed_words(board.system.plan.feed.registers, feed or {})
@@ -172,20 +175,21 @@ def write_board(
         verdict = judge(board, what, run, filter=filter, source=number, feed=words)
         runs.append(_row(board, each, filter, run, verdict))
         timelines.append(timeline_of(board, run, filter=filter, update=_SHORT // 2))
-    data = {
-        "config": core.machine.name,
-        "source": source,
-        "log": log.name,
-        "clock_mhz": board.setup.clock_hz / 1e6,
-        "good": all(r["good"] for r in runs),
-        "runs": runs,
-        "timelines": [asdict(t) for t in timelines],
-        "setup": asdict(board.setup),
-        "build": f"{board.system.build:016x}",
-    }
+    result = BoardResult(
+        config=core.machine.name,
+        source=source,
+        log=log.name,
+        clock_mhz=board.setup.clock_hz / 1e6,
+        good=all(r.good for r in runs),
+        runs=tuple(runs),
+        timelines=tuple(timelines),
+        setup=board.setup,
+        build=f"{board.system.build:016x}",
+    )
+    data = result.to_json()
     (folder / "board.json").write_text(json.dumps(data, allow_nan=False) + "\n")
     (folder / "board.html").write_text(render_page(data, timelines), encoding="utf-8")
-    return data
+    return result
 
 
 def feed_words(registers: Mapping[str, Value], values: Mapping[str, float]) -> dict[str, int]:
@@ -246,8 +250,8 @@ def default_log(updates: int) -> Record:
     )
 
 
-def _row(board: Board, name: str, filter: int, run: BoardRun, verdict: Judgement) -> dict[str, Any]:
-    """What a run says, as plain data."""
+def _row(board: Board, name: str, filter: int, run: BoardRun, verdict: Judgement) -> BoardFigures:
+    """What a run says."""
     us = 1e6 / board.setup.clock_hz
     trace = run.trace
     good = (
@@ -258,46 +262,28 @@ def _row(board: Board, name: str, filter: int, run: BoardRun, verdict: Judgement
     plan = board.system.plan
     length = sum(plan.lengths[k] for k in plan.chains[filter])
     excess = verdict.core_cycles[1] - length
-    return {
-        "filter": name,
-        "updates": verdict.updates,
-        "frames": len(run.frames),
-        "mismatches": verdict.mismatches,
-        "first_mismatch": verdict.first,
-        "lost_samples": verdict.lost,
-        "fields": verdict.fields,
-        "compass_lines": verdict.lines,
-        "transfer_cycles": list(verdict.transfer_cycles),
-        "core_cycles": list(verdict.core_cycles),
-        "program_cycles": length,
-        "beside_program_us": round(excess * us, 3),
-        "in_registers_us": round((verdict.transfer_cycles[1] + verdict.core_cycles[1]) * us, 2),
-        "predicted_us": round(board.system.latency_cycles(filter) * us, 2),
-        "frame_end_us": round(verdict.frame_end_cycles[1] * us, 2),
-        "timing_violations": trace.violations,
-        "damaged_frames": run.dropped,
-        "cycles": run.cycles,
-        "cycles_per_s": round(run.cycles / run.seconds),
-        "good": good,
-    }
-
-
-def simulate_text(data: dict[str, Any]) -> str:
-    """The figures as a table."""
-    head = (
-        f"{'filter':16s}{'updates':>9s}{'lost':>6s}{'differ':>8s}{'fields':>8s}"
-        f"{'in registers':>14s}{'beside program':>16s}{'last bit':>10s}{'cycles/s':>12s}"
+    return BoardFigures(
+        filter=name,
+        updates=verdict.updates,
+        frames=len(run.frames),
+        mismatches=verdict.mismatches,
+        first_mismatch=verdict.first,
+        lost_samples=verdict.lost,
+        fields=verdict.fields,
+        compass_lines=verdict.lines,
+        transfer_cycles=verdict.transfer_cycles,
+        core_cycles=verdict.core_cycles,
+        program_cycles=length,
+        beside_program_us=round(excess * us, 3),
+        in_registers_us=round((verdict.transfer_cycles[1] + verdict.core_cycles[1]) * us, 2),
+        predicted_us=round(board.system.latency_cycles(filter) * us, 2),
+        frame_end_us=round(verdict.frame_end_cycles[1] * us, 2),
+        timing_violations=trace.violations,
+        damaged_frames=run.dropped,
+        cycles=run.cycles,
+        cycles_per_s=round(run.cycles / run.seconds),
+        good=good,
     )
-    lines = [head]
-    for r in data["runs"]:
-        lines.append(
-            f"{r['filter']:16s}{r['updates']:>9,d}{r['lost_samples']:>6d}{r['mismatches']:>8d}"
-            f"{r['fields']:>8d}{r['in_registers_us']:>11.2f} us{r['beside_program_us']:>13.2f} us"
-            f"{r['frame_end_us']:>7.0f} us{r['cycles_per_s']:>12,d}"
-        )
-        if r["first_mismatch"]:
-            lines.append(f"  first difference: {r['first_mismatch']}")
-    return "\n".join(lines)
 
 
 def simulate_faults(
@@ -305,7 +291,7 @@ def simulate_faults(
     *,
     faults: Sequence[str] | None = None,
     progress: Callable[[str], None] | None = None,
-) -> dict[str, Any]:
+) -> FaultsResult:
     """Run every fault of both devices on the complete board, one after another.
 
     Parameters
@@ -314,6 +300,11 @@ def simulate_faults(
         Filter, mekf by default.
     faults : sequence of str, optional
         Only these, as ``adis.absent`` or ``hmr.silence``.
+
+    Returns
+    -------
+    FaultsResult
+        When each was seen, and what it did.
 
     Raises
     ------
@@ -329,32 +320,7 @@ def simulate_faults(
         fault_trial(board, *fault.split("."), log=log, progress=progress)
         for fault in faults or every
     ]
-    return {
-        "filter": name,
-        "good": all(t.good for t in trials),
-        "trials": [{**asdict(t), "good": t.good} for t in trials],
-    }
-
-
-def faults_text(data: dict[str, Any]) -> str:
-    """The figures as a table."""
-    lines = [
-        f"{'fault':24s}{'lasts':>8s}{'seen after':>12s}{'dropped':>9s}{'back after':>12s}"
-        f"{'error before':>14s}{'during':>8s}{'after':>8s}  seen as"
-    ]
-    for t in data["trials"]:
-
-        def s(value: float | None) -> str:
-            return "never" if value is None else f"{value:.4f} s"
-
-        lines.append(
-            f"{t['device'] + ' ' + t['fault']:24s}{t['fault_s']:>6.2f} s{s(t['seen_after_s']):>12s}"
-            f"{t['dropped']:>9d}{s(t['back_after_s']):>12s}{t['before_deg']:>10.2f} deg"
-            f"{t['during_deg']:>8.2f}{t['after_deg']:>8.2f}  {', '.join(t['seen_as'][:3])}"
-            + ("" if t["good"] else "  FAILED")
-            + ("" if t["seen_as"] or not t["good"] else "no effect")
-        )
-    return "\n".join(lines)
+    return FaultsResult(name, tuple(trials))
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -407,10 +373,10 @@ def call(args: Namespace) -> Outcome:
                 found=args.log,
                 fix="leave it out",
             )
-        data = simulate_faults(args.filter, progress=progress_of(args))
-        return 0 if data["good"] else 1, data, faults_text(data)
+        found = simulate_faults(args.filter, progress=progress_of(args))
+        return int(not found.good), found.to_json(), str(found)
     output = "build" if args.output is None else args.output
-    data = simulate(
+    result = simulate(
         args.filter,
         args.log,
         config=args.config,
@@ -420,7 +386,7 @@ def call(args: Namespace) -> Outcome:
         output=output,
         progress=progress_of(args),
     )
-    return 0 if data["good"] else 1, data, f"{simulate_text(data)}\n{output}/board.html"
+    return int(not result.good), result.to_json(), f"{result}\n{output}/board.html"
 
 
 def _is_world(text: str, other: str | None) -> bool:
@@ -468,7 +434,7 @@ def _call_world(args: Namespace) -> Outcome:
             found="a world alone",
             fix="name the estimator too: boresight simulate WORLD.py:Class ESTIMATOR",
         )
-    data = simulate_world(
+    result = simulate_world(
         args.filter,
         args.log,
         on=args.on or "c",
@@ -480,4 +446,4 @@ def _call_world(args: Namespace) -> Outcome:
         output=args.output,
         progress=progress_of(args),
     )
-    return 0 if data["good"] else 1, data, loop_text(data)
+    return int(not result.good), result.to_json(), str(result)

@@ -20,6 +20,7 @@ from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, param_words
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
+from boresight.sim.answer import Answer, JsonObject
 from boresight.sim.compare.difference import ATTITUDE, Difference, differences
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
@@ -79,7 +80,7 @@ def covariance_of(estimator: Estimator) -> Covariance:
 
 
 @dataclass(frozen=True)
-class CovarianceTrial:
+class CovarianceTrial(Answer):
     """What `covariance_trial` found.
 
     Attributes
@@ -115,8 +116,11 @@ class CovarianceTrial:
         """No variance below zero, no eigenvalue below the rounding of one word."""
         return self.negative_diagonals == 0 and self.least_eigenvalue >= -4.0
 
-    def line(self) -> str:
-        """One line for people."""
+    def to_json(self) -> JsonObject:
+        """Plain data, with ``good``."""
+        return {**super().to_json(), "good": self.good}
+
+    def __str__(self) -> str:
         drift = ", ".join(f"{name} {value:.3g}" for name, value in self.drift.items())
         return (
             f"{self.estimator}: {self.updates} updates, {self.negative_diagonals} with a "

@@ -6,6 +6,7 @@ import dataclasses
 from dataclasses import dataclass, field
 from typing import Any
 
+from boresight.sim.answer import Answer, JsonObject, plain
 from boresight.sim.compare.verdict import Accuracy
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Level, Run
@@ -105,7 +106,7 @@ def compare(level: Level, run: Run, wanted: Run, seconds: float = 0.0) -> LevelR
 
 
 @dataclass(frozen=True, eq=False)
-class CheckResult:
+class CheckResult(Answer):
     """All levels on one record, and the float comparison that goes with them.
 
     Attributes
@@ -153,7 +154,16 @@ class CheckResult:
             *(f"  warning: {text}" for text in self.given.warnings),
         ]
 
-    def to_json(self) -> dict[str, Any]:
+    def __str__(self) -> str:
+        return "\n".join(self.lines())
+
+    def _shown(self) -> JsonObject:
+        data = self.to_json()
+        near = data.pop("accuracy")
+        assert isinstance(near, dict)
+        return {**data, "from float64": near["outputs"]}
+
+    def to_json(self) -> JsonObject:
         """Plain data for --json."""
         return {
             "estimator": self.estimator,
@@ -162,7 +172,7 @@ class CheckResult:
             "word": self.build.word,
             "good": self.good,
             "exact": self.exact,
-            "accuracy": self.accuracy.to_json(),
+            "accuracy": plain(self.accuracy),
             "warnings": list(self.given.warnings),
-            "verification": [{**dataclasses.asdict(x), "good": x.good} for x in self.levels],
+            "verification": plain([{**dataclasses.asdict(x), "good": x.good} for x in self.levels]),
         }

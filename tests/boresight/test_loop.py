@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import math
 import re
+from dataclasses import replace
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -14,7 +16,7 @@ import pytest
 import boresight
 from boresight import loop as module
 from boresight.cli import main
-from boresight.loop import loop_text, simulate_world, world_of
+from boresight.loop import LoopResult, simulate_world, world_of
 from boresight.sim.levels.integer import Emitted
 
 FILES = """
@@ -58,24 +60,26 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def simulated(**options: Any) -> dict[str, Any]:
+def simulated(**options: Any) -> LoopResult:
     return simulate_world("f.py:Plant", options.pop("estimator", "f.py:Filter"), **options)
 
 
 def test_figures() -> None:
     heard: list[str] = []
     data = simulated(on="fixed", against="c", output="loop.csv", progress=heard.append)
-    assert data["good"] and data["parting"] is None and data["clamped"] == {}
-    assert (data["world"], data["estimator"]) == ("plant", "filter")
-    assert (data["on"], data["against"], data["records"]) == ("fixed", "c", 50)
-    assert data["records_per_s"] > 0
+    assert data.good and data.parting is None and data.clamped == {}
+    assert (data.world, data.estimator) == ("plant", "filter")
+    assert (data.on, data.against, data.records) == ("fixed", "c", 50)
+    assert data.records_per_s > 0
     assert heard == ["plant and filter on fixed", "plant and filter on c"]
-    near, shown = data["accuracy"]
-    assert (near["output"], near["tolerance"], near["good"]) == ("u", 1e-5, True)
-    assert 0.0 < near["max"] < 1e-7 and shown["tolerance"] is None
-    (truth,) = data["truth"]
-    assert truth["output"] == "u" and truth["tolerance"] is None and 0.01 < truth["max"] < 0.1
-    assert json.loads(json.dumps(data, allow_nan=False)) == data
+    near, shown = data.accuracy
+    assert (near.output, near.tolerance, near.good) == ("u", 1e-5, True)
+    assert 0.0 < near.largest < 1e-7 and shown.tolerance is None
+    (truth,) = data.truth
+    assert truth.output == "u" and truth.tolerance is None and 0.01 < truth.largest < 0.1
+    plain = data.to_json()
+    assert json.loads(json.dumps(plain, allow_nan=False)) == plain
+    assert plain["records"] == 50 and plain["accuracy"][0]["max"] == near.largest
 
 
 def test_the_loop_it_wrote_is_a_log() -> None:
@@ -83,26 +87,26 @@ def test_the_loop_it_wrote_is_a_log() -> None:
     text = Path("loop.csv").read_text().splitlines()
     assert text[0] == "z,u_true" and text[1] == "2.0,-1.4" and len(text) == 51
     again = boresight.run("f.py:Filter", "loop.csv", on="c")
-    assert again["truth"][0]["max"] == data["truth"][0]["max"]
+    assert again.truth[0].largest == data.truth[0].largest
 
 
 def test_one_level_alone_and_steps() -> None:
     heard: list[str] = []
     data = simulated(on="c", against="c", steps=7, progress=heard.append)
-    assert data["good"] and data["records"] == 7
+    assert data.good and data.records == 7
     assert heard == ["plant and filter on c"]
-    assert simulated(on="c", against="c", estimator="f.py:Filter")["records"] == 50
+    assert simulated(on="c", against="c", estimator="f.py:Filter").records == 50
 
 
 def test_floats_part_and_that_is_good() -> None:
     data = simulated(on="c", against="float")
-    assert data["good"]
+    assert data.good
     assert re.fullmatch(
         r"c and float part in step 0: output \w+ on the same records: these levels differ, "
         r"-1\.40\d+ and -1\.40\d+",
-        data["parting"],
+        data.parting,
     )
-    assert simulated(on="numpy", against="c")["good"]
+    assert simulated(on="numpy", against="c").good
 
 
 def test_integer_levels_that_part_are_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -131,17 +135,17 @@ def test_integer_levels_that_part_are_a_failure(monkeypatch: pytest.MonkeyPatch)
 
     monkeypatch.setattr(module, "make_level", odd)
     data = simulated(on="fixed", against="c")
-    assert not data["good"]
-    assert data["parting"].startswith("fixed and c part in step 8: output u on the same records")
+    assert not data.good
+    assert data.parting.startswith("fixed and c part in step 8: output u on the same records")
     assert made[0].closed
     assert main(["simulate", "f.py:Plant", "f.py:Filter", "--on", "fixed", "--quiet"]) == 1
 
 
 def test_beyond_the_tolerance_is_a_failure() -> None:
     data = simulated(estimator="f.py:Strict")
-    assert data["parting"] is None and not data["good"]
-    assert not data["accuracy"][0]["good"]
-    assert not simulated(estimator="f.py:Strict", against="float")["good"]
+    assert data.parting is None and not data.good
+    assert not data.accuracy[0].good
+    assert not simulated(estimator="f.py:Strict", against="float").good
 
 
 def test_levels_are_closed_when_a_world_raises(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -165,7 +169,7 @@ def test_levels_are_closed_when_a_world_raises(monkeypatch: pytest.MonkeyPatch) 
 
 def test_texts() -> None:
     data = simulated(on="fixed", against="c")
-    lines = loop_text({**data, "records": 12345, "records_per_s": 67890}).splitlines()
+    lines = str(replace(data, records=12345, records_per_s=67890)).splitlines()
     assert lines[:2] == [
         "plant and filter on fixed: 12,345 records, 67,890 a second",
         "the same records and outputs as on c, bit by bit",
@@ -174,13 +178,13 @@ def test_texts() -> None:
     assert re.fullmatch(r"shown from float64 on the same records: max \S+, rms \S+", lines[3])
     assert re.fullmatch(r"u from truth: max \S+ m, rms \S+", lines[4])
     assert lines[5:] == ["good"]
-    beyond = loop_text(simulated(estimator="f.py:Strict", against="float"))
+    beyond = str(simulated(estimator="f.py:Strict", against="float"))
     assert "BEYOND 1e-15\n" in beyond and beyond.endswith("\nFAILED")
     assert " part in step " in beyond
-    alone = loop_text(simulated(on="c", against="c"))
+    alone = str(simulated(on="c", against="c"))
     assert "bit by bit" not in alone
-    gap = {**data, "truth": [{**data["truth"][0], "max": None, "rms": None}]}
-    assert "from truth" not in loop_text(gap)
+    gap = replace(data, truth=(replace(data.truth[0], largest=math.nan, rms=math.nan),))
+    assert "from truth" not in str(gap)
 
 
 def test_command_line(capsys: pytest.CaptureFixture[str]) -> None:
@@ -280,4 +284,4 @@ def test_worlds_by_any_name() -> None:
         world_of("moon")
     with pytest.raises(boresight.InputError, match="which is no World; "):
         world_of("f.py:Filter")
-    assert np.isfinite(simulate_world(made, "f.py:Filter")["records_per_s"])
+    assert np.isfinite(simulate_world(made, "f.py:Filter").records_per_s)

@@ -25,7 +25,7 @@ def columns_of(name: str) -> dict[str, np.ndarray]:
 
 
 def fixed(name: str) -> dict[str, np.ndarray]:
-    return boresight.run(program(f"{name}.py"), EXAMPLES / f"{name}.csv", on="fixed")["outputs"]
+    return boresight.run(program(f"{name}.py"), EXAMPLES / f"{name}.csv", on="fixed").outputs
 
 
 @pytest.mark.parametrize("name", LOGGED)

@@ -56,11 +56,11 @@ def test_every_level_gives_the_same_words(name: str) -> None:
     program = place(name)
     found = {on: boresight.run(program, columns, on=on) for on in ("fixed", "c", "rtl", "float")}
     for output in estimator_of(program).outputs:
-        words = found["fixed"]["outputs"][output.name]
+        words = found["fixed"].outputs[output.name]
         assert len(np.unique(words)) > (1 if output.unit == "flags" else 50)
         for on in ("c", "rtl"):
-            assert np.array_equal(found[on]["outputs"][output.name], words)
-        apart = words - found["float"]["outputs"][output.name]
+            assert np.array_equal(found[on].outputs[output.name], words)
+        apart = words - found["float"].outputs[output.name]
         if output.unit == "ht":
             apart = (apart + 1.0) % 2.0 - 1.0
         assert np.abs(apart).max() <= (0.0 if output.unit == "flags" else output.tolerance)
@@ -71,8 +71,8 @@ def test_numpy_and_compiled_float_agree(name: str) -> None:
     columns, _ = STRANGERS[name](150)
     program = place(name)
     written, compiled = (boresight.run(program, columns, on=on) for on in ("numpy", "float"))
-    for output, values in written["outputs"].items():
-        assert np.allclose(values, compiled["outputs"][output], rtol=1e-9, atol=1e-9)
+    for output, values in written.outputs.items():
+        assert np.allclose(values, compiled.outputs[output], rtol=1e-9, atol=1e-9)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -105,8 +105,8 @@ def test_a_log_in_other_units_is_the_same_record(name: str, tmp_path) -> None:
     log = csv(tmp_path / "log.csv", given)
     assert "[" in log.read_text().splitlines()[0]
     plain, read = (boresight.run(program, x, on="numpy") for x in (given[0], log))
-    for output, values in plain["outputs"].items():
-        assert np.allclose(values, read["outputs"][output], rtol=1e-7, atol=1e-7)
+    for output, values in plain.outputs.items():
+        assert np.allclose(values, read.outputs[output], rtol=1e-7, atol=1e-7)
 
 
 def test_check_of_a_csv_by_command_line(tmp_path, capsys) -> None:
@@ -134,5 +134,5 @@ def test_the_controller_holds_its_motor_on_the_rtl(tmp_path, capsys) -> None:
     assert "bit by bit" in capsys.readouterr().out
     seen = boresight.run(filter, log, on="c")  # the loop's record is a log
     target, speed = np.loadtxt(log, delimiter=",", skiprows=1, unpack=True)
-    assert len(seen["outputs"]["drive"]) == 600
+    assert len(seen.outputs["drive"]) == 600
     assert np.abs(target - speed)[350:400].max() < 0.02 * 150.0

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from boresight.accuracy_text import accuracy_text
 from boresight.arguments import JOBS_MOST, check_number, check_word
 from boresight.disk.output import output_folder
 from boresight.model.errors import InputError
@@ -22,6 +21,13 @@ from boresight.model.resolve import Named, estimator_of, split_names
 from boresight.options import Outcome, number_options, progress_of
 from boresight.parameters import values_for
 from boresight.protocol import run_protocol
+from boresight.results.accuracy import (
+    AccuracyLog,
+    AccuracyNear,
+    AccuracyResult,
+    AccuracyRow,
+    AccuracyTrial,
+)
 from boresight.sharing import params_for_each
 from boresight.sim.accuracy.benchmark import Result, Trial, benchmark
 from boresight.sim.accuracy.benchmark_page import render_page
@@ -33,10 +39,9 @@ from boresight.sim.accuracy.tuning import means
 from boresight.sim.compare.difference import Difference
 from boresight.sim.records.bundled import bundled, bundled_names, is_comparison
 from boresight.sim.records.feed import feed, fitted
-from boresight.sim.records.files import read_record
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
-from boresight.verbs.check import log_files
+from boresight.verbs.check import log_files, read_logs
 
 __all__ = ["accuracy", "add_arguments", "call", "chosen", "params_by_estimator", "read_trials"]
 
@@ -83,7 +88,7 @@ def chosen(names: Named | Sequence[Named]) -> tuple[list[Named], list[str]]:
 
 
 def read_trials(
-    paths: Sequence[str | Path],
+    logs: Sequence[Any],
     estimators: Sequence[Estimator],
     *,
     comparisons: Collection[str] = (),
@@ -93,6 +98,7 @@ def read_trials(
 
     Parameters
     ----------
+    logs : paths, or data in memory (`Record.of`).
     comparisons : names of logs whose reference is another device's estimate, not truth.
     peers : bool
         Whether published filters run: then logs without reference are measured against `STAND_IN`;
@@ -103,19 +109,17 @@ def read_trials(
     InputError
         A bad log, two logs of one name, a name among ``comparisons`` that no log has.
     """
-    files = log_files(paths) if paths else [bundled(name) for name in bundled_names()]
     trials: dict[str, Trial] = {}
     left_out: list[str] = []
-    for path in files:
-        record = read_record(path)
+    for record, path in read_logs(logs or [bundled(name) for name in bundled_names()]):
         if record.name in trials or record.name in left_out:
             raise InputError.at(
-                str(path),
+                record.where,
                 wanted="logs of different names",
                 found=record.name,
                 fix="name each log once, or rename one",
             )
-        other = is_comparison(path) or record.name in comparisons
+        other = (path is not None and is_comparison(path)) or record.name in comparisons
         trial = _trial(record, estimators, "comparison" if other else "truth", path, peers)
         if trial is None:
             left_out.append(record.name)
@@ -133,10 +137,10 @@ def read_trials(
 
 
 def _trial(
-    record: Record, estimators: Sequence[Estimator], reference: str, path: Path, peers: bool
+    record: Record, estimators: Sequence[Estimator], reference: str, path: Path | None, peers: bool
 ) -> Trial | None:
     """A record as a trial; None where it has no truth and nothing stands in."""
-    folder = path.absolute().parent.name
+    folder = "" if path is None else path.absolute().parent.name
     feeds = {e.name: feed(fitted(e, record), record) for e in estimators}
     if any(units_of(e, feeds[e.name]) for e in estimators):
         return Trial(record, reference, folder, feeds)
@@ -195,37 +199,37 @@ def _apart(d: Difference) -> float:
     return float(round(d.rms**2 * d.samples)) if d.unit == "words" else d.largest
 
 
-def _near(results: Sequence[Result]) -> list[dict[str, Any]]:
+def _near(results: Sequence[Result]) -> tuple[AccuracyNear, ...]:
     """Fixed point against float64 over all records, output by output."""
     rows = []
     for several in zip(*(r.near for r in results), strict=True):
         found = [_apart(d) for d in several]
         rows.append(
-            {
-                "output": several[0].output,
-                "unit": several[0].unit,
-                "apart": _number(sum(found) if several[0].unit == "words" else max(found)),
-                "tolerance": several[0].tolerance,
-                "good": all(d.good for d in several),
-            }
+            AccuracyNear(
+                output=several[0].output,
+                unit=several[0].unit,
+                apart=_number(sum(found) if several[0].unit == "words" else max(found)),
+                tolerance=several[0].tolerance,
+                good=all(d.good for d in several),
+            )
         )
-    return rows
+    return tuple(rows)
 
 
 def _rows(
     estimators: Sequence[Estimator], results: Sequence[Result], trials: Sequence[Trial]
-) -> list[dict[str, Any]]:
+) -> tuple[AccuracyRow, ...]:
     """A row for each estimator and level."""
     held: dict[tuple[str, str], list[Result]] = {}
     for r in results:
         held.setdefault((r.estimator, r.level), []).append(r)
     known: dict[str, Estimator] = {e.name: e for e in estimators}
-    return [_row(known.get(n, n), level, found, trials) for (n, level), found in held.items()]
+    return tuple(_row(known.get(n, n), level, found, trials) for (n, level), found in held.items())
 
 
 def _row(
     estimator: Estimator | str, level: str, results: Sequence[Result], trials: Sequence[Trial]
-) -> dict[str, Any]:
+) -> AccuracyRow:
     """One estimator at one level: means, worst cases, and every trial."""
     folders: dict[str, list[str]] = {}
     for t in trials:
@@ -235,44 +239,44 @@ def _row(
     units = dict.fromkeys(ANGLES, "deg")
     if not isinstance(estimator, str):
         units = {n: u for t in trials for n, u in units_of(estimator, t.fed(estimator)).items()}
-    return {
-        "estimator": estimator if isinstance(estimator, str) else estimator.name,
-        "level": level,
-        "kind": "peer" if level == "package" else "ours",
-        "summary": PEERS[estimator].summary if isinstance(estimator, str) else estimator.summary,
-        "attitude": ANGLES[0] in units,
-        "units": units,
-        "mean": _mean(results, [t for held in folders.values() for t in held]),
-        "mean_by_folder": {folder: _mean(results, held) for folder, held in folders.items()},
-        "vs_float": _near(results),
-        "saturated_updates": sum(saturated) if saturated else None,
-        "seconds": round(sum(r.seconds for r in results), 3),
-        "trials": [
-            {
-                "trial": r.trial,
-                "error": _plain(r.errors),
-                "vs_float": {d.output: _number(_apart(d)) for d in r.near},
-                "saturated_updates": r.saturated,
-            }
+    return AccuracyRow(
+        estimator=estimator if isinstance(estimator, str) else estimator.name,
+        level=level,
+        kind="peer" if level == "package" else "ours",
+        summary=PEERS[estimator].summary if isinstance(estimator, str) else estimator.summary,
+        attitude=ANGLES[0] in units,
+        units=units,
+        mean=_mean(results, [t for held in folders.values() for t in held]),
+        mean_by_folder={folder: _mean(results, held) for folder, held in folders.items()},
+        vs_float=_near(results),
+        saturated_updates=sum(saturated) if saturated else None,
+        seconds=round(sum(r.seconds for r in results), 3),
+        trials=tuple(
+            AccuracyTrial(
+                r.trial,
+                _plain(r.errors),
+                {d.output: _number(_apart(d)) for d in r.near},
+                r.saturated,
+            )
             for r in results
-        ],
-    }
+        ),
+    )
 
 
-def _log_row(trial: Trial) -> dict[str, Any]:
+def _log_row(trial: Trial) -> AccuracyLog:
     timed = {"t", "dt"} & set(trial.record.columns)
-    return {
-        "trial": trial.name,
-        "samples": len(trial.record),
-        "rate_hz": round(1.0 / float(np.median(trial.record.steps())), 3) if timed else None,
-        "reference": trial.reference,
-        "folder": trial.folder,
-    }
+    return AccuracyLog(
+        trial=trial.name,
+        samples=len(trial.record),
+        rate_hz=round(1.0 / float(np.median(trial.record.steps())), 3) if timed else None,
+        reference=trial.reference,
+        folder=trial.folder,
+    )
 
 
 def accuracy(
     names: Named | Sequence[Named],
-    *logs: str | Path,
+    *logs: Any,
     floating: bool = True,
     comparisons: Collection[str] = (),
     params: Mapping[str, Mapping[str, float]] | None = None,
@@ -280,7 +284,7 @@ def accuracy(
     jobs: int | None = None,
     output: str | Path | None = None,
     progress: Callable[[str], None] | None = None,
-) -> dict[str, Any]:
+) -> AccuracyResult:
     """Error of estimators against the truth of logs, output by output, and from float64.
 
     With more than one job and published filters, a script that calls this needs
@@ -291,8 +295,9 @@ def accuracy(
     names : Named or several
         Estimators and published attitude filters, or ``ours``, ``published``, ``all`` of them;
         a text may hold several with commas.
-    logs : paths
-        Logs, or folders of logs; the bundled ones by default.
+    logs : paths, or data in memory
+        Logs, or folders of logs; the bundled ones by default. Data in memory is what `Record.of`
+        takes, with truths as ``NAME_true``.
     floating : bool
         Whether compiled float64 runs too, and fixed point is compared with it.
     comparisons : names of logs
@@ -305,6 +310,11 @@ def accuracy(
         Threads and processes; one for each processor by default.
     output : path, optional
         Folder for accuracy.html and accuracy.json.
+
+    Returns
+    -------
+    AccuracyResult
+        Errors of every estimator at every level, over all logs and of each.
 
     Raises
     ------
@@ -332,30 +342,32 @@ def accuracy(
             fix="name logs with truth",
         )
 
-    def work() -> dict[str, Any]:
+    def work() -> AccuracyResult:
         if not logs:
             say("no log named: the bundled ones")
         numbers: dict[str, Any] = {"params": params, "word": word, "with_float": floating}
         results = benchmark(ours, peers, trials, **numbers, jobs=jobs, progress=progress)
         rows = _rows(ours, results, trials)
-        return {
-            "source": SOURCE,
-            "word": word,
-            "good": all(d["good"] for row in rows for d in row["vs_float"]),
-            "logs": [_log_row(t) for t in trials],
-            "left_out": left_out,
-            "parameters": {name: dict(values) for name, values in (params or {}).items()},
-            "estimators": rows,
-        }
+        return AccuracyResult(
+            source=SOURCE,
+            word=word,
+            good=all(d.good for row in rows for d in row.vs_float),
+            logs=tuple(_log_row(t) for t in trials),
+            left_out=tuple(left_out),
+            parameters={name: dict(values) for name, values in (params or {}).items()},
+            estimators=rows,
+        )
 
     if output is None:
         return work()
-    files = ("accuracy.html", "accuracy.json")
-    with output_folder(output, "accuracy", files=files, inputs=log_files(logs)) as folder:
-        data = work()
+    made = ("accuracy.html", "accuracy.json")
+    files = log_files(log for log in logs if isinstance(log, str | Path))
+    with output_folder(output, "accuracy", files=made, inputs=files) as folder:
+        result = work()
+        data = result.to_json()
         (folder / "accuracy.json").write_text(json.dumps(data, indent=1) + "\n")
         (folder / "accuracy.html").write_text(render_page(data), encoding="utf-8")
-    return data
+    return result
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -394,7 +406,7 @@ def call(args: Namespace) -> Outcome:
         args.estimators, args.protocol = FIRST, args.protocol or "glance"
     if args.protocol is not None:
         return _call_protocol(args)
-    data = accuracy(
+    result = accuracy(
         args.estimators,
         *args.logs,
         floating=not args.no_float,
@@ -405,10 +417,10 @@ def call(args: Namespace) -> Outcome:
         output=args.output,
         progress=progress_of(args),
     )
-    text = accuracy_text(data)
+    text = str(result)
     if args.output is not None:
         text += f"\n\n{args.output}/accuracy.html"
-    return 0 if data["good"] else 1, data, text
+    return int(not result.good), result.to_json(), text
 
 
 def _call_protocol(args: Namespace) -> Outcome:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +21,7 @@ from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Program
 from boresight.options import Outcome, progress_of
 from boresight.sharing import estimator_names
+from boresight.sim.answer import Answer
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import words_of
 from boresight.sim.records.bundled import bundled
@@ -28,7 +29,41 @@ from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
 from boresight.verbs.demo import FILTERS
 
-__all__ = ["add_arguments", "bench", "call", "random_inputs"]
+__all__ = ["BenchResult", "add_arguments", "bench", "call", "random_inputs"]
+
+
+@dataclass(frozen=True)
+class BenchResult(Answer):
+    """What `bench` gives.
+
+    Attributes
+    ----------
+    estimator : str
+    updates_compared, mismatches : int
+        Updates of interpreter and C, and how many differ.
+    interpreter_updates_per_s, c_updates_per_s : int
+    ratio_c_to_interpreter : float
+        Of the two rates.
+    compile_seconds : float
+        CPU time from the estimator to the core's Verilog.
+    source : str
+        How all this was measured.
+    """
+
+    estimator: str
+    updates_compared: int
+    mismatches: int
+    interpreter_updates_per_s: int
+    c_updates_per_s: int
+    ratio_c_to_interpreter: float
+    compile_seconds: float
+    source: str
+
+    def __str__(self) -> str:
+        return "\n".join(
+            f"{k:28s} {v:,}" if isinstance(v, int) else f"{k:28s} {v}"
+            for k, v in self.to_json().items()
+        )
 
 
 #: Most updates of a comparison: all their words are held in memory.
@@ -66,7 +101,7 @@ def bench(
     updates: int = 10_000_000,
     runs: int = 20_000,
     progress: Callable[[str], None] | None = None,
-) -> dict[str, Any]:
+) -> BenchResult:
     """Measure updates per second and prove interpreter = C over ``updates`` updates.
 
     The interpreter runs ``runs`` logs side by side: one half windows of the bundled recording (of
@@ -75,7 +110,7 @@ def bench(
 
     Returns
     -------
-    dict
+    BenchResult
         Rates, the number of updates compared and of mismatches, compile time.
     """
     say = progress or (lambda text: None)
@@ -92,17 +127,17 @@ def bench(
     words = _many(recorded, program, steps, runs, rng)
     found, flags, seconds = _interpreted(program, words, say)
     mismatches, c_rate = _compared(program, words, found, flags, recorded)
-    return {
-        "estimator": estimator.name,
-        "updates_compared": steps * runs,
-        "mismatches": mismatches,
-        "interpreter_updates_per_s": round(steps * runs / seconds),
-        "c_updates_per_s": round(c_rate),
-        "ratio_c_to_interpreter": round(c_rate * seconds / (steps * runs), 2),
-        "compile_seconds": round(compile_seconds, 2),
-        "source": f"boresight bench, CPU time of one core; one half of the inputs {source}, "
+    return BenchResult(
+        estimator=estimator.name,
+        updates_compared=steps * runs,
+        mismatches=mismatches,
+        interpreter_updates_per_s=round(steps * runs / seconds),
+        c_updates_per_s=round(c_rate),
+        ratio_c_to_interpreter=round(c_rate * seconds / (steps * runs), 2),
+        compile_seconds=round(compile_seconds, 2),
+        source=f"boresight bench, CPU time of one core; one half of the inputs {source}, "
         "the other random words",
-    }
+    )
 
 
 def _many(
@@ -170,10 +205,6 @@ def call(args: Namespace) -> Outcome:
     """Do it; see `Outcome`."""
     names = estimator_names(*(args.estimators or FILTERS))
     results = [bench(name, updates=args.updates, progress=progress_of(args)) for name in names]
-    text = "\n\n".join(
-        "\n".join(
-            f"{k:28s} {v:,}" if isinstance(v, int) else f"{k:28s} {v}" for k, v in data.items()
-        )
-        for data in results
-    )
-    return int(any(data["mismatches"] for data in results)), {"results": results}, text
+    good = all(result.mismatches == 0 for result in results)
+    text = "\n\n".join(map(str, results))
+    return int(not good), {"results": [result.to_json() for result in results]}, text

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Sequence
-from dataclasses import asdict
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +20,7 @@ from boresight.sim.accuracy.manoeuvres import hostile
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
-from boresight.verbs.check import log_files
+from boresight.verbs.check import read_logs
 from boresight.verbs.demo import FILTERS
 
 __all__ = ["P0", "add_arguments", "call", "covariance", "initial_covariances"]
@@ -59,7 +58,7 @@ def initial_covariances(estimator: Estimator) -> list[dict[str, float]]:
 
 def covariance(
     name: Named,
-    *logs: str | Path,
+    *logs: Any,
     updates: int = 10_000_000,
     steps: int = _STEPS,
     progress: Callable[[str], None] | None = None,
@@ -70,10 +69,15 @@ def covariance(
 
     Parameters
     ----------
-    logs : paths
+    logs : paths, or data in memory (`Record.of`)
         Recordings, or folders of them; by default the bundled one, where it feeds the filter.
     steps : int
         Length of each stimulus; it repeats.
+
+    Returns
+    -------
+    CovarianceTrial
+        Negative variances, least eigenvalue, drift from float64.
 
     Raises
     ------
@@ -89,12 +93,10 @@ def covariance(
     return covariance_trial(estimator, records, updates=updates, params=params, progress=progress)
 
 
-def _recorded(
-    estimator: Estimator, logs: Sequence[str | Path], steps: int
-) -> dict[str, np.ndarray]:
+def _recorded(estimator: Estimator, logs: Sequence[Any], steps: int) -> dict[str, np.ndarray]:
     """Inputs (n, n_inputs) of logs, by name."""
     if logs:
-        read = [read_record(path).head(steps) for path in log_files(logs)]
+        read = [record.head(steps) for record, _ in read_logs(logs)]
         return {f"log {r.name}": feed(estimator, r).inputs for r in read}
     try:
         record = read_record(bundled("ximu_walk")).head(steps)
@@ -131,5 +133,5 @@ def call(args: Namespace) -> Outcome:
         for name in names
     ]
     good = all(trial.good for trial in found)
-    data = {"good": good, "results": [{**asdict(t), "good": t.good} for t in found]}
-    return 0 if good else 1, data, "\n".join(t.line() for t in found)
+    data = {"good": good, "results": [t.to_json() for t in found]}
+    return 0 if good else 1, data, "\n".join(str(t) for t in found)

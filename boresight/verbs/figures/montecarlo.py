@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 import os
 from argparse import ArgumentParser, Namespace
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from boresight.arguments import JOBS_MOST, check_choice, check_number, check_word
 from boresight.disk.output import OutputFile
@@ -16,14 +17,119 @@ from boresight.loop import NamedWorld, world_of
 from boresight.model.errors import InputError
 from boresight.model.resolve import Named, estimator_of
 from boresight.options import Outcome, number_options, params_of, progress_of
+from boresight.sim.answer import Answer, JsonObject, plain
 from boresight.sim.montecarlo.campaign import Campaign, made
 from boresight.sim.montecarlo.deal import cluster, complete
 from boresight.sim.montecarlo.figures import figures, text
 from boresight.sim.montecarlo.journal import Journal
 
-__all__ = ["add_arguments", "call", "montecarlo"]
+__all__ = ["Consistency", "MonteCarloResult", "OutputSpread", "add_arguments", "call", "montecarlo"]
 
 LEVELS = ("c", "fixed", "float")
+
+#: Over the marks; None: no number.
+Curve: TypeAlias = Sequence[float | None]
+
+
+@dataclass(frozen=True)
+class OutputSpread:
+    """An output's errors over the draws, in its unit, at each mark.
+
+    Attributes
+    ----------
+    mean, mean_band : Curve
+        Mean, and half its band of 95 %.
+    sd, sd_band : Curve, two of them
+        Standard deviation, and its band of 95 %.
+    rms : Curve
+    bound, ratio : Curve or None
+        Least standard deviation that any estimator can reach, where the world knows it, and ``sd``
+        over it.
+    """
+
+    mean: Curve
+    mean_band: Curve
+    sd: Curve
+    sd_band: Sequence[Curve]
+    rms: Curve
+    bound: Curve | None = None
+    ratio: Curve | None = None
+
+    def to_json(self) -> JsonObject:
+        """Plain data, without what the world does not know."""
+        return {k: plain(v) for k, v in vars(self).items() if v is not None}
+
+
+@dataclass(frozen=True)
+class Consistency:
+    """NEES or NIS per degree of freedom: 1 where a filter is as good as it says.
+
+    ``mean`` is over the draws, of NEES at each mark; ``band`` its 95 %.
+    """
+
+    freedom: int
+    mean: Curve | float
+    band: Sequence[float]
+
+
+@dataclass(frozen=True)
+class MonteCarloResult(Answer):
+    """What `montecarlo` gives; its JSON file holds it.
+
+    Attributes
+    ----------
+    world, estimator, level : str
+    world_file, program : str
+        Digests of what the draws depend on.
+    params : mapping of str to float
+        Values other than the defaults.
+    word : int
+        Word width, bits.
+    steps : int or None
+        Most records of a draw.
+    seed, runs : int
+        Of the first draw, and how many.
+    marks : sequence of int
+        Records at which the errors are looked at.
+    outputs : mapping of str to OutputSpread
+    nees, nis : Consistency or None
+        Where estimator and level tell a covariance, and innovations.
+    saturated : int
+        Updates.
+    file : str
+        The JSON file.
+    units : mapping of str to str
+        Of the outputs; not in JSON.
+    """
+
+    world: str
+    world_file: str
+    estimator: str
+    program: str
+    params: Mapping[str, float]
+    level: str
+    word: int
+    steps: int | None
+    seed: int
+    runs: int
+    marks: Sequence[int]
+    outputs: Mapping[str, OutputSpread]
+    saturated: int
+    file: str
+    nees: Consistency | None = None
+    nis: Consistency | None = None
+    units: Mapping[str, str] = field(default_factory=dict)
+
+    def to_json(self) -> JsonObject:
+        """Plain data, as in the file, and ``file``."""
+        data = super().to_json()
+        for name in ("saturated", "file"):  # after the rest
+            data[name] = data.pop(name)
+        gone = {"units", *(name for name in ("nees", "nis") if data[name] is None)}
+        return {name: value for name, value in data.items() if name not in gone}
+
+    def __str__(self) -> str:
+        return f"{text(self.to_json(), self.units)}\n{self.file}"
 
 
 def montecarlo(
@@ -41,7 +147,7 @@ def montecarlo(
     executor: Any = None,
     output: str | Path = "build",
     progress: Callable[[str], None] | None = None,
-) -> dict[str, Any]:
+) -> MonteCarloResult:
     """Run draws of a world on an estimator: errors, NEES, NIS, spread against the bound.
 
     Every draw that is done stands in ``montecarlo-WORLD-ESTIMATOR.runs``; called again, also with
@@ -69,8 +175,8 @@ def montecarlo(
 
     Returns
     -------
-    dict
-        See `sim.montecarlo.figures.figures`; ``file``.
+    MonteCarloResult
+        Errors by output, NEES, NIS and the spread over the bound.
 
     Raises
     ------
@@ -108,13 +214,19 @@ def montecarlo(
     say = progress or (lambda text: None)
     with _others(campaign, scheduler, executor) as dealer:
         found = complete(campaign, seeds, journal, say=say, jobs=own, executor=dealer)
-    data = {
+    judged = figures(found, plant.bound(), filter.nis_freedom)
+    told = MonteCarloResult(
         **campaign.identity(),
-        "seed": seed,
-        **figures(found, plant.bound(), filter.nis_freedom),
-    }
+        seed=seed,
+        **judged
+        | {key: Consistency(**judged[key]) for key in ("nees", "nis") if key in judged}
+        | {"outputs": {key: OutputSpread(**one) for key, one in judged["outputs"].items()}},
+        file=str(folder / f"{name}.json"),
+        units={o.name: o.unit for o in filter.outputs},
+    )
+    data = {key: value for key, value in told.to_json().items() if key != "file"}
     result.write(json.dumps(data, allow_nan=False) + "\n")
-    return data | {"file": str(folder / f"{name}.json")}
+    return told
 
 
 def _others(
@@ -151,7 +263,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def call(args: Namespace) -> Outcome:
     """Do it; see `Outcome`."""
-    data = montecarlo(
+    told = montecarlo(
         args.world,
         args.estimator,
         runs=args.runs,
@@ -165,5 +277,4 @@ def call(args: Namespace) -> Outcome:
         output=args.output,
         progress=progress_of(args),
     )
-    units = {o.name: o.unit for o in estimator_of(args.estimator).outputs}
-    return 0, data, text(data, units) + f"\n{data['file']}"
+    return 0, told.to_json(), str(told)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -19,16 +18,24 @@ from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import Outcome, number_options, params_of, progress_of
 from boresight.parameters import parse_settings
+from boresight.results.tune import (
+    CrossValidation,
+    TunedParameter,
+    TuneErrors,
+    TuneFold,
+    TuneResult,
+    TuneSearch,
+    TuneTrial,
+)
 from boresight.sim.accuracy.figures import units_of
 from boresight.sim.accuracy.scoring import Scorer
-from boresight.sim.accuracy.search import Sensitivity, Tuned, deal_folds, tunable
+from boresight.sim.accuracy.search import Tuned, deal_folds, tunable
 from boresight.sim.accuracy.tuning import Fold, Objective, Tuning, detuned, means, weights_of
 from boresight.sim.records.bundled import is_comparison
 from boresight.sim.records.feed import Feed, feed
-from boresight.sim.records.files import read_record
-from boresight.verbs.check import log_files
+from boresight.verbs.check import log_files, read_logs
 
-__all__ = ["add_arguments", "call", "tune", "tuning_text"]
+__all__ = ["add_arguments", "call", "tune"]
 
 #: What the figures are, for people.
 SOURCE = (
@@ -39,7 +46,7 @@ SOURCE = (
 
 def tune(
     name: Named,
-    *logs: str | Path,
+    *logs: Any,
     folds: int | None = None,
     seed: int | None = None,
     names: Sequence[str] | None = None,
@@ -51,13 +58,13 @@ def tune(
     jobs: int | None = None,
     output: str | Path | None = None,
     progress: Callable[[str], None] | None = None,
-) -> dict[str, Any]:
+) -> TuneResult:
     """Tune parameters by a pattern search on the emitted C; see `sim.accuracy.tuning`.
 
     Parameters
     ----------
     name : str, class or Estimator
-    logs : paths
+    logs : paths, or data in memory (`Record.of`)
         Logs, or folders of logs. Those without truth are named and left out.
     folds : int, optional
         Of the cross-validation; 1: none. By default 3, or as many as there are trials.
@@ -83,9 +90,8 @@ def tune(
 
     Returns
     -------
-    dict
-        ``parameters``, ``error`` before and after, ``trials``, ``sensitivity``,
-        ``cross_validation`` and how it was done.
+    TuneResult
+        Parameters, errors before and after, sensitivity, cross-validation and how it was done.
 
     Raises
     ------
@@ -96,17 +102,10 @@ def tune(
     estimator = find_estimator(name)
     given = estimator.param_values(params)
     moving = tunable(estimator, given, names)
-    _check_numbers(
-        word=word,
-        folds=1 if folds is None else folds,
-        rounds=rounds,
-        jobs=jobs,
-        seed=seed,
-        detune=detune,
-    )
-    files = log_files(logs)
+    _check_numbers(word=word, folds=folds, rounds=rounds, jobs=jobs, seed=seed, detune=detune)
+    files = log_files(log for log in logs if isinstance(log, str | Path))
     target = None if output is None else OutputFile(output, "tune", of=estimator.name, inputs=files)
-    trials, left_out = _trials(estimator, files)
+    trials, left_out = _trials(estimator, logs)
     units = {n: u for t in trials for n, u in units_of(estimator, t).items()}
     chosen = weights_of(units, weights)
     count = min(3, len(trials)) if folds is None else folds
@@ -118,71 +117,69 @@ def tune(
     tuned = tuning.search(range(len(trials)), "all trials")
     held = tuning.folds(tests)
     say("sensitivities")
-    data: dict[str, Any] = {
-        "estimator": estimator.name,
-        "parameters": {**tuning.start, **tuned.values},
-        "word": word,
-        "source": SOURCE,
-        "units": units,
-        "weights": chosen,
-        **_errors(tuning, given, tuned.values),
-        **_search(tuning, given, tuned, detune),
-        "without_truth": left_out,
-        "sensitivity": [_plain(s) for s in tuning.around(tuned.values)],
-        "cross_validation": _cross(held, [t.record.name for t in trials], objective, seed),
-    }
+    error, each = _errors(tuning, given, tuned.values)
+    result = TuneResult(
+        estimator=estimator.name,
+        parameters={**tuning.start, **tuned.values},
+        word=word,
+        source=SOURCE,
+        units=units,
+        weights=chosen,
+        error=error,
+        trials=each,
+        tuned_parameters=_moved(tuning, given, tuned.values),
+        search=_search(tuning, tuned, detune),
+        without_truth=tuple(left_out),
+        sensitivity=tuple(tuning.around(tuned.values)),
+        cross_validation=_cross(held, [t.record.name for t in trials], objective, seed),
+    )
     if target is not None:
-        target.write(json.dumps(data, indent=1) + "\n")
-    return data
-
-
-def _search(
-    tuning: Tuning, given: Mapping[str, float], tuned: Tuned, detune: float
-) -> dict[str, Any]:
-    """What moved, from where to where, and how."""
-    return {
-        "tuned_parameters": [
-            {
-                **{key: getattr(p, key) for key in ("name", "unit", "low", "high")},
-                "given": given[p.name],
-                "start": tuning.start[p.name],
-                "tuned": tuned.values[p.name],
-            }
-            for p in tuning.params
-        ],
-        "search": {
-            "method": "pattern search (Hooke and Jeeves) in the logarithm",
-            "rounds": len(tuned.history) - 1,
-            "rounds_most": tuning.rounds,
-            "detune": detune,
-            "evaluations": tuned.evaluations,
-            "start": _or_none(tuned.start),
-            "history": [_or_none(h) for h in tuned.history],
-        },
-    }
+        target.write(json.dumps(result.to_json(), indent=1) + "\n")
+    return result
 
 
 def _errors(
     tuning: Tuning, given: Mapping[str, float], tuned: Mapping[str, float]
-) -> dict[str, Any]:
+) -> tuple[TuneErrors, tuple[TuneTrial, ...]]:
     """What the errors were, over all trials and of each."""
     trials = tuning.scorer.feeds
-    sets = {"given": given, "tuned": tuned}
-    scores = {key: tuning.scores(values, range(len(trials))) for key, values in sets.items()}
-    return {
-        "error": {key: _figures(means(found)) for key, found in scores.items()},
-        "trials": [
-            {"trial": t.record.name, **{key: _figures(found[k]) for key, found in scores.items()}}
-            for k, t in enumerate(trials)
-        ],
-    }
+    before, after = (tuning.scores(values, range(len(trials))) for values in (given, tuned))
+    each = tuple(
+        TuneTrial(t.record.name, _figures(b), _figures(a))
+        for t, b, a in zip(trials, before, after, strict=True)
+    )
+    return TuneErrors(_figures(means(before)), _figures(means(after))), each
+
+
+def _moved(
+    tuning: Tuning, given: Mapping[str, float], tuned: Mapping[str, float]
+) -> tuple[TunedParameter, ...]:
+    """What moved, from where to where."""
+    values = (given, tuning.start, tuned)
+    return tuple(
+        TunedParameter(p.name, p.unit, p.low, p.high, *(v[p.name] for v in values))
+        for p in tuning.params
+    )
+
+
+def _search(tuning: Tuning, tuned: Tuned, detune: float) -> TuneSearch:
+    """How it was searched."""
+    return TuneSearch(
+        method="pattern search (Hooke and Jeeves) in the logarithm",
+        rounds=len(tuned.history) - 1,
+        rounds_most=tuning.rounds,
+        detune=detune,
+        evaluations=tuned.evaluations,
+        start=_or_none(tuned.start),
+        history=tuple(_or_none(h) for h in tuned.history),
+    )
 
 
 def _check_numbers(
-    *, word: int, folds: int, rounds: int, jobs: int | None, seed: int | None, detune: float
+    *, word: int, folds: int | None, rounds: int, jobs: int | None, seed: int | None, detune: float
 ) -> None:
     check_word(word)
-    check_number("folds", folds, 1)
+    check_number("folds", 1 if folds is None else folds, 1)
     check_number("rounds", rounds, 1)
     check_number("jobs", 1 if jobs is None else jobs, 1, JOBS_MOST)
     check_number("seed", 0 if seed is None else seed, 0)
@@ -195,13 +192,13 @@ def _check_numbers(
         )
 
 
-def _trials(estimator: Estimator, files: Sequence[Path]) -> tuple[list[Feed], list[str]]:
+def _trials(estimator: Estimator, logs: Sequence[Any]) -> tuple[list[Feed], list[str]]:
     """Logs with truth in the order of their names, and the names of the others."""
     trials: list[Feed] = []
     left_out: list[str] = []
-    for path in files:
-        given = feed(estimator, read_record(path))
-        if units_of(estimator, given) and not is_comparison(path):
+    for record, path in read_logs(logs):
+        given = feed(estimator, record)
+        if units_of(estimator, given) and not (path is not None and is_comparison(path)):
             trials.append(given)
         else:
             left_out.append(given.record.name)
@@ -218,31 +215,28 @@ def _trials(estimator: Estimator, files: Sequence[Path]) -> tuple[list[Feed], li
 
 def _cross(
     held: Sequence[Fold], labels: Sequence[str], objective: Objective, seed: int | None
-) -> dict[str, Any] | None:
+) -> CrossValidation | None:
     """What the folds say; None without any."""
     if not held:
         return None
-    return {
-        "folds": [
-            {
-                "test": [labels[i] for i in f.test],
-                "train": [labels[i] for i in f.train],
-                "train_figure": _or_none(f.tuned.best),
-                "test_figure": _or_none(objective.value(f.scores)),
-                "test_error": _figures(means(f.scores)),
-                "parameters": f.tuned.values,
-            }
+    every = [s for f in held for s in f.scores]
+    return CrossValidation(
+        folds=tuple(
+            TuneFold(
+                test=tuple(labels[i] for i in f.test),
+                train=tuple(labels[i] for i in f.train),
+                train_figure=_or_none(f.tuned.best),
+                test_figure=_or_none(objective.value(f.scores)),
+                test_error=_figures(means(f.scores)),
+                parameters=f.tuned.values,
+            )
             for f in held
-        ],
-        "seed": seed,
-        "mean_test_figure": _or_none(objective.value([s for f in held for s in f.scores])),
-        "mean_test_error": _figures(means([s for f in held for s in f.scores])),
-        "source": "mean over all trials, each with parameters tuned on the other folds",
-    }
-
-
-def _plain(s: Sensitivity) -> dict[str, Any]:
-    return {k: _or_none(v) if k.startswith("at_") else v for k, v in asdict(s).items()}
+        ),
+        seed=seed,
+        mean_test_figure=_or_none(objective.value(every)),
+        mean_test_error=_figures(means(every)),
+        source="mean over all trials, each with parameters tuned on the other folds",
+    )
 
 
 def _figures(score: Mapping[str, float]) -> dict[str, float | None]:
@@ -251,46 +245,6 @@ def _figures(score: Mapping[str, float]) -> dict[str, float | None]:
 
 def _or_none(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
-
-
-def _number(value: float | None, width: int = 8) -> str:
-    return f"{'-' if value is None else f'{value:.4g}':>{width}s}"
-
-
-def tuning_text(data: Mapping[str, Any]) -> str:
-    """The result as text for people."""
-    units, weights = data["units"], {n: w for n, w in data["weights"].items() if w}
-    alone = next(iter(weights)) if len(weights) == 1 else None
-    what = (
-        f"{alone} {units[alone]}".strip()
-        if alone is not None
-        else "share of the given, weights " + ", ".join(f"{n} {w:g}" for n, w in weights.items())
-    )
-    cross = data["cross_validation"]
-    lines = [
-        f"{data['estimator']}, W = {data['word']}, {len(data['trials'])} trials, "
-        f"{data['search']['evaluations']} evaluations: root mean square error",
-        f"  {'':16s}{'given':>10s}{'tuned':>10s}" + ("" if cross is None else "  cross-validated"),
-    ]
-    for n, unit in units.items():
-        pair = "".join(_number(data["error"][key].get(n), 10) for key in ("given", "tuned"))
-        more = "" if cross is None else _number(cross["mean_test_error"].get(n), 17)
-        lines.append(f"  {f'{n} {unit}':16s}{pair}{more}".rstrip())
-    for k, f in enumerate(cross["folds"] if cross is not None else ()):
-        lines.append(
-            f"  fold {k + 1}: trained on {len(f['train'])} {_number(f['train_figure'])}, "
-            f"tested on {len(f['test'])} {_number(f['test_figure'])}   ({what})"
-        )
-    width = max(len(p["name"]) for p in data["tuned_parameters"])
-    lines.append(f"  {'parameter':{width}s}  {'given':>10s} {'tuned':>10s}  {what} with x 0.5, x 2")
-    for p, s in zip(data["tuned_parameters"], data["sensitivity"], strict=True):
-        lines.append(
-            f"  {p['name']:{width}s}  {p['given']:10.4g} {p['tuned']:10.4g}  "
-            f"{_number(s['at_half'])} {_number(s['at_double'])}  {p['unit']}".rstrip()
-        )
-    if data["without_truth"]:
-        lines.append("  left out, no truth: " + ", ".join(data["without_truth"]))
-    return "\n".join(lines)
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -324,7 +278,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def call(args: Namespace) -> Outcome:
     """Do it; see `Outcome`."""
-    data = tune(
+    result = tune(
         args.estimator,
         *args.logs,
         folds=args.folds,
@@ -339,5 +293,7 @@ def call(args: Namespace) -> Outcome:
         output=args.output,
         progress=progress_of(args),
     )
-    text = tuning_text(data)
-    return 0, data, text if args.output is None else f"{text}\n  written: {args.output}"
+    text = str(result)
+    if args.output is not None:
+        text += f"\n  written: {args.output}"
+    return 0, result.to_json(), text

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -69,6 +70,14 @@ def test_a_shared_log_must_feed_all(logs: list[str], capsys: pytest.CaptureFixtu
     columns = STRANGERS["kalman.py"](30)[0] | STRANGERS["pi.py:Pi"](30)[0]
     results = boresight.check(BOTH, columns, levels=("fixed",))
     assert [r.estimator for r in results] == ["kalman", "pi"]
+    assert results.good and len(results[:1]) == 1 and results.to_json()["good"] is True
+    bad = replace(results, results=(results[0], replace(results[1], levels=())))
+    assert not bad.good and str(bad).endswith("\nFAILED") and bad.to_json()["good"] is False
+    text = str(results).splitlines()
+    assert text[0] == "kalman on record, small, W = 32" and text[-1] == "good"
+    page = results._repr_html_()
+    assert "<td>estimator</td><td>pi</td>" in page and "<th>cycles_predicted</th>" not in page
+    assert "<h4>from float64</h4>" in page and "<td>interpreter</td><td>30</td><td>0</td>" in page
     assert all(len(r.given) == 30 for r in results)
     assert np.array_equal(results[0].given.inputs[:, 0], columns["dt"])
 

@@ -50,11 +50,11 @@ def built(tmp_path_factory):
         top="records",
         params={NAMES[1]: {"kp_roll_per_s": 4.0}},
     )
-    return folder, data
+    return folder, data.report, data
 
 
 def test_files(built):
-    folder, data = built
+    folder, data, _ = built
     assert json.loads((folder / "report.json").read_text()) == data
     for name in NAMES:
         for file in (
@@ -72,8 +72,25 @@ def test_files(built):
     assert "to register 516\n" in readme
 
 
+def test_what_it_returns(built):
+    folder, data, result = built
+    assert (result.output, result.config, result.word) == (folder, "small", 32)
+    assert result.digest == data["digest"] and result.to_json() is data
+    assert result.core is None and result.system is None
+    for program, name in zip(result.programs, NAMES, strict=True):
+        timing = data["programs"][name]["timing"]
+        assert program.name == name
+        assert program.latency_cycles == timing["latency_cycles_by_output"]
+        assert program.interval_cycles == timing["interval_cycles"]
+        heading = program.latency_cycles["heading"]
+        assert f"{folder}: {name}: " in str(result) and f", heading {heading}, " in str(result)
+    page = result._repr_html_()
+    heading = result.programs[0].latency_cycles["heading"]
+    assert f"<td>{NAMES[0]}</td><td>heading</td><td>{heading}</td>" in page
+
+
 def test_report(built):
-    _, data = built
+    _, data, _ = built
     assert data["core"] == "core" and list(data["programs"]) == NAMES
     words = [r["timing"]["interval_cycles"] for r in data["programs"].values()]
     assert data["microcode"] == {
@@ -87,7 +104,7 @@ def test_report(built):
 
 
 def test_registers(built):
-    folder, data = built
+    folder, data, _ = built
     registers = json.loads((folder / "registers.json").read_text())
     by_name = {r["name"]: r for r in registers["registers"]}
     assert by_name["program"]["address"] == 516 and by_name["program"]["names"] == NAMES

@@ -9,7 +9,6 @@ from pathlib import Path
 import boresight
 from boresight.cli import main
 from boresight.gateware.synthesis.estimate import Estimate
-from boresight.verbs.demo import summary_table
 
 
 def test_demo_proves_every_filter_on_one_core(tmp_path, monkeypatch):
@@ -22,23 +21,20 @@ def test_demo_proves_every_filter_on_one_core(tmp_path, monkeypatch):
     )
     monkeypatch.setattr(module, "BOARD_S", 0.05)
     data = boresight.demo(("complementary", "mekf"), steps=20, restarts=1, output=tmp_path)
-    assert data["good"] is True
-    assert [(r["config"], r["estimator"]) for r in data["filters"]] == [
+    assert data.good is True
+    assert [(r.config, r.estimator) for r in data.filters] == [
         (c, e) for c in ("small", "fast") for e in ("complementary", "mekf")
     ]
-    for row in data["filters"]:
-        assert row["mismatches"] == 0 and row["updates_proven"]["verilator"] == 20
-        assert Path(row["report"]).is_file()
-    for core in data["cores"]:
-        assert (tmp_path / f"core-{core['config']}" / "core.v").is_file()
-        report = json.loads((tmp_path / f"core-{core['config']}" / "report.json").read_text())
-        assert report["resources"]["lut"] == core["lut"]
+    for row in data.filters:
+        assert row.mismatches == 0 and row.updates_proven["verilator"] == 20
+        assert Path(row.report).is_file()
+    for core in data.cores:
+        assert (tmp_path / f"core-{core.config}" / "core.v").is_file()
+        report = json.loads((tmp_path / f"core-{core.config}" / "report.json").read_text())
+        assert report["resources"]["lut"] == core.lut
         assert list(report["programs"]) == ["complementary", "mekf"]
-    assert json.loads((tmp_path / "summary.json").read_text()) == data
-    assert summary_table(data).count("mekf") == 3  # two cores and the board
-    assert [(r["filter"], r["good"]) for r in data["board"]] == [
-        ("complementary", True),
-        ("mekf", True),
-    ]
+    assert json.loads((tmp_path / "summary.json").read_text()) == data.to_json()
+    assert str(data).split("report:")[0].count("mekf") == 3  # two cores and the board
+    assert [(r.filter, r.good) for r in data.board] == [("complementary", True), ("mekf", True)]
     assert (tmp_path / "board" / "board.html").is_file()
     assert main(["demo", "--steps", "0", "-o", str(tmp_path)]) == 2

@@ -31,14 +31,14 @@ def test_names_as_json(capsys):
 
 
 def test_experiments() -> None:
-    shown = list_estimators()["experiments"]
-    assert [(e["name"], e["summary"]) for e in shown] == [
+    shown = list_estimators().experiments
+    assert [(e.name, e.summary) for e in shown] == [
         (name, e.summary) for name, e in EXPERIMENTS.items()
     ]
 
 
 def test_interfaces_are_the_estimators_own() -> None:
-    data = list_estimators()
+    data = list_estimators().to_json()
     assert data["configs"] == [
         {"name": "small", "lanes": 1, "registers": 512},
         {"name": "fast", "lanes": 2, "registers": 512},

@@ -98,6 +98,6 @@ def test_names_that_no_module_may_have(name, found, folder, capsys):
 
 
 def test_nothing_of_the_template_is_left(folder):
-    for path in boresight.new("bear"):
+    for path in boresight.new("bear").files:
         assert "tarter" not in path.read_text()
     assert (ROOT / "boresight" / "starter" / "estimator.txt").read_text().count("Starter") == 2

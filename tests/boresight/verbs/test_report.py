@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from boresight import ReportResult
 from boresight.cli import main
 from boresight.disk.manifest import NAME
 from boresight.model.errors import InputError
@@ -50,12 +51,13 @@ def test_page_and_json_of_the_same_figures(tmp_path: Path, capsys) -> None:
 def test_all_of_it_has_to_be_good(levels, verdict, code, monkeypatch, capsys) -> None:
     asked = {}
 
-    def report(name: str, *logs: str, **options: object) -> dict[str, object]:
+    def report(name: str, *logs: str, **options: object) -> ReportResult:
         asked.update(options, name=name, logs=logs)
-        return {
+        data = {
             "verification": [{"good": good} for good in levels],
             "accuracy": {"verdict": {"good": verdict}},
         }
+        return ReportResult(Path("report.html"), data)
 
     monkeypatch.setattr(module, "report", report)
     words = ["report", "mekf", "a.csv", "b.csv", "--comparison", "--widths", "--against", "r.json"]
@@ -120,7 +122,7 @@ def test_logs_widths_another_run_and_lines_of_ones_own_filter(
     monkeypatch.setattr(module, "width_section", partial(module.width_section, widths=(18,)))
     name, logs, out = f"{tmp_path}/my double.py", tmp_path / "logs", tmp_path / "deep" / "er"
     first = module.report(name, logs / "one.csv", synth=False, output=out)
-    data = module.report(
+    found = module.report(
         name,
         logs,
         {"u": [1.0]},
@@ -129,9 +131,12 @@ def test_logs_widths_another_run_and_lines_of_ones_own_filter(
         against=out / "report.json",
         output=out,  # over the report that it is compared with
     )
+    assert found.good and found.page == out / "report.html"
+    assert "report.html" in found._repr_html_()
+    data = found.to_json()
     assert [log["dataset"] for log in data["accuracy"]["logs"]] == ["one", "two", "record"]
     assert [p["word"] for p in data["widths"]["points"]] == [18]
-    assert first["widths"] is None and first["against"] is None
+    assert first.report["widths"] is None and first.report["against"] is None
     rows = {r["figure"]: (r["before"], r["after"]) for r in data["against"]["rows"]}
     assert rows.pop("log") == ("one", "one, two, record")
     page = (out / "report.html").read_text()

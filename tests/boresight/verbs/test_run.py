@@ -56,33 +56,40 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_by_hand(here: Path, on: str) -> None:
     data = boresight.run("mine.py", "log.csv", on=on, output="out.csv")
     x, h = [1.5, 0.25, 2.125], [0.25, -0.125, 0.5]
-    assert (data["estimator"], data["on"], data["log"]) == ("mine", on, "log")
-    assert data["t"].tolist() == [0.0, 0.5, 1.0]
-    assert np.abs(data["outputs"]["x"] - x).max() < 1e-8
-    assert np.abs(data["outputs"]["h"] - h).max() < 1e-8
-    assert data["outputs"]["s"].tolist() == [1.0, 1.0, 1.0]
-    assert data["units"] == {"x": "m", "h": "ht", "s": "flags"}
-    assert data["warnings"] == [] and data["clamped"] == {"z": 1}
-    assert [(d["output"], d["samples"]) for d in data["truth"]] == [("x", 2), ("h", 2)]
-    assert data["truth"][0]["max"] == pytest.approx(0.125, abs=1e-8)
-    assert all(d["tolerance"] is None for d in data["truth"])
-    assert "q" not in data and "rmse_deg" not in data
+    assert (data.estimator, data.on, data.log) == ("mine", on, "log")
+    assert data.t.tolist() == [0.0, 0.5, 1.0]
+    assert np.abs(data.outputs["x"] - x).max() < 1e-8
+    assert np.abs(data.outputs["h"] - h).max() < 1e-8
+    assert data.outputs["s"].tolist() == [1.0, 1.0, 1.0]
+    assert data.units == {"x": "m", "h": "ht", "s": "flags"}
+    assert data.warnings == () and data.clamped == {"z": 1}
+    assert [(d.output, d.samples) for d in data.truth] == [("x", 2), ("h", 2)]
+    assert data.truth[0].largest == pytest.approx(0.125, abs=1e-8)
+    assert all(d.tolerance is None for d in data.truth)
+    assert data.attitude is None and "q" not in data.to_json()
     # What it wrote is a log itself, half turns in degrees.
     out = read_record("out.csv")
     assert {n: c.unit for n, c in out.columns.items()} == {
         "t": "s", "x": "m", "h": "deg", "s": "flags"
     }  # fmt: skip
     assert out.columns["t"].values.tolist() == [0.0, 0.5, 1.0]
-    assert np.array_equal(out.columns["x"].values, data["outputs"]["x"])
-    assert np.array_equal(out.columns["h"].values, 180.0 * data["outputs"]["h"])
+    again = data.record()
+    assert {n: c.unit for n, c in again.columns.items()} == {
+        n: c.unit for n, c in out.columns.items()
+    }
+    page = data._repr_html_()  # a plot for each unit
+    assert f"mine on {on}: 3 rows, RMSE against the log" in page and page.count("<svg") == 1
+    assert all(f">{text}<" in page for text in ("x", "h", "s", "m", "ht", "t, s"))
+    assert np.array_equal(out.columns["x"].values, data.outputs["x"])
+    assert np.array_equal(out.columns["h"].values, 180.0 * data.outputs["h"])
 
 
 def test_parameters_steps_and_widths(here: Path) -> None:
     still = boresight.run("mine.py", "log.csv", params={"k": 0.0}, steps=2)
-    assert still["outputs"]["x"].tolist() == [1.0, 1.0] and len(still["t"]) == 2
+    assert still.outputs["x"].tolist() == [1.0, 1.0] and len(still.t) == 2
     third = {"k": 1.0 / 3.0}
     words = [
-        boresight.run("mine.py", "log.csv", params=third, word=w)["outputs"]["x"] for w in (18, 32)
+        boresight.run("mine.py", "log.csv", params=third, word=w).outputs["x"] for w in (18, 32)
     ]
     assert 1e-6 < np.abs(words[0] - words[1]).max() < 1e-3
 
@@ -97,8 +104,8 @@ def test_data_in_memory() -> None:
 
     for given in (Mine, Mine()):
         data = boresight.run(given, {"z[cm]": [100.0, -50.0]})
-        assert data["outputs"]["y"].tolist() == [2.0, 0.5]
-        assert data["t"] is None and data["truth"] == []
+        assert data.outputs["y"].tolist() == [2.0, 0.5]
+        assert data.t is None and data.truth == ()
 
 
 def test_a_record_without_times_or_units_is_written_without(here: Path) -> None:
@@ -112,14 +119,14 @@ def test_attitudes() -> None:
     inputs = feed(filter, log).inputs[:200]
     reference = filter.run_float(inputs[:, :, None]).outputs
     q = np.stack([reference[n][:, 0] for n in ("qw", "qx", "qy", "qz")], axis=1)
-    assert np.abs(data["q"] - q).max() < 1e-9
+    assert np.abs(data.attitude.q - q).max() < 1e-9
     heading = 180.0 * reference["heading"][:, 0]
-    assert np.abs((data["euler_deg"][:, 0] - heading + 180) % 360 - 180).max() < 1e-7
-    assert data["status"].dtype == np.int64
-    assert data["status"].tolist() == reference["status"][:, 0].tolist()
-    rmse = attitude_rmse(data["q"], NineAxis.of(log).attitude[:200], None)._asdict()
-    assert data["rmse_deg"] == pytest.approx(rmse)
-    assert data["warnings"] == []
+    assert np.abs((data.attitude.euler_deg[:, 0] - heading + 180) % 360 - 180).max() < 1e-7
+    assert data.attitude.status.dtype == np.int64
+    assert data.attitude.status.tolist() == reference["status"][:, 0].tolist()
+    rmse = attitude_rmse(data.attitude.q, NineAxis.of(log).attitude[:200], None)._asdict()
+    assert data.attitude.rmse_deg._asdict() == pytest.approx(rmse)
+    assert data.warnings == ()
 
 
 def test_a_log_in_memory_is_the_file(tmp_path: Path) -> None:
@@ -128,18 +135,18 @@ def test_a_log_in_memory_is_the_file(tmp_path: Path) -> None:
     view = NineAxis.of(log)
     mov = np.arange(len(log)) >= 40
     for given in (log, SYNTHETIC):
-        assert boresight.run("complementary", given, on="c", steps=90)["rmse_deg"] is not None
+        assert boresight.run("complementary", given, on="c", steps=90).attitude.rmse_deg is not None
     one, other = (
-        boresight.run("complementary", given, on="c", steps=90)["outputs"]
+        boresight.run("complementary", given, on="c", steps=90).outputs
         for given in (log, SYNTHETIC)
     )
     assert all(np.array_equal(one[n], other[n]) for n in one)
     data = boresight.run("complementary", replace(view, mov=mov).record(), on="c", steps=90)
-    assert data["rmse_deg"] == pytest.approx(
-        attitude_rmse(data["q"], view.attitude[:90], mov[:90])._asdict()
+    assert data.attitude.rmse_deg._asdict() == pytest.approx(
+        attitude_rmse(data.attitude.q, view.attitude[:90], mov[:90])._asdict()
     )
-    assert data["rmse_deg"] != pytest.approx(
-        boresight.run("complementary", log, on="c", steps=90)["rmse_deg"]
+    assert data.attitude.rmse_deg._asdict() != pytest.approx(
+        boresight.run("complementary", log, on="c", steps=90).attitude.rmse_deg._asdict()
     )
 
 
@@ -149,8 +156,8 @@ def test_leading_steps_are_those_of_the_whole_log(here: Path) -> None:
     whole = boresight.run("mine.py", {"t": t, "z": np.zeros(5)}, on="numpy")
     for steps in (1, 2, 4):
         part = boresight.run("mine.py", {"t": t, "z": np.zeros(5)}, on="numpy", steps=steps)
-        for name, values in part["outputs"].items():
-            assert values.tolist() == whole["outputs"][name][:steps].tolist()
+        for name, values in part.outputs.items():
+            assert values.tolist() == whole.outputs[name][:steps].tolist()
 
 
 def test_an_output_named_as_the_time_is_refused_before_the_work(here: Path) -> None:
@@ -179,8 +186,8 @@ def test_attitudes_without_truth() -> None:
     columns = read_record(SYNTHETIC).head(30).columns
     given = {n: c.values for n, c in columns.items() if not n.startswith("q")}
     data = boresight.run("mekf", given, on="c")
-    assert data["rmse_deg"] is None and data["truth"] == []
-    assert data["q"].shape == (30, 4) and data["euler_deg"].shape == (30, 3)
+    assert data.attitude.rmse_deg is None and data.truth == ()
+    assert data.attitude.q.shape == (30, 4) and data.attitude.euler_deg.shape == (30, 3)
 
 
 def test_command_line(here: Path, capsys: pytest.CaptureFixture[str]) -> None:

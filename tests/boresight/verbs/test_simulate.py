@@ -3,13 +3,13 @@
 import importlib
 import json
 
+import numpy as np
 import pytest
 
 import boresight
 from boresight.cli import main
 from boresight.gateware.system.programs import system_core
 from boresight.sim.records.bundled import bundled
-from boresight.verbs.simulate import faults_text, simulate_text
 
 #: The function has the module's name.
 module = importlib.import_module("boresight.verbs.simulate")
@@ -29,16 +29,18 @@ def small(monkeypatch) -> None:
 
 def test_figures_and_page(small, tmp_path) -> None:
     data = boresight.simulate("complementary", seconds=0.05, output=tmp_path)
-    assert data["good"]
-    assert json.loads(json.dumps(data)) == json.loads((tmp_path / "board.json").read_text())
-    row = data["runs"][0]
-    assert row["updates"] == row["frames"] == 51
-    assert row["mismatches"] == row["lost_samples"] == row["timing_violations"] == 0
-    assert row["beside_program_us"] <= 1.0
-    assert row["in_registers_us"] == row["predicted_us"]
+    assert data.good
+    assert json.loads(json.dumps(data.to_json())) == json.loads(
+        (tmp_path / "board.json").read_text()
+    )
+    row = data.runs[0]
+    assert row.updates == row.frames == 51
+    assert row.mismatches == row.lost_samples == row.timing_violations == 0
+    assert row.beside_program_us <= 1.0
+    assert row.in_registers_us == row.predicted_us
     page = (tmp_path / "board.html").read_text()
     assert "complementary" in page and "<svg" in page and "http" not in page
-    assert "51" in simulate_text(data)
+    assert "51" in str(data)
 
 
 @pytest.mark.parametrize(
@@ -63,24 +65,12 @@ def test_refused(arguments, message, capsys, tmp_path) -> None:
     assert not (tmp_path / "new").exists()
 
 
+def test_data_in_memory_is_read() -> None:
+    columns = {"t": np.arange(9.0), "gx": np.zeros(9)}
+    with pytest.raises(boresight.InputError, match=r"^log 'record': wanted 51 rows or more, found"):
+        boresight.simulate("mekf", columns, seconds=0.05)
+
+
 def test_unknown_fault_is_refused() -> None:
     with pytest.raises(boresight.InputError, match="found 'adis.gremlins'"):
         boresight.simulate_faults("mekf", faults=["adis.gremlins"])
-
-
-def test_faults_as_a_table() -> None:
-    trial = {
-        "device": "adis",
-        "fault": "absent",
-        "fault_s": 0.2,
-        "seen_after_s": 0.004,
-        "seen_as": ["inertial_no_data_ready"],
-        "dropped": 329,
-        "before_deg": 1.0,
-        "during_deg": 2.7,
-        "after_deg": 0.8,
-        "back_after_s": None,
-        "good": False,
-    }
-    text = faults_text({"trials": [trial]})
-    assert "adis absent" in text and "never" in text and text.endswith("FAILED")

@@ -49,11 +49,11 @@ def test_filters_stay_positive_and_with_float(name: str, least_lsb: float) -> No
         params=initial_covariances(estimator(name))[::2],
     )
     assert t.updates >= 90_000 and t.eigenvalues_checked > 1500
-    assert t.good, t.line()
+    assert t.good, str(t)
     assert t.least_eigenvalue > least_lsb
     (drift,) = t.drift.items()
     assert drift[0] == "attitude deg" and 0.0 < drift[1] < 0.005
-    assert t.line().startswith(f"{name}: {t.updates} updates, 0 with a negative variance")
+    assert str(t).startswith(f"{name}: {t.updates} updates, 0 with a negative variance")
 
 
 class Greedy(EkfQuaternionVector):
@@ -118,4 +118,4 @@ def test_any_filter_of_its_own_inputs() -> None:
     t = covariance_trial(Scalar(), records, updates=12_000, compared=500)
     assert t.good and t.negative_diagonals == 0 and t.updates == 12_000
     assert list(t.drift) == ["pos m"] and 0.0 < t.drift["pos m"] < 1e-6
-    assert t.line().endswith(f"from float64 after 500 updates: pos m {t.drift['pos m']:.3g}")
+    assert str(t).endswith(f"from float64 after 500 updates: pos m {t.drift['pos m']:.3g}")

@@ -91,7 +91,8 @@ def test_boresight_run_gives_the_same_words(
     path = tmp_path / "words.npz"
     write_record(path, words_as_record(programs[number], chain))
     result = run(name, path, on="fixed")
+    assert result.attitude is not None
     out = outputs_of(programs[number], chain.outputs)
-    assert (result["q"] == np.stack([out[f"q{a}"] for a in "wxyz"], axis=1)).all()
-    assert (result["euler_deg"][:, 0] == 180.0 * out["heading"]).all()
-    assert (result["status"] == np.rint(out["status"])).all()
+    assert (result.attitude.q == np.stack([out[f"q{a}"] for a in "wxyz"], axis=1)).all()
+    assert (result.attitude.euler_deg[:, 0] == 180.0 * out["heading"]).all()
+    assert (result.attitude.status == np.rint(out["status"])).all()

@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 
 import boresight
-from boresight.accuracy_text import accuracy_text
 from boresight.cli import main
 from boresight.model.errors import InputError, ToolMissing
 from boresight.model.estimators import ESTIMATORS, estimator
 from boresight.sim.accuracy.peers import PEERS
+from boresight.sim.records.files import record_of
 from boresight.sim.records.nine_axis import NineAxis
+from boresight.sim.records.record import Record
 from boresight.sim.worlds.synthetic import SensorError, synthetic_log
 from boresight.verbs.figures.accuracy import accuracy, chosen, params_by_estimator, read_trials
 from tests.support.records import write_record
@@ -43,71 +44,75 @@ def folder(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def data(folder, tmp_path_factory):
+def made(folder, tmp_path_factory):
     out = tmp_path_factory.mktemp("out")
     found = accuracy(CHOICE, folder, comparisons=["other"], jobs=1, output=out)
-    assert json.loads((out / "accuracy.json").read_text()) == found
+    assert json.loads((out / "accuracy.json").read_text()) == found.to_json()
     assert sorted(p.name for p in out.iterdir()) == [
         ".boresight.json",
         "accuracy.html",
         "accuracy.json",
     ]
-    found["page"] = (out / "accuracy.html").read_text()
-    return found
+    return found, (out / "accuracy.html").read_text()
+
+
+@pytest.fixture(scope="module")
+def data(made):
+    return made[0]
 
 
 def near(row):
-    return {d["output"]: d for d in row["vs_float"]}
+    return {d.output: d for d in row.vs_float}
 
 
 def test_references(data):
-    assert {log["trial"]: log["reference"] for log in data["logs"]} == {
+    assert {log.trial: log.reference for log in data.logs} == {
         "a": "truth",
         "b": "truth",
         "other": "comparison",
         "none": "vqf_offline",
     }
-    assert {(log["rate_hz"], log["samples"]) for log in data["logs"]} == {(50.0, 300)}
+    assert {(log.rate_hz, log.samples) for log in data.logs} == {(50.0, 300)}
 
 
 def test_means_are_over_truth_alone(data):
-    assert [(r["estimator"], r["level"], r["kind"]) for r in data["estimators"]] == [
+    assert [(r.estimator, r.level, r.kind) for r in data.estimators] == [
         ("complementary", "fixed", "ours"),
         ("complementary", "float", "ours"),
         ("vqf_online", "package", "peer"),
         ("madgwick", "package", "peer"),
     ]
-    for row in data["estimators"]:
-        true = [t for t in row["trials"] if t["trial"] in "ab"]
-        assert len(row["trials"]) == 4 and len(true) == 2
+    for row in data.estimators:
+        true = [t for t in row.trials if t.trial in "ab"]
+        assert len(row.trials) == 4 and len(true) == 2
         for key in ("total", "heading", "inclination"):
-            assert row["mean"][key] == pytest.approx(np.mean([t["error"][key] for t in true]))
-        assert row["mean_by_folder"] == {t["trial"]: pytest.approx(t["error"]) for t in true}
-    fixed = data["estimators"][0]
-    worst = [t["vs_float"]["attitude"] for t in fixed["trials"]]
-    assert near(fixed)["attitude"]["apart"] == max(worst) < 1e-3 and min(worst) > 0.0
-    assert near(fixed)["status"]["apart"] == 0 == fixed["saturated_updates"]
-    assert data["good"] and data["estimators"][2]["vs_float"] == []
+            assert row.mean[key] == pytest.approx(np.mean([t.error[key] for t in true]))
+        assert row.mean_by_folder == {t.trial: pytest.approx(t.error) for t in true}
+    fixed = data.estimators[0]
+    worst = [t.vs_float["attitude"] for t in fixed.trials]
+    assert near(fixed)["attitude"].apart == max(worst) < 1e-3 and min(worst) > 0.0
+    assert near(fixed)["status"].apart == 0 == fixed.saturated_updates
+    assert data.good and data.estimators[2].vs_float == ()
 
 
 def test_text(data):
-    lines = accuracy_text(data).splitlines()
+    lines = str(data).splitlines()
     assert "mean over 2 trials with truth" in lines[0]
-    fixed = data["estimators"][0]
+    fixed = data.estimators[0]
     row = next(line for line in lines if "[1] complementary" in line)
-    assert f"{fixed['mean']['total']:.2f}" in row and row.endswith("          0")
+    assert f"{fixed.mean['total']:.2f}" in row and row.endswith("          0")
     assert any(line.startswith("Not truth, outside the means") for line in lines)
     assert any(line.endswith("difference to vqf_offline") for line in lines)
     assert any(line.startswith("Total RMSE, mean by folder") for line in lines)
 
 
-def test_page(data):
-    page = data["page"]
+def test_page(made):
+    data, page = made
     assert page.count("<svg") == 5  # means, three groups of trials, fixed against float
     assert "http://" not in page and "<script" not in page
     for word in ("not truth", "difference to vqf_offline", "total RMSE, deg", "mean by folder"):
         assert word in page
-    assert f"{data['estimators'][3]['mean']['total']:.2f}" in page
+    assert f"{data.estimators[3].mean['total']:.2f}" in page
 
 
 def test_bundled_logs_by_default():
@@ -121,7 +126,7 @@ def test_the_reference_is_not_measured_against_itself(folder, tmp_path):
     data = accuracy(
         ["vqf_online", "vqf_offline"], folder / "none", folder / "a", jobs=1, output=tmp_path
     )
-    row = next(line for line in accuracy_text(data).splitlines() if line.startswith("  none"))
+    row = next(line for line in str(data).splitlines() if line.startswith("  none"))
     assert row.split()[2] == "-" and float(row.split()[1]) > 0.0
     page = (tmp_path / "accuracy.html").read_text()
     assert page.count('class="r best"') == 2
@@ -190,25 +195,25 @@ def lag(tmp_path, monkeypatch):
 
 def test_any_estimator_against_truth_in_its_unit(lag, capsys):
     data = accuracy("lag.py:Lag", "one.csv", "two.csv", output="out")
-    fixed, floating = data["estimators"]
-    assert data["good"] and not fixed["attitude"] and fixed["units"] == {"y": "m"}
+    fixed, floating = data.estimators
+    assert data.good and not fixed.attitude and fixed.units == {"y": "m"}
     alone = {}
     for on, row in (("c", fixed), ("float", floating)):
         alone[on] = [
-            boresight.run("lag.py:Lag", f"{n}.csv", on=on)["truth"][0] for n in ("one", "two")
+            boresight.run("lag.py:Lag", f"{n}.csv", on=on).truth[0] for n in ("one", "two")
         ]
-        assert [t["error"]["y"] for t in row["trials"]] == [d["rms"] for d in alone[on]]
-        assert row["mean"]["y"] == pytest.approx(np.mean([d["rms"] for d in alone[on]]))
-        assert alone[on][0]["samples"] == 100
-    y, twice, word = fixed["vs_float"]
-    assert (y["unit"], y["tolerance"], y["good"]) == ("m", 1e-6, True) and 0 < y["apart"] < 1e-7
-    assert twice["tolerance"] is None and (word["unit"], word["apart"]) == ("words", 0)
-    assert {log["rate_hz"] for log in data["logs"]} == {None}
+        assert [t.error["y"] for t in row.trials] == [d.rms for d in alone[on]]
+        assert row.mean["y"] == pytest.approx(np.mean([d.rms for d in alone[on]]))
+        assert alone[on][0].samples == 100
+    y, twice, word = fixed.vs_float
+    assert (y.unit, y.tolerance, y.good) == ("m", 1e-6, True) and 0 < y.apart < 1e-7
+    assert twice.tolerance is None and (word.unit, word.apart) == ("words", 0)
+    assert {log.rate_hz for log in data.logs} == {None}
     page = (lag / "out" / "accuracy.html").read_text()
-    assert "<h2>lag</h2>" in page and f"{fixed['mean']['y']:.4g}" in page and "<svg" not in page
-    text = accuracy_text(data)
+    assert "<h2>lag</h2>" in page and f"{fixed.mean['y']:.4g}" in page and "<svg" not in page
+    text = str(data)
     (line,) = [x for x in text.splitlines() if x.startswith("  y m")]
-    assert line.split()[2:4] == [f"{r['mean']['y']:.4g}" for r in (fixed, floating)]
+    assert line.split()[2:4] == [f"{r.mean['y']:.4g}" for r in (fixed, floating)]
     assert "mean over 2 logs" in text and re.search(r"^  two: y 0\.\d+$", text, re.M)
 
 
@@ -225,10 +230,10 @@ def test_words_that_differ_are_counted_over_all_logs(lag):
             return {"fill": x.fill + 0.25}, {"y": 0.5 * u.x, "full": full}
 
     data = accuracy(Full, "one.csv", "two.csv")
-    fixed = data["estimators"][0]
-    assert [t["vs_float"]["full"] for t in fixed["trials"]] == [296, 296]
-    assert near(fixed)["full"]["apart"] == 592 and not near(fixed)["full"]["good"]
-    assert fixed["saturated_updates"] == 2 * 297 and not data["good"]
+    fixed = data.estimators[0]
+    assert [t.vs_float["full"] for t in fixed.trials] == [296, 296]
+    assert near(fixed)["full"].apart == 592 and not near(fixed)["full"].good
+    assert fixed.saturated_updates == 2 * 297 and not data.good
 
 
 def test_beyond_its_tolerance_fails(lag, capsys):
@@ -256,7 +261,7 @@ def test_classes_and_objects(lag):
             return {}, {"y": 0.5 * u.x}
 
     for given in (Gain, Gain(), [Gain()]):
-        assert accuracy(given, "one.csv")["estimators"][0]["estimator"] == "gain"
+        assert accuracy(given, "one.csv").estimators[0].estimator == "gain"
 
 
 def test_parameters_find_their_estimator(tmp_path):
@@ -320,3 +325,15 @@ def test_missing_package_is_one_line(folder, monkeypatch, capsys):
 
 def test_names_are_apart():
     assert not set(PEERS) & set(ESTIMATORS)
+
+
+def test_data_in_memory_gives_what_its_file_does(lag):
+    (fixed,) = accuracy("lag.py:Lag", "one.csv", floating=False).estimators
+    columns = np.genfromtxt("one.csv", delimiter=",", skip_header=1)
+    given = {"x": columns[:, 0], "y_true[cm]": columns[:, 1]}
+    found = accuracy("lag.py:Lag", given, record_of("two.csv"), given, floating=False)
+    assert [log.trial for log in found.logs] == ["record", "record2", "two"]
+    assert found.estimators[0].trials[0].error == fixed.trials[0].error
+    assert {log.folder for log in found.logs} == {""}
+    with pytest.raises(InputError, match=r"^log 'x': wanted logs of different names, found x;"):
+        accuracy("lag.py:Lag", *[Record.of(given, name="x")] * 2)

@@ -16,7 +16,7 @@ module = importlib.import_module("boresight.verbs.figures.bench")
 
 def test_bench_compares(capsys):
     data = module.bench(updates=4000, runs=400)
-    assert data["updates_compared"] == 4000 and data["mismatches"] == 0
+    assert data.updates_compared == 4000 and data.mismatches == 0
     capsys.readouterr()
 
 
@@ -34,9 +34,9 @@ def test_random_words_are_small_extreme_and_all_else(word: int) -> None:
 def test_one_update_that_differs_is_no_success(mismatches, code, monkeypatch, capsys) -> None:
     asked = []
 
-    def bench(name: str, *, updates: int, progress: object) -> dict[str, object]:
+    def bench(name: str, *, updates: int, progress: object) -> module.BenchResult:
         asked.append((name, updates))
-        return {"estimator": name, "updates_compared": 1234567, "mismatches": mismatches}
+        return module.BenchResult(name, 1234567, mismatches, 1, 1, 1.0, 1.0, "made up")
 
     monkeypatch.setattr(module, "bench", bench)
     assert main(["bench", "--updates", "7", "-q"]) == code

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+import boresight
 from boresight.cli import main
 from boresight.model.estimator import Estimator, Param
 from boresight.model.estimators import estimator
@@ -56,4 +57,6 @@ def test_any_filter_that_names_its_covariance(tmp_path, capsys) -> None:
     assert set(found["drift"]) == {"pos m", "vel m/s"} and all(
         np.isfinite([*found["drift"].values()])
     )
+    again = boresight.covariance(program("kalman.py"), boresight.record_of(log), updates=7000)
+    assert again.to_json() == found
     assert main([*line, "--log", str(tmp_path / "none.csv")]) == 2

@@ -26,15 +26,15 @@ def whole(tmp_path_factory):
 
 def test_the_right_filter_is_found_right(whole) -> None:
     folder, data = whole
-    one = data["outputs"]["mean"]
-    assert abs(one["mean"][-1]) < 1.5 * one["mean_band"][-1]
-    assert one["ratio"][-1] == pytest.approx(1.0, abs=0.3)
-    for key, mean in (("nees", data["nees"]["mean"][-1]), ("nis", data["nis"]["mean"])):
-        low, high = data[key]["band"]
-        assert low < mean < high, key
+    one = data.outputs["mean"]
+    assert abs(one.mean[-1]) < 1.5 * one.mean_band[-1]
+    assert one.ratio[-1] == pytest.approx(1.0, abs=0.3)
+    for found, mean in ((data.nees, data.nees.mean[-1]), (data.nis, data.nis.mean)):
+        low, high = found.band
+        assert low < mean < high, found
     stored = json.loads((folder / "montecarlo-constant-mean.json").read_text())
-    assert stored == {k: v for k, v in data.items() if k != "file"}
-    assert data["marks"][-1] == 59 and data["saturated"] == 0
+    assert stored == {k: v for k, v in data.to_json().items() if k != "file"}
+    assert data.marks[-1] == 59 and data.saturated == 0
 
 
 def test_it_does_not_matter_who_runs_them(whole, tmp_path) -> None:
@@ -87,8 +87,8 @@ def test_a_journal_of_another_campaign_is_not_touched(whole, capsys) -> None:
 
 def test_objects_run_here(tmp_path) -> None:
     data = boresight.montecarlo(Constant(20), Mean, runs=3, seed=5, on="float", output=tmp_path)
-    assert (data["runs"], data["seed"], data["level"]) == (3, 5, "float")
-    assert "nees" not in data  # float keeps no words of states
+    assert (data.runs, data.seed, data.level) == (3, 5, "float")
+    assert data.nees is None and "nees" not in data.to_json()  # float keeps no words of states
 
 
 @pytest.mark.parametrize(

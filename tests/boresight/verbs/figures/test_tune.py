@@ -14,7 +14,7 @@ from boresight.model.errors import InputError
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.worlds.synthetic import SensorError, synthetic_log
-from boresight.verbs.figures.tune import tune, tuning_text
+from boresight.verbs.figures.tune import tune
 from tests.support.records import write_record
 
 NAMES = ["kp_pitch_per_s", "kp_roll_per_s", "kp_heading_per_s"]
@@ -45,74 +45,75 @@ def result(folder):
 
 
 def test_it_improves_and_says_what_it_did(result):
-    before, after = result["error"]["given"], result["error"]["tuned"]
+    before, after = result.error.given, result.error.tuned
     assert after["total"] < 0.8 * before["total"]
     for key, figures in (("given", before), ("tuned", after)):
         for part in ("total", "heading", "inclination"):
-            assert figures[part] == pytest.approx(np.mean([t[key][part] for t in result["trials"]]))
-    assert [t["trial"] for t in result["trials"]] == ["log1", "log2", "log3"]
-    assert result["without_truth"] == ["log4"]
-    assert result["search"]["history"][0] == before["total"]
-    assert result["search"]["history"][-1] == pytest.approx(after["total"])
-    assert set(result["parameters"]) >= {*NAMES, "mag_gate"}
-    assert [p["name"] for p in result["tuned_parameters"]] == NAMES
-    assert result["parameters"]["kp_pitch_per_s"] == result["tuned_parameters"][0]["tuned"] != 20.0
-    assert result["parameters"]["ki_heading_per_s2"] == 0.004
+            assert figures[part] == pytest.approx(
+                np.mean([getattr(t, key)[part] for t in result.trials])
+            )
+    assert [t.trial for t in result.trials] == ["log1", "log2", "log3"]
+    assert result.without_truth == ("log4",)
+    assert "left out, no truth: log4" in str(result)
+    assert result.search.history[0] == before["total"]
+    assert result.search.history[-1] == pytest.approx(after["total"])
+    assert set(result.parameters) >= {*NAMES, "mag_gate"}
+    assert [p.name for p in result.tuned_parameters] == NAMES
+    assert result.parameters["kp_pitch_per_s"] == result.tuned_parameters[0].tuned != 20.0
+    assert result.parameters["ki_heading_per_s2"] == 0.004
 
 
 def test_folds(result):
-    cross = result["cross_validation"]
-    tested = [name for fold in cross["folds"] for name in fold["test"]]
+    cross = result.cross_validation
+    tested = [name for fold in cross.folds for name in fold.test]
     assert sorted(tested) == ["log1", "log2", "log3"]
-    for fold in cross["folds"]:
-        assert not set(fold["test"]) & set(fold["train"])
-        assert len(fold["train"]) == 2
-    assert cross["mean_test_figure"] == pytest.approx(
-        np.mean([f["test_figure"] for f in cross["folds"]])
-    )
-    assert cross["mean_test_figure"] >= 0.999 * result["error"]["tuned"]["total"]
+    for fold in cross.folds:
+        assert not set(fold.test) & set(fold.train)
+        assert len(fold.train) == 2
+    assert cross.mean_test_figure == pytest.approx(np.mean([f.test_figure for f in cross.folds]))
+    assert cross.mean_test_figure >= 0.999 * result.error.tuned["total"]
 
 
 def test_a_fold_is_a_tune_without_its_test_trials(folder, result):
-    fold = result["cross_validation"]["folds"][0]
+    fold = result.cross_validation.folds[0]
     alone = tune(
         "complementary",
-        *(folder / f"{name}.csv" for name in fold["train"]),
+        *(folder / f"{name}.csv" for name in fold.train),
         folds=1,
         names=NAMES,
         params=FAR,
         rounds=4,
         jobs=1,
     )
-    assert alone["cross_validation"] is None
-    assert alone["error"]["tuned"]["total"] == pytest.approx(fold["train_figure"])
-    assert {n: alone["parameters"][n] for n in NAMES} == fold["parameters"]
+    assert alone.cross_validation is None
+    assert alone.error.tuned["total"] == pytest.approx(fold.train_figure)
+    assert {n: alone.parameters[n] for n in NAMES} == fold.parameters
     outside = tune(
         "complementary",
-        *(folder / f"{name}.csv" for name in fold["test"]),
+        *(folder / f"{name}.csv" for name in fold.test),
         folds=1,
         names=NAMES,
-        params=fold["parameters"],
+        params=fold.parameters,
         rounds=1,
     )
-    assert outside["error"]["given"]["total"] == pytest.approx(fold["test_figure"])
-    assert fold["test_figure"] != pytest.approx(fold["train_figure"])
+    assert outside.error.given["total"] == pytest.approx(fold.test_figure)
+    assert fold.test_figure != pytest.approx(fold.train_figure)
 
 
 def test_sensitivity(folder, result):
-    for s in result["sensitivity"]:
-        assert s["half"] == pytest.approx(0.5 * s["value"], rel=1e-3)
-        assert s["double"] == pytest.approx(2.0 * s["value"], rel=1e-3)
-    s = result["sensitivity"][1]
+    for s in result.sensitivity:
+        assert s.half == pytest.approx(0.5 * s.value, rel=1e-3)
+        assert s.double == pytest.approx(2.0 * s.value, rel=1e-3)
+    s = result.sensitivity[1]
     other = tune(
         "complementary",
         folder,
         folds=1,
         names=NAMES,
         rounds=1,
-        params=result["parameters"] | {s["parameter"]: s["double"]},
+        params=result.parameters | {s.parameter: s.double},
     )
-    assert other["error"]["given"]["total"] == pytest.approx(s["at_double"])
+    assert other.error.given["total"] == pytest.approx(s.at_double)
 
 
 def test_repeats_itself(folder, result):
@@ -122,12 +123,12 @@ def test_repeats_itself(folder, result):
 
 def test_detune(folder):
     data = tune("complementary", folder, folds=1, names=NAMES, detune=100.0, rounds=1)
-    assert [(p["given"], p["start"]) for p in data["tuned_parameters"]] == [
+    assert [(p.given, p.start) for p in data.tuned_parameters] == [
         (0.4, 0.004),
         (0.4, 32.0),
         (0.15, 0.0015),
     ]  # the second at its limit
-    assert data["error"]["given"]["total"] < data["search"]["start"]
+    assert data.error.given["total"] < data.search.start
 
 
 def test_command_and_its_file(folder, tmp_path, capsys):
@@ -156,7 +157,6 @@ def test_command_and_its_file(folder, tmp_path, capsys):
     assert main(["run", "complementary", log, "--on", "c", "--params", str(out), "--json"]) == 0
     rmse = json.loads(capsys.readouterr().out)["rmse_deg"]
     assert rmse == pytest.approx(data["trials"][0]["tuned"])
-    assert "left out, no truth: log4" in tuning_text(data)
 
 
 FILES = """
@@ -191,7 +191,8 @@ def lag(tmp_path, monkeypatch):
 
 def test_any_estimator(lag, capsys):
     one = tune("lag.py", "log0.csv")  # a single trial cannot be held back
-    assert one["cross_validation"] is None and one["weights"] == {"y": 1.0, "twice": 1.0}
+    assert tune("lag.py", boresight.record_of("log0.csv")) == one
+    assert one.cross_validation is None and one.weights == {"y": 1.0, "twice": 1.0}
     arguments = ["tune", "lag.py:Lag", "log0.csv", "log1.csv", "log2.csv", "--rounds", "6"]
     assert main([*arguments, "--weight", "twice=0"]) == 0
     text = capsys.readouterr().out
@@ -199,17 +200,17 @@ def test_any_estimator(lag, capsys):
     assert main([*arguments, "-q"]) == 0
     assert "share of the given, weights y 1, twice 1" in capsys.readouterr().out
     data = tune("lag.py:Lag", "log0.csv", "log1.csv", "log2.csv", weights={"twice": 0.0}, rounds=6)
-    assert data["units"] == {"y": "m", "twice": "m"}
-    assert data["error"]["tuned"]["y"] < 0.6 * data["error"]["given"]["y"]
-    assert data["search"]["history"][-1] == pytest.approx(data["error"]["tuned"]["y"])
-    cross = data["cross_validation"]
-    assert len(cross["folds"]) == 3
-    assert cross["mean_test_error"]["y"] == pytest.approx(cross["mean_test_figure"])
+    assert data.units == {"y": "m", "twice": "m"}
+    assert data.error.tuned["y"] < 0.6 * data.error.given["y"]
+    assert data.search.history[-1] == pytest.approx(data.error.tuned["y"])
+    cross = data.cross_validation
+    assert len(cross.folds) == 3
+    assert cross.mean_test_error["y"] == pytest.approx(cross.mean_test_figure)
     # The folds' figure is that of a plain run of the held-back log.
-    fold = cross["folds"][1]
-    assert fold["test"] == ["log1"]
-    truth = boresight.run("lag.py", "log1.csv", on="c", params=fold["parameters"])["truth"]
-    assert truth[0]["rms"] == pytest.approx(fold["test_error"]["y"])
+    fold = cross.folds[1]
+    assert fold.test == ("log1",)
+    truth = boresight.run("lag.py", "log1.csv", on="c", params=fold.parameters).truth
+    assert truth[0].rms == pytest.approx(fold.test_error["y"])
     assert main([*arguments, "--weight", "z=1"]) == 2
     assert main([*arguments, "--weight", "y=much"]) == 2
     refused = capsys.readouterr().err.splitlines()

@@ -2,38 +2,45 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
-from boresight.accuracy_text import accuracy_text
+from boresight.results.accuracy import (
+    AccuracyLog,
+    AccuracyNear,
+    AccuracyResult,
+    AccuracyRow,
+    AccuracyTrial,
+)
 
 
-def near(output: str, unit: str, apart: float | None, tolerance: float | None) -> dict[str, Any]:
+def near(output: str, unit: str, apart: float | None, tolerance: float | None) -> AccuracyNear:
     good = tolerance is None or (apart is not None and apart <= tolerance)
-    return {"output": output, "unit": unit, "apart": apart, "tolerance": tolerance, "good": good}
+    return AccuracyNear(output, unit, apart, tolerance, good)
 
 
-def row(name: str, level: str, errors: dict[str, Any], **more: Any) -> dict[str, Any]:
+def row(name: str, level: str, errors: Mapping[str, Any], **more: Any) -> AccuracyRow:
     mean = next(iter(errors.values()))
-    return {
-        "estimator": name,
-        "level": level,
+    given = {
         "kind": "peer" if level == "package" else "ours",
+        "summary": name,
         "attitude": "total" in mean,
         "units": dict.fromkeys(mean, "deg" if "total" in mean else "m"),
         "mean": mean,
         "mean_by_folder": {"f": mean},
-        "vs_float": [],
+        "vs_float": (),
         "saturated_updates": None if level == "package" else 1234,
-        "trials": [{"trial": t, "error": e} for t, e in errors.items()],
-        **more,
+        "seconds": 0.5,
+        "trials": tuple(AccuracyTrial(t, e, {}, None) for t, e in errors.items()),
     }
+    return AccuracyRow(name, level, **{**given, **more})
 
 
 def data(
-    *rows: dict[str, Any], references: str = "truth", left_out: list[str] | None = None
-) -> Any:
-    logs = [{"trial": t["trial"], "reference": references} for t in rows[0]["trials"]]
-    return {"word": 32, "logs": logs, "left_out": left_out or [], "estimators": rows}
+    *rows: AccuracyRow, references: str = "truth", left_out: tuple[str, ...] = ()
+) -> AccuracyResult:
+    logs = tuple(AccuracyLog(t.trial, 9, 50.0, references, "f") for t in rows[0].trials)
+    return AccuracyResult("how", 32, True, logs, left_out, {}, rows)
 
 
 def angles(total: float | None) -> dict[str, float | None]:
@@ -43,12 +50,12 @@ def angles(total: float | None) -> dict[str, float | None]:
 def test_attitudes_side_by_side() -> None:
     errors = {"one": angles(1.5), "two": angles(2.5)}
     apart = [near("attitude", "deg", 4.25e-4, 0.01), near("status", "words", 7, 0.0)]
-    lines = accuracy_text(
+    lines = str(
         data(
             row("mine", "fixed", errors, vs_float=apart),
             row("mine", "float", {"one": angles(1.75)}),
             row("peer", "package", {"one": angles(9.0), "two": angles(None)}),
-            left_out=["gone"],
+            left_out=("gone",),
         )
     ).splitlines()
     assert lines[0].startswith("RMSE in degrees, mean over 2 trials with truth. Ours: fixed")
@@ -77,7 +84,7 @@ def test_what_is_no_truth_is_said() -> None:
         ("comparison", "Not truth, outside the means: against the log's comparison"),
         ("vqf", "No reference, outside the means: difference to vqf"),
     ):
-        text = accuracy_text(data(shown, references=kind))
+        text = str(data(shown, references=kind))
         assert title in text.splitlines() and "mean over 0 trials" in text
 
 
@@ -89,7 +96,7 @@ def test_other_outputs_one_by_one() -> None:
         near("word", "words", 0, 0.0),
         near("free", "V", None, None),
     ]
-    lines = accuracy_text(
+    lines = str(
         data(
             row("cart", "fixed", errors, vs_float=apart, mean={"pos": 0.25, "vel": 3.0}),
             row("cart", "float", errors, mean={"pos": 0.5, "vel": 3.0}),
@@ -109,5 +116,5 @@ def test_other_outputs_one_by_one() -> None:
 
 
 def test_one_log_is_not_shown_twice() -> None:
-    lines = accuracy_text(data(row("cart", "fixed", {"one": {"pos": 0.125}}))).splitlines()
+    lines = str(data(row("cart", "fixed", {"one": {"pos": 0.125}}))).splitlines()
     assert "mean over 1 log;" in lines[0] and len(lines) == 4

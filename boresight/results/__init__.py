@@ -1,0 +1,1 @@
+"""What verbs give that have many figures, and how it is told."""

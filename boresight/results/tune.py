@@ -1,0 +1,180 @@
+"""What `boresight tune` found, and how it is told."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from boresight.sim.accuracy.search import Sensitivity
+from boresight.sim.answer import Answer
+
+__all__ = [
+    "CrossValidation",
+    "TuneErrors",
+    "TuneFold",
+    "TuneResult",
+    "TuneSearch",
+    "TuneTrial",
+    "TunedParameter",
+]
+
+#: Root mean square errors by output, of an attitude by angle in degrees; None: no number.
+Figures: TypeAlias = Mapping[str, float | None]
+
+
+@dataclass(frozen=True)
+class TuneErrors:
+    """Errors with the values that were given, and with the tuned ones."""
+
+    given: Figures
+    tuned: Figures
+
+
+@dataclass(frozen=True)
+class TuneTrial:
+    """Errors of one log, with the values that were given, and with the tuned ones."""
+
+    trial: str
+    given: Figures
+    tuned: Figures
+
+
+@dataclass(frozen=True)
+class TunedParameter:
+    """A parameter: its range, what was given, where the search started, where it ended."""
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    given: float
+    start: float
+    tuned: float
+
+
+@dataclass(frozen=True)
+class TuneSearch:
+    """How it was searched.
+
+    ``history`` holds the best figure after each round, ``start`` being its first; a figure is the
+    weighted mean of errors over those of the start.
+    """
+
+    method: str
+    rounds: int
+    rounds_most: int
+    detune: float
+    evaluations: int
+    start: float | None
+    history: tuple[float | None, ...]
+
+
+@dataclass(frozen=True)
+class TuneFold:
+    """One fold: logs held back and trained on, the figures of both, and the parameters."""
+
+    test: tuple[str, ...]
+    train: tuple[str, ...]
+    train_figure: float | None
+    test_figure: float | None
+    test_error: Figures
+    parameters: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class CrossValidation:
+    """All folds, and means over all logs, each with parameters tuned on the other folds."""
+
+    folds: tuple[TuneFold, ...]
+    seed: int | None
+    mean_test_figure: float | None
+    mean_test_error: Figures
+    source: str
+
+
+@dataclass(frozen=True)
+class TuneResult(Answer):
+    """What `boresight.tune` gives; ``--params`` reads it.
+
+    Attributes
+    ----------
+    estimator : str
+    parameters : mapping of str to float
+        All values, the tuned ones among them.
+    word : int
+        Word width, bits.
+    source : str
+        How errors are measured.
+    units, weights : mapping
+        Of the errors.
+    error : TuneErrors
+        Mean over all logs.
+    trials : tuple of TuneTrial
+        Of each log.
+    tuned_parameters : tuple of TunedParameter
+    search : TuneSearch
+    without_truth : tuple of str
+        Logs that were left out.
+    sensitivity : tuple of Sensitivity
+        Figures with one parameter halved and doubled.
+    cross_validation : CrossValidation or None
+    """
+
+    estimator: str
+    parameters: Mapping[str, float]
+    word: int
+    source: str
+    units: Mapping[str, str]
+    weights: Mapping[str, float]
+    error: TuneErrors
+    trials: tuple[TuneTrial, ...]
+    tuned_parameters: tuple[TunedParameter, ...]
+    search: TuneSearch
+    without_truth: tuple[str, ...]
+    sensitivity: tuple[Sensitivity, ...]
+    cross_validation: CrossValidation | None
+
+    def __str__(self) -> str:
+        units, weights = self.units, {n: w for n, w in self.weights.items() if w}
+        alone = next(iter(weights)) if len(weights) == 1 else None
+        what = (
+            f"{alone} {units[alone]}".strip()
+            if alone is not None
+            else "share of the given, weights "
+            + ", ".join(f"{n} {w:g}" for n, w in weights.items())
+        )
+        cross = self.cross_validation
+        lines = [
+            f"{self.estimator}, W = {self.word}, {len(self.trials)} trials, "
+            f"{self.search.evaluations} evaluations: root mean square error",
+            f"  {'':16s}{'given':>10s}{'tuned':>10s}"
+            + ("" if cross is None else "  cross-validated"),
+        ]
+        for n, unit in units.items():
+            pair = "".join(
+                _number(error.get(n), 10) for error in (self.error.given, self.error.tuned)
+            )
+            more = "" if cross is None else _number(cross.mean_test_error.get(n), 17)
+            lines.append(f"  {f'{n} {unit}':16s}{pair}{more}".rstrip())
+        for k, f in enumerate(() if cross is None else cross.folds):
+            lines.append(
+                f"  fold {k + 1}: trained on {len(f.train)} {_number(f.train_figure)}, "
+                f"tested on {len(f.test)} {_number(f.test_figure)}   ({what})"
+            )
+        width = max(len(p.name) for p in self.tuned_parameters)
+        lines.append(
+            f"  {'parameter':{width}s}  {'given':>10s} {'tuned':>10s}  {what} with x 0.5, x 2"
+        )
+        for p, s in zip(self.tuned_parameters, self.sensitivity, strict=True):
+            lines.append(
+                f"  {p.name:{width}s}  {p.given:10.4g} {p.tuned:10.4g}  "
+                f"{_number(s.at_half)} {_number(s.at_double)}  {p.unit}".rstrip()
+            )
+        if self.without_truth:
+            lines.append("  left out, no truth: " + ", ".join(self.without_truth))
+        return "\n".join(lines)
+
+
+def _number(value: float | None, width: int = 8) -> str:
+    return f"{'-' if value is None else f'{value:.4g}':>{width}s}"

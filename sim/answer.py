@@ -1,0 +1,135 @@
+"""What the functions of `boresight` give: frozen dataclasses that tell themselves.
+
+An answer's fields are documented and typed; `Answer.to_json` has them as plain data, what
+``--json`` prints; ``str`` is what the command line prints; a notebook shows tables.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import fields, is_dataclass
+from html import escape
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+
+__all__ = ["Answer", "Json", "JsonObject", "plain"]
+
+#: What JSON can say.
+Json: TypeAlias = "None | bool | int | float | str | list[Json] | dict[str, Json]"
+JsonObject: TypeAlias = dict[str, Json]
+
+#: Most characters of a cell.
+_WIDEST = 160
+
+
+class Answer:
+    """Base of the dataclasses that functions return."""
+
+    def to_json(self) -> JsonObject:
+        """Its fields as plain data: arrays are lists, what is no finite number is None."""
+        return {f.name: plain(getattr(self, f.name)) for f in fields(self)}  # type: ignore[arg-type]
+
+    def _shown(self) -> JsonObject:
+        """What a notebook shows."""
+        return self.to_json()
+
+    def _repr_html_(self) -> str:
+        """Its fields as tables: numbers and texts in one, each list of rows in one of its own."""
+        data = self._shown()
+        alone = {k: v for k, v in data.items() if not isinstance(v, list | dict)}
+        parts = [_table([{"": k, type(self).__name__: v} for k, v in alone.items()])]
+        for name, value in data.items():
+            rows = _rows(value)
+            if rows:
+                parts.append(f"<h4>{escape(name)}</h4>{_table(rows)}")
+        return "\n".join(parts)
+
+
+def plain(value: Any) -> Json:
+    """A value as plain data.
+
+    Raises
+    ------
+    TypeError
+        JSON has nothing for it.
+    """
+    if hasattr(value, "to_json"):
+        found: JsonObject = value.to_json()
+        return found
+    if is_dataclass(value) and not isinstance(value, type):
+        return {f.name: plain(getattr(value, f.name)) for f in fields(value)}
+    if hasattr(value, "_asdict"):
+        return plain(value._asdict())
+    if isinstance(value, Mapping):
+        return {str(k): plain(v) for k, v in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return _numbers(np.asarray(value))
+    if isinstance(value, float):
+        return value if np.isfinite(value) else None
+    if isinstance(value, Path):
+        return str(value)
+    if value is None or isinstance(value, bool | int | str):
+        return value
+    if isinstance(value, Iterable):
+        return [plain(v) for v in value]
+    raise TypeError(f"JSON has nothing for {type(value).__name__}")
+
+
+def _numbers(values: np.ndarray[Any, Any]) -> Json:
+    """An array as lists, or a number."""
+    made = values.astype(object)
+    if values.dtype.kind == "f":
+        made[~np.isfinite(values)] = None
+    found: Json = made.tolist()
+    return found
+
+
+def _rows(value: Json) -> Sequence[JsonObject]:
+    """Rows of a table: of a list of objects, or of an object of objects or plain values."""
+    if isinstance(value, list):
+        return [row for row in value if isinstance(row, dict)]
+    if not isinstance(value, dict):
+        return []
+    rows: list[JsonObject] = []
+    for name, one in value.items():
+        if isinstance(one, dict):
+            rows.append({"": name, **one})
+        elif not isinstance(one, list):
+            rows.append({"": name, " ": one})
+    return rows
+
+
+def _table(rows: Sequence[JsonObject]) -> str:
+    """Rows below the names of what any of them has; lists are left out."""
+    rows = [_flat(row) for row in rows]
+    heads = dict.fromkeys(k for row in rows for k, v in row.items() if v is not None)
+    if not heads:
+        return ""
+    first = "".join(f"<th>{escape(head)}</th>" for head in heads)
+    lines = ["".join(f"<td>{escape(_cell(row.get(head)))}</td>" for head in heads) for row in rows]
+    body = "".join(f"<tr>{line}</tr>" for line in lines)
+    return f"<table><thead><tr>{first}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def _flat(row: JsonObject) -> JsonObject:
+    """A row's own values, and those of its objects as ``mean pos``."""
+    out: JsonObject = {}
+    for name, value in row.items():
+        if isinstance(value, dict):
+            more = {f"{name} {k}": v for k, v in value.items()}
+            out |= {k: v for k, v in more.items() if not isinstance(v, list | dict)}
+        elif not isinstance(value, list):
+            out[name] = value
+    return out
+
+
+def _cell(value: Json) -> str:
+    """One value, short."""
+    if isinstance(value, list | dict) or value is None:
+        return ""
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    text = f"{value:,}" if isinstance(value, int) and not isinstance(value, bool) else str(value)
+    return text if len(text) <= _WIDEST else f"{text[: _WIDEST - 3]}..."
