@@ -320,6 +320,7 @@ def test_false_copy(machine: Machine) -> None:
         x
         for x in (made(seed, machine) for seed in range(50))
         if len(x[1].program.ops) > len(x[0].ops)
+        and (x[1].program.ops[len(x[0].ops)].terms[0].b or 0) < len(x[0].values)
     )
     added = len(p.ops)
     copy = s.program.ops[added]
@@ -327,6 +328,15 @@ def test_false_copy(machine: Machine) -> None:
     wrong = dataclasses.replace(copy, terms=(Term(t.a, t.b, t.shift - 1),))
     low = dataclasses.replace(s.program, ops=(*p.ops, wrong, *s.program.ops[added + 1 :]))
     rejected(p, dataclasses.replace(s, program=low), a, r"has no next value of its own$")
+    # By what begins as the power of two and may be written.
+    assert t.b is not None
+    param = dataclasses.replace(s.program.values[t.b], kind=Kind.PARAM)
+    p, low = (
+        dataclasses.replace(x, values=(*x.values[: t.b], param, *x.values[t.b + 1 :]))
+        for x in (p, s.program)
+    )
+    s = dataclasses.replace(s, program=low, source=p.digest)
+    rejected(p, s, a, r"has no next value of its own$")
 
 
 def other_values(p: Program) -> Program:

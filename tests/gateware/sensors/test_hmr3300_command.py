@@ -134,8 +134,9 @@ def test_starts_a_compass_that_is_stopped_without_stopping_it() -> None:
     compass = Compass(streaming=False)
     events, dut = run(compass, 1000, 1)
     assert letters(compass) == "HS" and compass.streaming
-    # Time for the answer to *H.
-    assert events[1][0] - events[0][0] > dut.quiet_ticks * TICK
+    # Time for the answer to *H, not a tick more; then the command.
+    quiet = events[1][0] - events[0][0] - 3 * (CHARACTER + 1)
+    assert (dut.quiet_ticks - 1) * TICK < quiet <= dut.quiet_ticks * TICK
 
 
 def test_begins_after_the_time_out() -> None:

@@ -206,6 +206,21 @@ def test_watchdog() -> None:
     run(bench)
 
 
+def test_a_restart_ends_the_timer() -> None:
+    """What the program that was restarted had asked for does not disturb the next."""
+
+    async def bench(ctx, dut):
+        await transfer(ctx, dut, "timer", 1)
+        while not ctx.get(dut.restart):
+            await ctx.tick()
+        await transfer(ctx, dut, "alarm", await transfer(ctx, dut, "cycles") + 40)
+        for _ in range(100):
+            assert not ctx.get(dut.timer)
+            await ctx.tick()
+
+    run(bench)
+
+
 def test_watchdog_to_the_cycle() -> None:
     """From the key, or from one restart to the next, all of its count."""
 
