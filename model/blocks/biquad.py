@@ -29,7 +29,7 @@ from typing import Any, TypeAlias
 
 from boresight.model import ops
 from boresight.model.declarations import State
-from boresight.model.errors import require
+from boresight.model.errors import InputError, require
 from boresight.model.places import author_line
 from boresight.model.words.rounded import binary_exponent
 
@@ -83,7 +83,13 @@ class Cascade:
 
     @cached_property
     def largest_values(self) -> tuple[float, ...]:
-        """Bounds of the input and of what each section gives."""
+        """Bounds of the input and of what each section gives.
+
+        Raises
+        ------
+        InputError
+            The poles are so near the unit circle that no bound was found.
+        """
         sums = _absolute_sums([self.sections[: k + 1] for k in range(len(self.sections))])
         return (self.largest, *(_MARGIN * self.largest * one for one in sums))
 
@@ -163,5 +169,10 @@ def _absolute_sum(chain: Sequence[Sequence[float]]) -> float:
         total += abs(y)
         quiet = quiet + 1 if abs(y) <= _END * total else 0
         if quiet > 200 and total > 0.0:
-            break
-    return total
+            return total
+    raise InputError.at(
+        "sections",
+        wanted=f"an impulse response that dies away within {_MOST:,} samples",
+        found=f"poles {[section[3:] for section in chain]}",
+        fix="sample more slowly, or raise the corner",
+    )

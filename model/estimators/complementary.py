@@ -23,6 +23,7 @@ from typing import Any
 from boresight.model import ops
 from boresight.model.declarations import GRAVITY
 from boresight.model.estimator import Estimator, Param, State
+from boresight.model.estimators.ekf_parts import status_word
 from boresight.model.estimators.nine_axis import INPUTS, OUTPUTS
 
 __all__ = ["STATUS_BITS", "Complementary", "ComplementaryAsPrinted", "per_sample_gains"]
@@ -283,9 +284,7 @@ class Complementary(Estimator):
             near_vertical,
             passed,
         )
-        status: Any = 0.0
-        for bit, flag in enumerate(flags):
-            status = status + ops.where(flag, float(1 << bit), 0.0)
+        status = status_word(dict(enumerate(flags)))
 
         after = {
             "heading_ht": heading,

@@ -40,6 +40,7 @@ from boresight.model.algebra.covariance import symmetric
 from boresight.model.algebra.quaternion import cross, dot, matrix, product, turn
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
+from boresight.model.estimators.ekf_parts import status_word
 from boresight.model.estimators.mekf.alignment import about_vertical, first_turns, turned_over
 from boresight.model.estimators.mekf.covariance import element, predicted
 from boresight.model.estimators.mekf.interface import (
@@ -344,9 +345,7 @@ class Mekf(Estimator):
             ~heading_unknown & (p.heading_var < odd_var),
             resting,
         )
-        status: Any = 0.0
-        for bit, flag in enumerate(flags):
-            status = status + ops.where(flag, float(1 << bit), 0.0)
+        status = status_word(dict(enumerate(flags)))
 
         states = {
             **{f"q{a}": c for a, c in zip("wxyz", q, strict=True)},

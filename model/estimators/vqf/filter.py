@@ -24,6 +24,7 @@ from boresight.model.algebra.low_pass import filtered
 from boresight.model.algebra.quaternion import dot, increment, matrix, product
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
+from boresight.model.estimators.ekf_parts import status_word
 from boresight.model.estimators.nine_axis import OUTPUTS
 from boresight.model.estimators.vqf.bias import bias_of
 from boresight.model.estimators.vqf.field import heading_of
@@ -182,8 +183,6 @@ class Vqf(Estimator):
                     c * q[3] + s * q[0],
                 )
             ]
-        status: Any = 0.0
-        for bit, flag in sorted(flags.items()):
-            status = status + ops.where(flag, float(1 << bit), 0.0)
+        status = status_word(dict(sorted(flags.items())))
         out = {"pitch": pitch, "roll": roll, "heading": heading, "status": status}
         return states, out | {f"q{a}": v for a, v in zip("wxyz", q, strict=True)}

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
+from boresight.model.blocks import biquad
 from boresight.model.blocks.biquad import Cascade
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output, input_words
@@ -97,3 +98,12 @@ def test_rows_are_divided_by_their_a0() -> None:
 def test_sections_that_are_none(rows: Any, wanted: str) -> None:
     with pytest.raises(InputError, match=rf"^test_biquad\.py, line \d+: wanted {wanted}"):
         Cascade.of(rows, 1.0)
+
+
+def test_poles_without_a_bound_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A sum that is cut off is no bound."""
+    monkeypatch.setattr(biquad, "_MOST", 3000)
+    near = Cascade.of([(1.0, 0.0, 0.0, 1.0, -1.9998, 0.99980001)], 1.0)
+    with pytest.raises(InputError, match=r"^sections: wanted an impulse .* within 3,000 samples"):
+        _ = near.largest_values
+    assert Cascade.of(DESIGNS["slow"], 1.0).largest_values[-1] < 2.0
