@@ -78,7 +78,7 @@ def report_data(
     warnings: list[str] = []
     warn = warnings.append
     if area is None:
-        warn("resources and clock: not known, no synthesis was run (--synth)")
+        warn("resources and clock: not known, no synthesis was run")
     else:
         warnings += area.warnings
     observed = Observed.of(program, checks) if checks else None

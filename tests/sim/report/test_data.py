@@ -159,7 +159,7 @@ def test_what_is_missing_is_null_and_named(core: Core) -> None:
     assert t["latency_cycles"]["min"] is None and t["latency_cycles"]["max"] is None
     assert data["firmware"]["updates_per_s"] is None and data["firmware"]["lines"] > 100
     assert data["warnings"] == [
-        "resources and clock: not known, no synthesis was run (--synth)",
+        "resources and clock: not known, no synthesis was run",
         "numerics: no log was run, ranges are not observed",
         "verification: not run",
         "cycles: predicted by the schedule, not counted in a simulation",
