@@ -144,8 +144,7 @@ class Complementary(Estimator):
         State("cos_roll", -1.0, 1.0, "", 1.0),
         State("sec_pitch", 0.0, SEC_LIMIT, "", 1.0),
         State("tan_pitch", -SEC_LIMIT, SEC_LIMIT, ""),
-        State("roll_unknown", -1.0, 0.0, "", -1.0),  # -1: yes, 0: no
-        State("tilt_unknown", -1.0, 0.0, "", -1.0),
+        State("unknown", -2.0, 0.0, "", -2.0),  # -2: pitch and roll, -1: pitch, 0: neither
         State("since_mag", 0.0, 0.999, "s"),
         State("field_sq", FIELD_UNKNOWN, 2e5, "uT^2", FIELD_UNKNOWN),
     )
@@ -177,8 +176,8 @@ class Complementary(Estimator):
         # Start: roll from the first sample, pitch from the second, heading from the first field
         # (eq. 2 of the levelling; one arc tangent serves all three).
         restart = u.dt < 0.0
-        leveling_roll = restart | (x.roll_unknown < 0.0)
-        leveling = restart | (x.tilt_unknown < 0.0)
+        leveling_roll = restart | (x.unknown < -1.5)
+        leveling = restart | (x.unknown < 0.0)
         force_x, force_y, force_z = level(force)
         field_x, field_y, _ = level(field)
         opposite = ops.saturated(
@@ -300,8 +299,9 @@ class Complementary(Estimator):
             "cos_roll": ops.bounded(1.0 - 2.0 * sr2 * sr2, -1.0, 1.0, "cosine"),
             "sec_pitch": sec_pitch,
             "tan_pitch": ops.bounded(sin_pitch * sec_pitch, -SEC_LIMIT, SEC_LIMIT, "tangent"),
-            "roll_unknown": ops.where(leveling_roll & acc_bad, -1.0, 0.0),
-            "tilt_unknown": ops.where(leveling_roll | (leveling & acc_bad), -1.0, 0.0),
+            "unknown": ops.where(
+                acc_bad, ops.where(restart, -2.0, x.unknown), ops.where(leveling_roll, -1.0, 0.0)
+            ),
             "since_mag": ops.where(mag_missing, since_mag, 0.0),
             "field_sq": field_mean,
         }

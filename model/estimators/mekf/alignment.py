@@ -22,8 +22,9 @@ __all__ = ["first_turns", "about_vertical", "turned_over"]
 
 def turned_over(over: Any, v: Any, limit: float) -> tuple[Any, Any, Any]:
     """A vector in body axes, half a turn about x where ``over``; components within the limit."""
-    x, y, z = (ops.saturated(c, limit) for c in v)
-    return x, ops.flip(over, y), ops.flip(over, z)
+    x, y, z = v
+    turned = (x, ops.flip(over, y), ops.flip(over, z))
+    return tuple(ops.saturated(c, limit) for c in turned)
 
 
 def first_turns(up: Any, east: Any) -> tuple[tuple[Any, ...], tuple[Any, Any]]:

@@ -101,9 +101,9 @@ def _increment(half: Any) -> tuple[Any, Any, Any, Any]:
     return (0.5, *(ops.bounded(0.5 * (t * c), -0.34, 0.34, "tangent") for c in half))
 
 
-def _below(a: Any, b: Any) -> Any:
-    """a < b, decided on a difference that keeps all its bits near zero."""
-    return ops.saturated(a - b, 1.0) < 0.0
+def _excess(a: Any, b: Any) -> Any:
+    """a - b, as a decision needs it: with all its bits near zero, at most 1."""
+    return ops.saturated(a - b, 1.0)
 
 
 class Mekf(Estimator):
@@ -150,20 +150,20 @@ class Mekf(Estimator):
         field, force = (u.mx, u.my, u.mz), (u.ax, u.ay, u.az)
         bias, rate = _three(x, "bias", "xyz"), _three(x, "rate", "xyz")
         # Begun anew, with all that it knew or but for the bias; or a gap of known length.
-        forgotten = (u.dt < FORGET_BELOW_S) | (x.rest_s < 0.0)
-        leveling = (u.dt < ANEW_BELOW_S) | (x.rest_s < 0.0)
+        since_last = ops.where(x.rest_s < 0.0, -LONGEST_STEP_S, u.dt)
+        forgotten, leveling = since_last < FORGET_BELOW_S, since_last < ANEW_BELOW_S
         gap = u.dt < 0.0
         dt = ops.where(gap, LONGEST_STEP_S - u.dt, u.dt)
         dt = ops.named("step", ops.where(leveling, 0.0, dt))
-        no_field = _below(dot(field, field), p.field_min_sq)
+        enough_field = _excess(dot(field, field), p.field_min_sq)
+        no_field = enough_field < 0.0
 
         # A gyro beyond its full scale says nothing: the mean rate stands in. In a gap half of each.
         told = (u.gx, u.gy, u.gz)
         speed_sq = ops.named("speed_sq", dot(told, told))
         lost = p.gyro_most_sq < speed_sq
-        lost = p.gyro_most_sq < speed_sq
         gyro = [ops.where(lost, mean, now) for mean, now in zip(rate, told, strict=True)]
-        stale = (leveling & no_field) | (~leveling & (x.since_field > FIELD_AGE_LIMIT))
+        stale = ops.where(leveling, enough_field, FIELD_AGE_LIMIT - x.since_field) < 0.0
         heading_unknown = leveling | (x.horizontal < 0.0)
         # Begun anew without a field, the attitude that it had is better than none.
         anew = leveling & (~no_field | (x.rest_s < 0.0))
@@ -191,7 +191,8 @@ class Mekf(Estimator):
         eighth = [0.125 * c for c in f_first]
         east = [ops.saturated(c, FIRST_FIELD_LIMIT) for c in cross(m_first, eighth)]
         f_sq, m_sq = dot(f, f), m[0] * m[0] + m[1] * m[1]
-        no_vertical = _below(f_sq, p.force_min_sq)
+        enough_force = _excess(f_sq, p.force_min_sq)
+        no_vertical = enough_force < 0.0
         f_inverse = ops.rsqrt(f_sq)
         m_length = ops.where(anew, dot(east, east), m_sq)
         m_inverse = ops.rsqrt(m_length) if self.magnetic else nothing
@@ -232,11 +233,11 @@ class Mekf(Estimator):
         trusted = p.heading_var + odd_var + p.dip_trust_s * (dip * dip * x.p_nn)
         trusted = ops.saturated(trusted, NOISE_LIMIT)
         variance = ops.where(heading_turn, ops.where(no_heading, NOISE_LIMIT, trusted), p.tilt_var)
-        span = ops.named("span", ops.saturated(3.0 * step, SPAN_LIMIT))
-        idle = no_heading & (x.p_uu < HEADING_LIMIT)
-        span = ops.where(
-            heading_turn, ops.where(idle, 0.0, span), ops.where(no_vertical, 0.0, span)
-        )
+        # Nothing is measured below zero: a heading that nothing tells, no vertical.
+        idle = ops.where(no_heading, x.p_uu - HEADING_LIMIT, HEADING_LIMIT)
+        measured = ops.where(heading_turn, idle, enough_force)
+        span = ops.where(measured < 0.0, 0.0, 3.0 * step)
+        span = ops.named("span", ops.saturated(span, SPAN_LIMIT))
 
         # Scalar update: gain and correction; P itself below.
         P = symmetric(6, lambda i, j: getattr(x, covariance_name(i, j)))
@@ -246,8 +247,7 @@ class Mekf(Estimator):
             dot(h, column[:3]) * span + variance, NOISE_FLOOR, 7.99, "at least the noise"
         )
         inverse = ops.bounded(1.0 / total, 0.0, 1.0 / NOISE_FLOOR, "1 / S")
-        scale = ops.where(leveling, 0.0, span * inverse)
-        scale = ops.bounded(scale, 0.0, SPAN_LIMIT / NOISE_FLOOR, "Dt / S")
+        scale = ops.bounded(span * inverse, 0.0, SPAN_LIMIT / NOISE_FLOOR, "Dt / S")
         gain = [
             ops.bounded(c * scale, -GAIN_LIMIT, GAIN_LIMIT, "sqrt(P_ii Dt) / (2 sd)")
             for c in column
@@ -284,7 +284,7 @@ class Mekf(Estimator):
         walk = ops.saturated(p.gyro_var + p.gyro_scale_var * speed_sq, LOST_VAR)
         walk = ops.where(lost, LOST_VAR, walk)
         walk = ops.where(gap, ops.saturated(GAP_VAR * speed_sq, LOST_VAR), walk)
-        again = ops.where(gap, ops.saturated(speed_sq, YOUTH_LIMIT), 0.0)
+        again = ops.saturated(ops.where(gap, speed_sq, 0.0), YOUTH_LIMIT)
         growth = p.start_var * (youth * youth)
         starts = (leveling, forgotten)
         after = predicted(P, gain, column, C, step, starts, keep, rest_gain, walk, growth, p)
@@ -301,7 +301,7 @@ class Mekf(Estimator):
         change_sq = dot(f_change, f_change)
         f_rate = ops.where(p.force_most_sq < change_sq, 0.0, f_rate)
         f_follow, r_follow = (
-            ops.where(leveling, 1.0, ops.saturated(share, 1.0))
+            ops.saturated(ops.where(leveling, 1.0, share), 1.0)
             for share in (f_rate, p.gyro_rate_per_s * dt)
         )
         f_after = [
@@ -319,8 +319,8 @@ class Mekf(Estimator):
         ]
 
         # Reference of the field; its horizontal part is negative until the heading is known.
-        follow = ops.saturated(p.field_follow_per_s * dt + FIELD_YOUTH * grown, 1.0)
-        follow = ops.where(heading_unknown, 1.0, follow)
+        follow = p.field_follow_per_s * dt + FIELD_YOUTH * grown
+        follow = ops.saturated(ops.where(heading_unknown, 1.0, follow), 1.0)
         horizontal = ops.bounded(
             ops.where(
                 leveling | ~aligning & heading_unknown, -1.0, x.horizontal + follow * change[0]
@@ -333,8 +333,8 @@ class Mekf(Estimator):
 
         # Rest: rate and force keep near their means, and the mean rate can be a bias.
         motion = change_sq + RATE_WEIGHT * dot(r_change, r_change) + MEAN_WEIGHT * dot(off, off)
-        at_rest = _below(motion, p.rest_motion_sq)
-        rest_s = ops.where(at_rest, ops.saturated(x.rest_s + dt, 32.0), 0.0)
+        at_rest = _excess(motion, p.rest_motion_sq) < 0.0
+        rest_s = ops.saturated(ops.where(at_rest, x.rest_s + dt, 0.0), 32.0)
         rest_s = ops.where(leveling, ops.where(no_vertical, -1.0, 0.0), rest_s)
 
         flags = (

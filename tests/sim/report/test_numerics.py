@@ -92,7 +92,7 @@ def test_attention(core: Core, observed: Observed) -> None:
     assert state(value.name, 2**31 - 3) == "tight"
     # The declared end itself, not clamped: that is what the range says.
     assert state("mx", int(program.format(program.find("mx")).quantise(255.9))) == "tight"
-    flag = program.find("roll_unknown")
+    flag = program.find("unknown")
     least = program.format(flag).real(int(observed.ranges[0].low[flag]))
-    assert least == program.values[flag].low == -1.0
-    assert state("roll_unknown", 0) == "ok"
+    assert least == program.values[flag].low == -2.0
+    assert state("unknown", 0) == "ok"
