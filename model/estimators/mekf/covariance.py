@@ -11,14 +11,14 @@ from boresight.model.estimators.mekf.interface import BIAS_SCALE
 
 __all__ = ["element", "predicted"]
 
-TRACE_LIMIT = 3.2  #: rad^2 and scaled bias^2, trace of P from which on it grows no more.
+TRACE_LIMIT = 1.6  #: rad^2 and scaled bias^2, trace of P from which on it grows no more.
 GROWTH_LIMIT = 0.125  #: largest growth of a variance in one prediction.
 P0_TILT, P0_HEADING = 0.07, 0.05  #: rad^2, variances of the first attitude.
 
 
 def element(value: Any) -> Any:
     """An element of P, or of a row of it that was scaled down."""
-    return ops.bounded(value, -3.9, 3.9, "element of P, of limited trace")
+    return ops.bounded(value, -1.95, 1.95, "element of P, of limited trace")
 
 
 def predicted(

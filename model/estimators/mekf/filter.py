@@ -80,7 +80,7 @@ LOST_VAR = 1.0  #: rad^2/s, random walk of the attitude while the gyro says noth
 HEADING_LIMIT = 0.5  #: rad^2, variance from which on a heading that nothing tells gets no worse.
 #: 1/s, one over the age of a mean: at its start, the most that adds to the covariance, how much
 #: faster than its exponential it ends; and by how much more than a plain mean followers follow.
-YOUTH_START, YOUTH_LIMIT, YOUTH_ENDS = 64.0, 8.0, 0.5
+YOUTH_START, YOUTH_LIMIT, YOUTH_ENDS = 63.0, 8.0, 0.5
 FORCE_YOUTH, FIELD_YOUTH = 2.0, 24.0
 YOUTH_LSB = 2.0**-20  #: 1/s, what youth loses in a sample at least, so that it ends.
 
@@ -154,6 +154,7 @@ class Mekf(Estimator):
         forgotten, leveling = since_last < FORGET_BELOW_S, since_last < ANEW_BELOW_S
         gap = u.dt < 0.0
         dt = ops.where(gap, LONGEST_STEP_S - u.dt, u.dt)
+        dt = ops.bounded(dt, 0.0, 0.4999, "a step, or a gap of less than 0.5 s")
         dt = ops.named("step", ops.where(leveling, 0.0, dt))
         enough_field = _excess(dot(field, field), p.field_min_sq)
         no_field = enough_field < 0.0
@@ -205,7 +206,7 @@ class Mekf(Estimator):
         change = (ops.saturated(m_sq * m_inverse, 256.0) - x.horizontal, m[2] - x.vertical)
         odd = tuple(ops.saturated(d * m_inverse, 1.0) for d in change)
         odd_now = ops.named("odd_now", ops.bounded(dot(odd, odd), 0.0, 2.0, "two squares"))
-        grown = ops.named("grown", x.youth * dt)
+        grown = ops.named("grown", ops.saturated(x.youth * dt, 0.5))
         forget = ops.saturated(p.field_forget_per_s * dt + FIELD_YOUTH * grown, 1.0)
         odd_past = ops.bounded(x.odd_sq - forget * x.odd_sq, 0.0, 2.0, "a part of it")
         odd_past = ops.named("odd_past", odd_past)
@@ -271,7 +272,7 @@ class Mekf(Estimator):
         )
         first = (ops.where(over, 0.0, 1.0), ops.where(over, 1.0, 0.0), 0.0, 0.0)
         pairs = zip(first, (getattr(x, f"q{a}") for a in "wxyz"), strict=True)
-        before = [ops.where(anew, start, kept) for start, kept in pairs]
+        before = [ops.saturated(ops.where(anew, start, kept), 1.0) for start, kept in pairs]
         q = tuple(ops.saturated(c, 1.0) for c in product(before, _increment(half)))
         q = tuple(ops.saturated(c, 1.0) for c in product(correction, q))
         norm = ops.rsqrt(ops.bounded(dot(q, q), 0.0, 1.0, "norms of at most 1.1, 0.75 and 1"))

@@ -20,7 +20,7 @@ __all__ = [
 
 #: The bias error is carried as b times this, so that its covariance and that of the attitude are
 #: of a size.
-BIAS_SCALE = 128.0
+BIAS_SCALE = 64.0
 #: Error states: attitude error about east, north, up [rad]; bias error in body axes, scaled.
 AXES = ("e", "n", "u", "x", "y", "z")
 PAIRS = tuple((i, j) for i in range(6) for j in range(i, 6))
@@ -194,14 +194,14 @@ PARAMS: tuple[Param, ...] = (
 STATES = (
     *(State(f"q{a}", -1.0, 1.0 - 2.0**-31, "", v) for a, v in START),
     *(State(f"bias_{a}", -0.25, 0.25 * (1 - 2.0**-31), "rad/s") for a in "xyz"),
-    *(State(covariance_name(i, j), -3.9, 3.9, "") for i, j in PAIRS),
+    *(State(covariance_name(i, j), -1.95, 1.95, "") for i, j in PAIRS),
     *(State(f"force_{a}", -256.0, 256.0 * (1 - 2.0**-31), "m/s^2") for a in "enu"),
     *(State(f"field_{a}", -128.0, 128.0 * (1 - 2.0**-31), "uT") for a in "en"),
     State("field_u", -444.0, 444.0, "uT"),
     *(State(f"rate_{a}", -4.0, 4.0 * (1 - 2.0**-31), "rad/s") for a in "xyz"),
     State("horizontal", -1.0, 450.0, "uT", -1.0),  # of the reference field; -1: not known
     State("vertical", -450.0, 450.0, "uT"),
-    State("youth", 0.0, 64.0, "1/s", 64.0),  # one over the age of the means
+    State("youth", 0.0, 63.9, "1/s", 63.0),  # one over the age of the means
     State("odd_sq", 0.0, 2.0, ""),
     State("since_update", 0.0, 0.5, "s"),
     State("axis", -1.0, 1.0, "", -1.0),  # whose turn it is: -1, 0, 1 first, second, third
