@@ -66,6 +66,7 @@ SPAN_LIMIT = 0.5  #: s, longest time that one measurement speaks for.
 GAIN_LIMIT = 127.0  #: sqrt(P_ii Dt) / (2 sd) is less than that.
 BIAS_LIMIT = 0.25  #: rad/s.
 HALF_STEP_LIMIT = 0.5  #: rad, half of the largest turn about an axis in one sample.
+INCREMENT = 0.45  #: norm of the quaternion of a step: times the tangent of 0.5 below 1/4.
 CORRECTION_LIMIT = 0.5  #: rad, largest correction of one update.
 FORCE_LIMIT = 256.0  #: m/s^2, largest component of the mean force.
 FORCE_STEP_LIMIT = 64.0  #: m/s^2, largest deviation from the mean force that counts.
@@ -91,14 +92,16 @@ def _three(x: Any, name: str, axes: str) -> tuple[Any, Any, Any]:
 
 
 def _increment(half: Any) -> tuple[Any, Any, Any, Any]:
-    """Quaternion along (cos, sin) of the angle |half| [rad], of norm about 1/2: (1, tan)/2.
+    """Quaternion along (cos, sin) of the angle |half| [rad], of norm about 0.45: 0.45 (1, tan).
 
     tan(y)/y = 1 + y^2/3 + 2 y^4/15 + ...; the next term, 0.054 y^6, is below 1e-9 up to 0.1 rad in
-    a sample and 3e-7 at 0.27.
+    a sample and 3e-7 at 0.27. By a power of two, steps whose series is 1 would lose a bit and be
+    rounded up: 4e-6 deg/s at rest.
     """
     y = ops.bounded(dot(half, half), 0.0, 0.75, "three squares")
-    t = ops.bounded(1.0 + (1.0 / 3.0) * y + (2.0 / 15.0) * (y * y), 1.0, 1.33, "series")
-    return (0.5, *(ops.bounded(0.5 * (t * c), -0.34, 0.34, "tangent") for c in half))
+    t = INCREMENT + (INCREMENT / 3.0) * y + (2.0 * INCREMENT / 15.0) * (y * y)
+    t = ops.bounded(t, INCREMENT, 1.33 * INCREMENT, "series")
+    return (INCREMENT, *(ops.bounded(t * c, -0.2499, 0.2499, "tangent") for c in half))
 
 
 def _excess(a: Any, b: Any) -> Any:
