@@ -195,7 +195,7 @@ STATES = (
     *(State(f"q{a}", -1.0, 1.0 - 2.0**-31, "", v) for a, v in START),
     *(State(f"bias_{a}", -0.25, 0.25 * (1 - 2.0**-31), "rad/s") for a in "xyz"),
     *(State(covariance_name(i, j), -1.95, 1.95, "") for i, j in PAIRS),
-    *(State(f"force_{a}", -256.0, 256.0 * (1 - 2.0**-31), "m/s^2") for a in "enu"),
+    *(State(f"force_{a}", -128.0, 128.0 * (1 - 2.0**-31), "m/s^2") for a in "enu"),
     *(State(f"field_{a}", -128.0, 128.0 * (1 - 2.0**-31), "uT") for a in "en"),
     State("field_u", -444.0, 444.0, "uT"),
     *(State(f"rate_{a}", -4.0, 4.0 * (1 - 2.0**-31), "rad/s") for a in "xyz"),
