@@ -66,7 +66,7 @@ SPAN_LIMIT = 0.5  #: s, longest time that one measurement speaks for.
 GAIN_LIMIT = 127.0  #: sqrt(P_ii Dt) / (2 sd) is less than that.
 BIAS_LIMIT = 0.25  #: rad/s.
 HALF_STEP_LIMIT = 0.5  #: rad, half of the largest turn about an axis in one sample.
-INCREMENT = 0.45  #: norm of the quaternion of a step: times the tangent of 0.5 below 1/4.
+INCREMENT = 0.37  #: norm of a step's quaternion: times 1.33 and `HALF_STEP_LIMIT` below 1/4.
 CORRECTION_LIMIT = 0.5  #: rad, largest correction of one update.
 FORCE_LIMIT = 128.0  #: m/s^2, largest component of the mean force.
 FORCE_STEP_LIMIT = 64.0  #: m/s^2, largest deviation from the mean force that counts.
@@ -93,7 +93,7 @@ def _three(x: Any, name: str, axes: str) -> tuple[Any, Any, Any]:
 
 
 def _increment(half: Any) -> tuple[Any, Any, Any, Any]:
-    """Quaternion along (cos, sin) of the angle |half| [rad], of norm about 0.45: 0.45 (1, tan).
+    """Quaternion along (cos, sin) of the angle |half| [rad], of norm about 0.37: 0.37 (1, tan).
 
     tan(y)/y = 1 + y^2/3 + 2 y^4/15 + ...; the next term, 0.054 y^6, is below 1e-9 up to 0.1 rad in
     a sample and 3e-7 at 0.27. By a power of two, steps whose series is 1 would lose a bit and be
@@ -157,8 +157,7 @@ class Mekf(Estimator):
         since_last = ops.where(x.rest_s < 0.0, -LONGEST_STEP_S, u.dt)
         forgotten, leveling = since_last < FORGET_BELOW_S, since_last < ANEW_BELOW_S
         gap = u.dt < 0.0
-        dt = ops.where(gap, LONGEST_STEP_S - u.dt, u.dt)
-        dt = ops.bounded(dt, 0.0, 0.4999, "a step, or a gap of less than 0.5 s")
+        dt = ops.saturated(ops.where(gap, LONGEST_STEP_S - u.dt, u.dt), 0.5)
         dt = ops.named("step", ops.where(leveling, 0.0, dt))
         enough_field = _excess(dot(field, field), p.field_min_sq)
         no_field = enough_field < 0.0
@@ -279,7 +278,7 @@ class Mekf(Estimator):
         before = [ops.saturated(ops.where(anew, start, kept), 1.0) for start, kept in pairs]
         q = tuple(ops.saturated(c, 1.0) for c in product(before, _increment(half)))
         q = tuple(ops.saturated(c, 1.0) for c in product(correction, q))
-        norm = ops.rsqrt(ops.bounded(dot(q, q), 0.0, 1.0, "norms of at most 1.1, 0.75 and 1"))
+        norm = ops.rsqrt(ops.bounded(dot(q, q), 0.0, 1.0, "norms of at most 1.1, 0.57 and 1"))
         q = tuple(ops.saturated(c * norm, 1.0) for c in q)
         C = matrix(q)
         pitch, roll, heading = pitch_roll_heading_ht(C)

@@ -48,7 +48,7 @@ def wanted(p: np.ndarray, step: float, rest_gain: float) -> np.ndarray:
 
 
 def test_is_the_matrix_form() -> None:
-    p, h = drawn(2.0), 1
+    p, h = drawn(1.0), 1
     column = p[h]
     gain = column / (p[h, h] + 0.3)
     updated = p - np.outer(gain, column)
@@ -56,7 +56,7 @@ def test_is_the_matrix_form() -> None:
 
 
 def test_rest_shrinks_the_bias() -> None:
-    p, k = drawn(2.0), 0.2
+    p, k = drawn(1.0), 0.2
     d = np.diag([1.0] * 3 + [1.0 - k] * 3)
     after = found(p, np.zeros(6), np.zeros(6), keep=1.0 - k, rest_gain=k)
     assert after == pytest.approx(wanted(d @ p @ d, STEP, k), abs=1e-14)
@@ -77,13 +77,13 @@ def test_growth_of_one_step_is_limited() -> None:
 
 
 def test_p0() -> None:
-    after = found(drawn(2.0), np.ones(6), np.ones(6), starts=(True, True))
+    after = found(drawn(1.0), np.ones(6), np.ones(6), starts=(True, True))
     bias = BIAS_SCALE**2 * PARAMS.p0_bias
     assert after == pytest.approx(np.diag([P0_TILT, P0_TILT, P0_HEADING, bias, bias, bias]))
 
 
 def test_the_bias_stays_known_where_the_attitude_begins_anew() -> None:
-    p, none = drawn(2.0), np.zeros(6)
+    p, none = drawn(1.0), np.zeros(6)
     after = found(p, none, none, starts=(True, False))
     assert after[:3, :3] == pytest.approx(np.diag([P0_TILT, P0_TILT, P0_HEADING]))
     assert not after[:3, 3:].any()
