@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from boresight.firmware.build import CModel
+from boresight.firmware.floating.build import FloatCModel
+from boresight.firmware.floating.precision import DOUBLE
 from boresight.model.estimator import input_words, param_words
 from boresight.model.estimators.mekf import Mekf
 from boresight.model.estimators.mekf.interface import PAIRS, covariance_name
@@ -22,25 +24,58 @@ def attitude(values: Any) -> Any:
     return q / np.linalg.norm(q, axis=-1, keepdims=True)
 
 
+def apart_deg(fixed: Any, floats: Any) -> Any:
+    """Angle between the attitudes of two runs, outputs by name."""
+    a, b = attitude(fixed), attitude(floats)
+    return np.degrees(2.0 * np.minimum(*(np.linalg.norm(a - s * b, axis=1) for s in (1.0, -1.0))))
+
+
+def fixed_outputs(out: Any) -> dict[str, Any]:
+    return {
+        name: PROGRAM.format(n).real(out[:, k])
+        for k, (name, n) in enumerate(zip(PROGRAM.output_names, PROGRAM.outputs, strict=True))
+    }
+
+
+def float_outputs(x: Any) -> dict[str, Any]:
+    found = FloatCModel(Mekf(), precision=DOUBLE).update(x)
+    return {o.name: found[:, k] for k, o in enumerate(Mekf.outputs)}
+
+
 def test_fixed_equals_float_on_a_recorded_log() -> None:
     """Every sample within 0.0005 deg, no saturation, every status bit the same."""
     x = feed(Mekf(), read_record(bundled("ximu_walk"))).inputs[:STEPS]
     out, saturated = CModel(PROGRAM).update(input_words(PROGRAM, x[:, :, None])[:, :, 0])
-    fixed = {
-        name: PROGRAM.format(n).real(out[:, k])
-        for k, (name, n) in enumerate(zip(PROGRAM.output_names, PROGRAM.outputs, strict=True))
-    }
-    floats = {k: v[:, 0] for k, v in Mekf().run_float(x[:, :, None]).outputs.items()}
-    chord = np.linalg.norm(attitude(fixed) - attitude(floats), axis=1)
-    error = np.degrees(
-        2.0 * np.minimum(chord, np.linalg.norm(attitude(fixed) + attitude(floats), axis=1))
-    )
-    assert 1e-7 < error.max() < 5e-4
+    fixed = fixed_outputs(out)
+    floats = float_outputs(x)
+    assert 1e-7 < apart_deg(fixed, floats).max() < 5e-4
     assert not saturated.any()
     assert np.array_equal(fixed["status"], floats["status"])
     for name in ("pitch", "roll", "heading"):
         d = np.abs((fixed[name] - floats[name] + 1.0) % 2.0 - 1.0) * 180.0
         assert np.quantile(d, 0.99) < 1e-3
+
+
+@pytest.mark.parametrize(("field", "most_deg"), [(False, 5e-5), (True, 4e-4)])
+def test_rounding_at_rest_is_not_one_sided(field: bool, most_deg: float) -> None:
+    """At rest every sample rounds alike: no heading drifts, no variance is held too large.
+
+    With a field, turns and another one follow, which show what the gains are.
+    """
+    rng, n, dt = np.random.default_rng(2), 10000, 0.0035
+    last = slice(n * 3 // 4, None)
+    t = dt * np.arange(n)[:, None]
+    x = np.zeros((n, 10))
+    x[:, 0] = dt
+    x[:, 1:4] = rng.normal(0.0, 0.002, (n, 3)) + [0.004, -0.003, 0.005]
+    x[:, 7:] = rng.normal(0.0, 0.05, (n, 3)) + [0.0, 0.0, 9.81]
+    if field:
+        x[:, 4:7] = rng.normal(0.0, 0.3, (n, 3)) + [0.0, 18.0, -40.0]
+        x[last, 4:7] += [15.0, 0.0, 10.0]
+        x[last, 1:4] += [0.2, -0.3, 1.0] * np.sin(3.0 * t[last])
+    out, saturated = CModel(PROGRAM).update(input_words(PROGRAM, x[:, :, None])[:, :, 0])
+    assert apart_deg(fixed_outputs(out), float_outputs(x)).max() < most_deg
+    assert not saturated.any()
 
 
 def _motion(rng: np.random.Generator, steps: int, dt: float) -> Any:
