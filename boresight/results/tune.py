@@ -116,8 +116,10 @@ class TuneResult(Answer):
     search : TuneSearch
     without_truth : tuple of str
         Logs that were left out.
+    vary : float
+        Factor of the sensitivities.
     sensitivity : tuple of Sensitivity
-        Figures with one parameter halved and doubled.
+        Figures with one parameter over and times that factor.
     cross_validation : CrossValidation or None
     """
 
@@ -132,31 +134,25 @@ class TuneResult(Answer):
     tuned_parameters: tuple[TunedParameter, ...]
     search: TuneSearch
     without_truth: tuple[str, ...]
+    vary: float
     sensitivity: tuple[Sensitivity, ...]
     cross_validation: CrossValidation | None
 
     def __str__(self) -> str:
-        units, weights = self.units, {n: w for n, w in self.weights.items() if w}
-        alone = next(iter(weights)) if len(weights) == 1 else None
-        what = (
-            f"{alone} {units[alone]}".strip()
-            if alone is not None
-            else "share of the given, weights "
-            + ", ".join(f"{n} {w:g}" for n, w in weights.items())
-        )
-        cross = self.cross_validation
+        what, cross = self._what(), self.cross_validation
+        wide = max(14, *(len(f"{n} {unit}") for n, unit in self.units.items()))
         lines = [
             f"{self.estimator}, W = {self.word}, {len(self.trials)} trials, "
             f"{self.search.evaluations} evaluations: root mean square error",
-            f"  {'':16s}{'given':>10s}{'tuned':>10s}"
+            f"  {'':{wide}s}  {'given':>10s}{'tuned':>10s}"
             + ("" if cross is None else "  cross-validated"),
         ]
-        for n, unit in units.items():
+        for n, unit in self.units.items():
             pair = "".join(
                 _number(error.get(n), 10) for error in (self.error.given, self.error.tuned)
             )
             more = "" if cross is None else _number(cross.mean_test_error.get(n), 17)
-            lines.append(f"  {f'{n} {unit}':16s}{pair}{more}".rstrip())
+            lines.append(f"  {f'{n} {unit}':{wide}s}  {pair}{more}".rstrip())
         for k, f in enumerate(() if cross is None else cross.folds):
             lines.append(
                 f"  fold {k + 1}: trained on {len(f.train)} {_number(f.train_figure)}, "
@@ -164,16 +160,38 @@ class TuneResult(Answer):
             )
         width = max(len(p.name) for p in self.tuned_parameters)
         lines.append(
-            f"  {'parameter':{width}s}  {'given':>10s} {'tuned':>10s}  {what} with x 0.5, x 2"
+            f"  {'parameter':{width}s}  {'given':>10s} {'tuned':>10s}  {what} with "
+            f"x {1.0 / self.vary:g}, x {self.vary:g}"
         )
         for p, s in zip(self.tuned_parameters, self.sensitivity, strict=True):
             lines.append(
                 f"  {p.name:{width}s}  {p.given:10.4g} {p.tuned:10.4g}  "
-                f"{_number(s.at_half)} {_number(s.at_double)}  {p.unit}".rstrip()
+                f"{_number(s.at_low)} {_number(s.at_high)}  {p.unit:12s}{self._most(s)}".rstrip()
             )
         if self.without_truth:
             lines.append("  left out, no truth: " + ", ".join(self.without_truth))
         return "\n".join(lines)
+
+    def _what(self) -> str:
+        """What a figure is."""
+        weights = {n: w for n, w in self.weights.items() if w}
+        if len(weights) == 1:
+            alone = next(iter(weights))
+            return f"{alone} {self.units[alone]}".strip()
+        told = ", ".join(f"{n} {w:g}" for n, w in weights.items())
+        return f"share of the given, weights {told}"
+
+    def _most(self, s: Sensitivity) -> str:
+        """Of several errors that count the one that changes most, in per cent."""
+        change = {
+            n: [100.0 * (e.get(n, x) / x - 1.0) for e in (s.errors_at_low, s.errors_at_high)]
+            for n, x in self.error.tuned.items()
+            if x and self.weights.get(n)
+        }
+        if len(change) < 2:
+            return ""
+        name = max(change, key=lambda n: max(map(abs, change[n])))
+        return f"{name} {change[name][0]:+.1f} %, {change[name][1]:+.1f} %"
 
 
 def _number(value: float | None, width: int = 8) -> str:

@@ -37,6 +37,8 @@ class Scorer:
         Word width, 18 to 32.
     jobs : int, optional
         Threads; by default one for each processor.
+    told : sequence of (name, figure), optional
+        Of each record the one figure that counts, and the name that it is told by; all by default.
     """
 
     def __init__(
@@ -46,8 +48,9 @@ class Scorer:
         *,
         word: int = 32,
         jobs: int | None = None,
+        told: Sequence[tuple[str, str]] | None = None,
     ) -> None:
-        self.estimator, self.feeds = estimator, tuple(feeds)
+        self.estimator, self.feeds, self.told = estimator, tuple(feeds), told
         build = Build(estimator, word=word)
         self.jobs = max(1, min(jobs or os.cpu_count() or 1, len(self.feeds)))
         self._levels: SimpleQueue[Emitted] = SimpleQueue()
@@ -58,7 +61,7 @@ class Scorer:
         self,
         which: Sequence[int],
         params: Mapping[str, float] | None,
-        work: Callable[[Feed, Run], _T],
+        work: Callable[[int, Run], _T],
     ) -> list[_T]:
         """``work`` on the run of every record in ``which``, in that order."""
         values = self.estimator.param_values(params)
@@ -68,7 +71,7 @@ class Scorer:
             try:
                 level.set_params(values)
                 level.reset()
-                return work(given, level.run(given.inputs))
+                return work(index, level.run(given.inputs))
             finally:
                 self._levels.put(level)
 
@@ -92,7 +95,8 @@ class Scorer:
             Unknown or illegal parameter; a record without truth.
         """
 
-        def score(given: Feed, run: Run) -> dict[str, float]:
+        def score(index: int, run: Run) -> dict[str, float]:
+            given = self.feeds[index]
             if not units_of(self.estimator, given):
                 raise InputError.at(
                     given.record.where,
@@ -100,6 +104,10 @@ class Scorer:
                     found="none",
                     fix="leave this log out",
                 )
-            return errors(self.estimator, given, run.outputs)
+            found = errors(self.estimator, given, run.outputs)
+            if self.told is None:
+                return found
+            name, figure = self.told[index]
+            return {name: found[figure]}
 
         return self._each(range(len(self.feeds)) if which is None else which, params, score)

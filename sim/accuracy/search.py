@@ -23,6 +23,7 @@ __all__ = [
     "Sensitivity",
     "Tuned",
     "deal_folds",
+    "deal_named",
     "pattern_search",
     "sensitivities",
     "tunable",
@@ -221,26 +222,47 @@ def deal_folds(count: int, folds: int, seed: int | None = None) -> list[tuple[in
     return [tuple(sorted(order[k::folds])) for k in range(folds)]
 
 
+def deal_named(
+    names: Sequence[str], folds: int | None, seed: int | None = None
+) -> list[tuple[int, ...]]:
+    """Test sets of which none shares a name with another: `deal_folds` of the names.
+
+    By default three folds, or as many as there are names; 1: none.
+    """
+    whole = list(dict.fromkeys(names))
+    count = min(3, len(whole)) if folds is None else folds
+    return [
+        tuple(k for k, name in enumerate(names) if whole.index(name) in test)
+        for test in (deal_folds(len(whole), count, seed) if count != 1 else [])
+    ]
+
+
 @dataclass(frozen=True)
 class Sensitivity:
-    """Figures with one parameter halved and doubled (within its legal range)."""
+    """Objective with one parameter below and above its value (within its legal range).
+
+    ``errors_at_low``, ``errors_at_high``: every figure there, where several are known.
+    """
 
     parameter: str
     value: float
-    half: float
-    double: float
-    at_half: float
-    at_double: float
+    low: float
+    high: float
+    at_low: float
+    at_high: float
+    errors_at_low: Mapping[str, float] = field(default_factory=dict)
+    errors_at_high: Mapping[str, float] = field(default_factory=dict)
 
 
 def sensitivities(
-    objective: Objective, params: Sequence[Param], values: Mapping[str, float]
+    objective: Objective, params: Sequence[Param], values: Mapping[str, float], factor: float = 2.0
 ) -> list[Sensitivity]:
-    """The objective with each parameter times 0.5 and times 2, the others as they are."""
+    """The objective with each parameter over and times a factor, the others as they are."""
     search = Search(objective, params)
     at = tuple(values[p.name] for p in params)
     out = []
     for k, p in enumerate(params):
-        ways = [search.moved(at, k, factor) for factor in (0.5, 2.0)]
-        out.append(Sensitivity(p.name, at[k], *(w[k] for w in ways), *map(search.figure, ways)))
+        low, high = (search.moved(at, k, f) for f in (1.0 / factor, factor))
+        figures = search.figure(low), search.figure(high)
+        out.append(Sensitivity(p.name, at[k], low[k], high[k], *figures))
     return out

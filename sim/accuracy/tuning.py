@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -162,12 +162,27 @@ class Tuning:
             held.append(Fold(test, train, tuned, tuple(self.scores(tuned.values, test))))
         return held
 
-    def around(self, values: Mapping[str, float]) -> list[Sensitivity]:
-        """What halving and doubling each parameter does, over all trials."""
+    def around(self, values: Mapping[str, float], factor: float = 2.0) -> list[Sensitivity]:
+        """What each parameter over and times a factor does, over all trials."""
         every = range(len(self.scorer.feeds))
-        return sensitivities(
-            lambda v: self.objective.value(self.scores({**values, **v}, every)), self.params, values
+
+        def errors(moved: Mapping[str, float]) -> dict[str, float]:
+            return means(self.scores({**values, **moved}, every))
+
+        found = sensitivities(
+            lambda v: self.objective.value(self.scores({**values, **v}, every)),
+            self.params,
+            values,
+            factor,
         )
+        return [
+            replace(
+                s,
+                errors_at_low=errors({s.parameter: s.low}),
+                errors_at_high=errors({s.parameter: s.high}),
+            )
+            for s in found
+        ]
 
 
 def detuned(start: Mapping[str, float], params: Sequence[Param], factor: float) -> dict[str, float]:

@@ -13,7 +13,6 @@ import numpy as np
 from boresight.arguments import JOBS_MOST, check_number, check_word
 from boresight.disk.output import OutputFile
 from boresight.model.errors import InputError
-from boresight.model.estimator import Estimator
 from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import Outcome, number_options, params_of, progress_of
@@ -27,13 +26,12 @@ from boresight.results.tune import (
     TuneSearch,
     TuneTrial,
 )
-from boresight.sim.accuracy.figures import units_of
+from boresight.sim.accuracy.protocol.plan import PROTOCOLS
 from boresight.sim.accuracy.scoring import Scorer
-from boresight.sim.accuracy.search import Tuned, deal_folds, tunable
+from boresight.sim.accuracy.search import Tuned, deal_named, tunable
 from boresight.sim.accuracy.tuning import Fold, Objective, Tuning, detuned, means, weights_of
-from boresight.sim.records.bundled import is_comparison
-from boresight.sim.records.feed import Feed, feed
-from boresight.verbs.check import log_files, read_logs
+from boresight.verbs.check import log_files
+from boresight.verbs.figures.trials import trials_of
 
 __all__ = ["add_arguments", "call", "tune"]
 
@@ -47,12 +45,15 @@ SOURCE = (
 def tune(
     name: Named,
     *logs: Any,
+    protocol: str | None = None,
     folds: int | None = None,
+    hold: str = "logs",
     seed: int | None = None,
     names: Sequence[str] | None = None,
     weights: Mapping[str, float] | None = None,
     rounds: int = 12,
     detune: float = 1.0,
+    vary: float = 2.0,
     params: Mapping[str, float] | None = None,
     word: int = 32,
     jobs: int | None = None,
@@ -66,8 +67,12 @@ def tune(
     name : str, class or Estimator
     logs : paths, or data in memory (`Record.of`)
         Logs, or folders of logs. Those without truth are named and left out.
+    protocol : str, optional
+        Tune on every log in every case of it (`sim.accuracy.protocol`): each case is a figure.
     folds : int, optional
-        Of the cross-validation; 1: none. By default 3, or as many as there are trials.
+        Of the cross-validation; 1: none. By default 3, or as many as there are logs.
+    hold : str
+        What a fold holds back: "logs", each in all of its cases, or "cases", each of all logs.
     seed : int, optional
         Shuffle the trials before they are dealt to the folds; by default in order of their names.
     names : sequence of str, optional
@@ -75,10 +80,12 @@ def tune(
     weights : mapping, optional
         Of figures (an output, or an angle of an attitude), on top of the defaults.
     rounds : int
-        Most rounds of each search.
+        Most rounds of each search; 0: none, the sensitivities of what is given alone.
     detune : float
         Start from values off by this factor (over and times it, in turn): if the start itself was
         tuned on these trials, the folds do not inherit that.
+    vary : float
+        Factor of the sensitivities.
     params : mapping, optional
         Values to start from, and to hold where they are not tuned; defaults otherwise.
     word : int
@@ -102,36 +109,38 @@ def tune(
     estimator = find_estimator(name)
     given = estimator.param_values(params)
     moving = tunable(estimator, given, names)
-    _check_numbers(word=word, folds=folds, rounds=rounds, jobs=jobs, seed=seed, detune=detune)
+    _check_numbers(word=word, folds=folds, rounds=rounds, jobs=jobs, seed=seed)
+    _check_factors(detune=detune, vary=vary)
     files = log_files(log for log in logs if isinstance(log, str | Path))
     target = None if output is None else OutputFile(output, "tune", of=estimator.name, inputs=files)
-    trials, left_out = _trials(estimator, logs)
-    units = {n: u for t in trials for n, u in units_of(estimator, t).items()}
-    chosen = weights_of(units, weights)
-    count = min(3, len(trials)) if folds is None else folds
-    tests = deal_folds(len(trials), count, seed) if count != 1 else []
-    say(f"{estimator.name}: {len(trials)} trials, {sum(map(len, trials)):,} samples; C")
-    scorer = Scorer(estimator, trials, word=word, jobs=jobs)
+    trials = trials_of(estimator, logs, protocol)
+    chosen = weights_of(trials.units, weights)
+    held_back = trials.held_back(hold)
+    tests = deal_named(held_back, folds if rounds else 1, seed)
+    many = sum(map(len, trials.feeds))
+    say(f"{estimator.name}: {len(trials.feeds)} trials, {many:,} samples; C")
+    scorer = Scorer(estimator, trials.feeds, word=word, jobs=jobs, told=trials.told)
     objective = Objective.of(chosen, means(scorer.scores(given)))
     tuning = Tuning(scorer, moving, detuned(given, moving, detune), objective, rounds, say)
-    tuned = tuning.search(range(len(trials)), "all trials")
+    tuned = tuning.search(range(len(trials.feeds)), "all trials")
     held = tuning.folds(tests)
     say("sensitivities")
-    error, each = _errors(tuning, given, tuned.values)
+    error, each = _errors(tuning, trials.names, given, tuned.values)
     result = TuneResult(
         estimator=estimator.name,
         parameters={**tuning.start, **tuned.values},
         word=word,
         source=SOURCE,
-        units=units,
+        units=trials.units,
         weights=chosen,
         error=error,
         trials=each,
         tuned_parameters=_moved(tuning, given, tuned.values),
         search=_search(tuning, tuned, detune),
-        without_truth=tuple(left_out),
-        sensitivity=tuple(tuning.around(tuned.values)),
-        cross_validation=_cross(held, [t.record.name for t in trials], objective, seed),
+        without_truth=trials.left_out,
+        vary=vary,
+        sensitivity=tuple(tuning.around(tuned.values, vary)),
+        cross_validation=_cross(held, held_back, objective, seed),
     )
     if target is not None:
         target.write(json.dumps(result.to_json(), indent=1) + "\n")
@@ -139,14 +148,13 @@ def tune(
 
 
 def _errors(
-    tuning: Tuning, given: Mapping[str, float], tuned: Mapping[str, float]
+    tuning: Tuning, names: Sequence[str], given: Mapping[str, float], tuned: Mapping[str, float]
 ) -> tuple[TuneErrors, tuple[TuneTrial, ...]]:
     """What the errors were, over all trials and of each."""
-    trials = tuning.scorer.feeds
-    before, after = (tuning.scores(values, range(len(trials))) for values in (given, tuned))
+    before, after = (tuning.scores(values, range(len(names))) for values in (given, tuned))
     each = tuple(
-        TuneTrial(t.record.name, _figures(b), _figures(a))
-        for t, b, a in zip(trials, before, after, strict=True)
+        TuneTrial(name, _figures(b), _figures(a))
+        for name, b, a in zip(names, before, after, strict=True)
     )
     return TuneErrors(_figures(means(before)), _figures(means(after))), each
 
@@ -176,41 +184,24 @@ def _search(tuning: Tuning, tuned: Tuned, detune: float) -> TuneSearch:
 
 
 def _check_numbers(
-    *, word: int, folds: int | None, rounds: int, jobs: int | None, seed: int | None, detune: float
+    *, word: int, folds: int | None, rounds: int, jobs: int | None, seed: int | None
 ) -> None:
     check_word(word)
     check_number("folds", 1 if folds is None else folds, 1)
-    check_number("rounds", rounds, 1)
+    check_number("rounds", rounds, 0)
     check_number("jobs", 1 if jobs is None else jobs, 1, JOBS_MOST)
     check_number("seed", 0 if seed is None else seed, 0)
-    if not 1.0 <= detune <= 1000.0:
-        raise InputError.at(
-            "detune",
-            wanted="1 to 1000",
-            found=f"{detune:g}",
-            fix="choose a factor inside the range",
-        )
 
 
-def _trials(estimator: Estimator, logs: Sequence[Any]) -> tuple[list[Feed], list[str]]:
-    """Logs with truth in the order of their names, and the names of the others."""
-    trials: list[Feed] = []
-    left_out: list[str] = []
-    for record, path in read_logs(logs):
-        given = feed(estimator, record)
-        if units_of(estimator, given) and not (path is not None and is_comparison(path)):
-            trials.append(given)
-        else:
-            left_out.append(given.record.name)
-    if not trials:
-        raise InputError.at(
-            "logs",
-            wanted=f"at least one log with a truth of {estimator.name}'s outputs, as "
-            f"{estimator.outputs[0].name}_true",
-            found="none",
-            fix="name logs with truth",
-        )
-    return sorted(trials, key=lambda t: t.record.name), sorted(left_out)
+def _check_factors(**factors: float) -> None:
+    for name, factor in factors.items():
+        if not 1.0 <= factor <= 1000.0:
+            raise InputError.at(
+                name,
+                wanted="1 to 1000",
+                found=f"{factor:g}",
+                fix="choose a factor inside the range",
+            )
 
 
 def _cross(
@@ -223,8 +214,8 @@ def _cross(
     return CrossValidation(
         folds=tuple(
             TuneFold(
-                test=tuple(labels[i] for i in f.test),
-                train=tuple(labels[i] for i in f.train),
+                test=tuple(dict.fromkeys(labels[i] for i in f.test)),
+                train=tuple(dict.fromkeys(labels[i] for i in f.train)),
                 train_figure=_or_none(f.tuned.best),
                 test_figure=_or_none(objective.value(f.scores)),
                 test_error=_figures(means(f.scores)),
@@ -251,7 +242,15 @@ def add_arguments(parser: ArgumentParser) -> None:
     """What the command line takes."""
     parser.add_argument("estimator")
     parser.add_argument("logs", nargs="+", metavar="LOG", help="logs, or folders of logs")
+    parser.add_argument(
+        "--protocol",
+        metavar="NAME",
+        help=f"each log in every case of {', '.join(PROTOCOLS)}, as accuracy has them",
+    )
     parser.add_argument("--folds", type=int, help="of the cross-validation, default 3; 1: none")
+    parser.add_argument(
+        "--hold", metavar="WHAT", default="logs", help="back in a fold: logs (default) or cases"
+    )
     parser.add_argument(
         "--seed", type=int, help="shuffle the trials before they are dealt to folds"
     )
@@ -263,13 +262,18 @@ def add_arguments(parser: ArgumentParser) -> None:
         metavar="OUTPUT=NUMBER",
         help="how much an output's error counts, repeatable; default 1, of an attitude its angle",
     )
-    parser.add_argument("--rounds", type=int, default=12, help="most rounds of a search")
+    parser.add_argument(
+        "--rounds", type=int, default=12, help="most rounds of a search; 0: sensitivities alone"
+    )
     parser.add_argument(
         "--detune",
         type=float,
         default=1.0,
         metavar="FACTOR",
         help="start off by this factor, so that folds do not inherit the start",
+    )
+    parser.add_argument(
+        "--vary", type=float, default=2.0, metavar="FACTOR", help="of the sensitivities"
     )
     parser.add_argument("--jobs", type=int, help="threads; default: one for each processor")
     number_options(parser)
@@ -281,12 +285,15 @@ def call(args: Namespace) -> Outcome:
     result = tune(
         args.estimator,
         *args.logs,
+        protocol=args.protocol,
         folds=args.folds,
+        hold=args.hold,
         seed=args.seed,
         names=None if args.only is None else args.only.split(","),
         weights=parse_settings(args.weight, "--weight"),
         rounds=args.rounds,
         detune=args.detune,
+        vary=args.vary,
         params=params_of(args, [args.estimator]),
         word=args.word,
         jobs=args.jobs,

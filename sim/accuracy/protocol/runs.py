@@ -37,9 +37,19 @@ from boresight.sim.records.files import read_record
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.worlds.carriers import logs as carriers
 
-__all__ = ["LEFT_OUT_S", "SETTLED_DEG", "Campaign", "complete", "settled_s"]
+__all__ = [
+    "LEFT_OUT_S",
+    "SETTLED_DEG",
+    "Campaign",
+    "complete",
+    "counted",
+    "figures_of",
+    "prepared",
+    "settled_s",
+]
 
 FloatArray = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
 Params = tuple[tuple[str, tuple[tuple[str, float], ...]], ...]
 
 #: Seconds after the start that no error counts, for all filters alike.
@@ -150,10 +160,14 @@ def settled_s(t: FloatArray, error: FloatArray, limit: float) -> float | None:
     return float(begins[long[0]] - t[0]) if len(long) else None
 
 
+def counted(log: NineAxis) -> BoolArray:
+    """Samples (n,) that count: those of the log, but for the first `LEFT_OUT_S`."""
+    return np.asarray(log.counts & (log.t >= log.t[0] + LEFT_OUT_S))
+
+
 def figures_of(log: NineAxis, q: FloatArray) -> dict[str, float | None]:
     """Figures of attitudes (n, 4) against a log's truth: `ANGLES`, ``settled_2``, ``settled_5``."""
-    rows = log.counts & (log.t >= log.t[0] + LEFT_OUT_S)
-    found: dict[str, float | None] = dict(attitude_errors(q, log.attitude, rows))
+    found: dict[str, float | None] = dict(attitude_errors(q, log.attitude, counted(log)))
     error = attitude_error(q, log.attitude).total
     for limit in SETTLED_DEG:
         found[f"settled_{limit:g}"] = settled_s(log.t, error, limit)
@@ -199,7 +213,7 @@ def run_cases(
     known = {case.name: case for case in cases_of(campaign.protocol)}
     out = []
     for number, case in numbered:
-        log = _prepared(known[case], log_of(trial))
+        log = prepared(known[case], log_of(trial))
         rows = []
         for name in campaign.estimators:
             try:
@@ -218,7 +232,14 @@ def run_cases(
     return out
 
 
-def _prepared(case: Case, log: NineAxis) -> NineAxis:
+def prepared(case: Case, log: NineAxis) -> NineAxis:
+    """The log of a case.
+
+    Raises
+    ------
+    InputError
+        Less than two seconds of it count.
+    """
     log = case.work(log)
     if not (log.counts & np.isfinite(log.attitude).all(axis=1) & (log.t > log.t[0] + 2.0)).any():
         raise InputError.at(

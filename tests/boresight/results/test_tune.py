@@ -30,6 +30,7 @@ RESULT = TuneResult(
     tuned_parameters=(TunedParameter("k", "1/s", 0.0, 4.0, 1.0, 1.5, 2.0),),
     search=TuneSearch("by hand", 2, 12, 1.0, 34, 1.0, (1.0, 0.75, 0.5)),
     without_truth=("c",),
+    vary=2.0,
     sensitivity=(Sensitivity("k", 2.0, 1.0, 4.0, 0.625, float("inf")),),
     cross_validation=CrossValidation((FOLD,), None, 0.875, {"pos": 0.375, "vel": 1.0}, "folds"),
 )
@@ -49,12 +50,22 @@ def test_text() -> None:
         replace(RESULT, cross_validation=None, without_truth=(), weights={"pos": 1, "vel": 2})
     )
     assert "share of the given, weights pos 1, vel 2 with x 0.5, x 2" in alone
+    moved = Sensitivity("k", 2.0, 1.6, 2.5, 1.0, 1.1, {"pos": 0.3, "vel": 3.0}, {"pos": 0.25})
+    several = replace(
+        RESULT,
+        weights={"pos": 1.0, "vel": 1.0},
+        error=TuneErrors(GIVEN, {"pos": 0.25, "vel": 4.0}),
+        vary=1.25,
+        sensitivity=(moved,),
+    )
+    *_, title, k, _ = str(several).splitlines()
+    assert title.endswith("with x 0.8, x 1.25") and k.endswith("vel -25.0 %, +0.0 %")
     assert "cross" not in alone and "fold" not in alone and "left out" not in alone
 
 
 def test_plain_data() -> None:
     data = json.loads(json.dumps(RESULT.to_json(), allow_nan=False))
     assert data["error"] == {"given": GIVEN, "tuned": TUNED}
-    assert data["sensitivity"][0]["at_double"] is None
+    assert data["sensitivity"][0]["at_high"] is None
     assert data["cross_validation"]["folds"][0]["test"] == ["a"]
     assert list(data)[:3] == ["estimator", "parameters", "word"] and data["parameters"] == {"k": 2}

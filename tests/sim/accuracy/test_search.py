@@ -12,6 +12,7 @@ from boresight.model.estimators.complementary import Complementary
 from boresight.sim.accuracy.scoring import Scorer
 from boresight.sim.accuracy.search import (
     deal_folds,
+    deal_named,
     pattern_search,
     rounded,
     sensitivities,
@@ -91,13 +92,24 @@ def test_folds_are_a_partition():
             deal_folds(3, folds)
 
 
+def test_what_shares_a_name_is_held_back_together():
+    names = ["a", "a", "b", "c", "b", "d"]
+    assert deal_named(names, 2) == [(0, 1, 3), (2, 4, 5)]
+    assert deal_named(names, None) == [(0, 1, 5), (2, 4), (3,)]
+    assert deal_named(names, 1) == [] == deal_named(["a", "a"], None)
+    with pytest.raises(InputError, match=r"^folds: wanted 2 to 4, "):
+        deal_named(names, 5)
+
+
 def test_sensitivities():
     half, _ = sensitivities(bowl, PARAMS, {"a": 8.0, "b": 2.0})
-    assert (half.half, half.double) == (4.0, 16.0)
-    assert half.at_half == pytest.approx(1.0 + 2 * math.log(2) ** 2) == half.at_double
+    assert (half.low, half.high) == (4.0, 16.0)
+    assert half.at_low == pytest.approx(1.0 + 2 * math.log(2) ** 2) == half.at_high
     _, b = sensitivities(bowl, PARAMS, {"a": 8.0, "b": 0.4})
-    assert (b.half, b.double) == (0.25, 0.8)  # kept in range
+    assert (b.low, b.high) == (0.25, 0.8)  # kept in range
     assert b.parameter == "b"
+    a, _ = sensitivities(bowl, PARAMS, {"a": 8.0, "b": 2.0}, 1.25)
+    assert (a.low, a.high) == (6.4, 10.0)
 
 
 def test_which_parameters():

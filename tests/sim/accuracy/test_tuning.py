@@ -114,9 +114,11 @@ def test_no_trial_runs_twice_with_the_same_values(scorer: Scorer) -> None:
     around = whole.around(found.values)
     assert len(asked) == len(set(asked)) > 30
     assert [s.parameter for s in around] == ["k", "g"]
-    assert around[0].half == pytest.approx(found.values["k"] / 2, rel=1e-3)
-    again = scorer.scores({**found.values, "k": around[0].half})
-    assert around[0].at_half == pytest.approx(means(again)["y"])
+    assert around[0].low == pytest.approx(found.values["k"] / 2, rel=1e-3)
+    again = scorer.scores({**found.values, "k": around[0].low})
+    assert around[0].at_low == pytest.approx(means(again)["y"])
+    assert around[0].errors_at_low == means(again)
+    assert around[1].errors_at_high["z"] != pytest.approx(around[1].errors_at_low["z"])
 
 
 def test_detuned() -> None:

@@ -1,0 +1,55 @@
+"""Logs in the cases of a protocol, as an estimator reads them: what parameters are tuned on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator
+from boresight.sim.accuracy.figures import gives_attitude
+from boresight.sim.accuracy.protocol.plan import Case, cases_of
+from boresight.sim.accuracy.protocol.runs import counted, prepared
+from boresight.sim.records.feed import Feed, feed
+from boresight.sim.records.nine_axis import NineAxis
+from boresight.sim.records.record import Column, Record
+
+__all__ = ["Cell", "cells"]
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One log in one case."""
+
+    log: str
+    case: Case
+    given: Feed
+
+
+def cells(estimator: Estimator, records: Sequence[Record], protocol: str) -> list[Cell]:
+    """Every log in every case; what counts is what the protocol counts.
+
+    Only what is run and judged is kept of each, not the log's other columns.
+
+    Raises
+    ------
+    InputError
+        No such protocol, an estimator that gives no attitude, a log that a case leaves nothing of.
+    """
+    cases = cases_of(protocol)
+    if not gives_attitude(estimator):
+        raise InputError.at(
+            estimator.name,
+            wanted="an estimator whose outputs are an attitude, qw qx qy qz",
+            found="another one",
+            fix="leave --protocol out, or name another",
+        )
+    held = []
+    for record in records:
+        log = NineAxis.of(record)
+        for case in cases:
+            one = prepared(case, log)
+            given = feed(estimator, replace(one, mov=counted(one)).record())
+            bare = Record(record.name, {"t": Column(one.t[:1].copy())}, record.place, record.source)
+            held.append(Cell(log.name, case, replace(given, record=bare, new=given.new[:0])))
+    return held

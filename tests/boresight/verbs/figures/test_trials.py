@@ -1,0 +1,32 @@
+"""What is tuned on, and by what name it is held back."""
+
+from __future__ import annotations
+
+import pytest
+
+from boresight.model.errors import InputError
+from boresight.model.resolve import estimator_of
+from boresight.sim.records.bundled import bundled
+from boresight.sim.worlds.synthetic import synthetic_log
+from boresight.verbs.figures.trials import trials_of
+
+LOGS = [synthetic_log(seconds=4, rate_hz=25, seed=seed, name=f"log{seed}") for seed in (2, 1)]
+
+
+def test_logs_in_the_order_of_their_names() -> None:
+    found = trials_of(estimator_of("complementary"), [*LOGS, bundled("ximu_walk")], None)
+    assert found.names == ("log1", "log2") == found.held_back("logs")
+    assert found.left_out == ("ximu_walk",) and found.units["total"] == "deg"
+    with pytest.raises(InputError, match=r"^hold: wanted logs, or with a protocol cases"):
+        found.held_back("cases")
+
+
+def test_logs_in_cases() -> None:
+    found = trials_of(estimator_of("complementary"), LOGS, "glance")
+    groups = ("as recorded", "bias 0.7 deg/s", "starts anywhere")
+    assert found.names[0] == "log1, as recorded" and len(found.feeds) == 6
+    assert found.held_back("logs") == ("log1",) * 3 + ("log2",) * 3
+    assert found.held_back("cases") == groups * 2
+    assert found.units == dict.fromkeys(groups, "deg")
+    with pytest.raises(InputError, match=r"^hold: "):
+        found.held_back("nothing")
