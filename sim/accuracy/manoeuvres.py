@@ -41,8 +41,12 @@ _COLUMNS = ("dt", *(name for key in ("gyr", "mag", "acc") for name in TRIADS[key
 
 
 def hostile(estimator: Estimator, steps: int, rng: np.random.Generator) -> dict[str, FloatArray]:
-    """Inputs (steps, n_inputs) by the name of the stimulus."""
-    if {i.name for i in estimator.inputs} == {*_COLUMNS}:
+    """Inputs (steps, n_inputs) by the name of the stimulus.
+
+    Motions for an estimator that reads a gyro and an accelerometer, perhaps a magnetometer, alone.
+    """
+    field = {*TRIADS["mag"][0]}
+    if {i.name for i in estimator.inputs} | field == {*_COLUMNS}:
         place = [_COLUMNS.index(i.name) for i in estimator.inputs]
         return {name: manoeuvre(name, steps, rng)[:, place] for name in MANOEUVRES}
     return {name: within(estimator, name, steps, rng) for name in WITHIN}

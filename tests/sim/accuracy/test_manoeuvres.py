@@ -8,6 +8,7 @@ import pytest
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input
 from boresight.model.estimators import estimator
+from boresight.model.resolve import estimator_of
 from boresight.sim.accuracy.manoeuvres import MANOEUVRES, WITHIN, hostile, manoeuvre, within
 
 
@@ -33,6 +34,10 @@ def test_which_stimuli() -> None:
     assert tuple(found) == MANOEUVRES
     same = np.random.default_rng(1)
     assert np.array_equal(found["still"], manoeuvre("still", 60, same))
+    blind = hostile(estimator_of("mekf(mag='none')"), 60, np.random.default_rng(1))
+    assert tuple(blind) == MANOEUVRES
+    kept = [0, 1, 2, 3, 7, 8, 9]
+    assert all(np.array_equal(blind[name], found[name][:, kept]) for name in MANOEUVRES)
 
 
 @pytest.mark.parametrize("name", WITHIN)
