@@ -67,11 +67,7 @@ class InputError(ValueError):
 
 
 def require(
-    good: bool,
-    where: str | Callable[[], str],
-    wanted: str,
-    found: object,
-    fix: str = "correct it",
+    good: bool, where: str | Callable[[], str], wanted: str, found: object, fix: str = "correct it"
 ) -> None:
     """`InputError.at`, with ``found`` as Python writes it, unless it is good.
 
