@@ -173,6 +173,7 @@ def test_every_estimator_declares_itself(name: str) -> None:
         assert len(set(names)) == len(names)
     for p in e.params:
         assert p.low <= p.default <= p.high and p.meaning
+    assert all(i.meaning for i in e.inputs)
     for s in e.states:
         assert s.low <= s.initial <= s.high
     assert e.compile(word=18).output_names == tuple(o.name for o in e.outputs)
