@@ -15,6 +15,7 @@ from boresight.sim.accuracy.protocol.page import render_page
 from boresight.sim.accuracy.protocol.plan import cases_of
 from boresight.sim.accuracy.protocol.runs import Campaign, complete, name_of, params_key
 from boresight.sim.accuracy.protocol.summary import summary
+from boresight.sim.accuracy.protocol.worse import explained
 from boresight.sim.montecarlo.journal import Journal
 from boresight.sim.records.bundled import bundled, bundled_names, is_comparison
 from boresight.sim.worlds.carriers.logs import CARRIERS
@@ -92,6 +93,7 @@ def run_protocol(
         "trial_names": [name_of(trial) for trial in campaign.trials],
         **summary(cases, runs),
     }
+    data["worse"] = [explained(campaign, cases, runs, name) for name in texts if data["rival"]]
     data["good"] = all(f["good"] for f in data["fixed"])
     table.write(json.dumps(data, allow_nan=False) + "\n")
     page.write(render_page(data))

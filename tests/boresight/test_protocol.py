@@ -39,6 +39,7 @@ def test_files_and_figures(tmp_path: Path) -> None:
     assert data["file"] == str(tmp_path / "accuracy-short.html")
     kept = json.loads((tmp_path / "accuracy-short.json").read_text())
     assert kept["groups"] == data["groups"] and len(kept["groups"]) == 1
+    assert [w["estimator"] for w in kept["worse"]] == ["complementary"] and kept["worse"][0]["of"]
     assert "complementary" in (tmp_path / "accuracy-short.html").read_text()
     with pytest.raises(InputError, match="the journal of this campaign"):
         run_protocol("short", ["complementary"], [], [], jobs=1, output=tmp_path)

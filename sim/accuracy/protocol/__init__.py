@@ -7,6 +7,8 @@ variants  what is done to a trial: cut, biased, resampled, turned, blinded, nois
 plan      protocols: which variants, of which trials
 runs      one trial in all its variants through every filter; dealt to processes, with a journal
 summary   means, ratios to the rival, the worst trials
+worse     single runs that are worse than the rival's, and what the field did meanwhile
+cells     logs in the cases of a protocol, as parameters are tuned on them
 page      the page, with its tables and plots
 ========= ======================================================================================
 """

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from boresight.sim.accuracy.protocol.runs import LEFT_OUT_S, SETTLED_DEG, SETTLED_FOR_S
 from boresight.sim.accuracy.protocol.summary import FLOAT
 from boresight.sim.pages import UNKNOWN, page
@@ -22,6 +24,14 @@ _STYLES = (
     ("#777777", "P"),
     ("#E69F00", "X"),
     ("#56B4E9", "<"),
+)
+
+
+#: What the field does: key of `worse.field_off`, label, colour.
+_FIELD = (
+    ("field_heading", "from north, deg", "#CC79A7"),
+    ("field_dip", "dip from its median, deg", "#009E73"),
+    ("field_norm", "norm from its median, %", "#777777"),
 )
 
 
@@ -93,6 +103,29 @@ def strip(data: Mapping[str, Any], name: str, salt: str) -> str:
         return svg(figure, salt=salt)
 
 
+def story(run: Mapping[str, Any], name: str, rival: str, salt: str) -> str:
+    """Both errors over the time of a run, and what the field did in truth; rest is shaded."""
+    told = {n: np.array(v, dtype=np.float64) for n, v in run["curves"].items()}
+    t, rest = told["t"], told["moves"] < 0.5
+    with settings():
+        figure, axes = figure_and_axes(3.8, 2, sharex=True, height_ratios=(3, 2))
+        for k, (key, label) in enumerate((("ours", name), ("rival", rival))):
+            axes[0].plot(t, told[key], color=_STYLES[k][0], label=label)
+        for key, label, colour in _FIELD:
+            axes[1].plot(t, told[key], color=colour, label=label, linewidth=0.9)
+        axes[0].set_ylim(0.0)
+        axes[0].set_ylabel(f"{run['figure']} error, deg")
+        axes[1].set_ylabel("field off")
+        axes[1].set_xlabel("s after the start")
+        for one, columns in zip(axes, (2, 3), strict=True):
+            one.fill_between(
+                t, 0, 1, where=rest, transform=one.get_xaxis_transform(), color="#eef0f3", lw=0
+            )
+            one.margins(x=0.0)
+            legend(one, columns)
+        return svg(figure, salt=salt)
+
+
 def render_page(data: Mapping[str, Any]) -> str:
     """HTML text of what `boresight accuracy --protocol` gives."""
     names, groups = _shown(data), data["groups"]
@@ -113,5 +146,15 @@ def render_page(data: Mapping[str, Any]) -> str:
         settled_for=SETTLED_FOR_S,
         errors=dots(errors, names, "error, deg (logarithmic)", "errors"),
         times=dots(times, names, f"s until it stays below {limit} deg (logarithmic)", "times"),
+        stories=[
+            (
+                w,
+                [
+                    story(run, w["estimator"], data["rival"], f"story-{k}-{j}")
+                    for j, run in enumerate(w["shown"])
+                ],
+            )
+            for k, w in enumerate(data.get("worse", ()))
+        ],
         strips={n: strip(data, n, f"strip-{k}") for k, n in enumerate(ours)},
     )

@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator
 from boresight.model.resolve import estimator_of
 from boresight.sim.accuracy.figures import attitude_errors, gives_attitude
 from boresight.sim.accuracy.peers import dip_rad, peer, run_peer
@@ -30,6 +31,7 @@ from boresight.sim.compare.difference import differences
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.integer import Emitted
+from boresight.sim.levels.level import Run
 from boresight.sim.montecarlo.journal import Journal
 from boresight.sim.processes import dealt
 from boresight.sim.records.feed import feed, fitted
@@ -44,7 +46,10 @@ __all__ = [
     "complete",
     "counted",
     "figures_of",
+    "log_of",
+    "name_of",
     "prepared",
+    "run_ours",
     "settled_s",
 ]
 
@@ -174,23 +179,28 @@ def figures_of(log: NineAxis, q: FloatArray) -> dict[str, float | None]:
     return found
 
 
-def _ours(campaign: Campaign, name: str, log: NineAxis) -> list[dict[str, Any]]:
+def run_ours(campaign: Campaign, name: str, log: NineAxis) -> tuple[Estimator, list[Run]]:
+    """One of ours, made for the log's rates, and what it gives in fixed point and in float64."""
     record = log.record()
     rates = tuple(sorted(fitted(estimator_of(name), record).rates_hz.items()))
-    fixed, floating = _levels(campaign, name, rates)
-    given = feed(fixed.build.estimators[0], record)
     runs = []
-    for level in (fixed, floating):
+    for level in _levels(campaign, name, rates):
+        made = level.build.estimators[0]
         level.reset()
-        runs.append(level.run(given.inputs))
+        runs.append(level.run(feed(made, record).inputs))
+    return made, runs
+
+
+def _ours(campaign: Campaign, name: str, log: NineAxis) -> list[dict[str, Any]]:
+    made, runs = run_ours(campaign, name, log)
     q = [attitude_of(run.outputs) for run in runs]
     changed = sum(
         int((runs[0].outputs[o.name] != runs[1].outputs[o.name]).sum())
-        for o in fixed.build.estimators[0].outputs
+        for o in made.outputs
         if o.unit == "bits"
     )
     saturated = runs[0].saturated
-    near = differences(fixed.build.estimators[0].outputs, runs[0].outputs, runs[1].outputs)
+    near = differences(made.outputs, runs[0].outputs, runs[1].outputs)
     more = {
         "good": all(d.good for d in near),
         "apart_deg": largest_turn_deg(*q),

@@ -11,10 +11,12 @@ from boresight.sim.accuracy.figures import ANGLES
 from boresight.sim.accuracy.protocol.plan import Case
 from boresight.sim.accuracy.protocol.runs import SETTLED_DEG
 
-__all__ = ["RIVAL", "summary", "text"]
+__all__ = ["RIVAL", "SMALL_DEG", "WORSE", "summary", "text"]
 
 #: The published filter that others are measured by, where it runs.
 RIVAL = "vqf_online"
+#: Ratio to the rival from which on a single run is told by itself.
+WORSE = 1.15
 #: A ratio to the rival on one trial is not told where both are below this, degrees.
 SMALL_DEG = 0.5
 #: What is added to the name of a filter in float64.
@@ -176,6 +178,13 @@ def text(data: Mapping[str, Any]) -> str:
                     f"  {group:{width}s}{row['ratio']:9.2f}{worst['ratio']:9.2f}  "
                     f"{worst['trial']}, {worst['case']}"
                 )
+    for w in data.get("worse", ()):
+        trials = len({run["trial"] for run in w["runs"]})
+        lines += [
+            "",
+            f"{w['estimator']}: {len(w['runs'])} of {w['of']} runs more than "
+            f"{100.0 * (WORSE - 1.0):.0f} % worse, of {trials} trials; curves on the page",
+        ]
     for f in data["fixed"]:
         lines += [
             "",

@@ -35,3 +35,23 @@ def test_the_page_shows_every_table_and_plot() -> None:
     assert '<td class="r worse">2.00</td>' in page and "100 %" in page
     alone = summary(CASES, [{**r, "rows": r["rows"][:1]} for r in RUNS])
     assert render_page({**data, **alone}).count("<svg") == 2
+
+
+def test_the_page_shows_the_curves_of_what_is_worse() -> None:
+    curves = {
+        "t": [0.0, 1.0, 2.0],
+        "ours": [3.0, None, 2.0],
+        "rival": [1.0, 1.0, 1.0],
+        **dict.fromkeys(("field_heading", "field_dip", "field_norm"), [0.0, 5.0, None]),
+        "moves": [0.0, 1.0, 1.0],
+    }
+    one = {"trial": "b", "case": "as recorded", "ratio": 3.0, "ours": 9.0, "rival": 3.0}
+    worse = {"estimator": "mine", "of": 2, "runs": [{**one, "figure": "total"}]}
+    worse["shown"] = [{**worse["runs"][0], "curves": curves}]
+    data = {"protocol": "short", "word": 32, "trial_names": ["a", "b"], **summary(CASES, RUNS)}
+    page = render_page({**data, "worse": [worse]})
+    assert page.count("<svg") == 4 and "1 of 2 runs." in page
+    assert "b, as recorded: 9.00° against 3.00°, 3.00 times. " in page
+    assert "field off" in page and "<summary>All 1 runs</summary>" in page
+    none = render_page({**data, "worse": [{**worse, "runs": [], "shown": []}]})
+    assert "more than 15 % worse" not in none and none.count("<svg") == 3

@@ -72,5 +72,8 @@ def test_the_text_has_every_group_and_the_worst() -> None:
     found = text(summary(CASES, RUNS))
     assert "blind *" in found and "mine against vqf_online" in found and "b, place 0" in found
     assert "     2.50     2.50     2.50" in found
+    worse = {"estimator": "mine", "of": 9, "runs": [{"trial": "a"}, {"trial": "a"}]}
+    told = text({**summary(CASES, RUNS), "worse": [worse]})
+    assert "mine: 2 of 9 runs more than 15 % worse, of 1 trials" in told
     alone = [{**r, "rows": r["rows"][:2]} for r in RUNS]
     assert "against" not in text(summary(CASES, alone))
