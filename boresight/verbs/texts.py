@@ -72,6 +72,8 @@ VERBS = {
         (
             ("tune my_filter.py folder -o tuned.json", "then: run ... --params tuned.json"),
             ("tune mekf folder --folds 3 --detune 3", "what is left from a detuned start"),
+            ("tune mekf folder --protocol short --hold cases", "is one case paid for by another?"),
+            ("tune mekf folder --protocol short --rounds 0 --vary 1.25", "sensitivities alone"),
             ("tune my_filter.py log.csv --only alpha --weight vel=0.5", "one, with weights"),
         ),
     ),
