@@ -158,7 +158,7 @@ class Mekf(Estimator):
         forgotten, leveling = since_last < FORGET_BELOW_S, since_last < ANEW_BELOW_S
         gap = u.dt < 0.0
         dt = ops.saturated(ops.where(gap, LONGEST_STEP_S - u.dt, u.dt), 0.5)
-        dt = ops.named("step", ops.where(leveling, 0.0, dt))
+        dt = ops.named("step", ops.saturated(ops.where(leveling, 0.0, dt), 0.5))
         enough_field = _excess(dot(field, field), p.field_min_sq)
         no_field = enough_field < 0.0
 
@@ -285,6 +285,7 @@ class Mekf(Estimator):
 
         youth = ops.saturated(x.youth, YOUTH_LIMIT)
         older = x.youth - x.youth * ops.saturated(grown + YOUTH_ENDS * dt, 0.5) - YOUTH_LSB
+        older = ops.bounded(older, -1.0, 63.9, "less than it was")
         walk = ops.saturated(p.gyro_var + p.gyro_scale_var * speed_sq, LOST_VAR)
         walk = ops.where(lost, LOST_VAR, walk)
         walk = ops.where(gap, ops.saturated(GAP_VAR * speed_sq, LOST_VAR), walk)

@@ -10,7 +10,9 @@ from boresight.firmware.floating.build import FloatCModel
 from boresight.firmware.floating.precision import DOUBLE
 from boresight.model.estimator import input_words, param_words
 from boresight.model.estimators.mekf import Mekf
+from boresight.model.estimators.mekf.filter import YOUTH_ENDS, YOUTH_LSB, YOUTH_START
 from boresight.model.estimators.mekf.interface import PAIRS, covariance_name
+from boresight.sim.attitude.rotation import rotate
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
@@ -76,6 +78,41 @@ def test_rounding_at_rest_is_not_one_sided(field: bool, most_deg: float) -> None
     out, saturated = CModel(PROGRAM).update(input_words(PROGRAM, x[:, :, None])[:, :, 0])
     assert apart_deg(fixed_outputs(out), float_outputs(x)).max() < most_deg
     assert not saturated.any()
+
+
+def test_youth_ends_as_in_float64() -> None:
+    """Its words are those of the recurrence, as fine as they are: an error would last."""
+    n, dt = 1000, 0.0035
+    x = np.tile([dt, 0.0, 0.0, 0.0, 0.0, 18.0, -40.0, 0.0, 0.0, 9.81], (n, 1))
+    _, _, states = CModel(PROGRAM).trajectory(input_words(PROGRAM, x[:, :, None])[:, :, 0])
+    at = [s.name for s in Mekf.states].index("youth")
+    youth = [YOUTH_START] * 2  # the heading aligns with the second sample
+    for _ in range(n - 2):
+        y = youth[-1]
+        youth.append(y - y * min(y * dt + YOUTH_ENDS * dt, 0.5) - YOUTH_LSB)
+    found = PROGRAM.format(PROGRAM.states[at][0]).real(states[:, at])
+    assert found == pytest.approx(youth, rel=3e-6)
+
+
+def test_first_samples_of_weak_force_and_steep_field() -> None:
+    """Where little is left of either the square has to keep its bits."""
+    rng, n = np.random.default_rng(4), 60
+    turns = rng.normal(0.0, 1.0, (n, 4))
+    turns /= np.linalg.norm(turns, axis=1, keepdims=True)
+    away = np.radians(3.0)
+    field = rotate(turns, 40.0 * np.array([np.sin(away), 0.0, -np.cos(away)]))
+    x = np.concatenate([np.full((n, 1), 0.0035), np.zeros((n, 3)), field], axis=1)
+    x = np.concatenate([x, rotate(turns, np.array([0.0, 0.0, 3.0]))], axis=1)
+    model, floats = CModel(PROGRAM), FloatCModel(Mekf(), precision=DOUBLE)
+    apart = []
+    for row in x:
+        model.reset()
+        floats.reset()
+        out, _ = model.update(input_words(PROGRAM, row[None, :, None])[:, :, 0])
+        wanted = floats.update(row[None])
+        named = {o.name: wanted[:, k] for k, o in enumerate(Mekf.outputs)}
+        apart.append(apart_deg(fixed_outputs(out), named)[0])
+    assert max(apart) < 3e-4
 
 
 def _motion(rng: np.random.Generator, steps: int, dt: float) -> Any:
