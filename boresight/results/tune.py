@@ -178,6 +178,8 @@ class TuneResult(Answer):
         if len(weights) == 1:
             alone = next(iter(weights))
             return f"{alone} {self.units[alone]}".strip()
+        if len(weights) > 4 and len({*weights.values()}) == 1:
+            return f"share of the given, {len(weights)} figures alike"
         told = ", ".join(f"{n} {w:g}" for n, w in weights.items())
         return f"share of the given, weights {told}"
 

@@ -60,6 +60,9 @@ def test_text() -> None:
     )
     *_, title, k, _ = str(several).splitlines()
     assert title.endswith("with x 0.8, x 1.25") and k.endswith("vel -25.0 %, +0.0 %")
+    many = {f"case {k}": 0.5 for k in range(5)}
+    alike = str(replace(RESULT, weights=many, error=TuneErrors(many, many), vary=1.25))
+    assert "  share of the given, 5 figures alike with x 0.8, x 1.25" in alike
     assert "cross" not in alone and "fold" not in alone and "left out" not in alone
 
 
