@@ -64,11 +64,17 @@ def test_over_range_is_exact(bench: ReaderBench) -> None:
 @pytest.mark.parametrize("bit", range(16))
 def test_bits_of_diag_stat(bench: ReaderBench, bit: int) -> None:
     """Every bit but the unused one raises the alarm; the one of the link drops the sample."""
-    log = [
-        [k] * 7 + [(1 << bit) - (1 << 16 if bit == 15 else 0) if k in (3, 4) else 0]
-        for k in range(10)
-    ]
+    diag_stat = (1 << bit) - (1 << 16 if bit == 15 else 0)
+    log = [[k] * 6 + [-k, diag_stat if k in (3, 4) else 0] for k in range(10)]
     happened = bench.run(samples=6, log=log)
+    # The latest words: with the frame that brings them, also of samples that are dropped.
+    reader, wanted = bench.reader, []
+    ends = [e + reader.burst_cycles for e in happened.edges if e > happened.samples[0].stamp - 3]
+    for k, end in enumerate(ends):
+        temperature, before, now = -k, log[k][7], log[k + 1][7]
+        wanted += [(end - 8 * reader.spi.frame_cycles, temperature, before)] if k else []
+        wanted += [(end - reader.spi.frame_cycles, temperature, now)] if now != before else []
+    assert happened.latest == [each for each in wanted if each[0] < happened.samples[-1].time]
     lines = [s.line for s in happened.samples]
     if bit == 3:
         assert lines == [2, 3, 6, 7, 8, 9]
