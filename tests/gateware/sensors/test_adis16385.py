@@ -1,5 +1,6 @@
 """The reader of the inertial sensor with the device at its pins: samples, settings, parameters."""
 
+import itertools
 import random
 
 import pytest
@@ -12,6 +13,7 @@ from boresight.gateware.sensors.adis16385_frames import (
     RUN_FRAMES,
     write,
 )
+from boresight.gateware.sensors.adis16385_setup import Timing
 from boresight.gateware.verilog import to_verilog
 from tests.support.devices.adis16385_bench import PERIOD, ReaderBench, scaled_reader
 
@@ -142,6 +144,10 @@ def test_restart_starts_over(bench: ReaderBench) -> None:
     happened = bench.run(cycles=60_000, restart=at)
     assert happened.times("restart") == [at + 1]
     assert len(happened.resets) == 3 and at < happened.resets[1] < at + 4
+    # The pulse at the beginning is as long as any other.
+    first, low, high = happened.resets
+    least = reader.reset_ticks * reader.tick_cycles
+    assert all(least <= pulse <= least + reader.tick_cycles + 2 for pulse in (first, high - low))
     again = next(s for s in happened.samples if s.time > at)
     assert "running" not in happened.flags_at(at + 2)
     running = next(t for t, names in happened.flags if t > at + 2 and "running" in names)
@@ -156,6 +162,24 @@ def test_restart_starts_over(bench: ReaderBench) -> None:
 def test_time_out_follows_the_rate(bench: ReaderBench, decimation: int) -> None:
     happened = bench.run(samples=6, settings=(6, decimation << 8 | 1, 0x402))
     assert not happened.times("no_data_ready") and not happened.times("restart")
+
+
+@pytest.mark.parametrize("decimation", [0, 1, 2, 4, 8])
+def test_time_out_to_the_tick(bench: ReaderBench, decimation: int) -> None:
+    """Of a device that gives no sample at all: after the start's last frame, and then again."""
+    reader = bench.reader
+    least, most = (
+        reader.timeout_ticks * reader.tick_cycles << decimation,
+        reader.timeout_cycles(decimation),
+    )
+    happened = bench.run(
+        cycles=reader.start_cycles + 2 * most,
+        settings=(6, decimation << 8 | 1, 0x402),
+        fault=("no_data_ready", 0, 1 << 30),
+    )
+    begin = [happened.frames[-1], *happened.times("no_data_ready")]
+    assert len(begin) == 3
+    assert all(least <= b - a <= most for a, b in itertools.pairwise(begin))
 
 
 def test_slow_device_with_a_clock_of_its_own() -> None:
@@ -181,6 +205,13 @@ def test_figures_at_full_speed() -> None:
     assert reader.timeout_ticks * reader.tick_cycles / 100e6 > 4 / 1024
     assert reader.timeout_cycles() / 100e6 < 5 / 1024
     assert reader.startup_ticks * reader.tick_cycles >= 30e6
+
+
+def test_no_wait_is_longer_than_the_time_tells() -> None:
+    """Ticks are changes of bits of ``time``: beyond the highest there are no rarer ones."""
+    reader = Adis16385(clock_hz=100e6, timing=Timing(period_s=0.1))
+    assert reader.tick_bit + 12 > 31
+    reader.elaborate(None)
 
 
 def test_same_component_same_verilog() -> None:
