@@ -213,3 +213,12 @@ def test_an_output_leaves_with_no_op_whose_result_would_meet_an_input(
     style = Style(carry=True)
     first, emits = carried(terms, priority, style, config="fast", inputs=inputs, outputs=1)
     assert first[8] == 5 and emits == [carrier] and (first[9] == 8) == (carrier is not None)
+
+
+@pytest.mark.parametrize("terms", [1, 3])
+@pytest.mark.parametrize("hold", [False, True])
+def test_results_push_inputs_back_only_where_they_may(hold: bool, terms: int) -> None:
+    """Else one waits until it is written behind the last of them."""
+    first, _ = carried([[by(X)] * terms], {0: 1.0}, Style(hold=hold), inputs=12, outputs=1)
+    last_get = 11
+    assert first == [1 if hold else last_get + 1 - CONFIGS["small"].STAGE_WRITE - (terms - 1)]
