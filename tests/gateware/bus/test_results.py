@@ -40,6 +40,11 @@ def test_newest_after_complete_and_not_before(simulate) -> None:
     port = dut.ports[0]
 
     async def bench(ctx):
+        ctx.set(dut.w_en, 1)  # of no update: nobody sees it
+        ctx.set(dut.w_data, 77)
+        for k in range(6):
+            ctx.set(dut.w_index, k)
+            await ctx.tick()
         assert await read(ctx, port, 5) == 0
         await write(ctx, dut, 1)
         assert await read(ctx, port, 5) == 0  # not taken yet
