@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from boresight.model.errors import InputError, ToolMissing
     from boresight.model.estimator import Estimator
     from boresight.results.accuracy import AccuracyResult
+    from boresight.results.compile import CompileResult
     from boresight.results.tune import TuneResult
     from boresight.sim.accuracy.covariance import CovarianceTrial
     from boresight.sim.compare.results import CheckResult
@@ -48,7 +49,7 @@ if TYPE_CHECKING:
     from boresight.sim.records.record import Record
     from boresight.sim.worlds.world import World
     from boresight.verbs.check import CheckResults, check
-    from boresight.verbs.compile import CompileResult, compile
+    from boresight.verbs.compile import compile
     from boresight.verbs.convert import ConvertResult, convert
     from boresight.verbs.demo import DemoResult, demo
     from boresight.verbs.doctor import DoctorResult, doctor

@@ -36,7 +36,8 @@ __all__ = [
 #: Flags for speed; others are fixed. More takes twice as long to compile and runs hardly faster.
 CFLAGS = ("-O1",)
 
-_FIXED_FLAGS = ("-std=c99", "-shared", "-fPIC")
+#: No fused multiply-add, which some processors' compilers use unasked: the same bits everywhere.
+_FIXED_FLAGS = ("-std=c99", "-shared", "-fPIC", "-ffp-contract=off")
 
 
 def find_compiler() -> str:
@@ -62,7 +63,7 @@ def compiled_library(
     files: Mapping[str, str],
     *,
     source: str = "",
-    cflags: Sequence[str] = CFLAGS,
+    cflags: Sequence[str] | None = None,
     libraries: Sequence[str] = (),
     cache: Path | None = None,
 ) -> Iterator[Path]:
@@ -77,8 +78,8 @@ def compiled_library(
         ``<name>.h`` first.
     source : str
         That which is compiled and includes the others; ``<name>_host.c`` by default.
-    cflags : sequence of str
-        Flags beside those that make a shared library of C99.
+    cflags : sequence of str, optional
+        Flags beside those that make a shared library of C99; `CFLAGS` by default.
     libraries : sequence of str
         To link with.
     cache : Path or None
@@ -92,7 +93,7 @@ def compiled_library(
     name = next(iter(files)).removesuffix(".h")
     source = source or f"{name}_host.c"
     compiler = find_compiler()
-    flags = [*_FIXED_FLAGS, *cflags]
+    flags = [*_FIXED_FLAGS, *(CFLAGS if cflags is None else cflags)]
     identity = repr([compiler, _version(compiler), name, source, flags, libraries, dict(files)])
 
     def make(folder: Path) -> None:
@@ -171,15 +172,15 @@ class CModel:
     """
 
     def __init__(
-        self, program: Program, *, cflags: Sequence[str] = CFLAGS, cache: Path | None = None
+        self, program: Program, *, cflags: Sequence[str] | None = None, cache: Path | None = None
     ) -> None:
         self.program = program
-        self.cflags = tuple(cflags)
+        self.cflags = tuple(CFLAGS if cflags is None else cflags)
         self._params = {program.values[n].name: n for n in program.of_kind(Kind.PARAM)}
         count, word = ctypes.c_size_t, ctypes.c_int32
         words = array_of(np.int32)
         self._files, self._cache = emit_c(program), cache
-        with compiled_library(self._files, cflags=cflags, cache=cache) as self.library:
+        with compiled_library(self._files, cflags=self.cflags, cache=cache) as self.library:
             self._memory, self._call = instance(
                 self.library,
                 set_param=(count, word),

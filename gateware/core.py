@@ -222,7 +222,7 @@ def build_shared_core(
     return Core(parts, machine, image)
 
 
-@lru_cache(maxsize=32)
+@lru_cache(maxsize=256)
 def _schedule(
     program: Program,
     machine: Machine,

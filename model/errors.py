@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 __all__ = ["InputError", "ToolMissing", "closest", "require", "shortened"]
 
@@ -66,10 +66,16 @@ class InputError(ValueError):
         return cls(f"{place}wanted {wanted}, found {found}; {fix}")
 
 
-def require(good: bool, where: str, wanted: str, found: object, fix: str = "correct it") -> None:
-    """`InputError.at`, with ``found`` as Python writes it, unless it is good."""
+def require(
+    good: bool, where: str | Callable[[], str], wanted: str, found: object, fix: str = "correct it"
+) -> None:
+    """`InputError.at`, with ``found`` as Python writes it, unless it is good.
+
+    ``where`` may be a function, called only then.
+    """
     if not good:
-        raise InputError.at(where, wanted=wanted, found=repr(found), fix=fix)
+        place = where if isinstance(where, str) else where()
+        raise InputError.at(place, wanted=wanted, found=repr(found), fix=fix)
 
 
 class ToolMissing(RuntimeError):

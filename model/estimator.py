@@ -15,8 +15,9 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model import ops
-from boresight.model.declarations import Input, Named, Output, Param, State, check_declared
+from boresight.model.declarations import Input, Named, Output, Param, State
 from boresight.model.errors import InputError, closest
+from boresight.model.interface import check_interface
 from boresight.model.lowering.graph import Node
 from boresight.model.lowering.lower import lower
 from boresight.model.lowering.trace import Scalar, Trace, Tracer
@@ -105,68 +106,7 @@ class Estimator:
             A name twice or illegal, a parameter called as an input or state, no output, ``urgent``
             beyond the outputs, ``valid_of`` of no input that has samples.
         """
-        where = placed(self._line, f"estimator {self.name}")
-        self._check_kinds(where)
-        check_declared(where, ("estimator", (self,)))
-        check_declared(
-            f"estimator {self.name}",
-            ("input", self.inputs),
-            ("parameter", self.params),
-            ("state", self.states),
-            ("output", self.outputs),
-        )
-        self._check_parameters()
-        if not self.outputs:
-            raise InputError.at(where, wanted="an output", found="none", fix="declare outputs")
-        if not 0 <= self.urgent <= len(self.outputs):
-            raise InputError.at(
-                where,
-                wanted=f"urgent of 0 to {len(self.outputs)}",
-                found=str(self.urgent),
-                fix="it counts the leading outputs whose latency counts first",
-            )
-        names = {i.name for i in self.inputs if not i.flags}
-        for flag in self.inputs:
-            unknown = [name for name in flag.flags if name not in names]
-            if unknown:
-                raise InputError.at(
-                    placed(flag.line, f"estimator {self.name}, input {flag.name}"),
-                    wanted="valid_of names of inputs",
-                    found=unknown[0],
-                    fix=f"choose of {', '.join(sorted(names)) or 'inputs with columns'}",
-                )
-
-    def _check_parameters(self) -> None:
-        """Refuse parameters that are called as an input or state."""
-        taken = {i.name for i in self.inputs} | {s.name for s in self.states}
-        for p in self.params:
-            if p.name in taken:
-                raise InputError.at(
-                    placed(p.line, f"estimator {self.name}, parameter {p.name}"),
-                    wanted="a name that no input or state has",
-                    found=repr(p.name),
-                    fix="rename one",
-                )
-
-    def _check_kinds(self, where: str) -> None:
-        """Refuse declarations that are no tuples of their kind."""
-        for name, kind in (
-            ("inputs", Input),
-            ("params", Param),
-            ("states", State),
-            ("outputs", Output),
-        ):
-            given = getattr(self, name)
-            several = isinstance(given, tuple | list)
-            wrong = [d for d in (given if several else [given]) if not isinstance(d, kind)]
-            if wrong or not several:
-                found = type(wrong[0] if wrong else given).__name__
-                raise InputError.at(
-                    f"{where}, {name}",
-                    wanted=f"a tuple of {kind.__name__}",
-                    found=found if several else f"one {found}",
-                    fix=f"write {name} = ({kind.__name__}(...),), also where there is only one",
-                )
+        check_interface(self, self._line)
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         """One update: state ``x``, inputs ``u``, parameters ``p`` (attributes by name).

@@ -87,7 +87,7 @@ def bounded(x: Any, low: float, high: float, reason: str) -> Any:
         The range is not finite, or not ordered.
     """
     finite = -math.inf < low <= high < math.inf
-    require(finite, author_line(), "a range that is finite and ordered", (low, high))
+    require(finite, author_line, "a range that is finite and ordered", (low, high))
     return x.tracer.new("bounded", x, data=(low, high, reason)) if isinstance(x, Scalar) else x
 
 
@@ -108,7 +108,7 @@ def saturated(x: Any, limit: float) -> Any:
         The limit is no power of two.
     """
     power = math.frexp(limit)[0] == 0.5
-    require(power, author_line(), "a power of two as limit", limit, "use ops.clip for any other")
+    require(power, author_line, "a power of two as limit", limit, "use ops.clip for any other")
     if isinstance(x, Scalar):
         return x.tracer.new("saturated", x, data=(limit,))
     return np.minimum(np.maximum(x, -limit), limit)  # as np.clip, in half of its time
@@ -151,7 +151,7 @@ def clip(x: Any, low: Any, high: Any) -> Any:
     if isinstance(low, Scalar) or isinstance(high, Scalar):
         return maximum(minimum(x, high), low)
     if _plain(low, high):
-        require(low <= high, author_line(), "limits of ops.clip in order", (low, high))
+        require(low <= high, author_line, "limits of ops.clip in order", (low, high))
     return (
         x.tracer.new("clip", x, data=(low, high))
         if isinstance(x, Scalar)

@@ -35,7 +35,7 @@ def _is_authors(file: str) -> bool:
 
 
 def _place(file: str, line: int | None) -> str:
-    return f"{Path(file).name}, line {line}"
+    return f"{os.path.basename(file)}, line {line}"  # asked for at every step: no Path
 
 
 def author_line() -> str:

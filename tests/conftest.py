@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import gc
 from collections.abc import Generator
+from pathlib import Path
 from typing import Any
 
 import pytest
 from amaranth.sim import Simulator
 from hypothesis import HealthCheck, settings
 
+from boresight.firmware import build
 from boresight.gateware import core
 
 #: Cycles after which a bench has failed, and the simulator's steps in each: two edges.
 CYCLES, STEPS = 200_000, 2
+
+#: Whose tests compile C as users do.
+FIRMWARE = Path(__file__).with_name("firmware")
 
 #: Passes of the scheduler's search, where neither a test nor its marker says how many.
 PASSES = 2
@@ -64,7 +69,8 @@ def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, Any, Any]:
     A fault in a component mostly shows as something that never comes; without a limit the bench
     would hang, and with it the whole run of tests.
 
-    Schedules are searched for briefly: each is proven by the same checks.
+    Schedules are searched for briefly: each is proven by the same checks. C is compiled as fast as
+    it can be, but for what is about C (`tests/firmware`).
     """
     marker = item.get_closest_marker("cycles")
     limit = marker.args[0] if marker else CYCLES
@@ -80,4 +86,6 @@ def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, Any, Any]:
         patch.setattr(Simulator, "run", run)
         if not item.get_closest_marker("full_search"):
             patch.setattr(core, "_schedule", _brief)
+        if FIRMWARE not in item.path.parents:
+            patch.setattr(build, "CFLAGS", ("-O0",))
         return (yield)

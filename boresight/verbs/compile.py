@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -34,148 +33,19 @@ from boresight.model.errors import InputError
 from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import Outcome, model_options, params_of, progress_of
+from boresight.results.compile import CompiledProgram, CompileResult, CoreFigures
 from boresight.sharing import estimator_names, params_of_each
-from boresight.sim.answer import Answer, JsonObject, plain
+from boresight.sim.answer import JsonObject, plain
 from boresight.sim.levels.build import Build
 from boresight.sim.report.data import report_data
 from boresight.soc_project import SOC_CLOCK_HZ, soc_verilog, write_soc
 
-__all__ = [
-    "CompileResult",
-    "CompiledProgram",
-    "CoreFigures",
-    "add_arguments",
-    "call",
-    "compile",
-    "estimate_core",
-    "together",
-]
+__all__ = ["add_arguments", "call", "compile", "estimate_core", "together"]
 
 #: What an ISE project can be made of.
 TOPS = ("sensors", "records")
 #: Least width of its words, bits (`gateware.system.programs.system_core`).
 SYSTEM_WORD_LEAST = 26
-
-
-@dataclass(frozen=True)
-class CoreFigures:
-    """Area of a design, and its clock; the clock is an estimate, not ISE's.
-
-    Attributes
-    ----------
-    lut, ff, dsp : int
-    ramb16 : float
-        Halves are RAMB8.
-    clock_mhz_estimate : mapping of str to float or None
-        On speed grade -2, with ``median`` and ``p75`` (75th percentile) nets.
-    """
-
-    lut: int
-    ff: int
-    dsp: int
-    ramb16: float
-    clock_mhz_estimate: Mapping[str, float | None]
-
-    @classmethod
-    def of(cls, found: Estimate) -> CoreFigures:
-        """Those of an estimate."""
-        clocks = {n: found.corner(grade=2, nets=n).fmax_mhz for n in ("median", "p75")}
-        area = found.area
-        return cls(
-            area.lut,
-            area.ff,
-            area.dsp,
-            area.ramb16,
-            {nets: None if f is None else round(f, 1) for nets, f in clocks.items()},
-        )
-
-
-@dataclass(frozen=True)
-class CompiledProgram:
-    """One estimator in a core: when its outputs come.
-
-    Attributes
-    ----------
-    name : str
-    latency_cycles : mapping of str to int
-        From the last input word to each output.
-    interval_cycles : int
-        From one record to the next.
-    """
-
-    name: str
-    latency_cycles: Mapping[str, int]
-    interval_cycles: int
-
-
-@dataclass(frozen=True)
-class CompileResult(Answer):
-    """What `compile` gives.
-
-    Attributes
-    ----------
-    output : Path
-        Folder of the files.
-    config : str
-        Configuration of the core.
-    word : int
-        Word width, bits.
-    digest : str
-        Of the microcode and the schedule: the same digest, the same bits.
-    programs : tuple of CompiledProgram
-        The estimators, by their numbers in the core.
-    core : CoreFigures or None
-        Area and clock of the core, with ``synth``.
-    system : CoreFigures or None
-        Those of the complete system, if there is one.
-    report : mapping
-        Contents of report.json, and of `to_json`; with several estimators, what concerns them all
-        and under ``programs`` the report of each.
-    """
-
-    output: Path
-    config: str
-    word: int
-    digest: str
-    programs: tuple[CompiledProgram, ...]
-    core: CoreFigures | None
-    system: CoreFigures | None
-    report: JsonObject = field(repr=False)
-
-    def to_json(self) -> JsonObject:
-        """The contents of report.json."""
-        return self.report
-
-    def _shown(self) -> JsonObject:
-        rows: list[JsonObject] = [
-            {"program": p.name, "output": name, "latency_cycles": latency}
-            for p in self.programs
-            for name, latency in p.latency_cycles.items()
-        ]
-        figures = {"core": self.core, "system": self.system}
-        return {
-            "output": str(self.output),
-            "config": self.config,
-            "word": self.word,
-            "programs": plain(rows),
-            "area and clock": plain({k: v for k, v in figures.items() if v is not None}),
-        }
-
-    def __str__(self) -> str:
-        lines = [
-            f"{self.output}: {p.name + ': ' if len(self.programs) > 1 else ''}"
-            + ", ".join(f"{k} {v}" for k, v in p.latency_cycles.items())
-            + " cycles"
-            for p in self.programs
-        ]
-        if self.system is not None:
-            s, clock = self.system, self.system.clock_mhz_estimate
-            lines.append(
-                f"complete system: {s.lut} LUT, {s.ff} FF, {s.dsp} "
-                f"DSP48A1, {s.ramb16:g} RAMB16; clock {clock['median']} MHz (estimate, "
-                f"-2, median nets; {clock['p75']} with 75th percentile nets)"
-            )
-        return "\n".join(lines)
 
 
 def estimate_core(core: Core) -> Estimate:

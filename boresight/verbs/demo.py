@@ -11,6 +11,7 @@ from typing import Any
 
 from boresight.arguments import check_number
 from boresight.board.simulated import BoardFigures, runs_table
+from boresight.board.simulation import BOARD_FILES, default_log, write_board
 from boresight.core_files import core_files, project_files, write_core, write_system, write_text
 from boresight.disk.output import output_folder
 from boresight.gateware.core import Core
@@ -28,7 +29,6 @@ from boresight.sim.records.record import Record
 from boresight.sim.report.data import report_data
 from boresight.sim.report.html import render_html
 from boresight.verbs.compile import estimate_core, together
-from boresight.verbs.simulate import BOARD_FILES, default_log, write_board
 
 __all__ = [
     "FILTERS",

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from boresight.arguments import check_choice
-from boresight.board.simulated import BoardFigures, BoardResult, FaultsResult
+from boresight.board.simulated import BoardResult, FaultsResult
+from boresight.board.simulation import BOARD_FILES, SHORT, SOURCES, default_log, write_board
 from boresight.disk.output import output_folder
 from boresight.gateware.core import Core
 from boresight.gateware.machine import ALL_CONFIGS
@@ -19,36 +19,14 @@ from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.estimators import ESTIMATORS
 from boresight.model.resolve import Named, estimator_of, names_of_entry_points
-from boresight.model.words.fixed import Format
-from boresight.model.words.program import Value
 from boresight.options import Outcome, model_options, params_of, progress_of
 from boresight.parameters import parse_settings
-from boresight.sim.board.build import Board, make_board
 from boresight.sim.board.faults import fault_board, fault_names, fault_trial, trial_log
-from boresight.sim.board.page import render_page
-from boresight.sim.board.run import BoardRun, Judgement, judge, run_board, stimulus
 from boresight.sim.board.setup import REAL
-from boresight.sim.board.spans import timeline_of
 from boresight.sim.records.files import record_of
-from boresight.sim.records.record import Record
-from boresight.sim.worlds.synthetic import synthetic_log
 
-__all__ = [
-    "BOARD_FILES",
-    "add_arguments",
-    "call",
-    "default_log",
-    "simulate",
-    "simulate_faults",
-    "write_board",
-]
+__all__ = ["add_arguments", "call", "simulate", "simulate_faults"]
 
-#: What is written.
-BOARD_FILES = ("board.html", "board.json")
-#: Source of the compass: its number and the compass' mode.
-_SOURCES = {"counts": (1, 2), "heading": (2, 1)}
-#: Samples of the runs that only show how long things take.
-_SHORT = 24
 #: Longest simulated time, s: cycles are counted in 32 bits.
 _LONGEST_S = 20.0
 
@@ -108,10 +86,10 @@ def simulate(
     check_options(config=config, seconds=seconds, source=source)
     updates = round(seconds * REAL.rate_hz)
     given = default_log(updates) if log is None else record_of(log)
-    if len(given) < max(updates, _SHORT):
+    if len(given) < max(updates, SHORT):
         raise InputError.at(
             f"log {given.name!r}",
-            wanted=f"{max(updates, _SHORT)} rows or more",
+            wanted=f"{max(updates, SHORT)} rows or more",
             found=str(len(given)),
             fix="give a longer log, or fewer --seconds",
         )
@@ -136,95 +114,10 @@ def _beside(chosen: Estimator) -> Sequence[Named]:
     return [*(name for name in dict.fromkeys(sources) if name in ESTIMATORS), chosen]
 
 
-def write_board(
-    folder: Path,
-    name: str,
-    core: Core,
-    log: Record,
-    *,
-    updates: int,
-    source: str = "heading",
-    feed: Mapping[str, float] | None = None,
-    say: Callable[[str], None],
-) -> BoardResult:
-    """Run the board with every filter, ``name`` for long; write `BOARD_FILES` into a folder."""
-    board = make_board(REAL, core=core)
-    words = feed_words(board.system.plan.feed.registers, feed or {})
-    filters = board.system.plan.names[: board.system.plan.filters]
-    what = stimulus(log, board)
-    number, mode = _SOURCES[source]
-    runs, timelines = [], []
-    for filter, each in enumerate(filters):
-        length = updates if each == name else _SHORT
-        say(
-            f"{each}: {length} samples, {length * board.setup.period_cycles / 1e6:.1f} million "
-            "cycles"
-        )
-        run = run_board(
-            board,
-            what,
-            updates=length,
-            settings={
-                "filter": filter,
-                "magnetic_source": number,
-                "compass_mode": mode,
-                "output_divider": 1,
-                **{f"feed_{k}": word & 0xFFFF_FFFF for k, word in words.items()},
-            },
-        )
-        verdict = judge(board, what, run, filter=filter, source=number, feed=words)
-        runs.append(_row(board, each, filter, run, verdict))
-        timelines.append(timeline_of(board, run, filter=filter, update=_SHORT // 2))
-    result = BoardResult(
-        config=core.machine.name,
-        source=source,
-        log=log.name,
-        clock_mhz=board.setup.clock_hz / 1e6,
-        good=all(r.good for r in runs),
-        runs=tuple(runs),
-        timelines=tuple(timelines),
-        setup=board.setup,
-        build=f"{board.system.build:016x}",
-    )
-    data = result.to_json()
-    (folder / "board.json").write_text(json.dumps(data, allow_nan=False) + "\n")
-    (folder / "board.html").write_text(render_page(data, timelines), encoding="utf-8")
-    return result
-
-
-def feed_words(registers: Mapping[str, Value], values: Mapping[str, float]) -> dict[str, int]:
-    """Words of the input registers that are given values.
-
-    Raises
-    ------
-    InputError
-        There is no such register, or it cannot hold the value.
-    """
-    words = {}
-    for name, number in values.items():
-        value = registers.get(name)
-        if value is None:
-            raise InputError.at(
-                f"feed {name}",
-                wanted=f"an input that no sensor gives: {', '.join(registers) or 'there is none'}",
-                found=repr(name),
-                fix="leave it out, or correct the name",
-            )
-        if not value.low <= number <= value.high:
-            raise InputError.at(
-                f"feed {name}",
-                wanted=f"{value.low:g} to {value.high:g} {value.unit}".rstrip(),
-                found=f"{number:g}",
-                fix="choose a value inside the range",
-            )
-        words[name] = int(Format(32, value.frac).quantise(number))
-    return words
-
-
 def check_options(*, config: str, seconds: float, source: str) -> None:
     """Raise InputError for what no simulation can be told."""
     check_choice("config", config, ALL_CONFIGS)
-    check_choice("source", source, _SOURCES)
+    check_choice("source", source, SOURCES)
     if not 0.05 <= seconds <= _LONGEST_S:
         raise InputError.at(
             "seconds",
@@ -238,52 +131,6 @@ def _filter(name: str | None) -> str:
     name = name or "mekf"
     check_choice("filter", name, FILTERS)
     return name
-
-
-def default_log(updates: int) -> Record:
-    """A synthetic motion of so many samples."""
-    return synthetic_log(
-        seconds=max(updates + 64, 128) / REAL.rate_hz,
-        rate_hz=REAL.rate_hz,
-        seed=1,
-        acceleration=0.3,
-    )
-
-
-def _row(board: Board, name: str, filter: int, run: BoardRun, verdict: Judgement) -> BoardFigures:
-    """What a run says."""
-    us = 1e6 / board.setup.clock_hz
-    trace = run.trace
-    good = (
-        verdict.mismatches == verdict.lost == run.dropped == trace.violations == 0
-        and len(trace.broken) == 0
-        and len(run.frames) == verdict.updates > 0
-    )
-    plan = board.system.plan
-    length = sum(plan.lengths[k] for k in plan.chains[filter])
-    excess = verdict.core_cycles[1] - length
-    return BoardFigures(
-        filter=name,
-        updates=verdict.updates,
-        frames=len(run.frames),
-        mismatches=verdict.mismatches,
-        first_mismatch=verdict.first,
-        lost_samples=verdict.lost,
-        fields=verdict.fields,
-        compass_lines=verdict.lines,
-        transfer_cycles=verdict.transfer_cycles,
-        core_cycles=verdict.core_cycles,
-        program_cycles=length,
-        beside_program_us=round(excess * us, 3),
-        in_registers_us=round((verdict.transfer_cycles[1] + verdict.core_cycles[1]) * us, 2),
-        predicted_us=round(board.system.latency_cycles(filter) * us, 2),
-        frame_end_us=round(verdict.frame_end_cycles[1] * us, 2),
-        timing_violations=trace.violations,
-        damaged_frames=run.dropped,
-        cycles=run.cycles,
-        cycles_per_s=round(run.cycles / run.seconds),
-        good=good,
-    )
 
 
 def simulate_faults(

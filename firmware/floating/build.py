@@ -10,16 +10,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from boresight.firmware.build import CFLAGS, array_of, compiled_library, instance
+from boresight.firmware.build import array_of, compiled_library, instance
 from boresight.firmware.floating.emit import emit_float_c, float_prefix
 from boresight.firmware.floating.precision import SINGLE, Precision
 from boresight.firmware.names import identifier
 from boresight.model.estimator import Estimator
 
 __all__ = ["FloatCModel"]
-
-#: No fused multiply-add, which some processors' compilers use unasked: the same bits everywhere.
-_PLAIN = ("-ffp-contract=off",)
 
 
 def _host_source(estimator: Estimator, precision: Precision) -> str:
@@ -67,7 +64,7 @@ class FloatCModel:
         *,
         precision: Precision = SINGLE,
         params: Mapping[str, float] | None = None,
-        cflags: Sequence[str] = CFLAGS,
+        cflags: Sequence[str] | None = None,
         cache: Path | None = None,
     ) -> None:
         self.estimator, self.precision = estimator, precision
@@ -77,7 +74,7 @@ class FloatCModel:
             f"{name}_host.c": _host_source(estimator, precision),
         }
         with compiled_library(
-            files, cflags=(*cflags, *_PLAIN), libraries=("-lm",), cache=cache
+            files, cflags=cflags, libraries=("-lm",), cache=cache
         ) as self.library:
             _, self._call = instance(
                 self.library, set_params=(numbers,), run=(ctypes.c_size_t, numbers, numbers)

@@ -63,8 +63,14 @@ FAST = 2.0**-8  #: rad, half the largest correction by a filter.
 
 
 INPUTS = (
-    *(Input(f"dtheta_{a}", -STEP_TURN, STEP_TURN * BELOW, "rad", clamp=True) for a in AXES),
-    *(Input(f"dv_{a}", -STEP_FORCE, STEP_FORCE * BELOW, "m/s", clamp=True) for a in AXES),
+    *(
+        Input(f"{name}_{a}", -most, most * BELOW, unit, clamp=True, meaning=f"{what}, axis {a}")
+        for name, most, unit, what in (
+            ("dtheta", STEP_TURN, "rad", "turn in the sample"),
+            ("dv", STEP_FORCE, "m/s", "integral of the specific force over the sample"),
+        )
+        for a in AXES
+    ),
 )
 OUTPUTS = (
     *(Output(name, "ht", 0.3 / 648000.0) for name in ("pitch", "roll", "heading")),

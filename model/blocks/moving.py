@@ -41,7 +41,7 @@ class MovingSum:
     high: float
 
     def __post_init__(self) -> None:
-        require(self.length >= 2, author_line(), "a window of 2 samples or more", self.length)
+        require(self.length >= 2, author_line, "a window of 2 samples or more", self.length)
 
     def states(self, name: str, unit: str = "") -> tuple[State, ...]:
         """The samples before this one, ``NAME_1`` the newest; they begin as 0, or the nearest."""

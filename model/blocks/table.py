@@ -42,7 +42,11 @@ def interpolated(x: Any, points: Sequence[float], values: Sequence[float]) -> An
         The points do not rise, a number is not finite, or there are not as many of both.
     """
     a, y = [[float(v) for v in given] for given in (points, values)]
-    where, fix = author_line() or "interpolated", "give two or more points with their values"
+    fix = "give two or more points with their values"
+
+    def where() -> str:
+        return author_line() or "interpolated"
+
     require(len(a) == len(y) >= 2, where, "as many values as points", (len(a), len(y)), fix)
     good = all(map(math.isfinite, a + y)) and all(b > c for c, b in pairwise(a))
     require(good, where, "finite points that rise", a, "sort them, each once")

@@ -37,8 +37,20 @@ class ArrayPhases(Estimator):
     name = "array_phases"
     summary = "phases of a linear array for a beam in reference axes, turned by an attitude"
     inputs = (
-        *(Input(f"q{a}", -1.0, 1.0, "", source=f"mls_attitude.q{a}") for a in "wxyz"),
-        *(Input(f"beam_{a}", -1.0, 1.0) for a in "xyz"),
+        *(
+            Input(
+                f"q{a}",
+                -1.0,
+                1.0,
+                source=f"mls_attitude.q{a}",
+                meaning=f"attitude of the deck, component {a}",
+            )
+            for a in "wxyz"
+        ),
+        *(
+            Input(f"beam_{a}", -1.0, 1.0, meaning=f"direction of the beam, reference axis {a}")
+            for a in "xyz"
+        ),
     )
     status_bits = STATUS_BITS
     params = (

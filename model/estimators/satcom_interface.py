@@ -21,12 +21,24 @@ STATUS_BITS = {
 }
 
 INPUTS = (
-    Input("dt", -0.25, 0.2499, "s", clamp=True),
-    *(Input(f"g{axis}", -40.0, 40.0, "rad/s") for axis in "xyz"),
-    *(Input(f"a{axis}", -160.0, 160.0, "m/s^2") for axis in "xyz"),
-    Input("e_psi", -0.5, 0.5, "rad", missing=0.0),
-    Input("beam", -1.0, 1.0, "ht", missing="hold"),
-    Input("tracking", 0.0, 1.0, "", valid_of=("e_psi", "beam")),
+    Input(
+        "dt", -0.25, 0.2499, "s", clamp=True, meaning="time since the record before; below 0: anew"
+    ),
+    *(Input(f"g{c}", -40.0, 40.0, "rad/s", meaning=f"body rate, axis {c}") for c in "xyz"),
+    *(
+        Input(f"a{c}", -160.0, 160.0, "m/s^2", meaning=f"specific force, body axis {c}")
+        for c in "xyz"
+    ),
+    Input("e_psi", -0.5, 0.5, "rad", missing=0.0, meaning="tracking error: estimate less truth"),
+    Input("beam", -1.0, 1.0, "ht", missing="hold", meaning="heading that it was measured at"),
+    Input(
+        "tracking",
+        0.0,
+        1.0,
+        "",
+        valid_of=("e_psi", "beam"),
+        meaning="1: there is a tracking sample",
+    ),
 )
 
 PARAMS = (

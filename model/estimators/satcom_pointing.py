@@ -66,11 +66,24 @@ class SatcomPointing(Estimator):
     name = "satcom_pointing"
     summary = "azimuth, elevation, polarisation of a satellite in a vehicle's axes, and their rates"
     inputs = (
-        *(Input(f"q{a}", -1.0, 1.0, "", source=f"satcom.q{a}") for a in "wxyz"),
-        *(Input(f"rate_{a}", -8.0, 8.0, "rad/s", source=f"satcom.rate_{a}") for a in "xyz"),
-        Input("latitude", -0.5, 0.5, "ht", missing="hold"),
-        Input("longitude", -1.0, 1.0, "ht", missing="hold"),
-        Input("height", -500.0, 20e3, "m", missing="hold"),
+        *(
+            Input(f"q{a}", -1.0, 1.0, "", source=f"satcom.q{a}", meaning=f"attitude, component {a}")
+            for a in "wxyz"
+        ),
+        *(
+            Input(
+                f"rate_{a}",
+                -8.0,
+                8.0,
+                "rad/s",
+                source=f"satcom.rate_{a}",
+                meaning=f"body rate less its bias, axis {a}",
+            )
+            for a in "xyz"
+        ),
+        Input("latitude", -0.5, 0.5, "ht", missing="hold", meaning="geodetic, north positive"),
+        Input("longitude", -1.0, 1.0, "ht", missing="hold", meaning="east positive"),
+        Input("height", -500.0, 20e3, "m", missing="hold", meaning="above the ellipsoid"),
     )
     params = (Param("satellite", 110.5 / 180.0, -1.0, 1.0, "ht", "its longitude, to the east"),)
     status_bits = STATUS_BITS

@@ -15,6 +15,7 @@ from boresight.gateware.serial.uart import divisor_for
 from boresight.gateware.system.attitude_system import AttitudeSystem
 from boresight.gateware.system.programs import FILTERS, system_core
 from boresight.gateware.verilog import to_verilog
+from boresight.model.resolve import Named
 from boresight.sim.board.setup import Setup
 
 __all__ = ["Board", "board_parameters", "board_sources", "make_board"]
@@ -41,7 +42,7 @@ class Board:
 def make_board(
     setup: Setup,
     *,
-    filters: Sequence[str] = FILTERS,
+    filters: Sequence[Named] = FILTERS,
     config: str = "small",
     restarts: int | None = None,
     core: Core | None = None,

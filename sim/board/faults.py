@@ -6,13 +6,14 @@ that times and rates that the filter sees are the real ones. All times here are 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from boresight.gateware.system.attitude_frame import WORDS
+from boresight.model.resolve import Named
 from boresight.sim.attitude.rotation import quaternion_conjugate, quaternion_multiply
 from boresight.sim.board.build import Board, make_board
 from boresight.sim.board.run import BoardRun, run_board, stimulus
@@ -34,6 +35,7 @@ __all__ = [
     "fault_board",
     "fault_names",
     "fault_trial",
+    "faults_in_turn",
     "trial_log",
 ]
 
@@ -77,7 +79,7 @@ class FaultTrial:
         Samples that did not make an update between its begin and recovery.
     before_deg, during_deg, after_deg : float
         Largest error of the attitude in the half second before, during the fault (with the first
-        half second after it), and in the last half second of the run.
+        half second after it), and in the last half second of the run, or before the next fault.
     back_after_s : float or None
         From its end to the first update (inertial) or good line (compass); None: never again.
     """
@@ -145,8 +147,8 @@ def trial_log() -> Record:
     return slow.record()
 
 
-def fault_board(filters: Sequence[str] = ("mekf",), *, restarts: int | None = None) -> Board:
-    """A board with one filter, 16 times as fast."""
+def fault_board(filters: Sequence[Named] = ("mekf",), *, restarts: int | None = None) -> Board:
+    """A board, with one filter unless told otherwise, 16 times as fast."""
     return make_board(
         FAULTY,
         filters=filters,
@@ -180,28 +182,48 @@ def fault_trial(
         First sample (line of the compass) of the fault, and the first after it.
     """
     say = progress or (lambda text: None)
-    log = log or trial_log()
     say(f"{device}: {fault}")
     first, last = span or (_INERTIAL_SPAN if device == "adis" else _COMPASS_SPAN)
-    if fault in WRONG_VALUES:
-        run = run_board(
-            board,
-            stimulus(wronged(log, fault, slice(first, last)), board),
-            updates=updates,
-            settings={"output_divider": 1},
-            max_cycles=_MOST_CYCLES,
-        )
-        return _judge(board, run, log, device, fault, _row_cycles(run, (first, last)))
-    name = fault if device == "adis" else str(COMPASS_FAULTS.index(fault))
+    return faults_in_turn(board, [(device, fault, (first, last))], log=log, updates=updates)[0]
+
+
+def faults_in_turn(
+    board: Board,
+    faults: Sequence[tuple[str, str, tuple[int, int]]],
+    *,
+    log: Record | None = None,
+    updates: int,
+) -> list[FaultTrial]:
+    """Run several faults, (device, fault, span) as `fault_trial` has them, one after the other.
+
+    Each is judged by what happens until the next one begins, a second and more after its end.
+    """
+    log = log or trial_log()
+    texts: dict[str, str] = {}
+    for device, fault, (first, last) in faults:
+        if fault in WRONG_VALUES:
+            log = wronged(log, fault, slice(first, last))
+        else:
+            name = fault if device == "adis" else str(COMPASS_FAULTS.index(fault))
+            texts[device] = texts.get(device, "") + f"{first} {last} {name}\n"
     run = run_board(
         board,
         stimulus(log, board),
         updates=updates,
         settings={"output_divider": 1},
-        faults={device: f"{first} {last} {name}\n"},
+        faults=texts,
         max_cycles=_MOST_CYCLES,
     )
-    return _judge(board, run, log, device, fault, _span_cycles(run, device))
+    left = {device: _span_cycles(run, device) for device in texts}
+    spans = [
+        _row_cycles(run, rows) if fault in WRONG_VALUES else next(left[device])
+        for device, fault, rows in faults
+    ]
+    ends = [*(begin for begin, _ in spans[1:]), None]
+    return [
+        _judge(board, run, log, device, fault, span, until)
+        for (device, fault, _), span, until in zip(faults, spans, ends, strict=True)
+    ]
 
 
 def _row_cycles(run: BoardRun, rows: tuple[int, int]) -> tuple[float, float]:
@@ -211,23 +233,23 @@ def _row_cycles(run: BoardRun, rows: tuple[int, int]) -> tuple[float, float]:
     return begin, end
 
 
-def _span_cycles(run: BoardRun, device: str) -> tuple[float, float]:
-    """Begin and end of the fault, in clock cycles: when the device's model had it on.
+def _span_cycles(run: BoardRun, device: str) -> Iterator[tuple[float, float]]:
+    """Begin and end of each fault, in clock cycles: when the device's model had it on.
 
     Raises
     ------
     SimulationFailed
         It was never on, or did not end.
     """
-    bits = [
-        (at, inertial if device == "adis" else compass)
-        for at, inertial, compass in run.trace.faults
-    ]
-    begin = next((at for at, on in bits if on), None)
-    end = next((at for at, on in bits if begin is not None and at > begin and not on), None)
-    if begin is None or end is None:
-        raise SimulationFailed(f"the fault of {device} did not begin and end within the run")
-    return float(begin), float(end)
+    begin = None
+    for at, inertial, compass in run.trace.faults:
+        on = inertial if device == "adis" else compass
+        if on and begin is None:
+            begin = at
+        elif begin is not None and not on:
+            yield float(begin), float(at)
+            begin = None
+    raise SimulationFailed(f"the fault of {device} did not begin and end within the run")
 
 
 def _errors(run: BoardRun, log: Record) -> tuple[npt.NDArray[np.int64], FloatArray]:
@@ -247,18 +269,27 @@ def _errors(run: BoardRun, log: Record) -> tuple[npt.NDArray[np.int64], FloatArr
 
 
 def _judge(
-    board: Board, run: BoardRun, log: Record, device: str, fault: str, span: tuple[float, float]
+    board: Board,
+    run: BoardRun,
+    log: Record,
+    device: str,
+    fault: str,
+    span: tuple[float, float],
+    until: float | None = None,
 ) -> FaultTrial:
     trace, names = run.trace, board.system.events
     second = board.setup.clock_hz / FASTER  # of the real board, in cycles
     begin, end = span
+    cycles, errors = _errors(run, log)
+    if until is None:
+        until = float(cycles[-1] + 1 if len(cycles) else end)
     seen: dict[str, float] = {}
     whose = ("inertial_",) if device == "adis" else ("compass_",)
     for at, bits in trace.events:
         for k, name in enumerate(names):
-            if bits >> k & 1 and at >= begin and name not in _USUAL and name.startswith(whose):
+            told = name.startswith(whose) and name not in _USUAL
+            if bits >> k & 1 and begin <= at < until and told:
                 seen.setdefault(name, (at - begin) / second)
-    cycles, errors = _errors(run, log)
     good = trace.updates if device == "adis" else np.array([x.cycle for x in trace.lines])
     back = good[good > end]
     resumed = float(back[0]) if len(back) else float(trace.updates[-1])
@@ -270,7 +301,6 @@ def _judge(
         return float(part.max()) if len(part) else 0.0
 
     half = 0.5 * second
-    last = float(cycles[-1]) if len(cycles) else end
     return FaultTrial(
         device,
         fault,
@@ -280,6 +310,6 @@ def _judge(
         max(int(expected) - made, 0),
         worst(begin - half, begin),
         worst(begin, end + half),
-        worst(last - half, last + 1.0),
+        worst(until - half, until),
         (resumed - end) / second if len(back) else None,
     )

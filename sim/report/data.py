@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from boresight.firmware.build import CFLAGS, CModel
+from boresight.firmware.build import CModel
 from boresight.firmware.emit import emit_c
 from boresight.gateware.core import Core
 from boresight.gateware.synthesis.device import XC6SLX9, Device
@@ -199,5 +199,5 @@ def measure_c(program: Program, words: IntArray, *, seconds: float = 0.05) -> di
     return {
         "updates_per_s": float(f"{len(words) / best:.3g}"),
         "source": f"measured: best run of the C on this computer, one core, gcc "
-        f"{' '.join(CFLAGS)}, {len(words)} updates",
+        f"{' '.join(model.cflags)}, {len(words)} updates",
     }

@@ -33,13 +33,18 @@ def programs(folder: Path, words: Sequence[int]) -> None:
                 (place / file).write_text(text, encoding="utf-8")
 
 
-def cores(folder: Path, synth: bool, most: int | None) -> None:
-    """A complete system of the filters on a board; cores with all other estimators, or ``most``."""
+def cores(folder: Path, synth: bool, brief: bool) -> None:
+    """A complete system of the filters on a board; cores with all other estimators.
+
+    ``brief``: one of the filters, and two of the others. The numbers of all are
+    in their programs; a core turns them into text, and holds the same tables for any.
+    """
     import boresight
     from boresight.gateware.system.programs import FILTERS
     from boresight.model.estimators import ESTIMATORS
 
-    boresight.compile(*FILTERS, board="mimas", synth=synth, output=folder / "system")
+    filters = FILTERS[-1:] if brief else FILTERS
+    boresight.compile(*filters, board="mimas", synth=synth, output=folder / "system")
     # As many in one core as its states have room.
     parts: list[list[str]] = [[]]
     free = ROOM
@@ -50,7 +55,9 @@ def cores(folder: Path, synth: bool, most: int | None) -> None:
                 parts.append([])
                 free = ROOM - len(kind().states)
             parts[-1].append(name)
-    for number, names in enumerate(parts[:most]):
+    if brief:
+        parts = [parts[0][:2]]
+    for number, names in enumerate(parts):
         boresight.compile(*names, config="fast-1024", word=24, output=folder / f"others-{number}")
 
 
@@ -71,7 +78,7 @@ def main() -> None:
 
         schedule._PASSES = (3, 3)
     programs(args.folder / "programs", (32,) if args.brief else (32, 18))
-    cores(args.folder, args.synth, 1 if args.brief else None)
+    cores(args.folder, args.synth, args.brief)
     import boresight
 
     sys.stdout.write(str(Path(boresight.__file__).parent))

@@ -63,14 +63,21 @@ def alive(session: int) -> list[str]:
     return found
 
 
-@pytest.mark.parametrize("everybody", [True, False])
+STOPPED = (
+    (["accuracy", "published", LOG, "--jobs", "2"], "[1/"),
+    (["check", "complementary", LOG, "--levels", "rtl"], "rtl in verilator"),
+    (["montecarlo", f"{DRIFT}:Constant", f"{DRIFT}:Mean", "--runs", "100000"], "of 100000 "),
+    (["tune", "mekf", LOG, LOG, "--folds", "1", "--jobs", "2"], "; C"),
+)
+
+
 @pytest.mark.parametrize(
-    ("argv", "after"),
+    ("argv", "after", "everybody"),
     [
-        (["accuracy", "published", LOG, "--jobs", "2"], "[1/"),
-        (["check", "complementary", LOG, "--levels", "rtl"], "rtl in verilator"),
-        (["montecarlo", f"{DRIFT}:Constant", f"{DRIFT}:Mean", "--runs", "100000"], "of 100000 "),
-        (["tune", "mekf", LOG, LOG, "--folds", "1", "--jobs", "2"], "; C"),
+        *((argv, after, True) for argv, after in STOPPED),
+        # The command's own children: workers of a pool, and a simulator. The others have workers.
+        *((argv, after, False) for argv, after in STOPPED[:2]),
+        *(pytest.param(*one, False, marks=pytest.mark.soak) for one in STOPPED[2:]),
     ],
 )
 def test_ctrl_c(argv: list[str], after: str, everybody: bool, tmp_path) -> None:

@@ -1,7 +1,6 @@
 """The estimator's frame: parameters, float runs, compilation, quantised inputs."""
 
 import math
-import re
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -174,6 +173,7 @@ def test_every_estimator_declares_itself(name: str) -> None:
         assert len(set(names)) == len(names)
     for p in e.params:
         assert p.low <= p.default <= p.high and p.meaning
+    assert all(i.meaning for i in e.inputs)
     for s in e.states:
         assert s.low <= s.initial <= s.high
     assert e.compile(word=18).output_names == tuple(o.name for o in e.outputs)
@@ -204,31 +204,6 @@ def test_names_and_summaries_by_default() -> None:
     made = AlphaBeta()
     made.outputs = (Output("pos", "m"),)
     assert made.urgent == 1
-
-
-@pytest.mark.parametrize(
-    "changes, message",
-    [
-        ({"inputs": 2 * Leaky.inputs}, "estimator leaky: wanted each input once, found u twice"),
-        ({"outputs": ()}, "estimator leaky: wanted an output, found none"),
-        ({"urgent": 3}, "estimator leaky: wanted urgent of 0 to 2, found 3"),
-        ({"states": (State("a b", 0.0, 1.0),)}, "estimator leaky: wanted state names of letters"),
-        (
-            {"inputs": (Input("f", 0.0, 1.0, "", valid_of="z"),)},
-            "estimator leaky, input f: wanted valid_of names of inputs, found z; choose of inputs",
-        ),
-        (
-            {"inputs": (*Leaky.inputs, Input("f", 0.0, 1.0, "", valid_of=("v", "f")))},
-            "estimator leaky, input f: wanted valid_of names of inputs, found f; choose of u, v",
-        ),
-    ],
-)
-def test_declarations_that_contradict_each_other(changes: Any, message: str) -> None:
-    odd = Leaky()
-    for name, value in changes.items():
-        setattr(odd, name, value)
-    with pytest.raises(InputError, match=rf"^test_estimator\.py, line \d+, {re.escape(message)}"):
-        odd.compile()
 
 
 def test_nodes_know_their_lines() -> None:

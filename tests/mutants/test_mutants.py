@@ -208,7 +208,7 @@ def of(statement: str, new: str) -> Mutant:
         ("return 1", "2", 120, Verdict("nearest", "tests/test_near.py::test_f")),
         ("return 0", "1", 120, Verdict("wider", "tests/test_wide.py::test_all")),
         ("if a < b:", "a <= b", 120, Verdict("survived")),
-        ("n -= 1", "pass", 5, Verdict("time")),
+        ("n -= 1", "pass", 2, Verdict("time")),
         ("return 5", "6", 120, Verdict("nearest", "tests/test_near.py::test_f")),
     ],
 )

@@ -61,10 +61,10 @@ STATUS_BITS = {
 
 INPUTS = (
     *strapdown.INPUTS,
-    Input("phase", -1.0, 3.0),
-    Input("azimuth", -1.0, 1.0, "ht", missing="hold"),
-    Input("index_time", 0.0, 1.0, "", missing="hold"),
-    Input("index", 0.0, 1.0, "", valid_of=("azimuth", "index_time")),
+    Input("phase", -1.0, 3.0, meaning="-1 begin anew, 0 at rest, 1 being erected, 2 turning"),
+    Input("azimuth", -1.0, 1.0, "ht", missing="hold", meaning="of the turntable at its index"),
+    Input("index_time", 0.0, 1.0, missing="hold", meaning="when: 0 begin, 1 end of the sample"),
+    Input("index", 0.0, 1.0, valid_of=("azimuth", "index_time"), meaning="1: the index was passed"),
 )
 
 

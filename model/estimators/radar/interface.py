@@ -36,9 +36,24 @@ STATUS_BITS = {
 }
 
 INPUTS = (
-    Input("dt", -1.0, 1.0, "s", clamp=True),
-    *(Input(f"{a}{i}", -ECEF, ECEF, "m", missing="hold") for i in "12" for a in AXES),
-    *(Input(f"seen_{i}", 0.0, 1.0, "", valid_of=tuple(f"{a}{i}" for a in AXES)) for i in "12"),
+    Input("dt", -1.0, 1.0, "s", clamp=True, meaning="time since the record before; below 0: anew"),
+    *(
+        Input(
+            f"{a}{i}", -ECEF, ECEF, "m", missing="hold", meaning=f"ECEF {a} that radar {i} reports"
+        )
+        for i in "12"
+        for a in AXES
+    ),
+    *(
+        Input(
+            f"seen_{i}",
+            0.0,
+            1.0,
+            valid_of=tuple(f"{a}{i}" for a in AXES),
+            meaning=f"1: radar {i} has a sample",
+        )
+        for i in "12"
+    ),
 )
 
 _NOISE = (

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 
 from boresight.firmware.build import CModel
+from boresight.firmware.floating.build import FloatCModel
+from boresight.firmware.floating.precision import DOUBLE
 from boresight.model.declarations import GRAVITY
 from boresight.model.estimator import Estimator, FloatArray, input_words, with_params
 from boresight.model.estimators import ESTIMATORS
@@ -132,11 +134,16 @@ def _angles(outputs: dict[str, Any]) -> FloatArray:
 
 
 def run_float(method: Method, logs: Sequence[Record]) -> FloatArray:
-    """Angles [deg] of every log, float64: (steps, runs, 3)."""
+    """Angles [deg] of every log, float64, estimators compiled from C: (steps, runs, 3)."""
     if method.estimator is not None:
         estimator = ESTIMATORS[method.estimator]()
-        run = estimator.run_float(_records(estimator, logs), params=_params(method))
-        return _angles(run.outputs)
+        model = FloatCModel(estimator, precision=DOUBLE, params=_params(method))
+        runs = []
+        for records in np.moveaxis(_records(estimator, logs), 2, 0):
+            model.reset()
+            runs.append(model.update(records))
+        found = np.stack(runs, axis=-1)
+        return _angles({o.name: found[:, k] for k, o in enumerate(estimator.outputs)})
     views = [NineAxis.of(log) for log in logs]
     acc, mag, gyr = (
         np.stack([getattr(v, k) for v in views], axis=1) for k in ("acc", "mag", "gyr")

@@ -19,11 +19,13 @@ def test_demo_proves_every_filter_on_one_core(tmp_path, monkeypatch):
     monkeypatch.setattr(
         module, "estimate_core", lambda core: (areas or areas.append(synthesis(core)) or areas)[0]
     )
-    monkeypatch.setattr(module, "BOARD_S", 0.05)
-    data = boresight.demo(("complementary", "mekf"), steps=20, restarts=1, output=tmp_path)
+    monkeypatch.setattr(module, "BOARD_S", 0.02)
+    data = boresight.demo(
+        ("complementary", "complementary_as_printed"), steps=20, restarts=1, output=tmp_path
+    )
     assert data.good is True
     assert [(r.config, r.estimator) for r in data.filters] == [
-        (c, e) for c in ("small", "fast") for e in ("complementary", "mekf")
+        (c, e) for c in ("small", "fast") for e in ("complementary", "complementary_as_printed")
     ]
     for row in data.filters:
         assert row.mismatches == 0 and row.updates_proven["verilator"] == 20
@@ -32,9 +34,14 @@ def test_demo_proves_every_filter_on_one_core(tmp_path, monkeypatch):
         assert (tmp_path / f"core-{core.config}" / "core.v").is_file()
         report = json.loads((tmp_path / f"core-{core.config}" / "report.json").read_text())
         assert report["resources"]["lut"] == core.lut
-        assert list(report["programs"]) == ["complementary", "mekf"]
+        assert list(report["programs"]) == ["complementary", "complementary_as_printed"]
     assert json.loads((tmp_path / "summary.json").read_text()) == data.to_json()
-    assert str(data).split("report:")[0].count("mekf") == 3  # two cores and the board
-    assert [(r.filter, r.good) for r in data.board] == [("complementary", True), ("mekf", True)]
+    assert (
+        str(data).split("report:")[0].count("complementary_as_printed") == 3
+    )  # two cores and the board
+    assert [(r.filter, r.good) for r in data.board] == [
+        ("complementary", True),
+        ("complementary_as_printed", True),
+    ]
     assert (tmp_path / "board" / "board.html").is_file()
     assert main(["demo", "--steps", "0", "-o", str(tmp_path)]) == 2

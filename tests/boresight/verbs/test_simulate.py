@@ -18,7 +18,7 @@ module = importlib.import_module("boresight.verbs.simulate")
 @pytest.fixture
 def small(monkeypatch) -> None:
     """The board that the demo's test builds too: its simulation stands in the build cache."""
-    filters = ("complementary", "mekf")
+    filters = ("complementary", "complementary_as_printed")
     monkeypatch.setattr(module, "FILTERS", filters)
     monkeypatch.setattr(
         module,

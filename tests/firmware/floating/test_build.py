@@ -12,13 +12,14 @@ from boresight.sim.attitude.outputs import attitude_of
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
+from tests.support.compiled_float import compiled_float
 
 #: Largest difference of the attitude on a bundled log, deg. A rounding of an angle near half a
 #: turn is 2^-25 half turns, 5e-6 deg; a filter that forgets in 10 s keeps some 2,560 of them at
 #: 256 Hz, a random walk of 50: 3e-4 deg. `ekf_quaternion` passes a stretch of `ximu_walk` in which
 #: its magnetometer's gate is at the edge and its heading weakly held: 7e-3 deg at update 6919.
 BOUND_DEG = {"complementary": 1e-3, "ekf_quaternion": 2e-2, "ekf_bias": 2e-3, "mekf": 1e-3}
-#: Updates: the bounds hold for the whole logs, but the reference takes its time.
+#: Updates: the bounds hold for the whole logs.
 UPDATES = 1200
 
 
@@ -33,7 +34,7 @@ def apart_deg(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 def test_agrees_to_single_precision(name: str, log: str) -> None:
     e = estimator(name)
     records = feed(e, read_record(bundled(log))).inputs[:UPDATES].astype(np.float32)
-    reference = e.run_float(records.astype(np.float64)[..., None]).outputs
+    reference, _ = compiled_float(e, records.astype(np.float64)[..., None])
     outputs = FloatCModel(e).update(records).astype(np.float64)
     named = {o.name: outputs[:, k] for k, o in enumerate(e.outputs)}
     apart = apart_deg(attitude_of(named), attitude_of(reference)[:, 0])

@@ -215,7 +215,9 @@ def test_saturated(leaky: Core, line) -> None:
     assert seen == flags and set(flags) <= {False, True}
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(
+    "seed", [0, 1, *(pytest.param(k, marks=pytest.mark.soak) for k in range(2, 20))]
+)
 def test_nothing_stops_it(seed: int, leaky: Core, line) -> None:
     """Noise, then a record: always one answer, and states that only whole records have changed."""
     bench, model = line(leaky), CModel(leaky.program)

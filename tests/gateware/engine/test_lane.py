@@ -83,7 +83,7 @@ def test_random_slots(word: int, stalls: float) -> None:
     arith = Arithmetic(word=word)
     machine = Machine(name="test", lanes=1, arithmetic=arith)
     fields = {name: f for name, f in lane_fields(machine).items() if name in FIELDS}
-    count = 1500
+    count = 900
     slots = []
     for number in range(count):
         values = {name: rng.getrandbits(f.width) for name, f in fields.items()}

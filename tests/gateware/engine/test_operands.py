@@ -43,7 +43,7 @@ def test_random_traffic(config: str, window: Window | None, simulate) -> None:
 
     async def bench(ctx):
         expected: list[tuple[int, int] | None] = [None] * lanes
-        for _ in range(1500):
+        for _ in range(900):
             parity, others = rng.getrandbits(1), 0
             if window is not None:
                 others = rng.getrandbits(len(window.owners))

@@ -18,7 +18,7 @@ MASK = (1 << 32) - 1
 
 
 @pytest.mark.parametrize("config", sorted(CONFIGS))
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, 2, pytest.param(3, marks=pytest.mark.soak)])
 def test_turns_beside_writes(config: str, seed: int) -> None:
     core = build_shared_core(random_programs(seed, 3, n_ops=6, n_states=3), config, restarts=0)
     dut = Engine(machine=core.machine, image=core.image, selector=True)

@@ -165,7 +165,9 @@ def test_text_between_answers(host) -> None:
     assert bytes(end.received) == b"hello\r\n" + frame + b"there\r\n"
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(
+    "seed", [0, 1, *(pytest.param(k, marks=pytest.mark.soak) for k in range(2, 20))]
+)
 def test_nothing_stops_it(seed: int, host) -> None:
     end, rng = host(), random.Random(seed)
     pieces = [bytes([c]) for c in (END, ESC, 0xDC, 0xDD, 0, 1, 2, 3, 4, 0xFF)]

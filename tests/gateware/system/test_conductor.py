@@ -359,7 +359,7 @@ def test_source_says_which_lines_count(source: int, counts: int) -> None:
     bench.run(test)
 
 
-@pytest.mark.parametrize("delay", range(0, 60, 3))
+@pytest.mark.parametrize("delay", range(0, 60, 4))
 def test_a_line_in_the_midst_of_another_never_mixes(delay: int) -> None:
     """Whenever it comes: a field that is used is of one line, and the newer one is used."""
     bench = Bench(seed=delay)

@@ -27,6 +27,7 @@ from boresight.sim.attitude.rotation import (
     rotate,
     rotation_vector_to_quaternion,
 )
+from tests.support.compiled_float import compiled_float
 
 GRAVITY = 9.80665
 FIELD = np.array([0.0, 27.9, -46.2])
@@ -70,7 +71,7 @@ def static(q: Any, steps: int, dt: float = 0.05, field: Any = FIELD) -> Any:
 
 
 def run_float(x: Any, params: Any = None, cls: Any = Complementary) -> Any:
-    return cls().run_float(x, params=params).outputs
+    return compiled_float(cls(), x, params)[0]
 
 
 def machine(runs: int, params: Any = None, word: int = 32, cls: Any = Complementary) -> Any:
@@ -526,6 +527,8 @@ def test_garbage_is_survived_and_forgotten(word: int) -> None:
     assert np.abs(out["pitch"][bits(out) & 1 == 0]).max() <= 0.5
     after = real(m, m.run(input_words(p, rest))[0])
     assert apart(after, q)[-1].max() < 1.0
+    if word < 32:
+        return  # the float run knows no width
     x = np.stack([p.format(n).real(words[:, k]) for k, n in enumerate(p.inputs)], axis=1)
     floats = run_float(np.concatenate([x, rest]), QUICK)
     for value in floats.values():
@@ -684,14 +687,11 @@ def test_the_stage_is_table_1(stage: Any) -> None:
 
 
 def stage_errors(stage: Any, cls: Any) -> Any:
-    """Errors (steps, 3) [deg] with the gyro alone and with the letter's gains, side by side."""
+    """Errors (steps, 3) [deg] with the gyro alone and with the letter's gains."""
     x, euler = stage
     gains = {"kp_pitch_per_s": 0.1414, "kp_roll_per_s": 0.1414, "kp_heading_per_s": 0.1}
-    values = [cls().param_values(p) for p in (GYRO_ONLY, GYRO_ONLY | gains)]
-    filter = cls()
-    filter.param_values = lambda _: {n: np.array([v[n] for v in values]) for n in values[0]}
-    out = filter.run_float(np.repeat(x, 2, axis=2)).outputs
-    return [euler_error({n: v[:, [k]] for n, v in out.items()}, euler) for k in range(2)]
+    both = (GYRO_ONLY, GYRO_ONLY | gains)
+    return [euler_error(run_float(x, params, cls), euler) for params in both]
 
 
 def test_consistent_kinematics_follow_the_stage(stage: Any) -> None:

@@ -28,6 +28,7 @@ from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
 from boresight.sim.records.nine_axis import NineAxis
+from tests.support.compiled_float import compiled_float
 
 GRAVITY = 9.80665
 FIELD = np.array([0.0, 18.0, -45.0])
@@ -69,7 +70,7 @@ def static(q: Any, steps: int, dt: float = 0.01, field: Any = FIELD) -> Any:
 
 
 def run_float(x: Any, params: Any = None) -> Any:
-    return EkfBias().run_float(x, params=params).outputs
+    return compiled_float(EkfBias(), x, params)[0]
 
 
 def machine(params: Any = None) -> CModel:
@@ -252,8 +253,7 @@ def from_c(log: Any) -> Any:
 
 def test_fixed_point_is_float_on_recorded_data() -> None:
     log = read_record(bundled("ximu_walk"))
-    e = EkfBias()
-    want = {k: v[:, 0] for k, v in e.run_float(feed(e, log).inputs[:2000, :, None]).outputs.items()}
+    want = {k: v[:, 0] for k, v in run_float(feed(EkfBias(), log).inputs[:2000, :, None]).items()}
     fixed = {k: v[:2000] for k, v in from_c(log).items()}
     assert attitude_error(attitude_of(fixed), attitude_of(want)).total.max() < 0.005
     assert np.array_equal(fixed["status"], want["status"])

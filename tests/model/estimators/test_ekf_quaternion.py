@@ -24,6 +24,7 @@ from boresight.sim.attitude.rotation import (
     rotate,
     rotation_vector_to_quaternion,
 )
+from tests.support.compiled_float import compiled_float
 
 GRAVITY = 9.80665
 FIELD = np.array([0.0, 14.7, -40.6])
@@ -66,7 +67,7 @@ def static(q: Any, steps: int, dt: float = 0.01, field: Any = FIELD) -> Any:
 
 
 def run_float(cls: Any, x: Any, params: Any = None) -> Any:
-    return cls().run_float(x, params=params).outputs
+    return compiled_float(cls(), x, params)[0]
 
 
 def run_fixed(cls: Any, x: Any, params: Any = None, word: int = 32) -> Any:

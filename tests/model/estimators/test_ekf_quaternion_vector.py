@@ -6,13 +6,14 @@ What it computes is in test_ekf_textbook.py.
 import numpy as np
 
 from boresight.model.estimators.ekf_quaternion_vector import EkfQuaternionVector
+from tests.support.compiled_float import compiled_float
 
 LEVEL = np.array([0.01, 0.0, 0.0, 0.0, 0.0, 14.7, -40.6, 0.0, 0.0, 9.80665])
 MAG = slice(4, 7)
 
 
 def run(records, **params):
-    out = EkfQuaternionVector().run_float(records[:, :, None], params=params).outputs
+    out = compiled_float(EkfQuaternionVector(), records[:, :, None], params)[0]
     return {name: value[:, 0] for name, value in out.items()}
 
 

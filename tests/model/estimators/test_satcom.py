@@ -18,6 +18,7 @@ from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.records.feed import feed
 from boresight.sim.records.record import Column, Record
+from tests.support.compiled_float import compiled_float
 
 GRAVITY = 9.80665
 DT = 0.02
@@ -172,19 +173,10 @@ def textbook_run(u: Any, params: Any, **options: Any) -> tuple[Any, Textbook]:
 
 def float_run(u: Any, params: Any = None, estimator: Any = None) -> dict[str, Any]:
     """Outputs and final states; angles [rad] under "angles"."""
-    e = estimator or Satcom()
-    p = SimpleNamespace(**e.param_values(params))
-    x = {s.name: np.float64(s.initial) for s in e.states}
-    rows = []
-    for record in u:
-        names = [i.name for i in e.inputs]
-        x, out = e.step(
-            SimpleNamespace(**x), SimpleNamespace(**dict(zip(names, record, strict=True))), p
-        )
-        rows.append(out)
-    found: dict[str, Any] = {o.name: np.array([float(r[o.name]) for r in rows]) for o in e.outputs}
+    out, states = compiled_float(estimator or Satcom(), u[:, :, None], params)
+    found: dict[str, Any] = {name: values[:, 0] for name, values in out.items()}
     found["angles"] = math.pi * np.stack([found[n] for n in ("roll", "pitch", "heading")], axis=1)
-    found["state"] = x
+    found["state"] = {name: values[-1, 0] for name, values in states.items()}
     return found
 
 

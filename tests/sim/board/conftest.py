@@ -2,18 +2,18 @@
 
 import pytest
 
-from boresight.sim.board.build import Board, make_board
+from boresight.sim.board.build import Board
 from boresight.sim.board.run import BoardRun, Stimulus, run_board, stimulus
-from boresight.sim.board.setup import SCALED
 from boresight.sim.worlds.synthetic import synthetic_log
+from tests.support.board.shared import COMPLEMENTARY, shared_board
 
-UPDATES = 400
+UPDATES = 320
 
 
 @pytest.fixture(scope="session")
 def board() -> Board:
-    """Two filters."""
-    return make_board(SCALED, filters=("complementary", "mekf"), restarts=1)
+    """The one of several files."""
+    return shared_board()
 
 
 @pytest.fixture(scope="session")
@@ -24,5 +24,6 @@ def what(board: Board) -> Stimulus:
 
 @pytest.fixture(scope="session")
 def plain(board: Board, what: Stimulus) -> BoardRun:
-    """An ordinary run: filter 1, headings, every update sent."""
-    return run_board(board, what, updates=UPDATES, settings={"filter": 1, "output_divider": 1})
+    """An ordinary run: a filter chosen, headings, every update sent."""
+    settings = {"filter": COMPLEMENTARY, "output_divider": 1}
+    return run_board(board, what, updates=UPDATES, settings=settings)

@@ -5,86 +5,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from boresight.gateware.system.programs import system_core, system_estimators
-from boresight.model.declarations import Input, Output
-from boresight.model.estimator import Estimator
+from boresight.gateware.system.programs import system_estimators
 from boresight.model.estimators.nine_axis import INPUTS
-from boresight.sim.board.build import make_board
 from boresight.sim.board.chain import COUNTS, HEADING, NO_LINE, Samples, run_chain
 from boresight.sim.board.front import quantise
-from boresight.sim.board.run import judge, run_board, stimulus
-from boresight.sim.board.setup import SCALED
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.files import read_record
-from boresight.sim.worlds.synthetic import synthetic_log
+from tests.support.board.shared import odd_board
 
 STEPS = 600
 RECORD = tuple(i.name for i in INPUTS)
 
 
-class Odd(Estimator):
-    """Sensors in another order and other formats, registers, a held field, flags."""
-
-    inputs = (
-        Input("target", 0.0, 3.0, "m"),
-        Input("az", -400.0, 400.0, "m/s^2"),
-        Input("dt", 0.0, 0.1, "s"),
-        Input("mx", -300.0, 300.0, "uT", missing="hold"),
-        Input("offset", -1.0, 1.0, "m"),
-        Input("mx_new", 0.0, 1.0, valid_of="mx"),
-        Input("set_new", 0.0, 1.0, valid_of="target"),
-        Input("gx", -100.0, 100.0, "rad/s"),
-    )
-    outputs = (
-        Output("target", "m"),
-        Output("force", "m/s^2"),
-        Output("dt", "s"),
-        Output("field", "uT"),
-        Output("flags"),
-        Output("rate", "rad/s"),
-    )
-
-    def step(self, x, u, p):
-        return {}, {
-            "target": u.target,
-            "force": 0.5 * u.az,
-            "dt": 1.0 * u.dt,
-            "field": 0.25 * u.mx,
-            "flags": u.mx_new + 2.0 * u.set_new,
-            "rate": 0.75 * u.gx + 0.25 * u.offset,
-        }
-
-
 @pytest.fixture(scope="module")
 def board():
-    return make_board(SCALED, core=system_core([Odd, "complementary"], restarts=0))
-
-
-def test_on_the_board(board) -> None:
-    plan = board.system.plan
-    assert plan.feed.holds and list(plan.feed.registers) == ["target", "offset"]
-    words = {"target": 5 << 28, "offset": -(1 << 28)}
-    what = stimulus(synthetic_log(seconds=1, rate_hz=1024, seed=5), board)
-    settings = {"filter": 0, "output_divider": 1, **{f"feed_{k}": v for k, v in words.items()}}
-    settings["feed_offset"] &= 0xFFFF_FFFF
-    run = run_board(board, what, updates=400, settings=settings)
-    verdict = judge(board, what, run, filter=0, source=2, feed=words)
-    assert (verdict.mismatches, verdict.first, verdict.lost) == (0, "", 0)
-    assert verdict.updates == len(run.frames) == 400 and verdict.fields >= 2
-    program = board.core.parts[0].program
-    values = {
-        name: program.format(n).real(run.frames[:, 2 + k])
-        for k, (name, n) in enumerate(zip(program.output_names, program.outputs, strict=True))
-    }
-    assert np.all(values["target"] == 5 / 2)
-    # The restart of the first update is no negative step for it.
-    assert values["dt"][0] == 0.0 and np.all(values["dt"][1:] > 0.0)
-    # One new set, each line once, and its field until the next one.
-    assert values["flags"][0] == 2.0 and set(values["flags"][1:]) == {0.0, 1.0}
-    fresh = np.flatnonzero(values["flags"] == 1.0)
-    assert len(fresh) == verdict.fields and np.all(values["field"][: fresh[0]] == 0.0)
-    assert set(np.flatnonzero(np.diff(values["field"])) + 1) <= set(fresh)
-    assert np.all(values["field"][fresh[0] :] != 0.0)
+    return odd_board()
 
 
 def samples(n: int, **more) -> Samples:

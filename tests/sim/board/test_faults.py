@@ -6,42 +6,27 @@ from boresight.sim.board.faults import (
     COMPASS_FAULTS,
     INERTIAL_FAULTS,
     FaultTrial,
-    fault_board,
     fault_names,
-    fault_trial,
+    faults_in_turn,
+)
+from tests.support.board.shared import shared_board
+
+#: Device, fault, span; the events that tell of it, how soon; whether samples are lost.
+TRIALS = (
+    ("adis", "force_saturated", (790, 890), ("inertial_over_range",), 0.01, False),
+    ("adis", "absent", (1410, 1560), ("inertial_no_data_ready", "inertial_restart"), 0.01, True),
+    ("adis", "bit_flips", (2263, 2400), ("inertial_config_error", "inertial_restart"), 0.01, True),
+    ("hmr", "silence", (22, 26), ("compass_went_stale",), 0.7, False),
 )
 
 
-@pytest.fixture(scope="module")
-def board():
-    """16 times as fast as the real one."""
-    return fault_board(restarts=1)
-
-
-@pytest.mark.parametrize(
-    "device, fault, updates, span, event, within_s, worst_deg",
-    [
-        ("adis", "absent", 1900, (1200, 1400), "inertial_no_data_ready", 0.01, 4.0),
-        ("adis", "bit_flips", 1900, (1200, 1400), "inertial_config_error", 0.01, 4.0),
-        ("hmr", "silence", 1750, (6, 10), "compass_went_stale", 0.7, 2.0),
-        ("adis", "force_saturated", 1900, (1200, 1400), "inertial_over_range", 0.01, 1.5),
-    ],
-)
-def test_fault(
-    board,
-    device: str,
-    fault: str,
-    updates: int,
-    span: tuple[int, int],
-    event: str,
-    within_s: float,
-    worst_deg: float,
-) -> None:
-    trial = fault_trial(board, device, fault, updates=updates, span=span)
-    assert trial.good, trial
-    assert event in trial.seen_as and trial.seen_after_s < within_s
-    assert (trial.dropped > 150) == (fault in ("absent", "bit_flips"))
-    assert trial.before_deg < 1.5 and trial.during_deg < worst_deg and trial.after_deg < 1.5
+def test_faults_in_turn() -> None:
+    found = faults_in_turn(shared_board(), [row[:3] for row in TRIALS], updates=3050)
+    for trial, (device, fault, _, events, within_s, loses) in zip(found, TRIALS, strict=True):
+        assert (trial.device, trial.fault) == (device, fault) and trial.good, trial
+        assert trial.seen_as == events and trial.seen_after_s < within_s, trial
+        assert (trial.dropped > 150) == loses and (loses or trial.dropped == 0), trial
+        assert max(trial.before_deg, trial.during_deg, trial.after_deg) < 1.5, trial
 
 
 def test_all_faults_are_known() -> None:

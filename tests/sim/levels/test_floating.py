@@ -22,7 +22,7 @@ from boresight.sim.records.files import read_record
 @pytest.mark.parametrize("log", ["ximu_walk", "synthetic_60s"])
 @pytest.mark.parametrize("name", sorted(n for n, e in ESTIMATORS.items() if e.inputs == INPUTS))
 def test_compiled_float64_is_the_reference_within_rounding(name: str, log: str) -> None:
-    record = read_record(bundled(log)).head(300)
+    record = read_record(bundled(log)).head(150)
     made = fitted(estimator(name), record)
     records = feed(made, record).inputs
     reference = made.run_float(records[:, :, None]).outputs

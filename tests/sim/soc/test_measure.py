@@ -16,7 +16,14 @@ from boresight.sim.soc.measure import measure_float, measure_integer
 UPDATES = 8
 
 
-@pytest.mark.parametrize("name", ESTIMATORS)
+@pytest.mark.parametrize(
+    "name",
+    [
+        # The smallest and the largest in code; all of them in `make firmware`, too.
+        pytest.param(n, marks=[] if n in ("complementary", "mekf") else [pytest.mark.soak])
+        for n in ESTIMATORS
+    ],
+)
 def test_comparison(name: str) -> None:
     row = compare_one(name, read_record(bundled("ximu_walk")), updates=UPDATES, restarts=1)
     integer, single = row["integer"], row["float"]

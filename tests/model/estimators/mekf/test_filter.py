@@ -19,6 +19,7 @@ from boresight.sim.attitude.rotation import (
     quaternion_to_rotation_vector,
     rotate,
 )
+from tests.support.compiled_float import compiled_float
 
 GRAVITY = 9.80665
 FIELD = np.array([0.0, 18.0, -40.0])
@@ -53,27 +54,9 @@ def static(euler_deg: Any, seconds: float, dt: float = 0.01) -> Any:
     return records(np.broadcast_to(q, (round(seconds / dt), *q.shape)), dt), q
 
 
-class Traced(Mekf):
-    """The same filter; keeps its states of every step."""
-
-    def __init__(self) -> None:
-        self.history: list[dict[str, Any]] = []
-
-    def step(self, x: Any, u: Any, p: Any) -> Any:
-        after, out = super().step(x, u, p)
-        self.history.append(after)
-        return after, out
-
-
 def run(x: Any, params: Any = None) -> tuple[dict[str, Any], dict[str, Any]]:
     """Outputs and states by name, (steps, runs)."""
-    e = Traced()
-    out = e.run_float(x, params=params).outputs
-    states = {k: np.empty((len(x), x.shape[2])) for k in e.history[0]}
-    for step, after in enumerate(e.history):
-        for k, value in after.items():
-            states[k][step] = value
-    return out, states
+    return compiled_float(Mekf(), x, params)
 
 
 def apart(out: Any, q: Any) -> Any:

@@ -12,6 +12,7 @@ from boresight.model.estimators.mekf.interface import PAIRS, covariance_name
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
+from tests.support.compiled_float import compiled_float
 
 STEPS = 4000
 PROGRAM = Mekf().compile()
@@ -30,7 +31,7 @@ def test_fixed_equals_float_on_a_recorded_log() -> None:
         name: PROGRAM.format(n).real(out[:, k])
         for k, (name, n) in enumerate(zip(PROGRAM.output_names, PROGRAM.outputs, strict=True))
     }
-    floats = {k: v[:, 0] for k, v in Mekf().run_float(x[:, :, None]).outputs.items()}
+    floats = {k: v[:, 0] for k, v in compiled_float(Mekf(), x[:, :, None])[0].items()}
     chord = np.linalg.norm(attitude(fixed) - attitude(floats), axis=1)
     error = np.degrees(
         2.0 * np.minimum(chord, np.linalg.norm(attitude(fixed) + attitude(floats), axis=1))

@@ -13,6 +13,7 @@ from boresight.model.resolve import estimator_of
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
+from tests.support.compiled_float import compiled_float
 
 QUATERNION = ("qw", "qx", "qy", "qz")
 
@@ -35,7 +36,7 @@ def test_it_is_the_filter_whose_field_never_comes() -> None:
     x[:, 4:7] = 0.0
     bare = np.delete(x, (4, 5, 6), axis=1)
     assert [i.name for i in six.inputs] == ["dt", "gx", "gy", "gz", "ax", "ay", "az"]
-    mine, found = (e.run_float(v[:, :, None]).outputs for e, v in ((six, bare), (full, x)))
+    mine, found = (compiled_float(e, v[:, :, None])[0] for e, v in ((six, bare), (full, x)))
     for name in found:
         assert mine[name] == pytest.approx(found[name], abs=1e-12), name
     fixed, saturated = fixed_run(six, bare)

@@ -1,0 +1,133 @@
+"""What `boresight compile` made: latencies, area, clock."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from boresight.gateware.synthesis.estimate import Estimate
+from boresight.sim.answer import Answer, JsonObject, plain
+
+__all__ = ["CompileResult", "CompiledProgram", "CoreFigures"]
+
+
+@dataclass(frozen=True)
+class CoreFigures:
+    """Area of a design, and its clock; the clock is an estimate, not ISE's.
+
+    Attributes
+    ----------
+    lut, ff, dsp : int
+    ramb16 : float
+        Halves are RAMB8.
+    clock_mhz_estimate : mapping of str to float or None
+        On speed grade -2, with ``median`` and ``p75`` (75th percentile) nets.
+    """
+
+    lut: int
+    ff: int
+    dsp: int
+    ramb16: float
+    clock_mhz_estimate: Mapping[str, float | None]
+
+    @classmethod
+    def of(cls, found: Estimate) -> CoreFigures:
+        """Those of an estimate."""
+        clocks = {n: found.corner(grade=2, nets=n).fmax_mhz for n in ("median", "p75")}
+        area = found.area
+        return cls(
+            area.lut,
+            area.ff,
+            area.dsp,
+            area.ramb16,
+            {nets: None if f is None else round(f, 1) for nets, f in clocks.items()},
+        )
+
+
+@dataclass(frozen=True)
+class CompiledProgram:
+    """One estimator in a core: when its outputs come.
+
+    Attributes
+    ----------
+    name : str
+    latency_cycles : mapping of str to int
+        From the last input word to each output.
+    interval_cycles : int
+        From one record to the next.
+    """
+
+    name: str
+    latency_cycles: Mapping[str, int]
+    interval_cycles: int
+
+
+@dataclass(frozen=True)
+class CompileResult(Answer):
+    """What `compile` gives.
+
+    Attributes
+    ----------
+    output : Path
+        Folder of the files.
+    config : str
+        Configuration of the core.
+    word : int
+        Word width, bits.
+    digest : str
+        Of the microcode and the schedule: the same digest, the same bits.
+    programs : tuple of CompiledProgram
+        The estimators, by their numbers in the core.
+    core : CoreFigures or None
+        Area and clock of the core, with ``synth``.
+    system : CoreFigures or None
+        Those of the complete system, if there is one.
+    report : mapping
+        Contents of report.json, and of `to_json`; with several estimators, what concerns them all
+        and under ``programs`` the report of each.
+    """
+
+    output: Path
+    config: str
+    word: int
+    digest: str
+    programs: tuple[CompiledProgram, ...]
+    core: CoreFigures | None
+    system: CoreFigures | None
+    report: JsonObject = field(repr=False)
+
+    def to_json(self) -> JsonObject:
+        """The contents of report.json."""
+        return self.report
+
+    def _shown(self) -> JsonObject:
+        rows: list[JsonObject] = [
+            {"program": p.name, "output": name, "latency_cycles": latency}
+            for p in self.programs
+            for name, latency in p.latency_cycles.items()
+        ]
+        figures = {"core": self.core, "system": self.system}
+        return {
+            "output": str(self.output),
+            "config": self.config,
+            "word": self.word,
+            "programs": plain(rows),
+            "area and clock": plain({k: v for k, v in figures.items() if v is not None}),
+        }
+
+    def __str__(self) -> str:
+        lines = [
+            f"{self.output}: {p.name + ': ' if len(self.programs) > 1 else ''}"
+            + ", ".join(f"{k} {v}" for k, v in p.latency_cycles.items())
+            + " cycles"
+            for p in self.programs
+        ]
+        if self.system is not None:
+            s, clock = self.system, self.system.clock_mhz_estimate
+            lines.append(
+                f"complete system: {s.lut} LUT, {s.ff} FF, {s.dsp} "
+                f"DSP48A1, {s.ramb16:g} RAMB16; clock {clock['median']} MHz (estimate, "
+                f"-2, median nets; {clock['p75']} with 75th percentile nets)"
+            )
+        return "\n".join(lines)
