@@ -87,7 +87,7 @@ class All(Base):
 class Slow(Base):
     """What 18 bits of a wide range do not carry."""
 
-    states = (State("y", -256.0, 256.0, "", 0.5),)
+    states: tuple[State, ...] = (State("y", -256.0, 256.0, "", 0.5),)
 
     def step(self, x: Any, u: Any, p: Any) -> Any:
         y = x.y + 0.001 * (u.u - x.y)
