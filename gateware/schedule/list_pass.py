@@ -162,7 +162,7 @@ class _Pass(ListState):
         for minus, other in self.awake:
             if minus >= bar:
                 return False
-            if other == node or other >= self.p.n_ops and lane:
+            if other >= self.p.n_ops and lane:
                 continue
             start = min(f[0] for f in self.fit(other, self.need(other, lane)))
             if t < start < t + length and (

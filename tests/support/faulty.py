@@ -44,6 +44,12 @@ class Bounded(Base):
         return {"y": x.y}, {"y": total}
 
 
+class Loose(Bounded):
+    """Nobody minds how far it is off."""
+
+    outputs = (Output("y", "", tolerance=100.0),)
+
+
 class Root(Base):
     def step(self, x: Any, u: Any, p: Any) -> Any:
         root = ops.bounded(ops.rsqrt(ops.named("power", u.u * u.u)), 0.0, 4096.0, "")
@@ -81,7 +87,7 @@ class All(Base):
 class Slow(Base):
     """What 18 bits of a wide range do not carry."""
 
-    states = (State("y", -256.0, 256.0, "", 0.5),)
+    states: tuple[State, ...] = (State("y", -256.0, 256.0, "", 0.5),)
 
     def step(self, x: Any, u: Any, p: Any) -> Any:
         y = x.y + 0.001 * (u.u - x.y)
@@ -90,6 +96,16 @@ class Slow(Base):
 
 class Snug(Slow):
     states = (State("y", -1.0, 1.0, "", 0.9),)
+
+
+class Delayed(Slow):
+    """The same behind a state that is nothing but the last input."""
+
+    states = (State("last", -4.0, 4.0, "", 1.0), *Slow.states)
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        states, outputs = super().step(x, u, p)
+        return {"last": u.u, **states}, outputs
 
 
 class Stateless(Base):

@@ -1,11 +1,13 @@
 """The memory of results: a reader sees one update, whole, whatever the writer does meanwhile."""
 
 import random
+import re
 
 import pytest
 from amaranth.sim import Simulator
 
 from boresight.gateware.bus.results import Results
+from boresight.gateware.verilog import to_verilog
 
 
 async def write(ctx, dut, number: int, words: int = 64, at=None) -> None:
@@ -40,6 +42,11 @@ def test_newest_after_complete_and_not_before(simulate) -> None:
     port = dut.ports[0]
 
     async def bench(ctx):
+        ctx.set(dut.w_en, 1)  # of no update: nobody sees it
+        ctx.set(dut.w_data, 77)
+        for k in range(6):
+            ctx.set(dut.w_index, k)
+            await ctx.tick()
         assert await read(ctx, port, 5) == 0
         await write(ctx, dut, 1)
         assert await read(ctx, port, 5) == 0  # not taken yet
@@ -78,6 +85,12 @@ def test_taking_in_the_cycle_of_complete_gives_the_one_before(simulate) -> None:
             assert await read(ctx, dut.ports[1], 0) == 1000
 
     simulate(dut, bench)
+
+
+def test_each_copy_has_the_banks_that_are_needed_and_no_more() -> None:
+    """Two readers, the newest and the one that is written: four of 64 words."""
+    text = to_verilog(Results(word=32), "results", instances=False)
+    assert re.findall(r"reg \[31:0\] \w+ \[(\d+):0\];", text) == ["255", "255"]
 
 
 @pytest.mark.parametrize("readers", [1, 2, 3])

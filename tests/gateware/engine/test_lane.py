@@ -4,6 +4,7 @@ import random
 from dataclasses import dataclass, field
 
 import pytest
+from amaranth.hdl import Fragment
 from amaranth.sim import Simulator
 
 from boresight.gateware.engine.lane import FIELDS, Lane
@@ -164,3 +165,13 @@ def test_outside_words_replace_any_result(sources: int) -> None:
 def test_sources_is_checked() -> None:
     with pytest.raises(ValueError, match=r"^sources must be 1 or 2, not 3$"):
         Lane(machine=Machine(name="test", lanes=1), sources=3)
+
+
+@pytest.mark.parametrize("word", [18, 32])
+def test_the_shifter_has_the_bits_of_a_product_and_no_more(word: int) -> None:
+    """Each of them is a LUT of its own."""
+    machine = Machine("test", 1, Arithmetic(word))
+    m = Lane(machine=machine, sources=1).elaborate(None)
+    shifter = m.submodules.shifter
+    Fragment.get(m, None)
+    assert (shifter.width_in, shifter.width_out) == (2 * word, machine.arithmetic.acc_width)

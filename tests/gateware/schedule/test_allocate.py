@@ -77,6 +77,20 @@ def test_states_are_paired(machine: Machine) -> None:
 
 
 @MACHINES
+def test_what_outlives_a_step_is_there_to_its_last_cycle(machine: Machine) -> None:
+    """From the first one on; what comes or is computed, from behind its write."""
+    s = schedule(wide(params=2, states=3), machine, restarts=0)
+    last, program = s.length - 1, s.program
+    span = {t.value: (t.start, t.end) for t in allocate(s).tenants}
+    kept = (Kind.PARAM, Kind.CONST, Kind.STATE)
+    assert all(span[n] == (0, last) for n, v in enumerate(program.values) if v.kind in kept)
+    assert all(span[after][1] == last for after in _makers(s).values())
+    born = [*zip(program.streamed, s.gets, strict=True)]
+    born += [(op.dest, s.write_cycle(k)) for k, op in enumerate(program.ops)]
+    assert [span[n][0] for n, _ in born] == [written + 1 for _, written in born]
+
+
+@MACHINES
 def test_equal_constants_share(machine: Machine) -> None:
     p = wide(consts=3)
     same = [

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import pytest
 
 from boresight.gateware.machine import CONFIGS, Machine
@@ -102,3 +104,121 @@ def test_a_long_group_does_not_wait_where_another_lane_is_free(patience: float |
     urgent, first, second = starts(fast, (24, 24), patience)
     assert first == 1
     assert (urgent == 8 < second) if patience == 0.0 else (second == 2 and urgent > 20)
+
+
+P, STATE, X, FLAG, FIRST = 0, 1, 2, 3, 20  # values: a parameter, a state, inputs, the first result
+
+
+def carried(
+    terms: Sequence[Sequence[Term]],
+    priority: dict[int, float],
+    style: Style,
+    *,
+    config: str = "small",
+    inputs: int = 2,
+    outputs: int = 2,
+    next_state: int | None = None,
+    state_room: tuple[int, ...] | None = None,
+) -> tuple[list[int], list[int | None]]:
+    """First cycles of the ops, and of each output, the first results, the op it leaves with.
+
+    The priority of what is not named is below 0, the less the later.
+    """
+    ops = [Op(FIRST + k, tuple(each), flag=FLAG) for k, each in enumerate(terms)]
+    values = (
+        Value("p", Kind.PARAM, 31, -1, 1, "test", initial=1),
+        Value("s", Kind.STATE, 31, -1, 1, "test"),
+        *(Value(f"x{k}", Kind.INPUT, 31, -1, 1, "test") for k in range(FIRST - X)),
+        *(Value(f"y{op.dest}", Kind.OP, 31, -1, 1, "test") for op in ops),
+    )
+    out = tuple(range(FIRST, FIRST + outputs))
+    states = () if next_state is None else ((STATE, FIRST + next_state),)
+    taken, names = tuple(range(X, X + inputs)), tuple(f"o{n}" for n in out)
+    program = Program("carry", Arithmetic(), values, tuple(ops), taken, out, names, states, ())
+    far = paths(program, CONFIGS[config], 1)
+    work = ListProblem(program, CONFIGS[config], far=far, urgent=1, state_room=state_room)
+    attempt = list_pass(work, [priority.get(k, -1.0 - k) for k in range(work.nodes)], style)
+    assert attempt is not None
+    slots = work.slots(attempt)
+    first = {s.op: s.cycle for s in slots if s.op is not None and s.first}
+    emits = {s.emit: s.op for s in slots if s.emit is not None}
+    return [first[k] for k in range(len(ops))], [emits[k] for k in range(outputs)]
+
+
+def by(value: int, when: When = When.ALWAYS) -> Term:
+    """A value by the parameter."""
+    return Term(value, P, 31, when=when)
+
+
+@pytest.mark.parametrize("carry", [False, True])
+def test_an_output_leaves_with_an_op_that_reads_it(carry: bool) -> None:
+    """Though the op is the less urgent of both; with the more urgent one of two that read it."""
+    terms = [[by(X)], [by(X)], [by(FIRST + 1)], [by(FIRST + 1)], [by(X)] * 12]
+    priority = {0: 100.0, 1: 99.0, 2: 1.0, 3: 2.0, 4: 60.0, 5: 51.0, 6: 50.0}
+    first, emits = carried(terms, priority, Style(carry=carry))
+    free = first[4] + 12  # here all of them are ready
+    assert emits == [None, 3 if carry else None]
+    assert (first[3] - free, first[2] - free) == ((1, 2) if carry else (2, 3))
+
+
+def test_an_output_waits_for_no_op_that_cannot_start_yet() -> None:
+    """It awoke a cycle early, in case that its flag takes a slot; but the lane holds the flag."""
+    flagged = [by(FIRST + 1), by(FIRST + 2, When.IF)]
+    terms = [[by(X), by(FLAG, When.IF)], [by(X)], [by(X), by(X)], flagged]
+    priority = {0: 100.0, 1: 90.0, 2: 80.0, 3: 0.0, 4: 99.0, 5: 60.0}
+    first, emits = carried(terms, priority, Style(carry=True), outputs=3)
+    ready = first[2] + 1 + CONFIGS["small"].latency
+    assert first[3] == ready - 1 and emits == [None, None, 3]
+
+
+@pytest.mark.parametrize("room, carrier", [((1, 1), 1), ((0, 1), None)])
+def test_an_output_leaves_with_no_state_that_the_lane_has_no_room_for(
+    room: tuple[int, int], carrier: int | None
+) -> None:
+    first, emits = carried(
+        [[by(X)], [by(FIRST)]],
+        {0: 100.0, 1: 0.0, 2: 50.0},
+        Style(carry=True),
+        config="fast",
+        next_state=1,
+        state_room=room,
+    )
+    assert first[1] == first[0] + CONFIGS["fast"].latency and emits[0] == carrier
+
+
+@pytest.mark.parametrize("patience, carrier", [(None, 3), (0.0, None)])
+def test_an_output_leaves_with_no_op_that_is_in_the_way(
+    patience: float | None, carrier: int | None
+) -> None:
+    """Of one that is more urgent and ready a cycle later."""
+    flagged = [by(X), by(FLAG, When.IF)]
+    terms = [flagged, [by(X)], [by(FIRST + 1, When.IF)], [by(FIRST)] * 12]
+    priority = {0: 100.0, 1: 99.0, 2: 90.0, 3: 0.0, 4: 95.0}
+    first, emits = carried(terms, priority, Style(carry=True, patience=patience), outputs=1)
+    ready = first[0] + 1 + CONFIGS["small"].latency
+    assert emits == [carrier]
+    assert first[2:] == ([ready + 12, ready] if carrier else [ready + 1, ready + 2])
+
+
+@pytest.mark.parametrize("inputs, carrier", [(10, 9), (11, None)])
+def test_an_output_leaves_with_no_op_whose_result_would_meet_an_input(
+    inputs: int, carrier: int | None
+) -> None:
+    """The other lane relies on the last input: it cannot come later.
+
+    Four results have pushed inputs back, to 11 and later; between them is the output's turn.
+    """
+    terms = [*[[by(X)]] * 8, [by(X + k) for k in range(inputs)], [by(FIRST)]]
+    priority = {**{k: 100.0 - k for k in range(8)}, 8: 50.0, 9: 0.0, 10: 60.0}
+    style = Style(carry=True)
+    first, emits = carried(terms, priority, style, config="fast", inputs=inputs, outputs=1)
+    assert first[8] == 5 and emits == [carrier] and (first[9] == 8) == (carrier is not None)
+
+
+@pytest.mark.parametrize("terms", [1, 3])
+@pytest.mark.parametrize("hold", [False, True])
+def test_results_push_inputs_back_only_where_they_may(hold: bool, terms: int) -> None:
+    """Else one waits until it is written behind the last of them."""
+    first, _ = carried([[by(X)] * terms], {0: 1.0}, Style(hold=hold), inputs=12, outputs=1)
+    last_get = 11
+    assert first == [1 if hold else last_get + 1 - CONFIGS["small"].STAGE_WRITE - (terms - 1)]

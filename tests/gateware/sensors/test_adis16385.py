@@ -1,8 +1,10 @@
 """The reader of the inertial sensor with the device at its pins: samples, settings, parameters."""
 
+import itertools
 import random
 
 import pytest
+from amaranth.hdl import Fragment
 
 from boresight.gateware.sensors.adis16385 import Adis16385
 from boresight.gateware.sensors.adis16385_frames import (
@@ -12,6 +14,7 @@ from boresight.gateware.sensors.adis16385_frames import (
     RUN_FRAMES,
     write,
 )
+from boresight.gateware.sensors.adis16385_setup import Timing
 from boresight.gateware.verilog import to_verilog
 from tests.support.devices.adis16385_bench import PERIOD, ReaderBench, scaled_reader
 
@@ -64,11 +67,17 @@ def test_over_range_is_exact(bench: ReaderBench) -> None:
 @pytest.mark.parametrize("bit", range(16))
 def test_bits_of_diag_stat(bench: ReaderBench, bit: int) -> None:
     """Every bit but the unused one raises the alarm; the one of the link drops the sample."""
-    log = [
-        [k] * 7 + [(1 << bit) - (1 << 16 if bit == 15 else 0) if k in (3, 4) else 0]
-        for k in range(10)
-    ]
+    diag_stat = (1 << bit) - (1 << 16 if bit == 15 else 0)
+    log = [[k] * 6 + [-k, diag_stat if k in (3, 4) else 0] for k in range(10)]
     happened = bench.run(samples=6, log=log)
+    # The latest words: with the frame that brings them, also of samples that are dropped.
+    reader, wanted = bench.reader, []
+    ends = [e + reader.burst_cycles for e in happened.edges if e > happened.samples[0].stamp - 3]
+    for k, end in enumerate(ends):
+        temperature, before, now = -k, log[k][7], log[k + 1][7]
+        wanted += [(end - 8 * reader.spi.frame_cycles, temperature, before)] if k else []
+        wanted += [(end - reader.spi.frame_cycles, temperature, now)] if now != before else []
+    assert happened.latest == [each for each in wanted if each[0] < happened.samples[-1].time]
     lines = [s.line for s in happened.samples]
     if bit == 3:
         assert lines == [2, 3, 6, 7, 8, 9]
@@ -136,6 +145,10 @@ def test_restart_starts_over(bench: ReaderBench) -> None:
     happened = bench.run(cycles=60_000, restart=at)
     assert happened.times("restart") == [at + 1]
     assert len(happened.resets) == 3 and at < happened.resets[1] < at + 4
+    # Each pulse ends with a tick; the first one begins with `time` at 0.
+    first, low, high = happened.resets
+    assert first - (reader.reset_ticks + 1) * reader.tick_cycles in range(4)
+    assert 0 <= high - low - reader.reset_ticks * reader.tick_cycles <= reader.tick_cycles + 2
     again = next(s for s in happened.samples if s.time > at)
     assert "running" not in happened.flags_at(at + 2)
     running = next(t for t, names in happened.flags if t > at + 2 and "running" in names)
@@ -150,6 +163,24 @@ def test_restart_starts_over(bench: ReaderBench) -> None:
 def test_time_out_follows_the_rate(bench: ReaderBench, decimation: int) -> None:
     happened = bench.run(samples=6, settings=(6, decimation << 8 | 1, 0x402))
     assert not happened.times("no_data_ready") and not happened.times("restart")
+
+
+@pytest.mark.parametrize("decimation", [0, 1, 2, 4, 8])
+def test_time_out_to_the_tick(bench: ReaderBench, decimation: int) -> None:
+    """Of a device that gives no sample at all: after the start's last frame, and then again."""
+    reader = bench.reader
+    least, most = (
+        reader.timeout_ticks * reader.tick_cycles << decimation,
+        reader.timeout_cycles(decimation),
+    )
+    happened = bench.run(
+        cycles=reader.start_cycles + 2 * most,
+        settings=(6, decimation << 8 | 1, 0x402),
+        fault=("no_data_ready", 0, 1 << 30),
+    )
+    begin = [happened.frames[-1], *happened.times("no_data_ready")]
+    assert len(begin) == 3
+    assert all(least <= b - a <= most for a, b in itertools.pairwise(begin))
 
 
 def test_slow_device_with_a_clock_of_its_own() -> None:
@@ -175,6 +206,13 @@ def test_figures_at_full_speed() -> None:
     assert reader.timeout_ticks * reader.tick_cycles / 100e6 > 4 / 1024
     assert reader.timeout_cycles() / 100e6 < 5 / 1024
     assert reader.startup_ticks * reader.tick_cycles >= 30e6
+
+
+def test_no_wait_is_longer_than_the_time_tells() -> None:
+    """Ticks are changes of bits of ``time``: beyond the highest there are no rarer ones."""
+    reader = Adis16385(clock_hz=100e6, timing=Timing(period_s=0.1))
+    assert reader.tick_bit + 12 > 31
+    Fragment.get(reader, None)
 
 
 def test_same_component_same_verilog() -> None:

@@ -78,10 +78,14 @@ def test_beyond_the_memory(ram, simulate, beyond: int) -> None:
 def test_a_write_at_the_size_itself_wraps_nowhere(ram, simulate) -> None:
     """A memory of 2^n words has no address bit to spare: word 2^n must not become word 0."""
     dut = Ram(words=PAGE_WORDS)
+    assert len(dut.fence) == 1, "no page, or the only one"
 
     async def bench(ctx):
         await access(ctx, dut, dut.dbus, 0, 1234)
         assert (await access(ctx, dut, dut.dbus, PAGE_WORDS, 99))[1]
+        assert await access(ctx, dut, dut.dbus, 0) == (1234, False)
+        ctx.set(dut.fence, 1)
+        assert (await access(ctx, dut, dut.dbus, 0, 99))[1]
         assert await access(ctx, dut, dut.dbus, 0) == (1234, False)
 
     simulate(dut, bench)
@@ -90,6 +94,7 @@ def test_a_write_at_the_size_itself_wraps_nowhere(ram, simulate) -> None:
 @pytest.mark.parametrize("fence", range(4))
 def test_pages_below_the_fence_are_not_written(ram, simulate, fence: int) -> None:
     dut = Ram(words=WORDS)
+    assert len(dut.fence) == 2, "none to all three"
 
     async def bench(ctx):
         ctx.set(dut.fence, fence)

@@ -13,16 +13,16 @@ from boresight.gateware.bus.results import Results
 from boresight.gateware.system.attitude_frame import OUTPUTS, STAMP, text_line
 from boresight.gateware.system.attitude_output import AttitudeOutput, OutputMode
 
-#: Where the words of a frame stand in the result memory.
-PLACES = (0, STAMP, *(0x10 + k for k in range(len(OUTPUTS))))
+#: Words of an attitude's frame.
+PLACES = 2 + len(OUTPUTS)
 HALF = 1 << 31
 
 
 class Bench:
     """Results that are written, an output, and who takes its bytes."""
 
-    def __init__(self) -> None:
-        self.results, self.dut = Results(word=32), AttitudeOutput()
+    def __init__(self, dut: AttitudeOutput | None = None) -> None:
+        self.results, self.dut = Results(word=32), dut or AttitudeOutput()
         self.bodies: list[bytes] = []
         self.raw: list[bool] = []
         self.sent = self.skipped = 0
@@ -31,12 +31,13 @@ class Bench:
         wiring.connect(self.top, self.dut.port, self.results.ports[1])
 
     async def update(self, ctx, words: list[int], pause: int = 0) -> None:
-        """Write an update in about 12 cycles; ``words`` in the order of a frame."""
+        """Write an update, a word a cycle; ``words`` in the order of a frame."""
         results = self.results
         ctx.set(results.begin, 1)
         await ctx.tick()
         ctx.set(results.begin, 0)
-        for k, (place, word) in enumerate(zip(PLACES, words, strict=True)):
+        places = (0, STAMP, *range(0x10, 0x0E + len(words)))
+        for k, (place, word) in enumerate(zip(places, words, strict=True)):
             ctx.set(results.w_en, 1)
             ctx.set(results.w_index, place)
             ctx.set(results.w_data, word & 0xFFFF_FFFF)
@@ -87,10 +88,10 @@ def body_of(words: list[int]) -> bytes:
     return bytes([Kind.ATTITUDE]) + b"".join((w & 0xFFFF_FFFF).to_bytes(4, "little") for w in words)
 
 
-def random_update(rng: random.Random) -> list[int]:
+def random_update(rng: random.Random, words_of_it: int = PLACES) -> list[int]:
     words = [
         rng.choice([rng.randrange(-HALF, HALF), rng.choice([-HALF, HALF - 1, 0, -1, 1])])
-        for _ in PLACES
+        for _ in range(words_of_it)
     ]
     return [words[0] & 0x7F_FFFF, *words[1:]]
 
@@ -110,6 +111,25 @@ def test_frames(stalls: float) -> None:
     bench.run(test, stalls=stalls)
     assert bench.bodies == wanted and not any(bench.raw)
     assert (bench.sent, bench.skipped) == (12, 0)
+
+
+@pytest.mark.parametrize("most", [8, 16])
+def test_frames_of_any_length(most: int) -> None:
+    """As long as the update that is sent has outputs, whatever comes meanwhile."""
+    bench, rng, wanted = Bench(AttitudeOutput(text=False, most=most)), random.Random(4), []
+
+    async def test(ctx):
+        ctx.set(bench.dut.mode, OutputMode.BINARY)
+        for outputs in (1, 2, most // 2, most // 2 + 1, most - 1, most, 1):
+            words = random_update(rng, 2 + outputs)
+            ctx.set(bench.dut.last_output, outputs - 1)
+            await bench.update(ctx, words, pause=1)
+            ctx.set(bench.dut.last_output, rng.randrange(most))
+            await ctx.tick().repeat(6 + 16 * (2 + outputs))
+            wanted.append(body_of(with_flags(words, 0)))
+
+    bench.run(test)
+    assert bench.bodies == wanted and not any(bench.raw)
 
 
 @pytest.mark.parametrize("stalls", [0.0, 0.5])
@@ -160,11 +180,29 @@ def test_divider(divider: int, every: int) -> None:
         ctx.set(bench.dut.mode, OutputMode.BINARY)
         ctx.set(bench.dut.divider, divider)
         for k in range(30):
-            given.append([k] * len(PLACES))
+            given.append([k] * PLACES)
             await bench.update(ctx, given[-1], pause=200)
 
     bench.run(test)
     assert bench.bodies == [body_of(w) for w in given[::every]]
+
+
+@pytest.mark.parametrize("divider", [513, 1023])
+def test_a_large_divider(divider: int) -> None:
+    """An update every cycle: the frame is gone long before the next one is due."""
+    bench = Bench(AttitudeOutput(text=False))
+
+    async def test(ctx):
+        ctx.set(bench.dut.mode, OutputMode.BINARY)
+        ctx.set(bench.dut.divider, divider)
+        for updates, sent in ((divider, 1), (1, 2)):
+            ctx.set(bench.dut.updated, 1)
+            await ctx.tick().repeat(updates)
+            ctx.set(bench.dut.updated, 0)
+            await ctx.tick().repeat(60)
+            assert (bench.sent, bench.skipped) == (sent, 0)
+
+    bench.run(test)
 
 
 def test_off_and_changes_on_the_way() -> None:

@@ -7,6 +7,7 @@ import pytest
 
 from boresight.model import ops
 from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator, Input, Output, State
 from boresight.model.lowering.lower import lower
 from boresight.model.lowering.trace import Trace, Tracer
 from boresight.model.words.fixed import Arithmetic, Format
@@ -110,6 +111,27 @@ def test_the_root_of_a_negative_constant_is_refused_by_name(trace: Any) -> None:
         match=r"^test_fuse\.py, line \d+: wanted a root of 0 or more, found .* in \[-1, ",
     ):
         trace(lambda x: ops.sqrt(x - x - 1.0), [(0.0, 1.0)])
+
+
+class Still(Estimator):
+    """A state that becomes a constant, in a format that others chose."""
+
+    inputs = (Input("u", -1.0, 1.0),)
+    states = (State("s", -100.0, 100.0),)
+    outputs = (Output("y"),)
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        """Forgets all."""
+        return {"s": 0.3}, {"y": x.s + u.u}
+
+
+@pytest.mark.parametrize("word", [18, 32])
+def test_a_constant_has_its_states_format(word: int) -> None:
+    program = Still().compile(word=word)
+    ((state, after),) = program.states
+    frac = program.values[state].frac
+    assert program.values[after].frac == frac == word - 8
+    assert program.values[after].initial == round(0.3 * 2**frac)
 
 
 def test_numbers_that_no_word_is_are_refused() -> None:

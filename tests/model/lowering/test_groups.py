@@ -11,7 +11,7 @@ from boresight.model import ops
 from boresight.model.lowering.forms import Form, Product
 from boresight.model.lowering.groups import Groups, Target
 from boresight.model.words.fixed import Arithmetic
-from boresight.model.words.program import Kind, Scale, Value
+from boresight.model.words.program import Kind, Overflow, Scale, Value
 
 WORDS = pytest.mark.parametrize("word", [18, 24, 32])
 
@@ -62,6 +62,35 @@ def test_no_shift_turns_round_whatever_is_normalised(word: int, scale: Scale) ->
         (term,) = groups.ops[-1].terms
         assert term.shift == max(shift, most)
         assert groups.frac(number) == word - 1 - max(0, most - shift)
+
+
+@WORDS
+@pytest.mark.parametrize("overflow", [Overflow.WRAP, Overflow.SAT])
+def test_far_below_the_binary_point_it_is_raised_step_by_step(
+    word: int, overflow: Overflow
+) -> None:
+    """First as fine as can be, then by as many bits as the accumulator holds above any word."""
+    arith = Arithmetic(word)
+    step = min(arith.norm_max, arith.headroom - 1)
+
+    def fracs(frac: int, magnitude: float) -> list[int]:
+        """Binary points above that of the factor, which has ``frac`` bits less than the result."""
+        groups = Groups("test", arith)
+        own = word - 1 - frac
+        a = groups.value(Value("a", Kind.INPUT, own, -magnitude, magnitude, "test"))
+        target = Target("y", -1.0, 1.0, "test", overflow=overflow)
+        groups.group(Form([Product(a)]), target, frac=word - 1, exact=True)
+        assert all(op.overflow is overflow for op in groups.ops)
+        assert all(len(op.terms) == 1 for op in groups.ops)
+        return [groups.frac(op.dest) - own for op in groups.ops]
+
+    assert fracs(step, 0.9) == [step]
+    assert fracs(step + 1, 0.9) == [step, step + 1]
+    assert fracs(2 * step, 0.9) == [step, 2 * step]
+    assert fracs(2 * step + 1, 0.9) == [step, 2 * step, 2 * step + 1]
+    # What wraps may be cut off above, what is clamped may not: its range counts.
+    parts = [step] if overflow is Overflow.WRAP else [1, 1 + step]
+    assert fracs(step + 2, 1.1 * 2.0**step) == [*parts, step + 2]
 
 
 @WORDS

@@ -7,7 +7,18 @@ import re
 
 from boresight.sim.compare.difference import Difference
 from boresight.sim.compare.verdict import Accuracy
-from tests.support.faulty import HERE, Bounded, Kept, Slow, Snug, Stateless, Sums, judge
+from tests.support.faulty import (
+    HERE,
+    Bounded,
+    Delayed,
+    Kept,
+    Loose,
+    Slow,
+    Snug,
+    Stateless,
+    Sums,
+    judge,
+)
 
 
 def test_good() -> None:
@@ -39,6 +50,9 @@ def test_saturation_is_no_success_though_it_be_near() -> None:
 def test_saturated_values_have_lines() -> None:
     (name,) = judge(Bounded(), [0.0, 4.0, 4.0]).saturated
     assert re.fullmatch(r"total, faulty\.py, line \d+", name)
+    made = judge(Loose(), [0.0, 4.0, 4.0])
+    assert all(d.good for d in made.differences) and not made.good
+    assert re.match(r"step 1, value total \(faulty\.py, line \d+\): ", made.culprit)
 
 
 def test_rounding_that_adds_up() -> None:
@@ -59,6 +73,8 @@ def test_rounding_that_adds_up() -> None:
     assert judge(Stateless(), [1.0], 18).culprit == f"{said}; use a wider word"
     kept = judge(Kept(), [1.0, -0.5, 0.25], 18).culprit
     assert kept.startswith(f"{said}; state y changes by no more than "), kept
+    delayed = judge(Delayed(), [1.0] * 200, 18).culprit
+    assert delayed.startswith(f"{said}; state y "), delayed
 
 
 def test_a_state_beyond_its_range_is_no_success_though_its_word_holds_it() -> None:

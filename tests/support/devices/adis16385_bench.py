@@ -64,6 +64,8 @@ class Happened:
         Cycle, events in it.
     flags : list of (int, frozenset of str)
         Cycle, flags from then on.
+    latest : list of (int, int, int)
+        Cycle, temperature and DIAG_STAT from then on, signed; both are 0 at first.
     edges, frames, resets : list of int
         Cycles of data-ready edges, ends of frames, changes of the reset pin (it is low at first).
     violations : int
@@ -73,6 +75,7 @@ class Happened:
     samples: list[Sample] = field(default_factory=list)
     events: list[tuple[int, frozenset[str]]] = field(default_factory=list)
     flags: list[tuple[int, frozenset[str]]] = field(default_factory=list)
+    latest: list[tuple[int, int, int]] = field(default_factory=list)
     edges: list[int] = field(default_factory=list)
     frames: list[int] = field(default_factory=list)
     resets: list[int] = field(default_factory=list)
@@ -206,15 +209,21 @@ def _read(text: str, speed: float) -> Happened:
 
 def _record(happened: Happened, time: int, kind: str, rest: list[str]) -> None:
     if kind == "S":
-        words = tuple((int(word, 16) ^ 0x8000) - 0x8000 for word in rest[3:])
+        words = tuple(_signed(word) for word in rest[3:])
         stamp, number, log_line = (int(word) for word in rest[:3])
         happened.samples.append(Sample(time, stamp, number, log_line, words))
     elif kind == "E":
         happened.events.append((time, _names(rest[0], EVENTS)))
+    elif kind == "L":
+        happened.latest.append((time, _signed(rest[0]), _signed(rest[1])))
     elif kind == "F":
         happened.flags.append((time, _names(rest[0], tuple(FLAG_MEANINGS))))
     else:
         {"D": happened.edges, "C": happened.frames, "R": happened.resets}[kind].append(time)
+
+
+def _signed(digits: str) -> int:
+    return (int(digits, 16) ^ 0x8000) - 0x8000
 
 
 def _names(digits: str, names: tuple[str, ...]) -> frozenset[str]:

@@ -11,6 +11,7 @@
 //   time D                              data-ready edge at the pin
 //   time C                              chip select has risen
 //   time R 0|1                          reset pin has changed
+//   time L temperature diag_stat        one of the latest words has changed (hex)
 // and at the end: `end frames instants violations`.
 module adis16385_bench #(
     parameter CLOCK_HZ = 1_000_000,
@@ -28,7 +29,7 @@ module adis16385_bench #(
     input wire rst
 );
     wire cs_n, sclk, mosi, miso, data_ready, reset_n, sample, log_done;
-    wire [15:0] word, number;
+    wire [15:0] word, number, temperature, diag_stat;
     wire [31:0] stamp, line, instants, frames, violations;
     wire [7:0] flags;
     wire [8:0] events;
@@ -38,6 +39,7 @@ module adis16385_bench #(
     reg [15:0] fault_mask;
     integer samples, limit_samples, limit_cycles, restart_at, fault_from, fault_to, reading;
     reg [7:0] flags_before;
+    reg [31:0] latest_before;
     reg ready_before, cs_before, reset_before;
     reg [31:0] line_at_edge, line_now, sample_time;
     reg [15:0] words[0:7];
@@ -47,7 +49,7 @@ module adis16385_bench #(
         .reset_n(reset_n), .data_ready(data_ready), .\time (now), .enable(1'b1),
         .restart(now == restart_at), .msc_ctrl(settings[47:32]), .smpl_prd(settings[31:16]),
         .sens_avg(settings[15:0]), .sample(sample), .index(index), .word(word), .stamp(stamp),
-        .number(number), .flags(flags), .events(events));
+        .number(number), .temperature(temperature), .diag_stat(diag_stat), .flags(flags), .events(events));
 
     adis16385_device #(
         .CLOCK_HZ(CLOCK_HZ), .RATE_HZ(RATE_HZ), .PPM(PPM), .STARTUP(STARTUP),
@@ -69,13 +71,14 @@ module adis16385_bench #(
         if (!$value$plusargs("fault_from=%d", fault_from)) fault_from = 0;
         if (!$value$plusargs("fault_to=%d", fault_to)) fault_to = 2147483647;
         now = 0; index = 0; samples = 0; reading = 0;
-        flags_before = 0; ready_before = 0; cs_before = 1; reset_before = 0;
+        flags_before = 0; latest_before = 0; ready_before = 0; cs_before = 1; reset_before = 0;
         line_at_edge = 0; line_now = 0; sample_time = 0;
     end
 
     always @(posedge clk) if (!rst) begin
         now <= now + 1;
         flags_before <= flags;
+        latest_before <= {temperature, diag_stat};
         ready_before <= data_ready;
         cs_before <= cs_n;
         reset_before <= reset_n;
@@ -83,6 +86,8 @@ module adis16385_bench #(
         if (data_ready && !ready_before) line_now <= line;
         if (cs_n && !cs_before) $display("%0d C", now);
         if (reset_n != reset_before) $display("%0d R %0d", now, reset_n);
+        if ({temperature, diag_stat} != latest_before)
+            $display("%0d L %h %h", now, temperature, diag_stat);
         if (flags != flags_before) $display("%0d F %h", now, flags);
         if (events != 0) $display("%0d E %h %h", now, events, flags);
         if (sample) begin
