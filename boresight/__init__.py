@@ -9,7 +9,8 @@ Everything the command line does is one function here::
     boresight.run("complementary", "log.csv", on="fixed")
     boresight.check("complementary", "log.csv")
     boresight.report("complementary", "log.csv", output="build")
-    boresight.accuracy("folder", output="build")
+    boresight.accuracy("mekf", "folder", output="build")
+    boresight.accuracy_protocol("short", "mekf,vqf_online", "folder", output="build")
     boresight.tune("complementary", "folder", output="params.json")
     boresight.experiment("ma2014", output="build")
     boresight.covariance("mekf")
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
     from boresight.model.estimator import Estimator
     from boresight.results.accuracy import AccuracyResult
     from boresight.results.compile import CompileResult
+    from boresight.results.protocol import ProtocolResult
     from boresight.results.tune import TuneResult
     from boresight.sim.accuracy.covariance import CovarianceTrial
     from boresight.sim.compare.results import CheckResult
@@ -58,6 +60,7 @@ if TYPE_CHECKING:
     from boresight.verbs.figures.bench import BenchResult, bench
     from boresight.verbs.figures.covariance import covariance
     from boresight.verbs.figures.montecarlo import MonteCarloResult, montecarlo
+    from boresight.verbs.figures.protocol import accuracy_protocol
     from boresight.verbs.figures.tune import tune
     from boresight.verbs.list import Catalogue, list_estimators
     from boresight.verbs.monitor import MonitorResult, monitor
@@ -90,6 +93,7 @@ __all__ = [
     "NewResult",
     "Output",
     "Param",
+    "ProtocolResult",
     "Record",
     "ReportResult",
     "Result",
@@ -100,6 +104,7 @@ __all__ = [
     "TuneResult",
     "World",
     "accuracy",
+    "accuracy_protocol",
     "bench",
     "blocks",
     "check",
@@ -136,7 +141,7 @@ _ELSEWHERE = {
     "Catalogue": "verbs.list",
     "CheckResult": "sim.compare.results",
     "CheckResults": "verbs.check",
-    "CompileResult": "verbs.compile",
+    "CompileResult": "results.compile",
     "ConvertResult": "verbs.convert",
     "CovarianceTrial": "sim.accuracy.covariance",
     "DemoResult": "verbs.demo",
@@ -147,6 +152,7 @@ _ELSEWHERE = {
     "MonitorResult": "verbs.monitor",
     "MonteCarloResult": "verbs.figures.montecarlo",
     "NewResult": "verbs.new",
+    "ProtocolResult": "results.protocol",
     "ReportResult": "verbs.report",
     "RunResult": "verbs.run",
     "TuneResult": "results.tune",
@@ -154,6 +160,7 @@ _ELSEWHERE = {
     "Record": "sim.records.record",
     "record_of": "sim.records.files",
     "World": "sim.worlds.world",
+    "accuracy_protocol": "verbs.figures.protocol",
     "list_estimators": "verbs.list",
     "simulate_faults": "verbs.simulate",
     "simulate_world": "loop",

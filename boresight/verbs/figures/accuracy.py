@@ -13,14 +13,11 @@ import numpy as np
 
 from boresight.arguments import JOBS_MOST, check_number, check_word
 from boresight.disk.output import output_folder
+from boresight.filters import chosen, params_by_estimator
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
-from boresight.model.estimators import ESTIMATORS
-from boresight.model.estimators.nine_axis import INPUTS
-from boresight.model.resolve import Named, estimator_of, split_names
+from boresight.model.resolve import Named, estimator_of
 from boresight.options import Outcome, number_options, progress_of
-from boresight.parameters import values_for
-from boresight.protocol import run_protocol
 from boresight.results.accuracy import (
     AccuracyLog,
     AccuracyNear,
@@ -28,13 +25,11 @@ from boresight.results.accuracy import (
     AccuracyRow,
     AccuracyTrial,
 )
-from boresight.sharing import params_for_each
 from boresight.sim.accuracy.benchmark import Result, Trial, benchmark
 from boresight.sim.accuracy.benchmark_page import render_page
 from boresight.sim.accuracy.figures import ANGLES, units_of
 from boresight.sim.accuracy.peers import PEERS, require_peers, run_peer
 from boresight.sim.accuracy.protocol.plan import PROTOCOLS
-from boresight.sim.accuracy.protocol.summary import text as summary_text
 from boresight.sim.accuracy.tuning import means
 from boresight.sim.compare.difference import Difference
 from boresight.sim.records.bundled import bundled, bundled_names, is_comparison
@@ -42,8 +37,9 @@ from boresight.sim.records.feed import feed, fitted
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
 from boresight.verbs.check import log_files, read_logs
+from boresight.verbs.figures.protocol import accuracy_protocol
 
-__all__ = ["accuracy", "add_arguments", "call", "chosen", "params_by_estimator", "read_trials"]
+__all__ = ["accuracy", "add_arguments", "call", "read_trials"]
 
 SOURCE = (
     "root mean square error against truth, of attitudes in degrees by the method of the BROAD "
@@ -54,37 +50,6 @@ SOURCE = (
 FIRST = "complementary,ekf_bias,mekf,vqf_online,vqf_basic"
 #: Peer whose estimate stands in where a log has no reference.
 STAND_IN = "vqf_offline"
-
-
-def groups() -> dict[str, list[str]]:
-    """Words that stand for several names; ours are those that take what the published ones do."""
-    ours = [name for name, kind in ESTIMATORS.items() if kind.inputs == INPUTS]
-    return {"ours": ours, "published": list(PEERS), "all": [*ours, *PEERS]}
-
-
-def chosen(names: Named | Sequence[Named]) -> tuple[list[Named], list[str]]:
-    """Estimators and peers of names; a text holds one or several with commas, and of `groups`.
-
-    Raises
-    ------
-    InputError
-        A name twice, or none.
-    """
-    known = groups()
-    every: list[Named] = []
-    for name in [names] if isinstance(names, str | Estimator | type) else names:
-        for text in split_names(name) if isinstance(name, str) else [name]:
-            every += known.get(text, [text]) if isinstance(text, str) else [text]
-    twice = [n for k, n in enumerate(every) if isinstance(n, str) and n in every[:k]]
-    if twice or not every:
-        raise InputError.at(
-            "estimators",
-            wanted="at least one, each once",
-            found=f"{twice[0]} twice" if twice else "none",
-            fix=f"name some, or one of {', '.join(known)}",
-        )
-    peers = [n for n in every if isinstance(n, str) and n in PEERS]
-    return [n for n in every if n not in peers], peers
 
 
 def read_trials(
@@ -153,31 +118,6 @@ def _trial(
         return None
     record = replace(log, q=run_peer(PEERS[STAND_IN], record)).record()
     return Trial(record, STAND_IN, folder, {e.name: feed(e, record) for e in estimators})
-
-
-def params_by_estimator(
-    names: Sequence[Named], files: Sequence[str | Path] = (), settings: Sequence[str] = ()
-) -> dict[str, dict[str, float]]:
-    """Parameter values by estimator, of files and ``[ESTIMATOR.]NAME=NUMBER`` texts.
-
-    A file that names its estimator is for that one; values of nobody need a single estimator.
-
-    Raises
-    ------
-    InputError
-        Values whose estimator is unknown or not among ``names``.
-    """
-    if (files or settings) and not names:
-        raise InputError.at(
-            "parameters",
-            wanted="estimators of ours or yours",
-            found="published filters only",
-            fix="name an estimator, or leave the values out",
-        )
-    if len(names) != 1:
-        return params_for_each(names, files, settings)
-    values = values_for(names[0], files, settings)
-    return {estimator_of(names[0]).name: values} if values else {}
 
 
 def _number(x: float) -> float | None:
@@ -424,16 +364,14 @@ def call(args: Namespace) -> Outcome:
 
 
 def _call_protocol(args: Namespace) -> Outcome:
-    named, peers = chosen(args.estimators)
-    data = run_protocol(
+    result = accuracy_protocol(
         args.protocol,
-        named,
-        peers,
-        log_files(args.logs) if args.logs else (),
-        params=params_by_estimator(named, args.params, args.param),
+        args.estimators,
+        *args.logs,
+        params=params_by_estimator(chosen(args.estimators)[0], args.params, args.param),
         word=args.word,
         jobs=args.jobs,
         output=args.output or "build",
         progress=progress_of(args),
     )
-    return 0 if data["good"] else 1, data, f"{summary_text(data)}\n\n{data['file']}"
+    return int(not result.good), result.to_json(), f"{result}\n\n{result.page}"

@@ -19,7 +19,7 @@ from boresight.sim.records.files import record_of
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
 from boresight.sim.worlds.synthetic import SensorError, synthetic_log
-from boresight.verbs.figures.accuracy import accuracy, chosen, params_by_estimator, read_trials
+from boresight.verbs.figures.accuracy import accuracy, read_trials
 from tests.support.records import write_record
 
 CHOICE = "complementary,vqf_online,madgwick"
@@ -148,18 +148,6 @@ def test_without_peers_and_float(folder, capsys):
     assert total != pytest.approx(data["estimators"][0]["trials"][0]["error"]["total"], abs=0.02)
 
 
-def test_names():
-    ours, peers = chosen("all")
-    assert {"mekf", "complementary"} <= set(ours) and peers == list(PEERS)
-    assert chosen("ours") == (ours, []) and chosen("published") == ([], list(PEERS))
-    assert chosen(["mekf,vqf_online", "f.py:A(n=[1,2])"]) == (
-        ["mekf", "f.py:A(n=[1,2])"],
-        ["vqf_online"],
-    )
-    with pytest.raises(InputError, match="^estimators: .*each once, found mekf twice"):
-        chosen("ours,mekf")
-
-
 FILES = """
 from boresight import Estimator, Input, Output, State
 
@@ -262,31 +250,6 @@ def test_classes_and_objects(lag):
 
     for given in (Gain, Gain(), [Gain()]):
         assert accuracy(given, "one.csv").estimators[0].estimator == "gain"
-
-
-def test_parameters_find_their_estimator(tmp_path):
-    one, two = tmp_path / "one.json", tmp_path / "two.json"
-    one.write_text('{"estimator": "complementary", "parameters": {"mag_gate": 1}}')
-    two.write_text('{"mag_gate": 2}')
-    both = ["complementary", "complementary_as_printed"]
-    assert params_by_estimator(both, [one]) == {"complementary": {"mag_gate": 1.0}}
-    assert params_by_estimator(["complementary"], [one, two], ["mag_gate=3"]) == {
-        "complementary": {"mag_gate": 3.0}
-    }
-    assert params_by_estimator(both, [one], ["complementary_as_printed.mag_gate=3"]) == {
-        "complementary": {"mag_gate": 1.0},
-        "complementary_as_printed": {"mag_gate": 3.0},
-    }
-    assert params_by_estimator(both) == {} == params_by_estimator(["complementary"])
-    for names, files, settings, message in (
-        (both, [two], [], r"two.json: wanted parameters of .* found no estimator's name"),
-        (both, [], ["mag_gate=1"], r"found no estimator's name"),
-        ([], [], ["mag_gate=1"], r"wanted estimators of ours or yours, found published"),
-        (["complementary_as_printed"], [one], [], r"found those of complementary;"),
-        (["complementary"], [], ["mag_gate=9"], r"wanted 0 to 3.9"),
-    ):
-        with pytest.raises(InputError, match=message):
-            params_by_estimator(names, files, settings)
 
 
 def test_refused(folder, tmp_path):

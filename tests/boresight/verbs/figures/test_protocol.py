@@ -9,10 +9,10 @@ import pytest
 
 from boresight.model.errors import InputError
 from boresight.model.estimators.complementary import Complementary
-from boresight.protocol import own_trials, run_protocol
 from boresight.sim.accuracy.protocol import runs
 from boresight.sim.accuracy.protocol.plan import Case, cases_of
 from boresight.sim.worlds.carriers import logs as carriers
+from boresight.verbs.figures.protocol import accuracy_protocol, own_trials
 
 
 @pytest.fixture
@@ -23,9 +23,9 @@ def one_case(monkeypatch: pytest.MonkeyPatch) -> None:
     def cases(protocol: str) -> list[Case]:
         return [known] if protocol == "short" else cases_of(protocol)
 
-    for module in ("boresight.protocol", "boresight.sim.accuracy.protocol.runs"):
+    for module in ("boresight.verbs.figures.protocol", "boresight.sim.accuracy.protocol.runs"):
         monkeypatch.setattr(f"{module}.cases_of", cases)
-    monkeypatch.setattr("boresight.protocol.own_trials", lambda: ["carrier:ship:1"])
+    monkeypatch.setattr("boresight.verbs.figures.protocol.own_trials", lambda: ["carrier:ship:1"])
     monkeypatch.setattr(carriers, "carrier", lambda name, seed: whole(name, seed, seconds=8.0))
     runs.log_of.cache_clear()
     yield
@@ -34,15 +34,17 @@ def one_case(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("one_case")
 def test_files_and_figures(tmp_path: Path) -> None:
-    data = run_protocol("short", ["complementary"], ["vqf_online"], [], jobs=1, output=tmp_path)
-    assert data["good"] and data["trial_names"] == ["ship-1"]
-    assert data["file"] == str(tmp_path / "accuracy-short.html")
+    result = accuracy_protocol("short", "complementary,vqf_online", jobs=1, output=tmp_path)
+    assert result.good and result.trials == ("ship-1",) and result.rival == "vqf_online"
+    assert result.page == tmp_path / "accuracy-short.html"
+    data = result.to_json()
+    assert data["file"] == str(result.page)
     kept = json.loads((tmp_path / "accuracy-short.json").read_text())
     assert kept["groups"] == data["groups"] and len(kept["groups"]) == 1
     assert [w["estimator"] for w in kept["worse"]] == ["complementary"] and kept["worse"][0]["of"]
     assert "complementary" in (tmp_path / "accuracy-short.html").read_text()
     with pytest.raises(InputError, match="the journal of this campaign"):
-        run_protocol("short", ["complementary"], [], [], jobs=1, output=tmp_path)
+        accuracy_protocol("short", "complementary", jobs=1, output=tmp_path)
 
 
 def test_what_it_runs_on_by_default() -> None:
@@ -53,6 +55,6 @@ def test_what_it_runs_on_by_default() -> None:
 
 def test_objects_and_unknown_protocols_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="other processes can read"):
-        run_protocol("short", [Complementary], [], [], output=tmp_path)
+        accuracy_protocol("short", Complementary, output=tmp_path)
     with pytest.raises(InputError, match="wanted one of full, short, glance"):
-        run_protocol("long", ["mekf"], [], [], output=tmp_path)
+        accuracy_protocol("long", "mekf", output=tmp_path)

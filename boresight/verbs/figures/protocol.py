@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from boresight.disk.output import OutputFile
+from boresight.filters import chosen
 from boresight.model.errors import InputError
 from boresight.model.resolve import Named
+from boresight.results.protocol import ProtocolResult
 from boresight.sim.accuracy.peers import PEERS, require_peers
 from boresight.sim.accuracy.protocol.page import render_page
 from boresight.sim.accuracy.protocol.plan import cases_of
@@ -19,8 +20,9 @@ from boresight.sim.accuracy.protocol.worse import explained
 from boresight.sim.montecarlo.journal import Journal
 from boresight.sim.records.bundled import bundled, bundled_names, is_comparison
 from boresight.sim.worlds.carriers.logs import CARRIERS
+from boresight.verbs.check import log_files
 
-__all__ = ["own_trials", "run_protocol"]
+__all__ = ["accuracy_protocol", "own_trials"]
 
 #: Draws of each carrier.
 SEEDS = (1, 2)
@@ -35,34 +37,53 @@ def own_trials() -> list[str]:
     ]
 
 
-def run_protocol(
+def accuracy_protocol(
     protocol: str,
-    estimators: Sequence[Named],
-    peers: Sequence[str],
-    logs: Sequence[Path],
-    *,
+    names: Named | Sequence[Named],
+    *logs: str | Path,
     params: Mapping[str, Mapping[str, float]] | None = None,
     word: int = 32,
     jobs: int | None = None,
     output: str | Path = "build",
     progress: Callable[[str], None] | None = None,
-) -> dict[str, Any]:
-    """Run a protocol on logs, or on `own_trials`; what is done already stands in the journal.
+) -> ProtocolResult:
+    """Attitude filters on logs that are made harder in one way each.
+
+    Every log is cut to start in motion, biased, resampled, turned, blinded, ...; what was done
+    before stands in a journal beside the page, and is not done again.
+
+    Parameters
+    ----------
+    protocol : str
+        "full", "short" or "glance".
+    names : str or several
+        As of `boresight.accuracy`; names and ``file.py:Class``, no objects: other processes read
+        them.
+    logs : paths
+        Logs, or folders of logs; by default bundled ones and synthetic carriers (`own_trials`).
+    params : mapping, optional
+        Parameter values by estimator.
+    word : int
+        Word width.
+    jobs : int, optional
+        Processes; one for each processor by default.
+    output : path
+        Folder for accuracy-PROTOCOL.html, .json and .runs.
 
     Returns
     -------
-    dict
-        See `sim.accuracy.protocol.summary.summary`; ``good``: fixed point is as near to float64 as
-        the outputs' tolerances say, and nothing saturated; ``file``, the page.
+    ProtocolResult
+        Means of every group of cases, ratios to the rival, and how near fixed point is to float64.
 
     Raises
     ------
     InputError
-        No such protocol, an estimator that is no text, a journal of other figures.
+        No such protocol, an estimator that is no text, a bad log, a journal of other figures.
     ToolMissing
         The package of a published filter is not here.
     """
     cases = cases_of(protocol)
+    estimators, peers = chosen(names)
     texts = [name for name in estimators if isinstance(name, str)]
     if len(texts) != len(estimators):
         raise InputError.at(
@@ -72,9 +93,10 @@ def run_protocol(
             fix="give texts, or leave the protocol out",
         )
     require_peers([PEERS[name] for name in peers])
+    files = log_files(logs) if logs else []
     campaign = Campaign(
         protocol,
-        tuple(map(str, logs)) or tuple(own_trials()),
+        tuple(map(str, files)) or tuple(own_trials()),
         tuple(texts),
         tuple(peers),
         params_key(params),
@@ -82,7 +104,7 @@ def run_protocol(
     )
     folder = Path(output)
     page, table = (
-        OutputFile(folder / f"accuracy-{protocol}.{end}", "accuracy", of=protocol, inputs=logs)
+        OutputFile(folder / f"accuracy-{protocol}.{end}", "accuracy", of=protocol, inputs=files)
         for end in ("html", "json")
     )
     journal = Journal(folder / f"accuracy-{protocol}.runs", campaign.identity())
@@ -97,4 +119,4 @@ def run_protocol(
     data["good"] = all(f["good"] for f in data["fixed"])
     table.write(json.dumps(data, allow_nan=False) + "\n")
     page.write(render_page(data))
-    return data | {"file": str(folder / f"accuracy-{protocol}.html")}
+    return ProtocolResult.of(data, folder / f"accuracy-{protocol}.html")
