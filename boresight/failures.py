@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 import threading
 import traceback
 from collections.abc import Iterator
@@ -29,7 +30,7 @@ def code_of(error: BaseException) -> int:
     output is a pipe that nobody reads any more. 143, 129: SIGTERM, SIGHUP. 3: a bug of Boresight.
     """
     if isinstance(error, ClosedPipe | BrokenPipeError):
-        abandon()
+        abandon(sys.stdout)
         return 128 + signal.SIGPIPE
     if isinstance(error, Terminated):
         tell("terminated")

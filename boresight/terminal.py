@@ -44,15 +44,17 @@ def say(text: str) -> None:
 def tell(text: str) -> None:
     """Print a line on standard error, if anybody is there; what is told is never worth a stop."""
     if sys.stderr is not None:
-        with contextlib.suppress(OSError):
+        try:
             _print(text, sys.stderr)
+        except OSError:
+            abandon(sys.stderr)
 
 
-def abandon() -> None:
-    """Let standard output lead nowhere: what its buffer holds is not tried again at exit."""
+def abandon(stream: TextIO) -> None:
+    """Let a stream lead nowhere: what its buffer holds is not tried again at exit."""
     with contextlib.suppress(OSError, ValueError, AttributeError):
         nowhere = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(nowhere, sys.stdout.fileno())
+        os.dup2(nowhere, stream.fileno())
         os.close(nowhere)
 
 

@@ -61,6 +61,12 @@ def test_a_line_at_a_time_in_letters_that_the_stream_has(monkeypatch) -> None:
     assert raw.getvalue() == b"a\\xfcb\\udcff\n"
 
 
+@pytest.fixture(params=["", "1"], ids=["buffered", "unbuffered"])
+def buffered(request, monkeypatch) -> None:
+    """What stands in a buffer at the end is written once more, and must not fail then."""
+    monkeypatch.setenv("PYTHONUNBUFFERED", request.param)
+
+
 def shell(line: str, tmp_path: Path) -> tuple[int, str]:
     """Exit code of the first command of a pipe, and what it said on stderr."""
     script = f'{" ".join(COMMAND)} {line}; exit "${{PIPESTATUS[0]}}"'
@@ -70,6 +76,7 @@ def shell(line: str, tmp_path: Path) -> tuple[int, str]:
     return done.returncode, done.stderr
 
 
+@pytest.mark.usefixtures("buffered")
 @pytest.mark.parametrize(
     ("line", "code", "words"),
     [
@@ -86,6 +93,7 @@ def test_nobody_listens(line: str, code: int, words: str, tmp_path) -> None:
     assert got == code and words in said and said.count("\n") == bool(words), said
 
 
+@pytest.mark.usefixtures("buffered")
 def test_progress_is_never_worth_a_stop(tmp_path) -> None:
     check = f"check complementary {LOG} --levels c --steps 20"
     for deaf in ("2> >(exec 0<&-)", "2>&-", "2>/dev/full"):
