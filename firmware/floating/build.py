@@ -79,8 +79,12 @@ class FloatCModel:
             _, self._call = instance(
                 self.library, set_params=(numbers,), run=(ctypes.c_size_t, numbers, numbers)
             )
-        values = list(estimator.param_values(params).values())
-        self._call["set_params"](np.array(values, dtype=precision.numpy))
+        self.set_params(params)
+
+    def set_params(self, params: Mapping[str, float] | None) -> None:
+        """Take these parameter values, and the defaults of the others."""
+        values = list(self.estimator.param_values(params).values())
+        self._call["set_params"](np.array(values, dtype=self.precision.numpy))
 
     def reset(self) -> None:
         """Set the states to their start values; parameters stay as they are."""

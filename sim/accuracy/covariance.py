@@ -165,8 +165,9 @@ def covariance_trial(
     share = max(1, updates // (len(records) * len(params)))
     total = negative = checked = saturated = 0
     least, drift = np.inf, dict[str, float]()
-    model = CModel(program)
+    model, floating = CModel(program), CompiledFloat(Build(estimator))
     for values in params:
+        floating.set_params(values)
         for number, value in param_words(program, estimator.param_values(values)).items():
             model.set_param(program.values[number].name, value)
         for name, real in records.items():
@@ -178,7 +179,7 @@ def covariance_trial(
                 out, sat, states = model.trajectory(words[at : at + min(chunk, share - done)])
                 if done == 0:
                     head = outputs_of(program, out[:compared])
-                    for d in _ends(estimator, real[: len(out)][:compared], values, head):
+                    for d in _ends(estimator, floating, real[: len(out)][:compared], head):
                         key = f"{d.output} {d.unit}".rstrip()
                         drift[key] = max(drift.get(key, 0.0), d.largest)
                 p = covariance.of_words(program, states)
@@ -198,13 +199,14 @@ def covariance_trial(
 
 def _ends(
     estimator: Estimator,
+    floating: CompiledFloat,
     inputs: FloatArray,
-    params: Mapping[str, float],
     found: Mapping[str, FloatArray],
 ) -> list[Difference]:
     """Differences to float64 over the last tenth of the inputs."""
     tail = slice(len(inputs) - max(1, len(inputs) // 10), len(inputs))
-    wanted = CompiledFloat(Build(estimator, params=[params])).run(inputs).outputs
+    floating.reset()
+    wanted = floating.run(inputs).outputs
     every = differences(
         estimator.outputs, *({n: x[tail] for n, x in side.items()} for side in (found, wanted))
     )

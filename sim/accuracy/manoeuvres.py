@@ -10,8 +10,8 @@ from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.sim.attitude.rotation import (
     quaternion_conjugate,
-    quaternion_multiply,
     quaternion_normalise,
+    quaternion_running_product,
     rotate,
     rotation_vector_to_quaternion,
 )
@@ -135,11 +135,7 @@ def manoeuvre(name: str, steps: int, rng: np.random.Generator, dt: float = 0.005
 
 def _turned(gyr: FloatArray, dt: float, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
     """Up and field in the body along a rotation."""
-    turns = rotation_vector_to_quaternion(dt * gyr)
-    q = np.empty((len(gyr), 4))
-    at = quaternion_normalise(rng.normal(size=4))
-    for k, turn in enumerate(turns):
-        at = quaternion_multiply(at, turn)
-        q[k] = at
+    start = quaternion_normalise(rng.normal(size=4))
+    q = quaternion_running_product(start, rotation_vector_to_quaternion(dt * gyr))
     to_body = quaternion_conjugate(q)
     return rotate(to_body, np.array([0.0, 0.0, 1.0])), rotate(to_body, _FIELD)

@@ -28,6 +28,7 @@ __all__ = [
     "matrix_to_quaternion",
     "quaternion_conjugate",
     "quaternion_multiply",
+    "quaternion_running_product",
     "quaternion_normalise",
     "quaternion_to_euler",
     "quaternion_to_matrix",
@@ -67,6 +68,24 @@ def quaternion_multiply(p: npt.ArrayLike, q: npt.ArrayLike) -> FloatArray:
         pw * qy - px * qz + py * qw + pz * qx,
         pw * qz + px * qy - py * qx + pz * qw,
     )
+
+
+def quaternion_running_product(start: npt.ArrayLike, turns: npt.ArrayLike) -> FloatArray:
+    """``start t_0 t_1 ... t_k`` for every k, of turns (n, 4) in body axes: (n, 4).
+
+    In numbers of Python's own: of one quaternion at a time numpy spends its time in calls.
+    """
+    w, x, y, z = _components(start, (4,), "start").tolist()
+    out = []
+    for a, b, c, d in _components(turns, (4,), "turns").tolist():
+        w, x, y, z = (
+            w * a - x * b - y * c - z * d,
+            w * b + x * a + y * d - z * c,
+            w * c - x * d + y * a + z * b,
+            w * d + x * c - y * b + z * a,
+        )
+        out.append((w, x, y, z))
+    return np.array(out).reshape(-1, 4)
 
 
 def quaternion_conjugate(q: npt.ArrayLike) -> FloatArray:

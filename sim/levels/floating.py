@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 import numpy.typing as npt
 
@@ -57,6 +59,10 @@ class CompiledFloat(Level):
         self._model = FloatCModel(
             build.estimators[number], precision=DOUBLE, params=build.params[number]
         )
+
+    def set_params(self, params: Mapping[str, float] | None) -> None:
+        """Take these parameter values, and the defaults of the others."""
+        self._model.set_params(params)
 
     def reset(self) -> None:
         """Set the states to their start values."""

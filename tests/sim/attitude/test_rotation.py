@@ -60,6 +60,17 @@ def test_multiply_agrees_with_scipy() -> None:
     )
 
 
+def test_running_product_is_one_product_after_the_other() -> None:
+    rng = np.random.default_rng(5)
+    start, turns = rng.normal(size=4), rng.normal(size=(6, 4))
+    at, wanted = start, []
+    for turn in turns:
+        at = attitude.quaternion_multiply(at, turn)
+        wanted.append(at)
+    assert (attitude.quaternion_running_product(start, turns) == wanted).all()
+    assert attitude.quaternion_running_product(start, turns[:0]).shape == (0, 4)
+
+
 def test_multiply_does_not_normalise() -> None:
     p = 3.0 * random_quaternions(5, 1)
     np.testing.assert_allclose(
