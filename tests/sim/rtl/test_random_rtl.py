@@ -22,8 +22,8 @@ VERILATOR, ICARUS = (
 )
 #: Machine, simulator, programs, updates of each.
 RUNS = [
-    pytest.param("small", 32, "verilator", range(0, 6), 40, marks=VERILATOR),
-    pytest.param("fast", 32, "verilator", range(12, 18), 40, marks=VERILATOR),
+    pytest.param("small", 32, "verilator", range(0, 4), 40, marks=VERILATOR),
+    pytest.param("fast", 32, "verilator", range(12, 16), 40, marks=VERILATOR),
     pytest.param("small-1024", 32, "verilator", range(40, 41), 40, marks=VERILATOR),
     pytest.param("small", 18, "icarus", range(24, 26), 20, marks=ICARUS),
     pytest.param("fast", 24, "icarus", range(28, 30), 20, marks=ICARUS),
