@@ -179,3 +179,22 @@ def test_programs_are_checked() -> None:
 def test_digest_is_checked() -> None:
     with pytest.raises(ValueError, match=r"^digest must not be negative, not -5$"):
         make(digest=-5)
+
+
+def test_a_port_chooses_the_program(simulate) -> None:
+    dut = Registers(machine=CONFIGS["small"], digest=0, programs=3, selector=True)
+
+    async def bench(ctx):
+        await ctx.tick()
+        assert ctx.get(dut.chosen) and not ctx.get(dut.request)
+        ctx.set(dut.choice, 2)
+        await ctx.tick()
+        assert not ctx.get(dut.chosen) and ctx.get(dut.request) and ctx.get(dut.switch)
+        ctx.set(dut.grant, 1)
+        await ctx.tick()
+        ctx.set(dut.grant, 0)
+        assert ctx.get(dut.program) == 2 and not ctx.get(dut.chosen)
+        await ctx.tick()
+        assert ctx.get(dut.chosen) and not ctx.get(dut.request) and not ctx.get(dut.switch)
+
+    simulate(dut, bench)

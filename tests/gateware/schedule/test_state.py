@@ -57,6 +57,16 @@ def test_gets_leave_their_cycles_to_writes(writes: set[int], cycle: int, gets: l
     assert state.fit(0, NOTHING)[0][0] == gets[0] + 1
 
 
+@pytest.mark.parametrize("hold", [True, False])
+def test_a_result_in_the_way_of_an_input(hold: bool) -> None:
+    state = state_of(by_hand((Op(6, (Term(0, 5, 31),)),), inputs=5))
+    assert state.may_write(3)  # no input is placed yet
+    state.gets, state.horizon, state.hold = [0, 1, 3, 4, 5], 3, hold
+    assert state.may_write(2) and state.may_write(6)  # between them, behind them
+    assert not state.may_write(1) and not state.may_write(3)  # read already: they stay
+    assert state.may_write(4) == hold
+
+
 def test_a_node_awakes_when_its_captures_could_begin() -> None:
     """One that may take a slot of its own to capture, that much before its terms could start."""
     plain, conditional = Term(1, 3, 31), Term(1, 3, 31, when=When.IF)
