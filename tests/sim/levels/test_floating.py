@@ -42,6 +42,8 @@ def test_numpy_is_the_reference() -> None:
     reference = estimator("complementary").run_float(records[:, :, None]).outputs
     for name, values in found.run(records).outputs.items():
         assert np.array_equal(values, reference[name][:, 0])
+    with pytest.raises(ValueError, match="shorter"):
+        found.step(records[0, :-1])
 
 
 class Third(Estimator):
