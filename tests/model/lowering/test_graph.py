@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from boresight.model import ops
 from boresight.model.errors import InputError
 from boresight.model.lowering.expand import expand
-from boresight.model.lowering.graph import Node
+from boresight.model.lowering.graph import Graph, Node
 from boresight.model.lowering.trace import Scalar, Tracer
 from tests.support.nodes import node_of, nodes_of
 
@@ -314,3 +314,11 @@ def test_a_condition_on_a_constant_combines(trace: Any) -> None:
     fixed, floats, _ = trace(function, [(-1.0, 1.0)]).run(np.array([-0.5, 0.5]))
     for y, want in zip(fixed, floats, strict=True):
         assert np.array_equal(y, want)
+
+
+@pytest.mark.parametrize(("line", "where"), [("", "unit: "), ("f.py, line 3", "f.py, line 3: ")])
+def test_a_constant_that_is_no_number_is_refused_where_it_is_made(line: str, where: str) -> None:
+    graph = Graph("unit")
+    graph.line = line
+    with pytest.raises(InputError, match=f"^{where}wanted finite constants"):
+        graph.const(math.inf)
