@@ -298,6 +298,16 @@ def test_youth_ends() -> None:
     assert youth[250] == pytest.approx(0.5 / np.expm1(0.5 * 5.0), rel=0.1)
 
 
+def test_a_first_field_that_was_odd_is_soon_forgotten() -> None:
+    """The reference is young too: by its own rate it would take half a minute."""
+    x, _ = static([0.0, 0.0, 0.0], 1.0)
+    x[:5, MAG] *= 1.4
+    states = run(x)[1]
+    assert states["horizontal"][4, 0] > 25.0
+    assert states["horizontal"][50, 0] == pytest.approx(18.0, rel=1e-3)
+    assert states["odd_sq"][50, 0] < 1e-3
+
+
 def covariance(states: Any) -> Any:
     p = np.zeros((len(states["p_ee"]), 6, 6))
     for i, j in PAIRS:
