@@ -18,6 +18,7 @@ class Compass:
         self.counts = False
         self.text, self.refusals = b"", 0
         self.commands: list[bytes] = []
+        self.busy: list[int] = []  # cycles in which the commander is
 
     def hear(self, character: int) -> None:
         self.text += bytes([character])
@@ -49,7 +50,7 @@ def run(
     dut = Commander(timeout_ticks=10, quiet_ticks=5)
     events: list[tuple[int, str]] = []
     flags = ("sent", "acknowledged", "timed_out", "paused")
-    all_flags = Cat(getattr(dut, name) for name in flags)
+    all_flags = Cat(*(getattr(dut, name) for name in flags), dut.busy)
 
     async def bench(ctx):
         wait, refusals, driven = 0, 0, {}
@@ -83,6 +84,8 @@ def run(
                 wait -= 1
             seen = ctx.get(all_flags)
             events.extend((cycle, name) for k, name in enumerate(flags) if seen >> k & 1)
+            if seen >> len(flags):
+                compass.busy.append(cycle)
             taken = ctx.get(dut.command.valid) and ctx.get(dut.command.ready)
             await ctx.tick()
             if taken:
@@ -108,6 +111,10 @@ def test_brings_counts(mode: int) -> None:
     compass = Compass()
     events, _ = run(compass, 1000, mode)
     assert letters(compass) == "SMS" and compass.counts and compass.streaming
+    # Busy from the first letter to the last answer, and no longer.
+    begin, end = next(iter(events))[0], events[-1][0]
+    assert compass.busy == list(range(compass.busy[0], compass.busy[-1] + 1))
+    assert compass.busy[0] < begin and compass.busy[-1] in (end - 1, end)
     assert names(events) == ["sent", "acknowledged", "sent", "sent", "acknowledged"]
 
 

@@ -322,3 +322,14 @@ def test_a_constant_that_is_no_number_is_refused_where_it_is_made(line: str, whe
     graph.line = line
     with pytest.raises(InputError, match=f"^{where}wanted finite constants"):
         graph.const(math.inf)
+
+
+@pytest.mark.parametrize("limit", [0.25, 100.0])
+def test_a_clip_of_no_finite_range_has_room_for_its_limits(g: Any, limit: float) -> None:
+    x = leaf(g, "x", 0.0, 4.0)
+    node = node_of(ops.clip(x * ops.rsqrt(leaf(g, "y", 0.0, 4.0)), 0.0, limit))
+    assert (node.low, node.high) == (0.0, limit)
+    inside = node
+    while inside.kind != "saturated":
+        inside = next(a for a in inside.args if a.kind not in ("const", "sum"))
+    assert limit < inside.value <= 4.0 * limit
