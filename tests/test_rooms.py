@@ -1,27 +1,12 @@
-"""The shape of the tree: small rooms, no circles, short functions, a test for every module."""
+"""The shape of the tree: no circles among modules or rooms, tests for every room."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from textwrap import indent
 
 import pytest
 
-from tests.support.tree import (
-    ROOT,
-    SOURCES,
-    circles,
-    full_folders,
-    long_functions,
-    modules_of,
-    unmirrored,
-)
-
-LONG: set[str] = {"gateware/sensors/hmr3300.py: elaborate", "sim/board/trace.py: read_trace"}
-
-
-def test_no_folder_is_full():
-    assert not full_folders()
+from tests.support.tree import ROOT, SOURCES, circles, modules_of, untested_rooms
 
 
 def test_no_circle_among_modules():
@@ -32,12 +17,8 @@ def test_no_circle_among_rooms():
     assert not circles(modules_of(), rooms=True)
 
 
-def test_no_function_is_long():
-    assert not long_functions()
-
-
-def test_every_module_has_its_test():
-    assert not unmirrored()
+def test_every_room_has_tests():
+    assert not untested_rooms()
 
 
 # -- the rules themselves, on a tree made up ------------------------------------------------------
@@ -60,18 +41,10 @@ def tree(tmp_path):
     write("sim/room/__init__.py")
     for name in "xy":
         write(f"sim/room/{name}.py")
-        write(f"tests/sim/room/test_{name}.py")
-    assert not full_folders(tmp_path) and not long_functions(tmp_path) and not unmirrored(tmp_path)
+    write("tests/sim/room/test_both.py")
+    assert not untested_rooms(tmp_path)
     assert not circles(modules_of(tmp_path), rooms=True)
     return write
-
-
-def test_a_sixteenth_file_is_told(tree, tmp_path):
-    for k in range(13):
-        tree(f"sim/room/{k}.txt")
-    assert not full_folders(tmp_path)  # nor is the link to it counted
-    tree("sim/room/last.txt")
-    assert full_folders(tmp_path) == {"sim/room": 16}
 
 
 @pytest.mark.parametrize(
@@ -83,7 +56,7 @@ def test_a_sixteenth_file_is_told(tree, tmp_path):
         "def later():\n    from boresight.sim.room.x import name",
     ],
 )
-def test_a_circle_of_modules_is_told(text, tree, tmp_path):
+def test_a_circle_of_modules_is_named(text, tree, tmp_path):
     tree("sim/room/x.py", "from boresight.sim.a import name")
     tree("sim/a.py", "from boresight.sim.room.y import name")
     assert not circles(modules_of(tmp_path), rooms=False)
@@ -92,7 +65,7 @@ def test_a_circle_of_modules_is_told(text, tree, tmp_path):
     assert circles(modules_of(tmp_path), rooms=False) == found
 
 
-def test_a_circle_of_rooms_is_told(tree, tmp_path):
+def test_a_circle_of_rooms_is_named(tree, tmp_path):
     tree("sim/room/x.py", "from boresight.sim.a import name")
     tree("sim/a.py", "from boresight.sim.room.y import name")
     modules = modules_of(tmp_path)
@@ -114,49 +87,15 @@ def test_a_package_is_a_module(tree, tmp_path):
     assert circles(modules_of(tmp_path), rooms=False) == [("boresight.sim", "boresight.sim.a")]
 
 
-def lines(count: int, name: str = "f", doc: int = 0) -> str:
-    """A function of so many lines beside its docstring of ``doc`` lines."""
-    says = ['    """Doc.', *["    more"] * (doc - 2), '    """'] if doc else []
-    return "\n".join([f"def {name}():", *says, *["    x = 1"] * (count - 1)])
-
-
-def test_a_long_function_is_told(tree, tmp_path):
-    tree("sim/a.py", lines(59, doc=30))
-    assert not long_functions(tmp_path)
-    tree("sim/a.py", lines(60, doc=30))
-    assert long_functions(tmp_path) == {"sim/a.py: f": 60}
-    tree("sim/a.py", "class C:\n" + indent(lines(60).replace("def", "async def"), "    "))
-    assert long_functions(tmp_path) == {"sim/a.py: f": 60}
-
-
-def test_an_estimators_step_may_be_long(tree, tmp_path):
-    tree("model/estimators/a.py", lines(80, "step"))
-    assert not long_functions(tmp_path)
-    tree("model/estimators/a.py", lines(80, "walk"))
-    tree("model/a.py", lines(80, "step"))
-    assert long_functions(tmp_path) == {"model/estimators/a.py: walk": 80, "model/a.py: step": 80}
-
-
-def test_a_module_without_a_test_is_told(tree, tmp_path):
-    tree("sim/room/new.py")
-    assert unmirrored(tmp_path) == ["sim/room/new.py"]
-    tree("tests/sim/test_new.py")
-    tree("tests/sim/room/test_newer.py")
-    assert unmirrored(tmp_path) == ["sim/room/new.py"]
-    tree("tests/sim/room/test_new_parts.py")
-    tree("sim/room/__main__.py")
-    assert unmirrored(tmp_path) == ["sim/room/__main__.py"]
-    tree("tests/sim/room/test_main.py")
-    assert not unmirrored(tmp_path)
-
-
-def test_proofs_are_proven_together(tree, tmp_path):
-    tree("sim/formal/blocks/uart.py", "PROOFS = ()")
-    tree("sim/formal/blocks/loop.py", "OTHERS = ()")
-    both = ["sim/formal/blocks/loop.py", "sim/formal/blocks/uart.py"]
-    assert unmirrored(tmp_path) == both
-    tree("tests/sim/formal/test_proofs.py")
-    assert unmirrored(tmp_path) == both[:1]
+def test_a_room_without_tests_is_named(tree, tmp_path):
+    tree("sim/new/__init__.py")
+    assert not untested_rooms(tmp_path)
+    tree("sim/new/x.py")
+    tree("sim/room/deep/y.py")
+    assert untested_rooms(tmp_path) == ["sim/new", "sim/room/deep"]
+    tree("tests/sim/new/test_anything.py")
+    tree("tests/sim/room/test_deep.py")
+    assert not untested_rooms(tmp_path)
 
 
 def test_the_rules_are_about_this_tree():

@@ -11,15 +11,10 @@ from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.registers.model import Access, Register
 
-__all__ = ["Csr", "is_constant", "is_live", "offset_bits"]
+__all__ = ["Csr", "is_live", "offset_bits"]
 
 #: Bits of a bus word.
 WORD = 32
-
-
-def is_constant(register: Register) -> bool:
-    """Whether it always reads the same."""
-    return register.access is Access.READ_ONLY and register.reset is not None
 
 
 def is_live(register: Register) -> bool:

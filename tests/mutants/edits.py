@@ -6,8 +6,6 @@ import ast
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-__all__ = ["Mutant", "Source", "scopes"]
-
 
 @dataclass(frozen=True)
 class Mutant:
@@ -17,10 +15,11 @@ class Mutant:
     ----------
     file : str
         Path from the root of the tree.
-    scope, statement : str
-        Class and function, and the statement without its body (of a list of assignments, or of a
-        table, the one), in one spelling whatever the layout: a mutant is known by these, not by
-        its line.
+    scope : str
+        Class and function.
+    statement : str
+        The statement without its body (of a list of assignments, or of a table, the one entry),
+        for the reader.
     old, new : str
         The part that is replaced, and by what; ``old`` in the same one spelling.
     kind : str
@@ -28,9 +27,9 @@ class Mutant:
     start, end : int
         Place in the file, in bytes.
     line : int
-        For people.
+        For the reader.
     nth : int
-        Which of those that are else the same, from 1 on.
+        Which of the edits of this kind in the function that replace the same by the same, from 1.
     """
 
     file: str
@@ -46,9 +45,9 @@ class Mutant:
 
     @property
     def key(self) -> str:
-        """What it is known by, in lists and between runs."""
+        """Identity in lists and between runs: the function and the kind of edit."""
         which = f" ({self.nth})" if self.nth > 1 else ""
-        return f"{self.file} | {self.scope} | {self.statement} | {self.old} -> {self.new}{which}"
+        return f"{self.file} | {self.scope} | {self.kind} | {self.old} -> {self.new}{which}"
 
     def apply(self, text: str) -> str:
         """``text`` of the file with the fault."""

@@ -6,16 +6,15 @@ import tomllib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-__all__ = ["equivalents", "stale"]
-
 _FILE = Path(__file__).with_name("equivalent.toml")
 
 
 def equivalents(path: Path = _FILE) -> dict[str, str]:
     """Reason by key (`edits.Mutant.key`)."""
-    rows = tomllib.loads(path.read_text("utf-8")).get("mutant", [])
-    reasons = {row["key"]: row["reason"] for row in rows}
-    if len(reasons) != len(rows) or not all(reasons.values()):
+    groups = tomllib.loads(path.read_text("utf-8"))
+    pairs = [(key, reason) for reason, keys in groups.items() for key in keys]
+    reasons = dict(pairs)
+    if len(reasons) != len(pairs) or not all(reasons.values()):
         raise ValueError(f"{path.name}: every mutant once, each with a reason")
     return reasons
 

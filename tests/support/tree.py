@@ -3,48 +3,25 @@
 from __future__ import annotations
 
 import ast
-import re
 from collections import defaultdict
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 
-__all__ = [
-    "ROOT",
-    "SOURCES",
-    "circles",
-    "full_folders",
-    "imports",
-    "long_functions",
-    "modules_of",
-    "python_files",
-    "room_of",
-    "unmirrored",
-]
-
 ROOT = Path(__file__).parents[2]
 #: Folders of the package's own sources.
 SOURCES = ("boresight", "model", "gateware", "firmware", "sim")
-#: Most loose files of a folder, most lines of a function without its docstring.
-_FILES, _LINES = 15, 59
-
-
-def _files(folder: Path) -> list[Path]:
-    """All files below a folder, without what links lead to."""
-    return [
-        path
-        for path in sorted(folder.rglob("*"))
-        if path.is_file()
-        and "__pycache__" not in path.parts
-        and not any(parent.is_symlink() for parent in path.parents)
-    ]
 
 
 def python_files(folder: str, root: Path = ROOT) -> list[Path]:
     """Python files below a top folder, without what links lead to."""
-    found = [path for path in _files(root / folder) if path.suffix == ".py"]
-    assert found, f"no Python below {folder}"
-    return found
+    files = [
+        path
+        for path in sorted((root / folder).rglob("*.py"))
+        if not any(parent.is_symlink() for parent in path.parents)
+    ]
+    assert files, f"no Python below {folder}"
+    return files
 
 
 @cache
@@ -118,60 +95,21 @@ def _reached(start: str, edges: Mapping[str, set[str]]) -> set[str]:
     return seen
 
 
-def full_folders(root: Path = ROOT) -> dict[str, int]:
-    """Folders with too many loose files beside ``__init__.py``, and how many."""
-    count: dict[str, int] = defaultdict(int)
-    for folder in SOURCES:
-        for path in _files(root / folder):
-            if path.name != "__init__.py":
-                count[path.parent.relative_to(root).as_posix()] += 1
-    return {folder: n for folder, n in count.items() if n > _FILES}
+def untested_rooms(root: Path = ROOT) -> list[str]:
+    """Folders with modules, but without a test: of ``a/b`` in tests/a/b, or as tests/a/test_b*.py.
 
-
-def long_functions(root: Path = ROOT) -> dict[str, int]:
-    """Functions (``file: name``) with too many lines beside their docstring, and how many.
-
-    The ``step`` of an estimator, which is its equations from first to last, is none of them.
+    A package's ``__init__.py`` alone needs no test.
     """
-    found = {}
-    for path in (p for folder in SOURCES for p in python_files(folder, root)):
-        place = path.relative_to(root).as_posix()
-        for node in ast.walk(_parsed(path.read_text())):
-            if not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
-                continue
-            lines = (node.end_lineno or 0) - node.lineno + 1
-            if ast.get_docstring(node, clean=False) is not None:
-                doc = node.body[0]
-                lines -= (doc.end_lineno or 0) - doc.lineno + 1
-            step = node.name == "step" and place.startswith("model/estimators/")
-            if lines > _LINES and not step:
-                found[f"{place}: {node.name}"] = lines
-    return found
-
-
-def unmirrored(root: Path = ROOT) -> list[str]:
-    """Modules without a test of their own: ``a/b.py`` has tests/a/test_b.py or test_b_*.py.
-
-    ``__main__.py`` has test_main.py. A package's ``__init__.py`` only says what it holds. Of a
-    block's proofs tests/sim/formal/test_proofs.py proves each that a module's ``PROOFS`` holds.
-    """
-    found = []
-    for path in (p for folder in SOURCES for p in python_files(folder, root)):
-        place = path.relative_to(root)
-        stem = re.sub(r"^__(\w+)__$", r"\1", place.stem)
-        folder = root / "tests" / place.parent
-        tests = [*folder.glob(f"test_{stem}.py"), *folder.glob(f"test_{stem}_*.py")]
-        if place.parent.as_posix() == "sim/formal/blocks" and _has_proofs(path):
-            tests += (root / "tests/sim/formal").glob("test_proofs.py")
-        if place.name != "__init__.py" and not tests:
-            found.append(place.as_posix())
-    return found
-
-
-def _has_proofs(path: Path) -> bool:
-    return any(
-        isinstance(name, ast.Name) and name.id == "PROOFS"
-        for node in _parsed(path.read_text()).body
-        if isinstance(node, ast.Assign)
-        for name in node.targets
+    rooms = {
+        path.parent.relative_to(root)
+        for folder in SOURCES
+        for path in python_files(folder, root)
+        if path.name != "__init__.py"
+    }
+    tests = root / "tests"
+    return sorted(
+        room.as_posix()
+        for room in rooms
+        if not any((tests / room).glob("test_*.py"))
+        and not any((tests / room.parent).glob(f"test_{room.name}*.py"))
     )
