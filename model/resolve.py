@@ -12,7 +12,8 @@ import importlib.util
 import inspect
 import sys
 import traceback
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from importlib import metadata
 from pathlib import Path
 from types import ModuleType
@@ -150,8 +151,12 @@ def _loaded(point: metadata.EntryPoint, base: type[T], where: str) -> type[T]:
     )
 
 
+#: Modules that users' files imported from beside them, by name: file and SHA-256 of its text.
+_helpers: dict[str, tuple[Path, str]] = {}
+
+
 def _module(path: Path, kind: str) -> ModuleType:
-    """The file as a module; imported once for each content."""
+    """The file as a module: imported once, until it or a module imported from beside it changes."""
     try:
         content = path.read_bytes()
     except OSError as error:
@@ -163,29 +168,66 @@ def _module(path: Path, kind: str) -> ModuleType:
         ) from None
     place = path.resolve()
     name = f"_boresight_{hashlib.sha256(str(place).encode() + content).hexdigest()[:16]}"
-    if name in sys.modules:
+    if name in sys.modules and all(map(_current, vars(sys.modules[name])["__helpers__"])):
         return sys.modules[name]
-    spec = importlib.util.spec_from_file_location(name, place)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
-    if str(place.parent) not in sys.path:  # so that it finds the modules beside it
-        sys.path.append(str(place.parent))
-    try:
-        # No compiled file of before: two contents of one second and one length would be one to it.
-        exec(compile(content, place, "exec", dont_inherit=True), module.__dict__)
-    except InputError:
-        del sys.modules[name]
-        raise
-    except (Exception, SystemExit) as error:
-        del sys.modules[name]
-        raise InputError.at(
-            _place(error, place, path),
-            wanted="a file that imports",
-            found=f"{type(error).__name__}: {error}".splitlines()[0][:200],
-            fix="correct it",
-        ) from error
+    with _beside(place.parent):
+        spec = importlib.util.spec_from_file_location(name, place)
+        assert spec is not None and spec.loader is not None
+        module = importlib.util.module_from_spec(spec)
+        sys.modules[name] = module
+        try:
+            # No compiled file of before: of one second and one length, two texts share it.
+            exec(compile(content, place, "exec", dont_inherit=True), module.__dict__)
+        except InputError:
+            del sys.modules[name]
+            raise
+        except (Exception, SystemExit) as error:
+            del sys.modules[name]
+            raise InputError.at(
+                _place(error, place, path),
+                wanted="a file that imports",
+                found=f"{type(error).__name__}: {error}".splitlines()[0][:200],
+                fix="correct it",
+            ) from error
+    vars(module)["__helpers__"] = [*_helpers.values()]
     return module
+
+
+@contextmanager
+def _beside(folder: Path) -> Iterator[None]:
+    """Let imports find the modules in a user's folder, as their files are now.
+
+    Modules of other folders, and those whose files have changed, are imported anew by whatever
+    imports them next.
+    """
+    for name, helper in [*_helpers.items()]:
+        if helper[0].parent != folder or not _current(helper):
+            del _helpers[name]
+            sys.modules.pop(name, None)
+            # Its compiled file would stand for a text of the same second and length.
+            Path(importlib.util.cache_from_source(str(helper[0]))).unlink(missing_ok=True)
+    known = {*sys.modules}
+    others = [entry for entry in sys.path if entry != str(folder)]
+    sys.path[:] = [str(folder), *others]
+    importlib.invalidate_caches()
+    try:
+        yield
+    finally:
+        sys.path[:] = [*others, str(folder)]  # imports inside functions are found too
+        for name in {*sys.modules} - known:
+            file = Path(getattr(sys.modules[name], "__file__", None) or "")
+            if file.parent == folder and not name.startswith("_boresight_"):
+                _helpers[name] = (file, _digest(file))
+
+
+def _digest(file: Path) -> str:
+    return hashlib.sha256(file.read_bytes()).hexdigest()
+
+
+def _current(helper: tuple[Path, str]) -> bool:
+    """Whether a helper's file still holds the text that was imported."""
+    file, digest = helper
+    return file.is_file() and _digest(file) == digest
 
 
 def _place(error: BaseException, place: Path, path: Path) -> str:

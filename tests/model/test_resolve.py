@@ -101,6 +101,27 @@ def test_modules_beside_the_file_and_classes_of_theirs(write: Write) -> None:
     )
 
 
+HELPED = "from boresight import Estimator, Output\nfrom helper import NAME\n\n\n" + (
+    "class Mine(Estimator):\n    outputs = (Output('y'),)\n    name = NAME\n"
+)
+
+
+def test_folders_with_a_helper_of_one_name(write: Write) -> None:
+    for folder in "ab":
+        write(f"NAME = 'of_{folder}'\n", f"{folder}/helper.py")
+        write(HELPED, f"{folder}/f.py")
+    first = estimator_of("a/f.py")
+    assert [first.name, estimator_of("b/f.py").name] == ["of_a", "of_b"]
+    assert type(estimator_of("a/f.py")) is type(first)  # also when another folder came between
+
+
+def test_a_helper_that_changes_is_read_again(write: Write) -> None:
+    write("NAME = 'one'\n", "helper.py")
+    assert estimator_of(write(HELPED)).name == "one"
+    write("NAME = 'two'\n", "helper.py")
+    assert estimator_of("f.py").name == "two"
+
+
 def test_a_file_is_imported_once_for_each_content(write: Write) -> None:
     first = estimator_of(write(ONE))
     assert type(estimator_of("f.py:Mine(2)")) is type(first)
