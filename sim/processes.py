@@ -1,55 +1,167 @@
-"""Work dealt out to processes, results as they come."""
+"""Tasks run by processes of this machine; results as they come.
+
+Each process has a pipe of its own, and waits for the next task while it has none. The main thread
+alone writes to them, one task at a time, and waits for results: there is no queue that somebody
+has to empty before the work can be ended.
+"""
 
 from __future__ import annotations
 
 import multiprocessing
+import pickle
 import signal
 import threading
+import traceback
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
-from contextlib import contextmanager
-from typing import TypeVar
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from multiprocessing.connection import Connection, wait
+from multiprocessing.process import BaseProcess
+from typing import Any, TypeVar
 
-__all__ = ["dealt"]
+from boresight.model.tools.failure import ToolFailed
+
+__all__ = ["dispatch"]
 
 Label = TypeVar("Label")
-Found = TypeVar("Found")
+Result = TypeVar("Result")
 
 
-def dealt(
-    jobs: int, tasks: Sequence[tuple[Label, Callable[..., Found], tuple[object, ...]]]
-) -> Iterator[tuple[Label, Found]]:
-    """Results of the tasks (label, function, arguments), as they come.
+@dataclass(frozen=True, eq=False)
+class _Worker:
+    """A process, and the pipe that connects it."""
 
-    With one job they run here, in order. Processes begin anew (`spawn`): a script that asks for
-    more than one needs ``if __name__ == "__main__"``, and functions and arguments are such as can
-    be pickled.
+    process: BaseProcess
+    pipe: Connection
+
+    @classmethod
+    def start(cls) -> _Worker:
+        """Start a process that waits for tasks."""
+        context = multiprocessing.get_context("spawn")
+        pipe, theirs = context.Pipe()
+        process = context.Process(target=_serve, args=(theirs,), daemon=True)
+        with theirs:
+            process.start()
+        return cls(process, pipe)
+
+    def put(self, work: Callable[..., Any], arguments: tuple[object, ...]) -> None:
+        """Give it a task; what is wrong with the process is told by `get`."""
+        task = pickle.dumps((work, arguments))
+        with suppress(BrokenPipeError, ConnectionResetError):
+            self.pipe.send_bytes(task)
+
+    def get(self) -> Any:
+        """Wait for the result of its task.
+
+        Raises
+        ------
+        Exception
+            Whatever the task raised.
+        ToolFailed
+            The process has ended.
+        """
+        try:
+            reply = self.pipe.recv_bytes()
+        except (EOFError, ConnectionResetError):
+            self.process.join()
+            raise ToolFailed(_end(self.process.exitcode or 0)) from None
+        result, error = pickle.loads(reply)
+        if error is not None:
+            raise error
+        return result
+
+    def end(self) -> None:
+        """Wait until it has ended, for want of tasks."""
+        self.pipe.close()
+        self.process.join()
+
+
+def dispatch(
+    jobs: int, tasks: Sequence[tuple[Label, Callable[..., Result], tuple[object, ...]]]
+) -> Iterator[tuple[Label, Result]]:
+    """Run tasks (label, function, arguments) and yield their results as they come.
+
+    With one job they run in this process, in order. Other processes begin anew (`spawn`): a script
+    that asks for more than one needs ``if __name__ == "__main__"``, and functions, arguments and
+    results are such as can be pickled. Whatever ends the work also ends the processes.
+
+    Raises
+    ------
+    ToolFailed
+        A process ended before its task, killed for example.
     """
     if jobs == 1:
         for label, work, arguments in tasks:
             yield label, work(*arguments)
         return
-    context = multiprocessing.get_context("spawn")
-    others = set(multiprocessing.active_children())
-    with ProcessPoolExecutor(min(jobs, len(tasks)), mp_context=context) as pool:
+    left = iter(tasks)
+    labels: dict[Connection, tuple[_Worker, Label]] = {}
+    workers: list[_Worker] = []
+    try:
         with _uninterrupted():
-            labels: dict[Future[Found], Label] = {
-                pool.submit(work, *arguments): label for label, work, arguments in tasks
-            }
+            for _ in range(min(jobs, len(tasks))):
+                workers.append(_Worker.start())
+        for worker, (label, work, arguments) in zip(workers, left, strict=False):
+            worker.put(work, arguments)
+            labels[worker.pipe] = worker, label
+        while labels:
+            for pipe in wait(list(labels)):
+                worker, label = labels.pop(pipe)  # type: ignore[call-overload]
+                result = worker.get()
+                for following, work, arguments in left:
+                    worker.put(work, arguments)
+                    labels[worker.pipe] = worker, following
+                    break
+                yield label, result
+    except BaseException:
+        for worker in workers:
+            worker.process.kill()
+        raise
+    finally:
+        for worker in workers:
+            worker.end()
+
+
+def _serve(pipe: Connection) -> None:
+    """Run the tasks that come through a pipe, until it is closed."""
+    with suppress(EOFError, OSError):
+        while True:
+            pipe.send_bytes(_reply(pipe.recv_bytes()))
+
+
+def _reply(task: bytes) -> bytes:
+    """Result of a task, or what it raised, with its traceback as a note."""
+    try:
+        work, arguments = pickle.loads(task)
+        return pickle.dumps((work(*arguments), None))
+    except Exception as error:
+        error.add_note(traceback.format_exc())
         try:
-            for future in as_completed(labels):
-                yield labels[future], future.result()
-        except BaseException:
-            for process in set(multiprocessing.active_children()) - others:
-                process.terminate()
-            # Waits for the pool's own thread: at the interpreter's end it would race with it.
-            pool.shutdown(wait=True, cancel_futures=True)
-            raise
+            reply = pickle.dumps((None, error))
+            pickle.loads(reply)
+        except Exception:
+            plain = RuntimeError(f"{type(error).__name__}: {error}")
+            plain.__notes__ = error.__notes__
+            reply = pickle.dumps((None, plain))
+        return reply
+
+
+def _end(code: int) -> str:
+    """What an exit code says of a process that should not have ended."""
+    if code < 0:
+        return (
+            f"a worker process was killed by signal {-code}, as by the system where memory runs "
+            "out: use fewer jobs"
+        )
+    return (
+        f"a worker process ended with exit status {code}: a script that asks for more than one job "
+        'needs `if __name__ == "__main__"`'
+    )
 
 
 @contextmanager
 def _uninterrupted() -> Iterator[None]:
-    """Processes that begin meanwhile do not hear Ctrl-C: who began them ends them."""
+    """Processes that begin meanwhile ignore Ctrl-C: the one that began them ends them."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

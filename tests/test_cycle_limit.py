@@ -20,7 +20,8 @@ def swept() -> Iterator[None]:
 
 def wait_for_nothing(cycles: int) -> None:
     """A bench that ends after so many cycles, 0: never."""
-    m, never = Module(), Signal()
+    m = Module()
+    never = Signal()
     m.d.sync += Signal().eq(1)
 
     async def bench(ctx):

@@ -18,7 +18,7 @@ from boresight.sharing import estimator_names, params_of_each
 from boresight.sim.answer import Answer, JsonObject, plain
 from boresight.sim.compare.check import EXACT, Check
 from boresight.sim.compare.reproducer import load_reproducer, replay_reproducer
-from boresight.sim.compare.results import CheckResult
+from boresight.sim.compare.results import CheckResult, verdict
 from boresight.sim.levels.build import Build
 from boresight.sim.records.files import read_record, record_of
 from boresight.sim.records.reading import reason
@@ -63,7 +63,8 @@ class CheckResults(Answer, Sequence[CheckResult]):
         return {"good": self.good, "results": plain(self.results)}
 
     def __str__(self) -> str:
-        return "\n".join([*map(str, self.results), "good" if self.good else "FAILED"])
+        lines = [line for result in self.results for line in result.lines()]
+        return "\n".join((*lines, verdict(self.results)))
 
     def _repr_html_(self) -> str:
         return "\n".join(result._repr_html_() for result in self.results)
@@ -269,7 +270,7 @@ def call(args: Namespace) -> Outcome:
         progress=progress_of(args),
         each=None if args.json else lambda result: say("\n".join(result.lines())),
     )
-    return int(not results.good), results.to_json(), "good" if results.good else "FAILED"
+    return int(not results.good), results.to_json(), verdict(results)
 
 
 def _replay(args: Namespace, levels: Sequence[str]) -> Outcome:

@@ -15,23 +15,25 @@ from boresight.board.simulation import BOARD_FILES, default_log, write_board
 from boresight.core_files import core_files, project_files, write_core, write_system, write_text
 from boresight.disk.output import output_folder
 from boresight.gateware.core import Core
+from boresight.gateware.synthesis.device import XC6SLX9
 from boresight.gateware.synthesis.estimate import Estimate
-from boresight.gateware.system.programs import system_core
+from boresight.gateware.system.programs import FILTERS, system_core
 from boresight.model.resolve import estimator_of as find_estimator
+from boresight.model.tools.failure import ToolFailed
 from boresight.options import Outcome, progress_of
 from boresight.sim.answer import Answer
 from boresight.sim.board.setup import REAL
 from boresight.sim.compare.check import Check
+from boresight.sim.compare.results import CheckResult, verdict
 from boresight.sim.levels.build import Build
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.files import read_record
-from boresight.sim.records.record import Record
 from boresight.sim.report.data import report_data
 from boresight.sim.report.html import render_html
+from boresight.sim.rtl.simulators import require
 from boresight.verbs.compile import estimate_core, together
 
 __all__ = [
-    "FILTERS",
     "RECORDING",
     "STEPS",
     "DemoCore",
@@ -43,9 +45,10 @@ __all__ = [
 ]
 
 RECORDING = "ximu_walk"
-#: Programs of the core, by number.
-FILTERS = ("complementary", "ekf_quaternion", "ekf_bias", "mekf")
 CONFIGS = ("small", "fast")
+#: Cells of the FPGA, as yosys counts them.
+CELLS = {"LUT, yosys": "lut", "FF": "ff", "DSP48A1": "dsp", "RAMB16": "ramb16"}
+SIMULATOR = "verilator"
 #: Leading samples of the recording that every level runs.
 STEPS = 4000
 #: Simulated time of the complete board, s.
@@ -118,6 +121,8 @@ class DemoResult(Answer):
         Each in each core.
     board : tuple of BoardFigures
         Runs of the complete board.
+    verdict : str
+        ``good``, or what failed first of the filters.
     """
 
     log: str
@@ -125,12 +130,14 @@ class DemoResult(Answer):
     cores: tuple[DemoCore, ...]
     filters: tuple[DemoFilter, ...]
     board: tuple[BoardFigures, ...]
+    verdict: str
 
     def __str__(self) -> str:
         table = f"{_filter_table(self.filters)}\n\n{_core_table(self.cores)}"
         board = f"complete board in simulation, small\n{runs_table(self.board)}"
         pages = "\n".join(f"report: {r.report}" for r in self.filters)
-        return f"{table}\n\n{board}\n\n{pages}"
+        failed = "" if self.verdict == "good" else f"\n{self.verdict}"
+        return f"{table}\n\n{board}\n\n{pages}{failed}"
 
 
 def demo(
@@ -152,6 +159,13 @@ def demo(
     -------
     DemoResult
         Figures of both cores, of each filter in them and of the board.
+
+    Raises
+    ------
+    ToolMissing
+        There is no Verilator, or not what it needs.
+    ToolFailed
+        A level could not run; found before the first synthesis.
     """
     say = progress or (lambda text: None)
     estimators = [find_estimator(name) for name in names]
@@ -159,12 +173,16 @@ def demo(
     record = read_record(bundled(RECORDING)).head(steps)
     cores: list[DemoCore] = []
     rows: list[DemoFilter] = []
+    verdicts: list[str] = []
+    require(SIMULATOR)
     with output_folder(output, "demo", of=",".join(names), files=_files(names)) as folder:
         for config in CONFIGS:
             place = folder / f"core-{config}"
             place.mkdir()
             say(f"{config}: {', '.join(names)} in one core")
             build = Build(*estimators, config=config, restarts=restarts)
+            results = Check(build, simulator=SIMULATOR, progress=say).run(record)
+            _require_runs(results)
             say("synthesis (yosys) and clock estimate")
             area = estimate_core(build.core)
             write_core(place, build, area=area)
@@ -174,19 +192,22 @@ def demo(
                 of_board = system
             cores.append(_figures(build.core, area))
             shown = Path(output) / place.name
-            rows += _prove(place, shown, build, record, area, say)
+            rows += _report(place, shown, build, results, area, say)
+            verdicts.append(verdict(results))
         say("the complete board, both sensors at its pins")
         (folder / "board").mkdir()
         updates = round(BOARD_S * REAL.rate_hz)
         board = write_board(
             folder / "board", names[-1], of_board, default_log(updates), updates=updates, say=say
         )
+        board_verdict = "good" if board.good else "FAILED: the complete board"
         result = DemoResult(
             log=RECORDING,
             good=board.good and all(r.good for r in rows),
             cores=tuple(cores),
             filters=tuple(rows),
             board=board.runs,
+            verdict=next((text for text in verdicts if text != "good"), board_verdict),
         )
         write_text(folder / "summary.json", json.dumps(result.to_json(), indent=1) + "\n")
     return result
@@ -203,11 +224,18 @@ def _files(names: Sequence[str]) -> list[str]:
     ]
 
 
-def _prove(
+def _require_runs(results: Sequence[CheckResult]) -> None:
+    """Raise if a level could not run, with the reason."""
+    for level in (level for result in results for level in result.levels):
+        if level.error:
+            raise ToolFailed(f"{level.level} in {level.simulator}: {level.error}")
+
+
+def _report(
     folder: Path,
     shown: Path,
     build: Build,
-    record: Record,
+    results: Sequence[CheckResult],
     area: Estimate,
     say: Callable[[str], None],
 ) -> list[DemoFilter]:
@@ -216,8 +244,7 @@ def _prove(
     ``shown`` is the folder's name when all is done.
     """
     rows, reports = [], []
-    found = Check(build, simulator="verilator", progress=say).run(record)
-    for number, result in enumerate(found):
+    for number, result in enumerate(results):
         for line in (result.estimator, *(f"  {x.line()}" for x in result.levels)):
             say(line)
         report = report_data(build.core.select(number), result, area=area, comparison=True)
@@ -288,7 +315,7 @@ def _filter_table(filters: Sequence[DemoFilter]) -> str:
                 str(r.paper_cycles),
                 f"{r.speedup}x",
                 " ".join(f"{100 * use:.0f}" for use in r.lane_use),
-                str(r.updates_proven.get("verilator", 0)),
+                str(r.updates_proven[SIMULATOR]),
                 str(r.mismatches),
                 f"{r.vs_float_max_deg:.6f}",
             )
@@ -301,10 +328,7 @@ def _core_table(cores: Sequence[DemoCore]) -> str:
     lines = [f"{'core with all of them':40s}" + "".join(f"{c.config:>12s}" for c in cores)]
     for name, key in (
         ("microcode, words", "words"),
-        ("LUT (yosys, of 5,720)", "lut"),
-        ("FF (of 11,440)", "ff"),
-        ("DSP48A1 (of 16)", "dsp"),
-        ("RAMB16 (of 32)", "ramb16"),
+        *((f"{name} (of {XC6SLX9.capacity(key):,})", key) for name, key in CELLS.items()),
         ("clock, MHz (estimate, -2, median nets)", "clock_mhz_estimate"),
     ):
         lines.append(f"{name:40s}" + "".join(f"{getattr(c, key)!s:>12s}" for c in cores))

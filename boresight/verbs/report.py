@@ -22,6 +22,7 @@ from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import Outcome, model_options, params_of, progress_of
 from boresight.sim.answer import Answer, JsonObject
 from boresight.sim.compare.check import Check
+from boresight.sim.compare.results import verdict
 from boresight.sim.levels.build import Build
 from boresight.sim.report.against import read_report
 from boresight.sim.report.data import report_data
@@ -43,17 +44,18 @@ class ReportResult(Answer):
         The HTML page.
     report : mapping
         Contents of report.json, and of `to_json`.
+    verdict : str
+        ``good``, or what failed.
     """
 
     page: Path
     report: JsonObject = field(repr=False)
+    verdict: str = field(repr=False)
 
     @property
     def good(self) -> bool:
         """Every form is equal, and every output within its tolerance of float64."""
-        rows: Any = self.report["verification"]
-        accuracy: Any = self.report["accuracy"]
-        return all(row["good"] for row in rows) and bool(accuracy["verdict"]["good"])
+        return self.verdict == "good"
 
     def to_json(self) -> JsonObject:
         """The contents of report.json."""
@@ -69,7 +71,7 @@ class ReportResult(Answer):
         }
 
     def __str__(self) -> str:
-        return str(self.page)
+        return f"{self.page}" + ("" if self.good else f"\n{self.verdict}")
 
 
 def report(
@@ -134,7 +136,7 @@ def report(
         write_text(folder / "report.json", json.dumps(data, indent=1) + "\n")
         page = render_html(data, links=links_of(estimator, Path(output)))
         write_text(folder / "report.html", page)
-    return ReportResult(Path(output) / "report.html", data)
+    return ReportResult(Path(output) / "report.html", data, verdict(results))
 
 
 def links_of(estimator: Estimator, folder: Path) -> dict[str, str]:

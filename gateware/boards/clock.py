@@ -71,7 +71,10 @@ class PllClock(Elaboratable):
         """Pad, PLL, gated global buffer."""
         m = Module()
         m.submodules.pad = pad = io.Buffer("i", platform.request(platform.default_clk, dir="-"))
-        feedback, fast, locked, started = Signal(), Signal(), Signal(), Signal()
+        feedback = Signal()
+        fast = Signal()
+        locked = Signal()
+        started = Signal()
         m.submodules.pll = Instance(
             "PLL_BASE",
             p_COMPENSATION="INTERNAL",

@@ -80,7 +80,8 @@ class Dispatcher(wiring.Component):
         m = Module()
         reply = self.o_reply
         answer = Signal(self.word)
-        record, busy = Signal(), Signal()  # asked for; in the core
+        record = Signal()  # asked for
+        busy = Signal()  # in the core
         m.d.comb += [
             self.bus.w_data.eq(self.word_data),
             reply.payload.data.eq(Mux(self.kind == Kind.WRITE, self.bus.addr, answer)),

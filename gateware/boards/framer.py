@@ -64,7 +64,8 @@ class Framer(wiring.Component):
         with m.If(full & self.o.ready):
             m.d.sync += [full.eq(special & ~escaped), escaped.eq(special & ~escaped)]
 
-        begin, body = Signal(), Signal()
+        begin = Signal()
+        body = Signal()
         raw = self.i.payload.raw
         m.d.comb += [
             begin.eq((part == _Part.BEGIN) & ~raw),

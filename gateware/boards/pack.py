@@ -63,7 +63,8 @@ class Packer(wiring.Component):
         place = Signal(range(size))
         word = Signal(8 * size)  # sign-extended
         kind = Signal(2)
-        sent, whole = Signal(), Signal()  # a byte; the last one of a word
+        sent = Signal()  # a byte
+        whole = Signal()  # the last byte of a word
         m.d.comb += [
             word.eq(reply.payload.data.as_signed()),
             kind.eq(reply.payload.kind),
@@ -92,7 +93,10 @@ class Packer(wiring.Component):
     ) -> None:
         """Records and answers in turn: ``word`` and ``kind`` are a record's, or the answer's."""
         reply = self.i_reply
-        held, last, ready, answer = Signal(self.word), Signal(), Signal(init=1), Signal()
+        held = Signal(self.word)
+        last = Signal()
+        ready = Signal(init=1)
+        answer = Signal()
         taken = [held.eq(self.i.payload.data), last.eq(self.i.payload.last), ready.eq(0)]
         m.d.comb += self.i.ready.eq(ready)
         with m.If(~answer):

@@ -88,17 +88,17 @@ class Unpacker(wiring.Component):
         return 1 << (max(*self.lengths.values(), 2) - 1).bit_length()
 
     def elaborate(self, platform: Any) -> Module:
-        """Remove escapes, assemble words, check at END."""
+        """Remove escapes, assemble words, check at END; ``half`` of the buffer is being filled."""
         m = Module()
         size, depth = word_bytes(self.word), self.depth
         m.submodules.buffer = buffer = memory.Memory(
             shape=self.word, depth=2 * depth, init=[], attrs={"ram_style": "block"}
         )
-        writer, reader = buffer.write_port(), buffer.read_port()
+        writer = buffer.write_port()
+        reader = buffer.read_port()
         m.submodules.crc = crc = CRC.create()
 
-        half = Signal()  # of the buffer that is being received into
-        bad, escaped, headed = (Signal(name=name) for name in ("bad", "escaped", "headed"))
+        bad, escaped, headed, half = (Signal(name=n) for n in ("bad", "escaped", "headed", "half"))
         kind = Signal(8)
         place = Signal(range(size))  # of the next byte in its word
         count = Signal(range(depth + 1))  # of whole words
@@ -150,7 +150,9 @@ class Unpacker(wiring.Component):
 
     def _bytes(self, m: Module, escaped: Signal) -> tuple[Signal, Signal, Signal]:
         """A byte without its escape, when there is one, and when a frame ends."""
-        byte, take, end = Signal(8), Signal(), Signal()
+        byte = Signal(8)
+        take = Signal()
+        end = Signal()
         m.d.comb += [
             end.eq(self.valid & (self.data == END)),
             take.eq(self.valid & ~end & (escaped | (self.data != ESC))),
@@ -164,7 +166,8 @@ class Unpacker(wiring.Component):
 
     def _expected(self, m: Module, kind: Signal, count: Signal) -> tuple[Signal, Signal]:
         """Whether there is such a kind, and how many words before the CRC it has."""
-        known, expected = Signal(), Signal.like(count)
+        known = Signal()
+        expected = Signal.like(count)
         with m.Switch(kind):
             for each, words in self.lengths.items():
                 with m.Case(each):

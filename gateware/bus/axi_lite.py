@@ -125,7 +125,9 @@ class AxiLiteSlave(wiring.Component):
         with m.If(axi.rready):
             m.d.sync += axi.rvalid.eq(0)
 
-        write, read, written = Signal(), Signal(), Signal()
+        write = Signal()
+        read = Signal()
+        written = Signal()
         m.d.comb += [
             write.eq(aw_full & w_full & ~axi.bvalid),
             read.eq(ar_full & ~axi.rvalid),

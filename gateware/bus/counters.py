@@ -71,14 +71,18 @@ class EventCounters(wiring.Component):
         m.submodules.memory = words = memory.Memory(
             shape=word, depth=1 << self.index_bits, init=[], attrs={"ram_style": "block"}
         )
-        w_port, scan, read = words.write_port(), words.read_port(), words.read_port()
+        w_port = words.write_port()
+        scan = words.read_port()
+        read = words.read_port()
 
         turned = Signal(1 << self.index_bits - 1, reset_less=True)
         m.d.sync += turned.eq(turned ^ self.events)
 
         turn = Signal(self.index_bits - 1 + 2)
         place, step = turn[2:], turn[:2]
-        now, clearing, left = Signal(), Signal(), Signal.like(turn)
+        now = Signal()
+        clearing = Signal()
+        left = Signal.like(turn)
         m.d.sync += [
             turn.eq(turn + 1),
             now.eq(Array(turned)[place] if self.count > 1 else turned[0]),

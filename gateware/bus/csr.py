@@ -116,8 +116,10 @@ class Csr(wiring.Component):
         m.submodules.memory = words = memory.Memory(
             shape=WORD + 1, depth=2 << self.bits, init=init, attrs={"ram_style": "block"}
         )
-        w_port, r_port = words.write_port(), words.read_port()
-        live, copy = Signal(WORD), Signal(WORD)
+        w_port = words.write_port()
+        r_port = words.read_port()
+        live = Signal(WORD)
+        copy = Signal(WORD)
         low = self.offset[: self.bits]
         m.d.comb += [
             w_port.addr.eq(low),

@@ -79,8 +79,11 @@ class FeedRegisters(wiring.Component):
             init=[word & mask for word in self.init],
             attrs={"ram_style": "distributed"},
         )
-        w_port, r_port = words.write_port(), words.read_port()
-        wanted, going, following = Signal(), Signal(), Signal(5)
+        w_port = words.write_port()
+        r_port = words.read_port()
+        wanted = Signal()
+        going = Signal()
+        following = Signal(5)
         last = self.index == self.count - 1
         m.d.comb += [
             w_port.addr.eq(self.w_index),

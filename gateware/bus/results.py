@@ -95,7 +95,8 @@ class Results(wiring.Component):
                 init=[],
                 attrs={"ram_style": "block"},
             )
-            w_port, r_port = words.write_port(), words.read_port()
+            w_port = words.write_port()
+            r_port = words.read_port()
             m.d.comb += [
                 w_port.addr.eq(Cat(self.w_index, write)),
                 w_port.data.eq(self.w_data),

@@ -89,7 +89,8 @@ class Multiplier(wiring.Component):
         m.d.comb += [hl.c.eq(ll.m[cut:]), lh.pcin.eq(hl.pcout), hh.c.eq(lh.p[cut:].as_signed())]
         # The bits that need no more addition wait in flip-flops (no reset, so that they stay
         # beside the slices; the pair of ``low`` is kept from becoming a shift register).
-        low, low_next = Signal(cut, reset_less=True), Signal(cut, reset_less=True)
+        low = Signal(cut, reset_less=True)
+        low_next = Signal(cut, reset_less=True)
         middle = Signal(cut, reset_less=True)
         with m.If(self.en):
             m.d.sync += [low.eq(ll.m[:cut]), low_next.eq(low), middle.eq(lh.p[:cut])]

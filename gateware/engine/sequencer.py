@@ -114,7 +114,9 @@ class Sequencer(wiring.Component):
         # A get proceeds when an input word is there, unless it is to be swallowed, or the bus
         # claims the write port before the first one. These need nothing of the microword, whose
         # bits come late: what decides about the clock enable is one look-up table behind them.
-        offered, blocked, bad = Signal(), Signal(), Signal()
+        offered = Signal()
+        blocked = Signal()
+        bad = Signal()
         waits = _table(m, "blocked", _blocked, self.request, started, self.i_valid, swallow)
         m.d.comb += [
             claim.eq(self.request & ~started),

@@ -230,7 +230,8 @@ class Adis16385(wiring.Component):
             self.mosi.eq(spi.mosi),
             spi.miso.eq(self.miso),
         ]
-        ready, ready_before = Signal(), Signal()
+        ready = Signal()
+        ready_before = Signal()
         m.submodules.synchroniser = FFSynchronizer(self.data_ready, ready)
         m.d.sync += ready_before.eq(ready)
         m.d.comb += r.edge.eq(ready & ~ready_before)
@@ -268,7 +269,8 @@ class Adis16385(wiring.Component):
         m.submodules.buffer = buffer = memory.Memory(
             shape=16, depth=len(WORDS), init=[], attrs={"ram_style": "distributed"}
         )
-        writer, reader = buffer.write_port(), buffer.read_port(domain="comb")
+        writer = buffer.write_port()
+        reader = buffer.read_port(domain="comb")
         is_temperature = r.place == WORDS.index("TEMP_OUT")
         m.d.comb += [
             writer.addr.eq(r.place),
@@ -348,7 +350,10 @@ class Adis16385(wiring.Component):
     def _judge(self, m: Module, r: _Registers, in_frames: Value) -> None:
         """At the answer that is checked: what it says of the sample and of the device."""
         flags, event = self.flags, r.event
-        judging, whole, doubtful, bad = Signal(), Signal(), Signal(), Signal()
+        judging = Signal()
+        whole = Signal()
+        doubtful = Signal()
+        bad = Signal()
         m.d.comb += [
             judging.eq(r.checks & r.answered & r.spi_turn),
             whole.eq(r.step[2:].all()),
@@ -426,7 +431,9 @@ class Adis16385(wiring.Component):
     def _tick(self, m: Module, tick: Signal, running: Signal, exponent: Value) -> None:
         """A tick at each change of a bit of ``time``: of a higher one, the rarer samples are."""
         bits = [self.time[min(31, self.tick_bit + min(k, _DECIMATION_MAX))] for k in range(16)]
-        bit, before, ran = Signal(), Signal(), Signal()
+        bit = Signal()
+        before = Signal()
+        ran = Signal()
         m.d.comb += bit.eq(Mux(running, Array(bits)[exponent], bits[0]))
         m.d.sync += [before.eq(bit), ran.eq(running)]
         # The change to another bit is no tick.
@@ -445,14 +452,24 @@ class _Registers:
             name: Signal(16, name=f"{name}_used") for name in ("msc_ctrl", "smpl_prd", "sens_avg")
         }
         # Of the frame whose answer comes.
-        self.stores, self.checks, self.place = Signal(), Signal(), Signal(3)
-        self.which, self.known = Signal(range(len(CHECKED))), Signal(16)
-        self.answered, self.equal, self.spi_turn = Signal(), Signal(), Signal()
-        self.edge, self.running = Signal(), Signal()
-        self.over, self.alarm, self.invalid, self.skipped = Signal(), Signal(), Signal(), Signal()
+        self.stores = Signal()
+        self.checks = Signal()
+        self.place = Signal(3)
+        self.which = Signal(range(len(CHECKED)))
+        self.known = Signal(16)
+        self.answered = Signal()
+        self.equal = Signal()
+        self.spi_turn = Signal()
+        self.edge = Signal()
+        self.running = Signal()
+        self.over = Signal()
+        self.alarm = Signal()
+        self.invalid = Signal()
+        self.skipped = Signal()
         self.event = {name: Signal(name=f"event_{name}") for name in EVENTS}
         longest = max(reader.timeout_ticks, reader.startup_ticks, reader.reset_ticks)
         self.timer = Signal(range(1 + longest), init=reader.reset_ticks)
-        self.expired, self.start_over = Signal(), Signal()
+        self.expired = Signal()
+        self.start_over = Signal()
         self.chances = Signal(range(settings.bad_limit), init=settings.bad_limit - 1)
         self.edges = Signal(16)

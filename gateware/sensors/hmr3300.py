@@ -176,13 +176,15 @@ class Hmr3300(wiring.Component):
         wiring.connect(m, commander.o, transmitter.i)
         wiring.connect(m, wiring.flipped(self.command), commander.command)
 
-        beat, tick = Signal(), Signal()
+        beat = Signal()
+        tick = Signal()
         m.d.sync += beat.eq(self.time[self.beat])
         m.d.comb += tick.eq(beat ^ self.time[self.beat])
 
         ticks = self._ticks(self.stale_s) + 1
         age = Signal(ticks.bit_length(), init=-1)  # ticks, up to all ones
-        stale, was_stale = Signal(), Signal(init=1)
+        stale = Signal()
+        was_stale = Signal(init=1)
         m.d.comb += stale.eq(age.all() & ~parser.line)
         m.d.sync += was_stale.eq(stale)
         with m.If(parser.line):

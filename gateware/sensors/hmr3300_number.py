@@ -65,7 +65,7 @@ class DecimalNumber(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         """A shift register of 16, delays of 1 and 3 bits, one full adder, one comparison."""
         m = Module()
-        begin, run, storing = Signal(), Signal(), Signal()
+        begin, run, storing = (Signal(name=n) for n in ("begin", "run", "storing"))
         timer = Signal(range(2 * BITS))  # the upper half are the bits
         index = timer[:-1]
         m.d.comb += [begin.eq(self.take | self.store), run.eq(timer[-1])]
@@ -75,10 +75,10 @@ class DecimalNumber(wiring.Component):
             m.d.sync += timer.eq(timer + run)
 
         number = Signal(BITS, reset_less=True)
-        twice, fourfold, eightfold, carry, above = (
-            Signal(name=n) for n in ("twice", "fourfold", "eightfold", "carry", "above")
+        twice, fourfold, eightfold, carry, above, low, new = (
+            Signal(name=n)
+            for n in ("twice", "fourfold", "eightfold", "carry", "above", "low", "new")
         )
-        low, new = Signal(), Signal()
         m.d.comb += [low.eq(number[0]), new.eq(twice ^ eightfold ^ carry)]
 
         def bit_of(constant: int) -> Any:

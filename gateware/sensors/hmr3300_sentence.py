@@ -137,11 +137,13 @@ class SentenceParser(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         """Classes of bytes; a cycle later grammar and arithmetic."""
         m = Module()
-        valid, error = Signal(), Signal()
+        valid = Signal()
+        error = Signal()
         m.d.sync += [valid.eq(self.valid), error.eq(self.error)]
         nibble, byte = self._byte(m)
 
-        tenths, negative = Signal(), Signal()
+        tenths = Signal()
+        negative = Signal()
         field = Signal(2)
         m.submodules.arithmetic = arithmetic = DecimalNumber(angle_max=self.angle_max)
         m.d.comb += [
@@ -155,7 +157,8 @@ class SentenceParser(wiring.Component):
 
         step = Signal(Step, init=Step.SKIP)
         count = Signal(3)
-        good, kind = Signal(), Signal()
+        good = Signal()
+        kind = Signal()
         m.d.sync += [good.eq(0), self.line.eq(good), self.rejected.eq(0), self.invalid.eq(0)]
         with m.If(good):
             m.d.sync += self.is_counts.eq(kind)
@@ -199,7 +202,8 @@ class SentenceParser(wiring.Component):
     ) -> tuple[Signal, Signal]:
         """Whether a line has not begun yet, and the grammar: what comes after this byte."""
         step, count, field = line.step, line.count, line.field
-        at_begin, following = Signal(), Signal(Step)
+        at_begin = Signal()
+        following = Signal(Step)
         m.d.comb += at_begin.eq((step == Step.NUMBER) & (field == 0) & (count == 0))
         m.d.comb += following.eq(Step.SKIP)
 

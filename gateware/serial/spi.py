@@ -148,7 +148,10 @@ class SpiController(wiring.Component):
         left = Signal(range(2 * base), init=base - 1)
         timer = Signal(range(self.half_cycles), init=self.half_cycles - 1)
         word = Signal(BITS)
-        tick, idle, high, last = Signal(), Signal(), Signal(), Signal()
+        tick = Signal()
+        idle = Signal()
+        high = Signal()
+        last = Signal()
         m.d.comb += [
             idle.eq(_at_most(left, rest)),
             tick.eq(timer == 0),

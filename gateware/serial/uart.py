@@ -113,7 +113,8 @@ class Receiver(wiring.Component):
         rx = Signal(init=1)
         m.submodules.synchroniser = FFSynchronizer(self.rx, rx, init=1)
         timer = Signal(range(divisor))
-        look, sample = Signal(), Signal()
+        look = Signal()
+        sample = Signal()
         m.d.comb += [look.eq(~timer[: spacing.bit_length() - 1].any()), sample.eq(~timer.any())]
 
         seen = Signal(2, init=3)
@@ -194,7 +195,9 @@ class Transmitter(wiring.Component):
         m = Module()
         timer = Signal(range(self.divisor))  # up to 0
         rest = Signal(9)
-        empty, sample, begin = Signal(), Signal(), Signal()
+        empty = Signal()
+        sample = Signal()
+        begin = Signal()
         m.d.comb += [
             empty.eq(~rest.any()),
             sample.eq(~timer.any()),

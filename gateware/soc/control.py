@@ -79,7 +79,7 @@ class Control(wiring.Component):
         m.submodules.transmitter = transmitter = Transmitter(divisor=self.divisor)
         m.d.comb += [receiver.rx.eq(self.rx), self.tx.eq(transmitter.tx)]
 
-        asked, write = Signal(), Signal()
+        asked, write = (Signal(name=name) for name in ("asked", "write"))
         m.d.comb += [asked.eq(bus.cyc & bus.stb & ~bus.ack), write.eq(asked & bus.we)]
         m.d.sync += bus.ack.eq(asked)
 
@@ -87,7 +87,7 @@ class Control(wiring.Component):
 
         cycles, alarm, on = self._timer(m, written)
         received = Signal(8)
-        lost, fired = Signal(), Signal()
+        lost, fired = (Signal(name=name) for name in ("lost", "fired"))
         m.d.comb += [
             transmitter.i.payload.eq(bus.dat_w[:8]),
             transmitter.i.valid.eq(written["console"]),
@@ -134,7 +134,9 @@ class Control(wiring.Component):
 
     def _timer(self, m: Module, written: Mapping[str, Value]) -> tuple[Signal, Signal, Signal]:
         """The cycle counter, the time of the alarm, and whether it is on."""
-        cycles, alarm, on = Signal(32), Signal(32), Signal()
+        cycles = Signal(32)
+        alarm = Signal(32)
+        on = Signal()
         late = Signal(32)
         m.d.comb += late.eq(cycles - alarm)
         m.d.sync += [cycles.eq(cycles + 1), self.timer.eq(on & ~late[-1])]

@@ -131,9 +131,12 @@ class AttitudeOutput(wiring.Component):
 
     def _begin(self, m: Module, s: _Place) -> tuple[Signal, Signal]:
         """Which updates are sent; what is kept of one."""
-        left, due = Signal(10), Signal()  # updates until the next one that is sent
+        left = Signal(10)  # updates until the next one that is sent
+        due = Signal()
         later = left[1:].any()
-        idle, start, flags = s.state == _State.IDLE, Signal(), Signal(8)
+        idle = s.state == _State.IDLE
+        start = Signal()
+        flags = Signal(8)
         is_text = (self.mode == OutputMode.TEXT) if self.text else Const(0, 1)
         m.d.comb += [
             due.eq(self.updated & ((self.mode == OutputMode.BINARY) | is_text) & ~later),
@@ -173,7 +176,8 @@ class AttitudeOutput(wiring.Component):
     def _character(self, m: Module, s: _Place) -> Signal:
         """The character of a line that stands for the byte."""
         m.submodules.digits = digits = AngleDigits()
-        low, multiplying = Signal(3), s.state == _State.MULTIPLY
+        low = Signal(3)
+        multiplying = s.state == _State.MULTIPLY
         m.d.sync += [
             low.eq(s.bit),
             digits.bit.eq(s.byte.bit_select(low, 1)),
@@ -188,7 +192,8 @@ class AttitudeOutput(wiring.Component):
             s.possible.eq(digits.possible),
             s.multiplied.eq(digits.last),
         ]
-        shown, character = Signal(4), Signal(8)
+        shown = Signal(4)
+        character = Signal(8)
         m.d.comb += shown.eq(Mux(s.op == Op.HEX, Mux(s.code[0], s.byte[4:], s.byte[:4]), s.digit))
         with m.Switch(s.op):
             with m.Case(Op.LITERAL):
@@ -245,11 +250,18 @@ class _Place:
     """Where in a frame or line the output is, and what stands there."""
 
     def __init__(self, bits: int) -> None:
-        self.state, self.text = Signal(_State), Signal()
+        self.state = Signal(_State)
+        self.text = Signal()
         self.last = Signal(4)
-        self.place, self.next_place = Signal(3 + bits), Signal(3 + bits)
+        self.place = Signal(3 + bits)
+        self.next_place = Signal(3 + bits)
         self.bit = Signal(6)
-        self.entry_op, self.entry_code = Signal(2), Signal(4 + bits)
-        self.op, self.code, self.ends = Signal(2), Signal(4 + bits), Signal()
-        self.byte, self.digit = Signal(8), Signal(4)
-        self.possible, self.multiplied = Signal(), Signal()
+        self.entry_op = Signal(2)
+        self.entry_code = Signal(4 + bits)
+        self.op = Signal(2)
+        self.code = Signal(4 + bits)
+        self.ends = Signal()
+        self.byte = Signal(8)
+        self.digit = Signal(4)
+        self.possible = Signal()
+        self.multiplied = Signal()

@@ -336,7 +336,8 @@ class AttitudeSystem(wiring.Component):
 
     def _lights(self, m: Module, time: Signal) -> None:
         """One that blinks with updates, one for what is wrong with the sensors."""
-        came, beat = Signal(), Signal()
+        came = Signal()
+        beat = Signal()
         bit = min(_BLINK_BIT, int(self.clock_hz / 4).bit_length())
         m.d.sync += beat.eq(time[bit])
         with m.If(self._attitude.updated):

@@ -107,7 +107,9 @@ class AngleDigits(wiring.Component):
         m = Module()
         rest = Signal(16)
         seen = Signal()  # a one has come: of a negative number the bits are inverted from then on
-        operand, carry, total = Signal(16), Signal(), Signal(17)
+        operand = Signal(16)
+        carry = Signal()
+        total = Signal(17)
         m.d.comb += [total.eq(rest + operand + carry), self.possible.eq(total[16])]
         with m.If(self.shift):
             m.d.comb += [

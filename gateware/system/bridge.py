@@ -111,7 +111,8 @@ class Bridge(wiring.Component):
         ]
 
         # One of the two has the framer until its last byte; else who wants it.
-        push, within = Signal(), Signal()
+        push = Signal()
+        within = Signal()
         offered = framer.i
         m.d.comb += [
             offered.valid.eq(Mux(push, self.i.valid, packer.o.valid)),

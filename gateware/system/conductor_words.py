@@ -174,7 +174,8 @@ class Words:
         self.stamp, self.word, self.values = stamp, word, values
         self.calibrated = o.valid & (s.job != Job.FILTER)
         self.waits = Signal(plan.word)
-        self.set_valid, self.set_index = Signal(), Signal(5)
+        self.set_valid = Signal()
+        self.set_index = Signal(5)
         self.set_data = Signal(plan.word)
 
     def remember(self, m: Module) -> None:
@@ -193,7 +194,8 @@ class Words:
             init=init if feed.wide else [],
             attrs={"ram_style": "block"},
         )
-        w_port, r_port = words.write_port(), words.read_port()
+        w_port = words.write_port()
+        r_port = words.read_port()
         m.d.comb += self.waits.eq(r_port.data)
         self._address(m, r_port.addr)
         field_bank = s.job[1] & ~s.bank if feed.holds else Const(0, 1)
@@ -273,10 +275,13 @@ class Words:
         """What goes to the result memory when."""
         s, i, o = self.s, self.i, self.o
         is_filter = (s.job == Job.FILTER) & s.last
-        region, count, taking = Signal(2), s.count, s.state
+        region = Signal(2)
+        count = s.count
+        taking = s.state
         if self.plan.early:
             # Words may come while the record is being given, never both in a cycle.
-            number, early = Signal(4), Signal()
+            number = Signal(4)
+            early = Signal()
             m.d.comb += early.eq((s.state == State.FEED) & o.valid)
             count, taking = Mux(early, number, s.count), Mux(early, State.COLLECT, s.state)
             count = Mux(s.state == State.COLLECT, number, count)

@@ -118,8 +118,11 @@ class SystemBus(wiring.Component):
         ]
 
         # A write of ours is done and acknowledged in its second cycle, when all this is decoded.
-        ours, ours_csr = Signal(), Signal()
-        access, elsewhere, core_answers = Signal(), Signal(), Signal()
+        ours = Signal()
+        ours_csr = Signal()
+        access = Signal()
+        elsewhere = Signal()
+        core_answers = Signal()
         bad = Signal()
         m.d.sync += [
             ours.eq(bus.w_stb & ~is_core & ~ours),
@@ -157,7 +160,9 @@ class SystemBus(wiring.Component):
 
     def _feed(self, m: Module, ours: Signal, elsewhere: Signal) -> None:
         """The page of the input registers: a write is done, and acknowledged, when they can."""
-        bus, is_feed, ours_feed = self.bus, Signal(), Signal()
+        bus = self.bus
+        is_feed = Signal()
+        ours_feed = Signal()
         low = bus.addr[:8]
         m.d.comb += is_feed.eq((bus.addr[8:] == FEED >> 8) & (low < self.feed))
         m.d.sync += ours_feed.eq(is_feed)

@@ -21,7 +21,7 @@ from boresight.sim.accuracy.scoring import Scorer
 from boresight.sim.compare.difference import Difference, differences
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
-from boresight.sim.processes import dealt
+from boresight.sim.processes import dispatch
 from boresight.sim.records.feed import Feed, feed, fitted
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
@@ -213,7 +213,7 @@ def benchmark(
     for e in estimators:
         take(e.name, _ours(e, trials, (params or {}).get(e.name), word, with_float, jobs))
     if tasks:
-        for label, results in dealt(jobs or os.cpu_count() or 1, tasks):
+        for label, results in dispatch(jobs or os.cpu_count() or 1, tasks):
             take(label, results)
     rank = {name: k for k, name in enumerate([*(e.name for e in estimators), *peers])}
     place = {t.name: k for k, t in enumerate(trials)}

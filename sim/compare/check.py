@@ -189,8 +189,8 @@ class Check:
     ) -> LevelResult:
         """One level's verdict on one estimator: on a mismatch with the first value that differs."""
         if tried.error:
-            name, n = tried.kind.name, len(given)
-            return LevelResult(name, tried.tool, n, 0, tried.seconds, error=tried.error)
+            kind, seconds = tried.kind, tried.seconds
+            return LevelResult(kind.name, tried.tool, None, None, seconds, error=tried.error)
         level = tried.levels[k]
         result = compare(level, tried.runs[k], wanted, tried.seconds)
         if (step := result.first_wrong) is None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -12,27 +13,29 @@ from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Level, Run
 from boresight.sim.records.feed import Feed
 
-__all__ = ["CheckResult", "LevelResult", "compare"]
+__all__ = ["CheckResult", "LevelResult", "compare", "verdict"]
 
 
 @dataclass(frozen=True)
 class LevelResult:
     """One level's verdict.
 
-    ``n_mismatch`` counts updates whose outputs, states or saturation flag differ and
-    ``first_wrong`` is the first of them; ``error`` says why a level could not run (that fails
-    too). Cycles are None for levels without a clock.
+    ``n_mismatch`` counts the updates, of ``n_total``, whose outputs, states or saturation flag
+    differ, and ``first_wrong`` is the first of them. ``error`` says why a level did not run, or
+    why its run proves nothing: then there are no counts (None). Cycles are None for levels without
+    a clock.
     """
 
     level: str
     simulator: str
-    n_total: int
-    n_mismatch: int
+    n_total: int | None
+    n_mismatch: int | None
     seconds: float
     cycles_predicted: int | None = None
     cycles_min: int | None = None
     cycles_max: int | None = None
     interval_predicted: int | None = None
+    interval_min: int | None = None
     interval_max: int | None = None
     error: str = ""
     divergence: str = ""
@@ -41,33 +44,49 @@ class LevelResult:
     @property
     def good(self) -> bool:
         """Ran, compared something, and found no difference in words or cycles."""
-        return (
-            not self.error
-            and self.n_total > 0
-            and self.n_mismatch == 0
-            and self.cycles_min == self.cycles_predicted == self.cycles_max
-            and self.interval_predicted == self.interval_max
-        )
+        return not self.failure
+
+    @property
+    def failure(self) -> str:
+        """Why it failed; empty where it did not."""
+        if self.error:
+            return self.error
+        if not self.n_total:
+            return "no update was compared"
+        if self.n_mismatch:
+            return f"{self.n_mismatch} of {self.n_total} updates differ"
+        if not self.cycles_min == self.cycles_predicted == self.cycles_max:
+            return f"cycles predicted {self.cycles_predicted}, counted {self._cycles}"
+        if not self.interval_min == self.interval_predicted == self.interval_max:
+            return f"interval predicted {self.interval_predicted}, counted {self._intervals}"
+        return ""
+
+    @property
+    def _cycles(self) -> str:
+        return _span(self.cycles_min, self.cycles_max)
+
+    @property
+    def _intervals(self) -> str:
+        return _span(self.interval_min, self.interval_max)
 
     def line(self) -> str:
-        """One line for people."""
+        """One line for people; what `error` says stands in the verdict, once for all levels."""
         name = f"{self.level:8s} {self.simulator:12s}"
         if self.error:
-            return f"{name} FAILED    {self.error}"
+            return f"{name} FAILED"
         text = f"{name} [{self.n_mismatch}/{self.n_total}] mismatches"
         if self.cycles_predicted is not None:
-            counted = (
-                f"{self.cycles_min}"
-                if self.cycles_min == self.cycles_max
-                else f"{self.cycles_min}..{self.cycles_max}"
-            )
             text += (
-                f"   cycles predicted {self.cycles_predicted}, counted {counted}"
-                f"; interval predicted {self.interval_predicted}, counted {self.interval_max}"
+                f"   cycles predicted {self.cycles_predicted}, counted {self._cycles}"
+                f"; interval predicted {self.interval_predicted}, counted {self._intervals}"
             )
         return f"{text}   {self.seconds:.1f} s" + (
             f"\n         {self.divergence}" if self.divergence else ""
         )
+
+
+def _span(least: int | None, most: int | None) -> str:
+    return f"{least}" if least == most else f"{least}..{most}"
 
 
 def compare(level: Level, run: Run, wanted: Run, seconds: float = 0.0) -> LevelResult:
@@ -90,14 +109,15 @@ def compare(level: Level, run: Run, wanted: Run, seconds: float = 0.0) -> LevelR
             "cycles_min": int(counted.min()),
             "cycles_max": int(counted.max()),
             "interval_predicted": plan.interval,
+            "interval_min": int(run.interval_cycles.min()),
             "interval_max": int(run.interval_cycles.max()),
         }
     first = int(wrong.argmax()) if wrong.any() else None
     return LevelResult(
         level.name,
         level.tool,
-        n,
-        int(wrong.sum()),
+        None if run.fault else n,
+        None if run.fault else int(wrong.sum()),
         seconds,
         error=run.fault,
         first_wrong=first,
@@ -135,6 +155,12 @@ class CheckResult(Answer):
         return self.build.estimators[self.number].name
 
     @property
+    def failures(self) -> list[str]:
+        """What is wrong, one line each; empty if `good`."""
+        levels = [f"{x.level} in {x.simulator}: {x.failure}" for x in self.levels if x.failure]
+        return [*levels, *self.accuracy.faults()] + ([] if self.levels else ["no level was run"])
+
+    @property
     def exact(self) -> bool:
         """Every level ran and equals the integer model."""
         return bool(self.levels) and all(level.good for level in self.levels)
@@ -155,7 +181,7 @@ class CheckResult(Answer):
         ]
 
     def __str__(self) -> str:
-        return "\n".join(self.lines())
+        return "\n".join((*self.lines(), verdict([self])))
 
     def _shown(self) -> JsonObject:
         data = self.to_json()
@@ -174,5 +200,24 @@ class CheckResult(Answer):
             "exact": self.exact,
             "accuracy": plain(self.accuracy),
             "warnings": list(self.given.warnings),
-            "verification": plain([{**dataclasses.asdict(x), "good": x.good} for x in self.levels]),
+            "verification": plain(
+                [
+                    {**dataclasses.asdict(x), "good": x.good, "failure": x.failure}
+                    for x in self.levels
+                ]
+            ),
         }
+
+
+def verdict(results: Sequence[CheckResult]) -> str:
+    """``good``, or ``FAILED`` with the first failure of each result; what they share, once."""
+    names: dict[str, list[str]] = {}
+    for result in results:
+        for text in result.failures[:1]:
+            name = f"{result.estimator} on {result.given.record.name}"
+            names.setdefault(" ".join(text.split()), []).append(name)
+    if not names:
+        return "good"
+    shared = [text for text, where in names.items() if len(where) == len(results)]
+    own = [f"{', '.join(where)}: {text}" for text, where in names.items() if text not in shared]
+    return f"FAILED: {'; '.join(shared + own)}"

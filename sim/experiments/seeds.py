@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from boresight.sim.processes import dealt
+from boresight.sim.processes import dispatch
 
 __all__ = ["Runs", "run_cases", "spreads_of"]
 
@@ -77,7 +77,7 @@ def run_cases(
     """Run every case (name, case, runs), ``at_once`` runs in a task.
 
     Tasks, and so the figures, do not depend on ``jobs``, the number of processes: by default one
-    for each processor. The longest cases had better come first. See `dealt`.
+    for each processor. The longest cases had better come first. See `dispatch`.
     """
     tasks = [
         ((name, first), run, (case, range(first, min(first + at_once, seed + runs))))
@@ -85,7 +85,7 @@ def run_cases(
         for first in range(seed, seed + runs, at_once)
     ]
     parts: dict[tuple[str, int], Runs] = {}
-    for label, part in dealt(jobs or os.cpu_count() or 1, tasks):
+    for label, part in dispatch(jobs or os.cpu_count() or 1, tasks):
         parts[label] = part
         say(f"{len(parts)} of {len(tasks)}: {label[0]}, from seed {label[1]} on")
     return {

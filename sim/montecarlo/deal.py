@@ -14,7 +14,7 @@ from typing import Any
 from boresight.model.errors import InputError, ToolMissing
 from boresight.sim.montecarlo.campaign import Campaign, draws
 from boresight.sim.montecarlo.journal import Journal
-from boresight.sim.processes import dealt
+from boresight.sim.processes import dispatch
 
 __all__ = ["cluster", "complete"]
 
@@ -73,7 +73,7 @@ def complete(
     if executor is not None:
         found = _submitted(executor, campaign, hands)
     else:
-        dealt_out = dealt(jobs, [(k, draws, (campaign, hand)) for k, hand in enumerate(hands)])
+        dealt_out = dispatch(jobs, [(k, draws, (campaign, hand)) for k, hand in enumerate(hands)])
         found = (made for _, made in dealt_out)
     for made in found:
         journal.add(made)

@@ -117,11 +117,7 @@ def _verification(checks: Sequence[CheckResult], warn: Warn) -> list[dict[str, A
     levels = [(check.given.record.name, level) for check in checks for level in check.levels]
     for _, x in levels:
         if not x.good:
-            said = f", {x.n_mismatch} of {x.n_total} updates differ" if x.n_mismatch else ""
-            warn(
-                f"verification: {x.level} ({x.simulator}) failed"
-                + (f": {x.error}" if x.error else said)
-            )
+            warn(f"verification: {x.level} ({x.simulator}) failed: {x.failure}")
     if not levels:
         warn("verification: not run")
     return [
@@ -137,9 +133,9 @@ def _verification(checks: Sequence[CheckResult], warn: Warn) -> list[dict[str, A
             else {"predicted": x.cycles_predicted, "min": x.cycles_min, "max": x.cycles_max},
             "interval": None
             if x.interval_predicted is None
-            else {"predicted": x.interval_predicted, "max": x.interval_max},
+            else {"predicted": x.interval_predicted, "min": x.interval_min, "max": x.interval_max},
             "good": x.good,
-            "error": x.error,
+            "failure": x.failure,
             "divergence": x.divergence,
         }
         for log, x in levels

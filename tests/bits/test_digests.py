@@ -9,16 +9,23 @@ import contextlib
 import hashlib
 import json
 import os
+import re
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
+from amaranth.back import rtlil
 
+from boresight.gateware.boards.top import Top
 from boresight.gateware.core import Core, build_shared_core
+from boresight.gateware.integration.axi_core import AxiCore
 from boresight.gateware.machine import CONFIGS
 from boresight.gateware.schedule.search import schedule
-from boresight.gateware.system.programs import FILTERS
+from boresight.gateware.soc.attitude_soc import AttitudeSoc
+from boresight.gateware.system.attitude_system import AttitudeSystem
+from boresight.gateware.system.programs import FILTERS, system_core
+from boresight.gateware.verilog import Device
 from boresight.model.errors import InputError
 from boresight.model.estimators import ESTIMATORS
 from boresight.model.estimators.mekf import Mekf
@@ -99,6 +106,27 @@ def test_schedules_of_random_programs() -> None:
             digests.update(schedule(program, machine, restarts=30, urgent=1).to_json().encode())
         found[config] = digests.hexdigest()
     kept("schedules of random programs", found)
+
+
+@pytest.mark.pythons
+def test_signals() -> None:
+    """Every signal has a name, the same on each Python: Amaranth takes names out of its bytecode.
+
+    ``a, b = Signal(), Signal()`` has no names, or not everywhere: one statement each, or ``name=``.
+    """
+    core = system_core(("complementary", "mekf"), restarts=0)
+    designs = {
+        "system": (AttitudeSoc(system=AttitudeSystem(core=core, wishbone=True)), ""),
+        "core on a board": (Top(core=filters("small", 0), clock_hz=100e6), "xc6slx9"),
+        "AXI": (AxiCore(word=24), ""),
+    }
+    found = {}
+    for name, (design, device) in designs.items():
+        text = rtlil.convert(design, platform=Device(device), emit_src=False)
+        signals = re.findall(r"^ +wire (?:width (\d+) )?.*?\\(\S+)$", text, re.M)
+        assert not [signal for _, signal in signals if signal.startswith("$")]
+        found[name] = hashlib.sha256(repr(signals).encode()).hexdigest()
+    kept("signals", found)
 
 
 @pytest.mark.soak

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -20,8 +22,27 @@ LOG = str(bundled("synthetic_60s"))
 DRIFT = Path(__file__).parents[1] / "support" / "drift.py"
 
 
-def stopped(argv: list[str], tmp_path: Path, *, after: str, everybody: bool) -> tuple[int, str]:
-    """Exit code and stderr of a command that gets Ctrl-C after a line of progress."""
+def interrupt(process: int) -> None:
+    os.kill(process, signal.SIGINT)
+
+
+def interrupt_all(session: int) -> None:
+    """As a terminal does it."""
+    os.killpg(session, signal.SIGINT)
+
+
+def kill_worker(session: int) -> None:
+    """As the system does it when memory runs out."""
+    workers = [
+        p for p in members(session) if b"spawn_main" in Path(f"/proc/{p}/cmdline").read_bytes()
+    ]
+    os.kill(workers[0], signal.SIGKILL)
+
+
+def stopped(
+    argv: list[str], tmp_path: Path, *, after: str, by: Callable[[int], None]
+) -> tuple[int, str]:
+    """Exit code and stderr of a command that something happens to after a line of progress."""
     with subprocess.Popen(
         [*COMMAND, *argv],
         cwd=tmp_path,
@@ -37,29 +58,25 @@ def stopped(argv: list[str], tmp_path: Path, *, after: str, everybody: bool) -> 
             if after in line:
                 break
         time.sleep(1.0)
-        if everybody:  # as a terminal does it
-            os.killpg(process.pid, signal.SIGINT)
-        else:
-            process.send_signal(signal.SIGINT)
+        by(process.pid)
         said = process.stderr.read()
         code = process.wait(timeout=60)
     for _ in range(50):
-        if not alive(process.pid):
+        if not members(process.pid):
             break
         time.sleep(0.1)
-    assert alive(process.pid) == []
+    assert members(process.pid) == []
     return code, said
 
 
-def alive(session: int) -> list[str]:
+def members(session: int) -> list[int]:
     """Processes of a session that still run."""
     found = []
     for stat in Path("/proc").glob("[0-9]*/stat"):
         with contextlib.suppress(OSError):
-            name, _, rest = stat.read_text().rpartition(")")
-            state, _, _, of = rest.split()[:4]
+            state, _, _, of = stat.read_text().rpartition(")")[2].split()[:4]
             if int(of) == session and state != "Z":
-                found.append(name)
+                found.append(int(stat.parent.name))
     return found
 
 
@@ -71,19 +88,27 @@ STOPPED = (
 )
 
 
+@pytest.mark.pythons
 @pytest.mark.parametrize(
-    ("argv", "after", "everybody"),
+    ("argv", "after", "by"),
     [
-        *((argv, after, True) for argv, after in STOPPED),
+        *((argv, after, interrupt_all) for argv, after in STOPPED),
         # The command's own children: workers of a pool, and a simulator. The others have workers.
-        *((argv, after, False) for argv, after in STOPPED[:2]),
-        *(pytest.param(*one, False, marks=pytest.mark.soak) for one in STOPPED[2:]),
+        *((argv, after, interrupt) for argv, after in STOPPED[:2]),
+        *(pytest.param(*one, interrupt, marks=pytest.mark.soak) for one in STOPPED[2:]),
     ],
 )
-def test_ctrl_c(argv: list[str], after: str, everybody: bool, tmp_path) -> None:
-    code, said = stopped(argv, tmp_path, after=after, everybody=everybody)
+def test_ctrl_c(argv: list[str], after: str, by: Callable[[int], None], tmp_path) -> None:
+    code, said = stopped(argv, tmp_path, after=after, by=by)
     assert code == 130 and "Traceback" not in said
     assert said.splitlines()[-1] == "interrupted" and said.count("interrupted") == 1
+
+
+@pytest.mark.pythons
+def test_a_worker_is_killed(tmp_path) -> None:
+    code, said = stopped(STOPPED[0][0], tmp_path, after="[1/", by=kill_worker)
+    assert code == 1 and "Traceback" not in said
+    assert re.fullmatch("error: a worker process was killed by signal 9.*", said.splitlines()[-1])
 
 
 def test_a_bug_says_that_it_is_one(monkeypatch, capsys) -> None:

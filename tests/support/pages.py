@@ -202,7 +202,7 @@ def _code(shown: str) -> int:
     lines = shown.splitlines() or [""]
     if lines[-1].startswith("error: "):
         return 2
-    return int(lines[-1] == "FAILED")
+    return int(lines[-1].startswith("FAILED"))
 
 
 def call_tests(folder: Path) -> None:

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from boresight.arguments import check_number
 from boresight.firmware.build import CModel
+from boresight.gateware.system.programs import FILTERS
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import Named
@@ -27,7 +28,6 @@ from boresight.sim.levels.integer import words_of
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
-from boresight.verbs.demo import FILTERS
 
 __all__ = ["BenchResult", "add_arguments", "bench", "call", "random_inputs"]
 

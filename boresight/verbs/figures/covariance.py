@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from boresight.arguments import check_number
+from boresight.gateware.system.programs import FILTERS
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import Named
@@ -21,7 +22,6 @@ from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
 from boresight.verbs.check import read_logs
-from boresight.verbs.demo import FILTERS
 
 __all__ = ["P0", "add_arguments", "call", "covariance", "initial_covariances"]
 

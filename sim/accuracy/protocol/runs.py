@@ -33,7 +33,7 @@ from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.integer import Emitted
 from boresight.sim.levels.level import Run
 from boresight.sim.montecarlo.journal import Journal
-from boresight.sim.processes import dealt
+from boresight.sim.processes import dispatch
 from boresight.sim.records.feed import feed, fitted
 from boresight.sim.records.files import read_record
 from boresight.sim.records.nine_axis import NineAxis
@@ -283,7 +283,7 @@ def complete(
     if len(journal.done):
         say(f"{len(journal.done)} of {len(number)} are done already")
     if tasks:
-        for trial, found in dealt(min(jobs or os.cpu_count() or 1, len(tasks)), tasks):
+        for trial, found in dispatch(min(jobs or os.cpu_count() or 1, len(tasks)), tasks):
             journal.add(found)
             say(f"[{len(journal.done)}/{len(number)}] {name_of(trial)}: {found[-1]['case']}")
     return [journal.done[k] for k in sorted(number.values())]

@@ -72,7 +72,8 @@ class Stepped(Elaboratable):
         }
         for name, signal in inputs.items():
             m.d.comb += getattr(dut, name).eq(signal)
-        self.program, other = Signal(range(len(PROGRAMS))), unknown(m, 1, "other")
+        self.program = Signal(range(len(PROGRAMS)))
+        other = unknown(m, 1, "other")
         m.d.comb += dut.program.eq(self.program)
         with m.If(dut.grant & dut.switch):
             m.d.sync += self.program.eq(other)

@@ -67,7 +67,8 @@ class Framed(Elaboratable):
         """The rules at the pins; a frame begins."""
         dut, period = self.dut, self.dut.half_cycles
         # After a reset a frame may have been cut short, so the stall begins anew.
-        cs_before, sclk_before = Signal(init=1), Signal(init=1)
+        cs_before = Signal(init=1)
+        sclk_before = Signal(init=1)
         high_for = Signal(range(self.stall + 1))
         since = Signal(range(max(self.setup, period) + 1))
         edges = Signal(range(2 * BITS + 2))
@@ -99,10 +100,13 @@ class Framed(Elaboratable):
         # Where the frame stands; after a reset at the beginning of the stall.
         before, frame = dut.setup_halves, dut.setup_halves + 2 * BITS
         total = frame + dut.stall_halves
-        busy, framed = Signal(init=1), Signal()
-        half, cycle = Signal(range(total + 1), init=frame), Signal(range(period))
+        busy = Signal(init=1)
+        framed = Signal()
+        half = Signal(range(total + 1), init=frame)
+        cycle = Signal(range(period))
         last = cycle == period - 1
-        sent, heard = Signal(BITS), Signal(BITS)
+        sent = Signal(BITS)
+        heard = Signal(BITS)
         clocked = busy & (half >= before) & (half < frame)
         shifts = clocked & last & ((half - before)[0])
         with m.If(busy):

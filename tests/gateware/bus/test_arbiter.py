@@ -48,10 +48,12 @@ def test_many_transfers(count: int, busy: float) -> None:
                 assert ctx.get(port.r_data) == dict(made[k]).get(address, 0)
         finished.append(k)
 
-    top, willing = Module(), Signal()
+    top = Module()
+    willing = Signal()
     top.submodules.dut = dut
     top.submodules.words = words = Memory(shape=32, depth=4096, init=[])
-    w_port, r_port = words.write_port(), words.read_port()
+    w_port = words.write_port()
+    r_port = words.read_port()
     top.d.comb += [
         dut.bus.w_ack.eq(dut.bus.w_stb & willing),
         w_port.en.eq(dut.bus.w_ack),

@@ -25,7 +25,8 @@ class Bench:
 
     def run(self, *tests: Test) -> None:
         dut, rng = self.dut, random.Random(3)
-        top, willing = Module(), Signal()
+        top = Module()
+        willing = Signal()
         top.submodules.dut = dut
         top.d.comb += [
             dut.grant.eq(dut.request & willing),

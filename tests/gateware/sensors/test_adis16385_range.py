@@ -9,7 +9,9 @@ from boresight.gateware.sensors.adis16385_range import at_full_scale
 
 @pytest.mark.parametrize("limits", [(24000, 20000), (1, 2), (32767, 32766), (300, 300)])
 def test_against_the_magnitude(limits: tuple[int, int]) -> None:
-    word, select, result = Signal(16), Signal(), Signal()
+    word = Signal(16)
+    select = Signal()
+    result = Signal()
     m = Module()
     m.d.comb += result.eq(at_full_scale(word, select, limits))
     near = {sign * (limit + k) for limit in limits for k in (-1, 0, 1) for sign in (1, -1)}

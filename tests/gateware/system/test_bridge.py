@@ -21,7 +21,8 @@ class Host:
         self.top = top = Module()
         top.submodules.dut = dut
         top.submodules.words = words = memory.Memory(shape=32, depth=4096, init=[])
-        w_port, r_port = words.write_port(), words.read_port()
+        w_port = words.write_port()
+        r_port = words.read_port()
         waited = Signal(8)
         top.d.comb += [
             w_port.addr.eq(dut.bus.addr),

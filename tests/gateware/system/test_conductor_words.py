@@ -45,7 +45,9 @@ def test_places_of_sixteen_words_each() -> None:
 
 @pytest.mark.parametrize("entries", [[5], [1, 2], [7, 7, 7], [3, 1, 4, 1, 5]])
 def test_tables_end_with_their_last_entry(entries: list[int]) -> None:
-    m, index, found = Module(), Signal(3), Signal(8)
+    m = Module()
+    index = Signal(3)
+    found = Signal(8)
     m.d.comb += found.eq(table(index, entries))
 
     async def bench(ctx):
@@ -69,7 +71,9 @@ PLAN: Any = SimpleNamespace(
 
 def test_steps_along_a_chain() -> None:
     m, step = Module(), Step(PLAN)
-    program, following, last = Signal(2), Signal(2), Signal()
+    program = Signal(2)
+    following = Signal(2)
+    last = Signal()
     m.d.comb += [program.eq(step.program), following.eq(step.following), last.eq(step.last)]
 
     async def bench(ctx):
@@ -82,7 +86,9 @@ def test_steps_along_a_chain() -> None:
 
 
 def test_the_last_word_of_each_record() -> None:
-    m, step, last = Module(), Step(PLAN), Signal(4)
+    m = Module()
+    step = Step(PLAN)
+    last = Signal(4)
     m.d.comb += last.eq(last_words(PLAN, step))
 
     async def bench(ctx):

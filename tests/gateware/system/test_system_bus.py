@@ -44,7 +44,9 @@ class Bench:
     def run(self, test, *background) -> None:
         top, dut = Module(), self.dut
         top.submodules.dut = dut
-        core, waited, delay = dut.core, Signal(4), Signal(4)
+        core = dut.core
+        waited = Signal(4)
+        delay = Signal(4)
         top.d.comb += core.w_ack.eq(core.w_stb & (waited >= delay))
         top.d.sync += [
             waited.eq(Mux(core.w_stb & ~core.w_ack, waited + 1, 0)),

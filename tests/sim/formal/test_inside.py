@@ -54,7 +54,8 @@ def test_parts_memory_and_states_in_a_harness() -> None:
             m = Module()
             m.submodules.dut = (inside := Inside(Store(), platform)).module
             port = inside.parts["words"].component.read_ports[0]
-            seen, there = Signal(5), inside.word("words", inside["turn"])
+            seen = Signal(5)
+            there = inside.word("words", inside["turn"])
             m.d.comb += seen.eq(there + port.data + inside.state("A", "B"))
             return m
 

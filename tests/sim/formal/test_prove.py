@@ -90,7 +90,8 @@ class Resettable(Elaboratable):
 
     def elaborate(self, platform):
         m = Module()
-        was, kept = Signal(), Signal(reset_less=True)
+        was = Signal()
+        kept = Signal(reset_less=True)
         m.d.sync += [was.eq(1), kept.eq(1)]
         m.d.comb += [Assert(was | ~kept), reached(m, was, "set")]
         return m
@@ -108,8 +109,11 @@ class Remembered(Elaboratable):
         m = Module()
         m.submodules.ram = ram = memory.Memory(shape=3, depth=4, init=[])
         m.submodules.rom = rom = memory.Memory(shape=3, depth=4, init=[5, 1, 5, 1])
-        w, r, c = ram.write_port(), ram.read_port(domain="comb"), rom.read_port(domain="comb")
-        index, copy = fixed(m, 2, "index"), Signal(3)
+        w = ram.write_port()
+        r = ram.read_port(domain="comb")
+        c = rom.read_port(domain="comb")
+        index = fixed(m, 2, "index")
+        copy = Signal(3)
         m.d.comb += [
             w.addr.eq(unknown(m, 2, "where")),
             w.data.eq(unknown(m, 3, "what")),
