@@ -16,7 +16,7 @@ COUNT  ?= 40
 JOBS   ?= 2
 
 .DEFAULT_GOAL := main
-.PHONY: main test pythons newest oldest soak lint types setup develop tools bench formal mutants \
+.PHONY: main test pythons texts newest oldest soak lint types setup develop tools bench formal mutants \
         firmware docs dist lock cross doctor clean help preflight-setup preflight-run preflight-tests
 
 main: preflight-run setup  ## Set up, then Verilog, proof on recorded data, area, clock, report
@@ -34,10 +34,14 @@ test: develop          ## Set up, then lint, types and all tests
 	@$(BIN)/mypy & types=$$!; $(BIN)/pytest -n 2 --dist worksteal; tests=$$?; \
 	  wait $$types && exit $$tests
 
-pythons: develop       ## What depends on Python: types, digests, texts of cores, messages, `check`
-	$(BIN)/mypy
-	$(BIN)/pytest -m pythons -n 2 --dist worksteal
-	$(BIN)/boresight check ours --steps 500 -q
+pythons: develop texts ## What depends on Python: types, digests, texts of cores, messages, `check`
+	@$(BIN)/mypy & types=$$!; $(BIN)/pytest -m pythons -n 2 --dist worksteal; tests=$$?; \
+	  wait $$types && exit $$tests
+	$(BIN)/boresight check complementary,ekf_quaternion,ekf_bias,mekf boresight/sim/data --steps 200 -q
+
+texts: develop         ## All that `compile` writes, schedules after a short search: in build/texts
+	rm -rf "$(OUT)/texts"
+	$(BIN)/python tests/bits/compile_all.py "$(OUT)/texts" --brief --every-core >/dev/null
 
 # In environments of their own, made anew.
 newest:                ## `make test` with the newest release of every dependency
@@ -50,7 +54,7 @@ oldest: $(VENV)/.lock  ## `make test` with the oldest that pyproject.toml allows
 	$(MAKE) test VENV=$(VENV)-oldest LOCK=$(VENV)-oldest.txt
 
 soak: develop          ## Long campaigns, of which `make test` runs a short form (README: cost)
-	$(BIN)/pytest -m 'soak or hypothesis' --hypothesis-profile=soak -n 2 --dist worksteal
+	$(BIN)/pytest -m 'soak or hypothesis' --hypothesis-profile=soak --timeout=14400 -n 2 --dist worksteal
 	$(BIN)/python -m boresight.sim.formal
 	$(BIN)/boresight bench
 	$(BIN)/boresight covariance
@@ -126,7 +130,7 @@ cross: preflight-setup
 	@"$(PYTHON)" -I model/tools/needs.py cross $(VENV)
 
 clean:                 ## Remove what make made; results that somebody changed stay
-	rm -rf "$(OUT)/site" "$(OUT)/dist"
+	rm -rf "$(OUT)/site" "$(OUT)/dist" "$(OUT)/texts"
 	$(PYTHON) -m boresight.disk.clear "$(OUT)"
 	rm -rf $(VENV) $(VENV)-* .pytest_cache .mypy_cache .ruff_cache *.egg-info .src/*.egg-info
 

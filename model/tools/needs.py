@@ -182,11 +182,13 @@ NEEDS: dict[str, Need] = {
         _riscv, "firmware of the soft core (`compile --with-cpu`)", {"apt-get": _RISCV}
     ),
 }
+_SETUP = ("venv", "gcc", "g++", "make", "perl")
+_RUN = _SETUP if COMMON else (*_SETUP, "verilator")
 #: What `make` needs for each purpose.
-_PURPOSES = {
-    "setup": ("venv", "gcc", "g++", "make", "perl"),
-    "run": () if COMMON else ("verilator",),
-    "tests": ("libpython",) if _WHEELS else ("libpython", "Python.h"),
+_PURPOSES: dict[str, tuple[str, ...]] = {
+    "setup": _SETUP,
+    "run": _RUN,
+    "tests": (*_RUN, "libpython") if _WHEELS else (*_RUN, "libpython", "Python.h"),
     "optional": ("iverilog", "riscv64 gcc"),
     "cross": ("riscv64 gcc",),
 }
@@ -213,8 +215,8 @@ def missing(names: tuple[str, ...], environment: Path) -> list[str]:
 # -- From Debian's packages, without root ----------------------------------------------------------
 
 
-def _debian_package(name: str, into: Path) -> Path | None:
-    """Unpack a Debian package of this Python's exact version below a folder; None if that fails."""
+def _debian_package(name: str, into: Path) -> Path:
+    """Unpack a Debian package of this Python's exact version; the folder is empty if that fails."""
     ours = f"python{_VERSION}-minimal"
     try:
         owner = subprocess.run(
@@ -224,13 +226,13 @@ def _debian_package(name: str, into: Path) -> Path | None:
             ["dpkg-query", "-W", "-f", "${Version}", ours], capture_output=True, text=True
         ).stdout
         if owner != ours or not version:
-            return None
+            return into / "usr"
         fetch = ["apt-get", "download", "-q", f"{name}={version}"]
         subprocess.run(fetch, cwd=into, check=True, capture_output=True, timeout=60)
         (package,) = into.glob(f"{name}_*.deb")
         subprocess.run(["dpkg-deb", "-x", package, into], check=True, capture_output=True)
     except (OSError, subprocess.SubprocessError, ValueError):
-        return None
+        pass
     return into / "usr"
 
 
@@ -243,14 +245,14 @@ def fetch(environment: Path) -> None:
     with tempfile.TemporaryDirectory() as folder:
         if not embeddable(environment):
             usr = _debian_package(f"libpython{_VERSION}", Path(folder))
-            for library in usr.glob(f"lib/*/{_LIBRARY}") if usr else ():
+            for library in usr.glob(f"lib/*/{_LIBRARY}"):
                 _copy(library.resolve(), environment / "lib" / _LIBRARY)
         if not _WHEELS and not _headers(environment):
             usr = _debian_package(f"libpython{_VERSION}-dev", Path(folder))
-            for part in usr.glob(f"include/python{_VERSION}/*") if usr else ():
+            for part in usr.glob(f"include/python{_VERSION}/*"):
                 _copy(part, environment / "include" / part.name)
             # pyconfig.h only chooses that of the machine.
-            for part in usr.glob(f"include/*/python{_VERSION}/pyconfig.h") if usr else ():
+            for part in usr.glob(f"include/*/python{_VERSION}/pyconfig.h"):
                 _copy(part, environment / "include" / part.relative_to(usr / "include"))
 
 
@@ -285,8 +287,6 @@ def main() -> int:
     parser.add_argument("environment", type=Path)
     args = parser.parse_args()
     names = _PURPOSES[args.purpose]
-    if args.purpose in ("run", "tests"):
-        names = _PURPOSES["setup"] + _PURPOSES["run"] + (names if args.purpose == "tests" else ())
     if args.purpose == "tests":
         fetch(args.environment)
     absent = tuple(name for name in names if not NEEDS[name].present(args.environment))
