@@ -2,26 +2,31 @@
 # `make help` lists the rest.
 
 PYTHON ?= python3
-VENV   := .venv
+VENV   ?= .venv
 BIN    := $(VENV)/bin
 OUT    ?= build
+# Versions that are installed; empty for the newest (`make newest`).
+LOCK   ?= constraints.txt
 # Its warnings are about caches in a closed home and about editable installs as such.
-PIP    := PYTHONWARNINGS=ignore $(BIN)/python -m pip install -qq --disable-pip-version-check
+PIP    := PYTHONWARNINGS=ignore PIP_CONSTRAINT="$(LOCK)" PIP_BUILD_CONSTRAINT="$(LOCK)" \
+          $(BIN)/python -m pip install -qq --disable-pip-version-check
+UV     := UV_CUSTOM_COMPILE_COMMAND="make lock" $(BIN)/uv pip compile -q --all-extras --no-annotate pyproject.toml
 SEED   ?= 1
 COUNT  ?= 40
 JOBS   ?= 2
 
 .DEFAULT_GOAL := main
-.PHONY: main test soak lint types setup tools bench formal mutants firmware docs dist cross doctor clean help
+.PHONY: main test pythons texts newest oldest soak lint types setup develop tools bench formal mutants \
+        firmware docs dist lock cross doctor clean help preflight-setup preflight-run preflight-tests
 
-main: setup            ## Set up, then Verilog, proof on recorded data, area, clock, report
+main: preflight-run setup  ## Set up, then Verilog, proof on recorded data, area, clock, report
 	$(BIN)/boresight doctor --quiet
 	$(BIN)/boresight demo -o $(OUT)
 
 # Python starts hundreds of times: compiled modules are kept, whatever the environment says.
-main test soak: export PYTHONDONTWRITEBYTECODE :=
+main test pythons soak: export PYTHONDONTWRITEBYTECODE :=
 
-test: setup            ## Set up, then lint, types and all tests
+test: develop          ## Set up, then lint, types and all tests
 	$(BIN)/boresight doctor --quiet
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check --quiet .
@@ -29,27 +34,46 @@ test: setup            ## Set up, then lint, types and all tests
 	@$(BIN)/mypy & types=$$!; $(BIN)/pytest -n 2 --dist worksteal; tests=$$?; \
 	  wait $$types && exit $$tests
 
-soak: setup            ## Long campaigns, of which `make test` runs a short form (README: cost)
-	$(BIN)/pytest -m 'soak or hypothesis' --hypothesis-profile=soak -n 2 --dist worksteal
+pythons: develop texts ## What depends on Python: types, digests, texts of cores, messages, `check`
+	@$(BIN)/mypy & types=$$!; $(BIN)/pytest -m pythons -n 2 --dist worksteal; tests=$$?; \
+	  wait $$types && exit $$tests
+	$(BIN)/boresight check complementary,ekf_quaternion,ekf_bias,mekf boresight/sim/data --steps 200 -q
+
+texts: develop         ## All that `compile` writes, schedules after a short search: in build/texts
+	rm -rf "$(OUT)/texts"
+	$(BIN)/python tests/bits/compile_all.py "$(OUT)/texts" --brief --every-core >/dev/null
+
+# In environments of their own, made anew.
+newest:                ## `make test` with the newest release of every dependency
+	rm -rf $(VENV)-newest
+	$(MAKE) test VENV=$(VENV)-newest LOCK=
+
+oldest: $(VENV)/.lock  ## `make test` with the oldest that pyproject.toml allows
+	rm -rf $(VENV)-oldest
+	$(UV) --python $(BIN)/python --resolution lowest-direct -o $(VENV)-oldest.txt
+	$(MAKE) test VENV=$(VENV)-oldest LOCK=$(VENV)-oldest.txt
+
+soak: develop          ## Long campaigns, of which `make test` runs a short form (README: cost)
+	$(BIN)/pytest -m 'soak or hypothesis' --hypothesis-profile=soak --timeout=14400 -n 2 --dist worksteal
 	$(BIN)/python -m boresight.sim.formal
 	$(BIN)/boresight bench
 	$(BIN)/boresight covariance
 	$(BIN)/boresight simulate --faults
 
-lint: setup            ## ruff: rules and format
+lint: develop          ## ruff: rules and format
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 
-types: setup           ## mypy
+types: develop         ## mypy
 	$(BIN)/mypy
 
 bench: setup           ## Rates of the models, as ratios in one run
 	$(BIN)/boresight bench
 
-formal: setup          ## Prove what docs/proofs.md claims
+formal: develop        ## Prove what docs/proofs.md claims
 	$(BIN)/python -m boresight.sim.formal
 
-mutants: setup         ## Faults put into the code: which ones no test notices (SEED, COUNT, JOBS)
+mutants: develop       ## Faults put into the code: which ones no test notices (SEED, COUNT, JOBS)
 	nice -n 15 $(BIN)/python -m tests.mutants --seed $(SEED) --count $(COUNT) --jobs $(JOBS) -o $(OUT)/mutants
 
 firmware: setup cross  ## C on a simulated soft core: cycles, sizes, equality
@@ -65,57 +89,50 @@ dist: $(VENV)/.release ## Wheel and source archive, and what checks them
 	$(BIN)/twine check --strict $(OUT)/dist/*
 	$(BIN)/pyroma -n 8 $(OUT)/dist/*.tar.gz
 
+lock: $(VENV)/.lock    ## constraints.txt anew after pyproject.toml (LOCKFLAGS=--upgrade: all of it)
+	$(UV) --universal --python-version 3.11 --fork-strategy fewest -o constraints.txt $(LOCKFLAGS)
+
 doctor: setup          ## Which tools are here, and what is missing
 	$(BIN)/boresight doctor
 
-setup: $(VENV)/.done tools
+setup: preflight-setup $(VENV)/.done tools      ## What running needs, in .venv
+
+develop: preflight-tests $(VENV)/.test tools    ## What testing needs too
+
+# What only the system can give, before anything is built or downloaded: one line for each.
+preflight-setup preflight-run preflight-tests:
+	@command -v "$(PYTHON)" >/dev/null || { echo "error: $(PYTHON) not found: install Python 3.11 or newer (Debian, Ubuntu: sudo apt-get install python3 python3-venv)" >&2; exit 2; }
+	@"$(PYTHON)" -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "error: $(PYTHON) is older than 3.11: install Python 3.11 or newer, or name one: make PYTHON=python3.12" >&2; exit 2; }
+	@"$(PYTHON)" -I model/tools/needs.py $(@:preflight-%=%) $(VENV)
 
 # One environment in the checkout; made again when the dependencies change.
-$(VENV)/.done: pyproject.toml
-	@command -v $(PYTHON) >/dev/null || { echo "error: $(PYTHON) not found: install Python 3.11 or newer" >&2; exit 2; }
-	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "error: $(PYTHON) is older than 3.11: install Python 3.11 or newer, or say make PYTHON=..." >&2; exit 2; }
-	@$(PYTHON) -m venv $(VENV) || { echo "error: python3 -m venv failed: install python3-venv" >&2; exit 2; }
+$(VENV)/.done: pyproject.toml $(LOCK) | preflight-setup
+	@"$(PYTHON)" -m venv $(VENV)
 	@# Python compiles what is used when it is used: half of the time to install.
-	$(PIP) --no-compile --editable '.[test]'
+	$(PIP) --no-compile --editable .
 	@# Relative, so plain ASCII: with LC_ALL=C Python would not start on a path beyond it.
 	@for f in $(VENV)/lib/python*/site-packages/__editable__.boresight-*.pth; do echo ../../../../.src > "$$f"; done
 	@touch $@
 
-# What only one target needs, in the same environment.
-$(VENV)/.docs $(VENV)/.release: $(VENV)/.%: $(VENV)/.done
-	$(PIP) $$($(BIN)/python -c 'import tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))["project"]["optional-dependencies"]["$*"])')
+# What only some targets need, in the same environment.
+$(VENV)/.test: | preflight-tests
+$(VENV)/.test $(VENV)/.docs $(VENV)/.release $(VENV)/.lock: $(VENV)/.%: $(VENV)/.done
+	@$(BIN)/python -c 'import tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))["project"]["optional-dependencies"]["$*"], sep="\n")' >$@.txt
+	$(PIP) --no-compile --requirement $@.txt
 	@touch $@
 
-CROSS := gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf
+# Optional programs (cross: the compiler for the soft core): installed where root may, otherwise
+# their lines.
+tools: preflight-setup
+	@"$(PYTHON)" -I model/tools/needs.py optional $(VENV)
 
-# Icarus is a second simulator: installed where we may, asked for where not.
-tools: $(VENV)/.done
-	@for t in gcc g++ make perl; do command -v $$t >/dev/null || { echo "error: $$t not found: install it (Debian: apt-get install build-essential perl)" >&2; exit 2; }; done
-	@command -v iverilog >/dev/null || { \
-	  if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then \
-	    echo "installing Icarus Verilog"; \
-	    { apt-get install -y -qq iverilog || { apt-get update -qq && apt-get install -y -qq iverilog; }; } >/dev/null 2>&1 || \
-	      echo "note: Icarus Verilog could not be installed; Verilator alone is used (apt-get install iverilog adds the second simulator)"; \
-	  else echo "note: for the second simulator: sudo apt-get install iverilog"; fi; }
-	@command -v riscv64-unknown-elf-gcc >/dev/null || { \
-	  if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then \
-	    $(MAKE) --no-print-directory cross || \
-	      echo "note: without that compiler the tests of the soft core's firmware are skipped, and say so"; \
-	  else echo "note: for the tests of the soft core's firmware: sudo apt-get install $(CROSS)"; fi; }
-
-# The compiler for the soft core: installed where we may, asked for where not.
-cross:
-	@command -v riscv64-unknown-elf-gcc >/dev/null && test -e "$$(riscv64-unknown-elf-gcc -print-file-name=picolibc.specs)" || { \
-	  if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then \
-	    echo "installing $(CROSS)"; \
-	    { apt-get install -y -qq $(CROSS) || { apt-get update -qq && apt-get install -y -qq $(CROSS); }; } >/dev/null 2>&1 || \
-	      { echo "error: $(CROSS) could not be installed: install them (Debian: apt-get install $(CROSS))" >&2; exit 2; }; \
-	  else echo "error: no compiler for the soft core: sudo apt-get install $(CROSS)" >&2; exit 2; fi; }
+cross: preflight-setup
+	@"$(PYTHON)" -I model/tools/needs.py cross $(VENV)
 
 clean:                 ## Remove what make made; results that somebody changed stay
-	rm -rf "$(OUT)/site" "$(OUT)/dist"
+	rm -rf "$(OUT)/site" "$(OUT)/dist" "$(OUT)/texts"
 	$(PYTHON) -m boresight.disk.clear "$(OUT)"
-	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache *.egg-info .src/*.egg-info
+	rm -rf $(VENV) $(VENV)-* .pytest_cache .mypy_cache .ruff_cache *.egg-info .src/*.egg-info
 
 help:                  ## This list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 12

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import gc
+import signal
+import sys
+import threading
+import traceback
 from collections.abc import Generator
 from pathlib import Path
 from typing import Any
@@ -45,6 +49,40 @@ def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line(
         "markers", f"full_search: schedules as a user gets them, not after {PASSES} passes"
     )
+
+
+class OutOfTime(BaseException):
+    """A test has not ended in time.
+
+    No `Exception`, and none of pytest's: hypothesis would catch it and run the case again.
+    """
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_timeout_set_timer(item: pytest.Item, settings: Any) -> bool:
+    """Fail a test after its time (pytest-timeout), with the line where each thread stands."""
+
+    def late(number: int, frame: object) -> None:
+        threads = {t.ident: t.name for t in threading.enumerate()} | {threading.get_ident(): ""}
+        places = [
+            f"{threads[ident]} at {entry.filename}:{entry.lineno}"
+            for ident, top in sys._current_frames().items()
+            if threads.get(ident)
+            for entry in traceback.extract_stack(top)[-1:]
+        ]
+        beside = f"; threads beside it: {', '.join(places)}" if places else ""
+        raise OutOfTime(f"{item.nodeid} has not ended after {settings.timeout:g} s{beside}")
+
+    signal.signal(signal.SIGALRM, late)
+    signal.setitimer(signal.ITIMER_REAL, settings.timeout)
+    return True
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_timeout_cancel_timer() -> bool:
+    """Stop the clock of `pytest_timeout_set_timer`."""
+    signal.setitimer(signal.ITIMER_REAL, 0)
+    return True
 
 
 _schedule = core._schedule

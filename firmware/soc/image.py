@@ -12,6 +12,7 @@ from pathlib import Path
 
 from boresight.model.errors import ToolMissing
 from boresight.model.tools.failure import failure
+from boresight.model.tools.needs import NEEDS
 
 __all__ = [
     "CFLAGS",
@@ -25,7 +26,7 @@ __all__ = [
 
 #: What Debian and Ubuntu call the compiler and the C library.
 COMPILER = "riscv64-unknown-elf-gcc"
-PACKAGES = "gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf"
+PACKAGES = NEEDS["riscv64 gcc"].packages["apt-get"]
 
 #: Warnings are errors. libm's functions set no errno and float arithmetic no flag that is read.
 CFLAGS = (

@@ -184,9 +184,7 @@ def benchmark(
     Raises
     ------
     InputError
-        Unknown names, an illegal parameter.
-    ToolMissing
-        A peer's package is not here.
+        Unknown names, an illegal parameter, a peer whose package is not installed.
     """
     say = progress or (lambda text: None)
     require_peers([peer(name) for name in peers])

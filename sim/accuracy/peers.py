@@ -30,7 +30,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from boresight.model.errors import InputError, ToolMissing
+from boresight.model.errors import InputError
 from boresight.sim.attitude.rotation import (
     matrix_to_quaternion,
     quaternion_conjugate,
@@ -81,9 +81,8 @@ def run_peer(which: Peer, record: Record, dip: float | None = None) -> FloatArra
     Raises
     ------
     InputError
-        The package cannot make anything of the log: a sample without specific force, for one.
-    ToolMissing
-        The package is not installed.
+        The package is not installed, or cannot make anything of the log: a sample without
+        specific force, for one.
     """
     try:
         with warnings.catch_warnings():
@@ -104,9 +103,11 @@ def _package(name: str) -> Any:
     try:
         return importlib.import_module(name)
     except ImportError:
-        raise ToolMissing(
-            f"the Python package {name} was not found: install it (pip install "
-            f"{name}), or leave the published filters out."
+        raise InputError.at(
+            "published filters",
+            wanted=f"the Python package {name}",
+            found="none",
+            fix="run 'pip install vqf ahrs' in this Python environment, or leave them out",
         ) from None
 
 
@@ -257,6 +258,6 @@ def peer(name: str) -> Peer:
 
 
 def require_peers(peers: list[Peer]) -> None:
-    """`ToolMissing` if a package of these peers is not here."""
+    """Raise InputError if a package of these peers is not installed."""
     for package in sorted({p.package for p in peers}):
         _package(package)

@@ -2,7 +2,7 @@
 
 Run as a process of its own by `test_same_bits`, in an environment that the test chooses::
 
-    python compile_all.py FOLDER [--brief] [--off-by-one] [--synth]
+    python compile_all.py FOLDER [--brief] [--every-core] [--off-by-one] [--synth]
 """
 
 from __future__ import annotations
@@ -66,6 +66,7 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("folder", type=Path)
     parser.add_argument("--brief", action="store_true", help="few widths, passes, cores")
+    parser.add_argument("--every-core", action="store_true", help="all cores, even if brief")
     parser.add_argument("--off-by-one", action="store_true")
     parser.add_argument("--synth", action="store_true")
     args = parser.parse_args()
@@ -78,7 +79,7 @@ def main() -> None:
 
         schedule._PASSES = (3, 3)
     programs(args.folder / "programs", (32,) if args.brief else (32, 18))
-    cores(args.folder, args.synth, args.brief)
+    cores(args.folder, args.synth, args.brief and not args.every_core)
     import boresight
 
     sys.stdout.write(str(Path(boresight.__file__).parent))

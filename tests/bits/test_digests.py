@@ -33,6 +33,8 @@ from boresight.model.front import FRONT
 from tests.support.random_functions import random_functions
 from tests.support.random_program import random_program
 
+pytestmark = pytest.mark.pythons
+
 FILE = Path(__file__).with_name("digests.json")
 #: Passes of the scheduler for a look at every change; the full effort is for `make soak`.
 FEW = 3

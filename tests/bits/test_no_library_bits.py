@@ -13,6 +13,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.pythons
+
 ROOT = Path(__file__).parent.parent.parent
 #: Float forms of estimators, and conversions of attitudes for people and for references: nothing of
 #: a program comes from them.

@@ -21,6 +21,8 @@ import pytest
 
 from boresight.model.tools.folders import cache_folder
 
+pytestmark = pytest.mark.pythons
+
 HERE = Path(__file__).parent
 ROOT = HERE.parent.parent
 #: Kernels of OpenBLAS that every processor of this kind can run, the oldest first.

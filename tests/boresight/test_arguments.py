@@ -8,6 +8,8 @@ import pytest
 from boresight.arguments import check_choice, check_machine, check_number, check_word
 from boresight.model.errors import InputError
 
+pytestmark = pytest.mark.pythons
+
 
 @pytest.mark.parametrize("value", [1, 1024, np.int64(7), True])
 def test_numbers_of_the_range(value) -> None:

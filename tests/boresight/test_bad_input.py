@@ -13,6 +13,8 @@ from boresight.model.errors import InputError, shortened
 from boresight.model.estimators import ESTIMATORS
 from tests.support.bad_files import changed
 
+pytestmark = pytest.mark.pythons
+
 HEADER = "t,gx,gy,gz,ax,ay,az,mx,my,mz\n"
 ROWS = "".join(f"{k / 100},0.01,0.02,0.03,0.1,0.2,9.8,1,20,-40\n" for k in range(20))
 TRUTH = (HEADER + ROWS).replace("mz\n", "mz,qw,qx,qy,qz\n").replace("-40\n", "-40,1,0,0,0\n")

@@ -6,6 +6,8 @@ import pytest
 
 from boresight.cli import main
 
+pytestmark = pytest.mark.pythons
+
 HEADER = "t,gx,gy,gz,ax,ay,az,mx,my,mz\n"
 ROW = "{t},0.01,0.02,0.03,0.1,0.2,9.8,1,20,-40\n"
 GOOD = HEADER + "".join(ROW.format(t=k / 100) for k in range(20))

@@ -17,6 +17,8 @@ import pytest
 from boresight.cli import main
 from boresight.sim.records.bundled import bundled
 
+pytestmark = pytest.mark.pythons
+
 COMMAND = [sys.executable, "-m", "boresight"]
 LOG = str(bundled("synthetic_60s"))
 DRIFT = Path(__file__).parents[1] / "support" / "drift.py"

@@ -30,6 +30,8 @@ from boresight.sim.data import convert_ximu, make_synthetic
 from boresight.sim.experiments.experiment import Result
 from boresight.sim.soc import __main__ as firmware
 
+pytestmark = pytest.mark.pythons
+
 LOG = "t,gx,gy,gz,ax,ay,az,mx,my,mz,qw,qx,qy,qz\n" + "".join(
     f"{k / 100},0.01,0.02,0.03,0.1,0.2,9.8,1,20,-40,1,0,0,0\n" for k in range(20)
 )

@@ -7,6 +7,8 @@ import sys
 
 import pytest
 
+pytestmark = pytest.mark.pythons
+
 
 @pytest.mark.parametrize(("words", "code"), [(["list"], 0), (["run", "mekf", "nosuch"], 2)])
 def test_it_ends_with_the_exit_code(words, code, monkeypatch, capsys) -> None:

@@ -11,6 +11,8 @@ from boresight.model.errors import InputError
 from boresight.options import model_options, number_options, params_of, progress_of
 from boresight.terminal import tell
 
+pytestmark = pytest.mark.pythons
+
 BOTH = ["complementary", "complementary_as_printed"]
 
 

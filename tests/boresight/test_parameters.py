@@ -9,6 +9,8 @@ import pytest
 from boresight.model.errors import InputError
 from boresight.parameters import parse_settings, read_params, values_for
 
+pytestmark = pytest.mark.pythons
+
 
 def write(tmp_path, data, name="p.json"):
     path = tmp_path / name

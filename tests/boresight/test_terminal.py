@@ -13,6 +13,8 @@ from boresight.model.errors import InputError
 from boresight.sim.records.bundled import bundled
 from boresight.terminal import ClosedPipe, say, tell
 
+pytestmark = pytest.mark.pythons
+
 COMMAND = [sys.executable, "-m", "boresight"]
 LOG = str(bundled("synthetic_60s"))
 

@@ -9,6 +9,8 @@ import pytest
 from boresight.model.declarations import Input, Output, Param, State, check_declared
 from boresight.model.errors import InputError
 
+pytestmark = pytest.mark.pythons
+
 
 def test_the_ends_of_a_range_belong_to_it() -> None:
     for value in (-1.0, 1.0):

@@ -4,6 +4,8 @@ import pytest
 
 from boresight.model.errors import InputError, require
 
+pytestmark = pytest.mark.pythons
+
 
 def test_is_a_value_error() -> None:
     with pytest.raises(ValueError, match=r"^no good$"):

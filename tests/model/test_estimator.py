@@ -24,6 +24,8 @@ from boresight.model.estimators.complementary import Complementary
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Kind
 
+pytestmark = pytest.mark.pythons
+
 
 class Leaky(Estimator):
     """y' = y + rate * (u - y): small enough to follow by hand."""

@@ -12,6 +12,8 @@ from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.interface import check_interface
 
+pytestmark = pytest.mark.pythons
+
 
 class Leaky(Estimator):
     """A leaky integrator."""

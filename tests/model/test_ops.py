@@ -17,6 +17,8 @@ from boresight.model.words import rounded
 from boresight.model.words.fixed import Arithmetic
 from tests.support.nodes import node_of
 
+pytestmark = pytest.mark.pythons
+
 WIDTHS = (18, 20, 23, 24, 27, 28, 31, 32)
 
 

@@ -16,6 +16,8 @@ from boresight.model.declarations import Input, Param, State
 from boresight.model.lowering.trace import Tracer
 from boresight.model.places import author_line, place_of, place_of_function, placed
 
+pytestmark = pytest.mark.pythons
+
 HERE = Path(__file__)
 
 

@@ -18,6 +18,8 @@ from boresight.model.estimators.mekf import Mekf
 from boresight.model.resolve import estimator_of, load, names_of_entry_points, split_names
 from boresight.sim.worlds.world import World
 
+pytestmark = pytest.mark.pythons
+
 HEAD = "from boresight import Estimator, Output, World\n\n\n"
 ONE = HEAD + (
     "class Mine(Estimator):\n"

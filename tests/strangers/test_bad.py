@@ -11,6 +11,8 @@ import pytest
 
 from boresight.cli import main
 
+pytestmark = pytest.mark.pythons
+
 BAD = Path(__file__).with_name("bad.py")
 N = 900
 _K = np.arange(N)

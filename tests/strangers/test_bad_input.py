@@ -9,6 +9,8 @@ import pytest
 from boresight.cli import main
 from tests.support.strangers import program
 
+pytestmark = pytest.mark.pythons
+
 HEAD = "from boresight import Estimator, Input, Output, Param, State, World, ops\n"
 GOOD = """
 class Lag(Estimator):

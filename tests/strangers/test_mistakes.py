@@ -8,6 +8,8 @@ import pytest
 
 from boresight.cli import main
 
+pytestmark = pytest.mark.pythons
+
 HEAD = """\
 import math, random
 import numpy as np

@@ -259,9 +259,8 @@ def accuracy(
     Raises
     ------
     InputError
-        Bad logs, unknown names, illegal parameters, a folder that cannot be written.
-    ToolMissing
-        The package of a published filter is not here.
+        Bad logs, unknown names, illegal parameters, a folder that cannot be written, a published
+        filter whose package is not installed.
     """
     say = progress or (lambda text: None)
     named, peers = chosen(names)

@@ -78,9 +78,8 @@ def accuracy_protocol(
     Raises
     ------
     InputError
-        No such protocol, an estimator that is no text, a bad log, a journal of other figures.
-    ToolMissing
-        The package of a published filter is not here.
+        No such protocol, an estimator that is no text, a bad log, a journal of other figures,
+        a published filter whose package is not installed.
     """
     cases = cases_of(protocol)
     estimators, peers = chosen(names)

@@ -8,6 +8,7 @@ import pytest
 
 from boresight.cli import main
 from boresight.disk.cache import Cache
+from boresight.model.tools.needs import install_line
 
 
 @pytest.fixture
@@ -65,8 +66,10 @@ def test_tells_optional_from_needed(cache, capsys, monkeypatch):
     monkeypatch.setattr("boresight.verbs.doctor.available", lambda name: name == "verilator")
     assert main(["doctor"]) == 1
     lines = {line[:24].strip(): line[25:] for line in capsys.readouterr().out.splitlines()}
-    assert lines["gcc"] == "MISSING: apt-get install gcc"
-    assert lines["iverilog"].startswith("not here: apt-get install iverilog (optional: a second")
+    assert lines["gcc"] == f"MISSING: {install_line('gcc')}"
+    assert lines["iverilog"] == (
+        f"not here: {install_line('iverilog')} (optional: a second simulator in `boresight check`)"
+    )
     assert lines["ISE (xst)"].startswith("not here: ISE 14.7 (optional: bitstreams")
     assert lines["numpy"][0].isdigit() and lines["scipy"].endswith(
         "(optional: `boresight convert`)"
@@ -80,4 +83,5 @@ def test_packages_are_those_of_the_metadata(cache, capsys):
     tools = {t["tool"]: t for t in json.loads(capsys.readouterr().out)["tools"]}
     assert {"numpy", "mpmath", "amaranth", "amaranth-boards", "cocotb", "pint"} <= set(tools)
     assert not {"pytest", "sphinx", "distributed"} & set(tools)
+    assert not tools["vqf"]["needed"] and not tools["libpython"]["needed"]
     assert all(t["needed"] != bool(t["use"]) for t in tools.values())

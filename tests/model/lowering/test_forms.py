@@ -7,6 +7,8 @@ import pytest
 from boresight.model.lowering.forms import CONDITIONAL, OPPOSITE, Form, Product
 from boresight.model.words.program import Negate, Scale, Term, When
 
+pytestmark = pytest.mark.pythons
+
 
 def test_signs() -> None:
     assert all(OPPOSITE[OPPOSITE[sign]] is sign is not OPPOSITE[sign] for sign in Negate)

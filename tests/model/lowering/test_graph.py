@@ -17,6 +17,8 @@ from boresight.model.lowering.graph import Graph, Node
 from boresight.model.lowering.trace import Scalar, Tracer
 from tests.support.nodes import node_of, nodes_of
 
+pytestmark = pytest.mark.pythons
+
 
 @pytest.fixture
 def g() -> Any:

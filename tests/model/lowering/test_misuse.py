@@ -12,6 +12,8 @@ from boresight.model.errors import InputError
 from boresight.model.lowering.misuse import NO_CONDITION, NO_NUMBER, Refuses
 from boresight.model.lowering.trace import Condition, Scalar, Tracer
 
+pytestmark = pytest.mark.pythons
+
 
 @pytest.mark.parametrize("kind, table", [(Scalar, NO_NUMBER), (Condition, NO_CONDITION)])
 def test_every_method_of_a_table_is_refused(kind: Any, table: Any) -> None:

@@ -9,6 +9,8 @@ from boresight.model.errors import InputError
 from boresight.model.words.interpreter import Interpreter
 from tests.support.random_functions import random_functions
 
+pytestmark = pytest.mark.pythons
+
 
 @pytest.mark.parametrize("word", [18, 24, 32])
 def test_within_the_bound_of_their_errors(word: int) -> None:

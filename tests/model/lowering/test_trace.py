@@ -18,6 +18,8 @@ from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed, fitted
 from boresight.sim.records.files import read_record
 
+pytestmark = pytest.mark.pythons
+
 
 @pytest.fixture
 def tracer() -> Tracer:

@@ -14,6 +14,8 @@ from boresight.model.errors import InputError
 from boresight.sim.records.archive import format_npz, parse_npz
 from boresight.sim.records.record import Column, Record
 
+pytestmark = pytest.mark.pythons
+
 PATH = Path("walk.npz")
 T = np.array([0.0, 0.5, 0.75, 1.75])
 

@@ -18,6 +18,8 @@ from boresight.sim.records.bundled import bundled, bundled_names, is_comparison
 from boresight.sim.records.files import read_record
 from boresight.sim.records.nine_axis import NineAxis
 
+pytestmark = pytest.mark.pythons
+
 
 @pytest.fixture(scope="module")
 def walk() -> NineAxis:

@@ -17,6 +17,8 @@ from boresight.sim.records.feed import Feed, feed, fitted
 from boresight.sim.records.record import Column, Record
 from boresight.sim.worlds.intake import Intake
 
+pytestmark = pytest.mark.pythons
+
 NAN = float("nan")
 
 

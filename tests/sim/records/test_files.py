@@ -13,6 +13,8 @@ from boresight.model.errors import InputError
 from boresight.sim.records.files import content_of, read_record, record_of
 from boresight.sim.records.record import Column, Record
 
+pytestmark = pytest.mark.pythons
+
 T = np.array([0.0, 0.5, 0.75, 1.75])
 
 

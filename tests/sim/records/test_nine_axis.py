@@ -12,6 +12,8 @@ from boresight.model.errors import InputError
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Column, Record
 
+pytestmark = pytest.mark.pythons
+
 NAN = float("nan")
 T = np.array([0.0, 0.5, 1.5])
 MAG = np.arange(9.0).reshape(3, 3) + 20

@@ -12,6 +12,8 @@ from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
 from boresight.sim.records.plausible import warnings_of
 
+pytestmark = pytest.mark.pythons
+
 
 class Sensors(Estimator):
     """Triples between other inputs; a flag beside them."""

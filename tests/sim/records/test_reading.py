@@ -11,6 +11,8 @@ import pytest
 from boresight.model.errors import InputError
 from boresight.sim.records.reading import kind_of, read_bytes, read_json
 
+pytestmark = pytest.mark.pythons
+
 
 def test_bytes(tmp_path: Path) -> None:
     (tmp_path / "a").write_bytes(b"\0x")

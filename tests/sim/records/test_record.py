@@ -11,6 +11,8 @@ import pytest
 from boresight.model.errors import InputError
 from boresight.sim.records.record import Column, Record, columns_of, index_place, split_header
 
+pytestmark = pytest.mark.pythons
+
 NAN = float("nan")
 
 

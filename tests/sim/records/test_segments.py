@@ -11,6 +11,8 @@ from boresight.model.words.program import Program
 from boresight.sim.records.segments import interpret
 from tests.support.random_program import random_inputs, random_program
 
+pytestmark = pytest.mark.pythons
+
 
 @pytest.fixture(scope="module")
 def program() -> Program:

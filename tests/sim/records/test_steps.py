@@ -8,6 +8,8 @@ import pytest
 from boresight.model.errors import InputError
 from boresight.sim.records.steps import RESTART_S, steps_of
 
+pytestmark = pytest.mark.pythons
+
 
 def test_each_ends_at_its_sample_and_the_first_is_the_median() -> None:
     assert steps_of("a", np.array([1.0, 1.5, 1.75, 2.75])).tolist() == [0.5, 0.5, 0.25, 1.0]

@@ -15,6 +15,8 @@ from boresight.model.errors import InputError
 from boresight.sim.records.record import Column, Record
 from boresight.sim.records.text import format_csv, parse_csv
 
+pytestmark = pytest.mark.pythons
+
 PATH = Path("walk.csv")
 NAN = float("nan")
 

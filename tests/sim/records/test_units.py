@@ -12,6 +12,8 @@ from hypothesis import strategies as st
 
 from boresight.sim.records.units import UnitError, linear
 
+pytestmark = pytest.mark.pythons
+
 
 @pytest.mark.parametrize(
     "have, want, factor, offset",
