@@ -20,6 +20,7 @@ from boresight.model.errors import InputError, closest
 from boresight.model.interface import check_interface
 from boresight.model.lowering.graph import Node
 from boresight.model.lowering.lower import lower
+from boresight.model.lowering.misuse import repeatable
 from boresight.model.lowering.trace import Scalar, Trace, Tracer
 from boresight.model.places import author_line, placed
 from boresight.model.step import Values, check_constants, checked
@@ -235,8 +236,7 @@ class Estimator:
                 found="none",
                 fix='declare one, for example Input("dt", 0.0, 0.1, "s")',
             )
-        trace = self.trace()
-        self._check_again(trace)
+        trace = self.record()
         program, nodes = lower(trace, Arithmetic(word=word))
         held = {value: node.number for value, node in nodes.items()}
         # An output that is the next value of a state begins as the state does.
@@ -265,6 +265,23 @@ class Estimator:
             replace(program, ports=ports, urgent=self.urgent, links=links, in_ports=in_ports),
             nodes,
         )
+
+    def record(self) -> Trace:
+        """Record one `step` that computes the same when it runs again.
+
+        Raises
+        ------
+        InputError
+            As `checked_step`, or it computes something else.
+        """
+        recorded, again = self.trace(), self.trace()
+        expressions = (recorded.tracer.expressions, again.tracer.expressions)
+        said = [[e.said for e in each] for each in expressions]
+        for k, (first, second) in enumerate(zip_longest(*said)):
+            if first != second:
+                rest = [e.line for each in expressions for e in each[k:] if e.line]
+                repeatable(False, (rest or [f"estimator {self.name}"])[0])
+        return recorded
 
     def trace(self) -> Trace:
         """Record one `step`.
@@ -306,20 +323,6 @@ class Estimator:
             ],
             {i.name: i.given.frac for i in self.inputs if i.given is not None},
         )
-
-    def _check_again(self, trace: Trace) -> None:
-        """Refuse a step that computes something else when it runs again."""
-        recorded, again = (t.tracer.expressions for t in (trace, self.trace()))
-        said = [[e.said for e in each] for each in (recorded, again)]
-        for k, (first, second) in enumerate(zip_longest(*said)):
-            if first != second:
-                rest = [e.line for each in (recorded, again) for e in each[k:] if e.line]
-                raise InputError.at(
-                    (rest or [f"estimator {self.name}"])[0],
-                    wanted="a step that computes the same whenever it runs",
-                    found="another expression the second time",
-                    fix="no random numbers, no time, nothing kept in self: use states and inputs",
-                )
 
     def checked_step(
         self, x: Any, u: Any, p: Any, *, arrays: bool = False

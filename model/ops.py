@@ -4,7 +4,7 @@ On numpy arrays each function computes in float64, element by element; on traced
 (`model.lowering.trace.Scalar`) it is recorded. On plain numbers its result is correctly rounded
 (`model.words.rounded`): such constants become part of a program, and must be the same on every
 machine; those of ``math`` and numpy are not. Besides these functions use ``+ - * /``, unary minus
-and the comparisons ``< > <= >=`` whose results combine with ``& | ~``.
+and the comparisons ``< > <= >=`` whose results combine with ``& | ^ ~ == !=``.
 
 The range of a divisor must not contain zero nor span more than 2^22. A word that cannot normalise
 so much (W < 32) counts a divisor below 2^-(W - 1 - guard) of its full scale as that.
@@ -59,13 +59,14 @@ def _record(kind: str, *numbers: Any) -> Any:
 
 
 def _is_traced(condition: Any) -> bool:
-    """Whether a condition is recorded; refuses a recorded number in its place."""
-    if isinstance(condition, Scalar):
+    """Whether a condition is recorded; refuses a number in its place, as ~ of a Python bool."""
+    if isinstance(condition, Scalar) or (type(condition) is int and condition not in (0, 1)):
+        negated = type(condition) is int
         raise InputError.at(
             author_line(),
             wanted="a condition, as x > 0.5",
-            found="a number",
-            fix="compare it with something",
+            found=f"{condition}, which ~ of a Python bool is" if negated else "a number",
+            fix="write not for ~" if negated else "compare it with something",
         )
     return isinstance(condition, Condition)
 

@@ -52,7 +52,9 @@ class Values(SimpleNamespace):
     __slots__ = ("_names",)
 
     def __init__(self, kind: str, values: Mapping[str, Any]) -> None:
-        super().__init__(**values)
+        # numpy's own, so that comparisons give its bools: ~ of Python's is a number.
+        own = {n: np.float64(v) if type(v) in (float, int) else v for n, v in values.items()}
+        super().__init__(**own)
         self._names = (kind, tuple(values))
 
     def __getattr__(self, name: str) -> Any:

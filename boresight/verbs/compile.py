@@ -30,6 +30,7 @@ from boresight.gateware.synthesis.estimate import Estimate, estimate
 from boresight.gateware.system.programs import system_core
 from boresight.gateware.verilog import to_verilog
 from boresight.model.errors import InputError
+from boresight.model.recorded import check_recorded
 from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import Outcome, model_options, params_of, progress_of
@@ -112,7 +113,8 @@ def compile(
     Raises
     ------
     InputError
-        Unknown or repeated name, illegal width or parameter, folder that cannot be written.
+        Unknown or repeated name, illegal width or parameter, folder that cannot be written, a step
+        that numpy and its record compute differently (`model.recorded`).
     ScheduleError
         The programs do not fit into one core.
     """
@@ -129,6 +131,8 @@ def compile(
     expected = core_files(own, target=target, axi=axi)
     if board is not None:
         expected += project_files(board, system=top == "sensors")
+    for estimator in build.estimators:
+        check_recorded(estimator)
     with output_folder(output, "compile", of=",".join(own), files=expected) as folder:
         core = build.core
         area = None

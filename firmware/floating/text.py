@@ -31,6 +31,7 @@ _FORMS: Mapping[str, tuple[str, int, tuple[int, ...]]] = {
     "invert": ("!{}", _UNARY, (_UNARY,)),
     "both": ("{} && {}", _AND, (_AND, _AND + 1)),
     "either": ("{} || {}", _OR, (_LESS, _LESS)),  # && inside || is clear to C, not to the reader
+    "differs": ("{} != {}", _LESS - 1, (_LESS + 1, _LESS + 1)),
     "select": ("{} ? {} : {}", _CHOICE, 3 * (_CHOICE + 1,)),
     "flip": ("{0} ? -{1} : {1}", _CHOICE, (_CHOICE + 1, _PRIMARY)),
     "absolute": ("fabsf({})", _PRIMARY, (0,)),

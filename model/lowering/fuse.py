@@ -132,6 +132,9 @@ class Fusion:
             frac = word - 1 - binary_exponent(node.high)
             return self.groups.group(form, target, frac=frac, exact=True)
         target = Target(node.label, node.low, node.high, node.source, node.unit, line=node.line)
+        if node.kind == "complement":
+            same = self.groups.frac(self.word(node.args[1]))
+            return self.groups.group(form, target, frac=same, exact=True)
         if node.kind == "saturated":
             return self.groups.group(
                 form,
@@ -162,9 +165,7 @@ class Fusion:
             return wrapped > 0.0 and node.value % wrapped == 0.0 and node.uses == 1
         if node.kind == "mul" or (node.kind == "sum" and len(node.args) == 1):
             return node.uses <= 2
-        if node.kind in ("rsqrt", "reciprocal"):
-            return False
-        return node.uses == 1
+        return node.uses == 1 and node.kind not in ("rsqrt", "reciprocal", "complement")
 
     def _form_sum(self, node: Node, wrapped: float) -> Form:
         total = Form()
@@ -272,6 +273,14 @@ class Fusion:
         form.flag = (self.word(condition), False)
         form.products = [replace(p, negate=CONDITIONAL[p.negate]) for p in form.products]
         return form
+
+    def _form_complement(self, node: Node, wrapped: float) -> Form:
+        """The word n, or where the flag is set -n - 1: negative where n is not."""
+        condition, number = (self.word(arg) for arg in node.args)
+        frac = self.groups.frac(number)
+        last = self.groups.constant(-math.ldexp(1.0, -frac), frac)
+        products = [Product(number, negate=Negate.IF), Product(last, when=When.IF)]
+        return Form(products, flag=(condition, False))
 
     def _form_abs(self, node: Node, wrapped: float) -> Form:
         number = self.word(node.args[0])

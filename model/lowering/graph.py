@@ -214,6 +214,17 @@ class Graph:
         """As the opposite of both opposites."""
         return self.invert(self.both(self.invert(a), self.invert(b)))
 
+    def differs(self, a: Flag, b: Flag) -> Flag:
+        """One selection: b's node, or where a holds its complement, which has the other sign."""
+        inverted = a.inverted != b.inverted
+        for this, other in ((a.node, b.node), (b.node, a.node)):
+            if this.high < 0.0 or this.low >= 0.0:
+                return Flag(other, inverted != (this.high < 0.0))
+        if a.node is b.node:
+            return Flag(self.const(0.0), inverted)
+        low, high = (s * max(-b.node.low, b.node.high) for s in (-1.0, 1.0))
+        return Flag(self._new("complement", a.node, b.node, low=low, high=high), inverted)
+
     def select(
         self, condition: Flag, yes: Node, no: Node, low: float = -math.inf, high: float = math.inf
     ) -> Node:

@@ -12,7 +12,7 @@ from typing import Any
 from boresight.model.errors import InputError
 from boresight.model.places import author_line
 
-__all__ = ["NO_CONDITION", "NO_NUMBER", "Refuses"]
+__all__ = ["NO_CONDITION", "NO_NUMBER", "Refuses", "repeatable"]
 
 #: What is asked for by one of these methods, and what to write instead.
 Refused = Mapping[tuple[str, ...], tuple[str, str]]
@@ -21,8 +21,13 @@ _TRUTH = (
     "if, and, or, not, max, min of a traced value",
     "use ops.where(condition, yes, no), & | ~, ops.maximum, ops.minimum",
 )
+_KEY = (
+    "a traced value in a set, as a key, or in a cache",
+    "use its name, or its place in a list",
+)
 NO_NUMBER: Refused = {
     ("__bool__",): _TRUTH,
+    ("__hash__",): _KEY,
     ("__float__", "__complex__"): (
         "float() or a function of math, of a traced value",
         "use the functions of boresight.ops; numbers stay as they are",
@@ -44,14 +49,41 @@ NO_NUMBER: Refused = {
         "compare it: these combine conditions, as (x < 1.0) & (y > 0.0)",
     ),
 }
-_ARITHMETIC = ("add", "sub", "mul", "truediv", "pow", "mod", "floordiv")
+_ARITHMETIC = (
+    *("add", "sub", "mul", "truediv", "pow", "mod", "floordiv"),
+    *("divmod", "matmul", "lshift", "rshift"),
+)
+_AS_NUMBER = (
+    *("neg", "pos", "abs", "float", "complex", "int", "index", "round", "trunc", "floor", "ceil"),
+    *("lt", "gt", "le", "ge"),
+)
 NO_CONDITION: Refused = {
     ("__bool__",): _TRUTH,
+    ("__hash__",): _KEY,
     (
         *(f"__{side}{kind}__" for side in ("", "r") for kind in _ARITHMETIC),
-        *(f"__{kind}__" for kind in ("neg", "abs", "float", "int", "lt", "gt", "le", "ge")),
+        *(f"__{kind}__" for kind in _AS_NUMBER),
     ): ("a condition as a number", "write ops.where(condition, 1.0, 0.0)"),
 }
+
+
+def repeatable(same: bool, line: str = "") -> None:
+    """Refuse a step that computes something else when it runs again, unless it is the same.
+
+    ``line`` says where; by default the line that is at work.
+
+    Raises
+    ------
+    InputError
+        See above.
+    """
+    if not same:
+        raise InputError.at(
+            line or author_line(),
+            wanted="a step that computes the same whenever it runs",
+            found="another expression the second time",
+            fix="no random numbers, no time, nothing kept in self: use states and inputs",
+        )
 
 
 def _refusing(found: str, fix: str) -> Callable[..., Any]:

@@ -8,6 +8,7 @@ it what becomes the fixed-point program.
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
@@ -15,7 +16,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from boresight.model.errors import InputError
-from boresight.model.lowering.misuse import NO_CONDITION, NO_NUMBER, Refuses
+from boresight.model.lowering.misuse import NO_CONDITION, NO_NUMBER, Refuses, repeatable
 from boresight.model.places import author_line
 
 __all__ = ["Condition", "Expression", "Scalar", "Trace", "Tracer", "finite"]
@@ -112,9 +113,9 @@ class Scalar(Refuses, Expression, refused=NO_NUMBER):
     def __le__(self, other: Any) -> Condition:
         return ~self.__gt__(other)
 
-    def __eq__(self, other: object) -> bool:
+    def __eq__(self, other: object) -> Any:
         if self is other:
-            return True
+            return np.True_
         raise InputError.at(
             author_line(),
             wanted="comparisons with < > <= >=",
@@ -122,22 +123,67 @@ class Scalar(Refuses, Expression, refused=NO_NUMBER):
             fix="compare its distance, as ops.absolute(a - b) < 0.5",
         )
 
-    __hash__ = object.__hash__
+    def __ne__(self, other: object) -> Any:
+        return ~self.__eq__(other)
 
 
 class Condition(Refuses, Expression, refused=NO_CONDITION):
-    """A truth value; such combine with & | ~."""
+    """A truth value; such combine with ``& | ^ ~ == !=``, also with Python's and numpy's bools.
+
+    What bools decide is a bool of numpy.
+    """
+
+    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
+        """An operator between numpy's bools or arrays and this: element by element."""
+        if method != "__call__" or ufunc not in _OF_CONDITIONS:
+            return self.__float__()  # type: ignore[attr-defined]  # refused
+        each = np.frompyfunc(_OF_CONDITIONS[ufunc], ufunc.nin, 1)
+        return each(*(np.asarray(i, dtype=object) for i in inputs))
 
     def __invert__(self) -> Condition:
         double, new = self.kind == "invert", self.tracer.condition
         opposite: Condition = self.args[0] if double else new("invert", self)
         return opposite
 
-    def __and__(self, other: Condition) -> Condition:
+    def __and__(self, other: Any) -> Any:
+        if isinstance(other, bool | np.bool_):
+            return self if other else np.False_
         return self.tracer.condition("both", self, other)
 
-    def __or__(self, other: Condition) -> Condition:
+    def __or__(self, other: Any) -> Any:
+        if isinstance(other, bool | np.bool_):
+            return np.True_ if other else self
         return self.tracer.condition("either", self, other)
+
+    def __xor__(self, other: Any) -> Any:
+        if isinstance(other, bool | np.bool_):
+            return ~self if other else self
+        return self.tracer.differs(self, other)
+
+    def __ne__(self, other: object) -> Any:
+        return self ^ other
+
+    def __eq__(self, other: object) -> Any:
+        return ~(self ^ other)
+
+    __rand__, __ror__, __rxor__ = __and__, __or__, __xor__
+
+
+#: What numpy does with bools, for conditions.
+_OF_CONDITIONS: dict[Any, Callable[..., Any]] = {
+    np.bitwise_and: operator.and_,
+    np.bitwise_or: operator.or_,
+    np.bitwise_xor: operator.xor,
+    np.invert: operator.invert,
+    np.equal: operator.eq,
+    np.not_equal: operator.ne,
+}
+_OF_CONDITIONS |= {
+    np.logical_and: operator.and_,
+    np.logical_or: operator.or_,
+    np.logical_xor: operator.xor,
+    np.logical_not: operator.invert,
+}
 
 
 class Tracer:
@@ -158,15 +204,18 @@ class Tracer:
 
     def condition(self, kind: str, *args: Any) -> Condition:
         """Conditions combined."""
-        for arg in args:
-            if not isinstance(arg, Condition):
-                raise InputError.at(
-                    author_line(),
-                    wanted="conditions, as x < 1.0",
-                    found=f"{arg!r} in a condition",
-                    fix="compare it; brackets around each comparison that & or | combines",
-                )
-        return self._once(Condition, kind, args)
+        return self._once(Condition, kind, tuple(map(_conditional, args)))
+
+    def differs(self, a: Condition, b: Any) -> Any:
+        """Whether one of two conditions holds and the other does not."""
+        sides, odd = [a, _conditional(b)], False
+        for k, side in enumerate(sides):
+            if side.kind == "invert":
+                sides[k], odd = side.args[0], not odd
+        if sides[0] is sides[1]:
+            return np.bool_(odd)
+        either = self.condition("differs", *sorted(sides, key=lambda side: side.number))
+        return ~either if odd else either
 
     def less(self, a: Scalar, b: Scalar) -> Condition:
         """a < b."""
@@ -175,6 +224,8 @@ class Tracer:
     def _once(
         self, made: type[_E], kind: str, args: tuple[Expression, ...], data: tuple[Any, ...] = ()
     ) -> _E:
+        for arg in args:
+            repeatable(arg.tracer is self)
         key = (kind, *(a.number for a in args), *data)
         if key not in self._known:
             line = author_line() if args else ""
@@ -197,9 +248,10 @@ class Tracer:
         Raises
         ------
         InputError
-            It is neither.
+            It is neither, or of another record.
         """
         if isinstance(x, Scalar):
+            repeatable(x.tracer is self)
             return x
         if isinstance(x, np.ndarray) and x.ndim == 0:
             return self.lift(x.item())
@@ -340,6 +392,17 @@ def finite(number: float, where: Callable[[], str]) -> float:
             where(), wanted="finite constants", found=repr(number), fix="correct how it is computed"
         )
     return number
+
+
+def _conditional(x: Any) -> Condition:
+    if not isinstance(x, Condition):
+        raise InputError.at(
+            author_line(),
+            wanted="conditions, as x < 1.0",
+            found=f"{x!r} in a condition",
+            fix="compare it; brackets around each comparison that & | ^ == or != combines",
+        )
+    return x
 
 
 def _is(a: Scalar, number: float) -> bool:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from boresight.disk.output import OutputFile
 from boresight.model.errors import InputError, ToolMissing
+from boresight.model.recorded import check_recorded
 from boresight.model.tools.failure import ToolFailed
 from boresight.sim.compare.divergence import first_divergence, program_at
 from boresight.sim.compare.reproducer import write_reproducer
@@ -103,7 +104,8 @@ class Check:
         Raises
         ------
         InputError
-            A record that does not feed its estimator.
+            A record that does not feed its estimator, or a step that numpy and its record compute
+            differently on it (`model.recorded`).
         ToolMissing
             There is no C compiler.
         """
@@ -115,6 +117,8 @@ class Check:
         ]
         for text in {text: None for one in given for text in one.warnings}:
             self.progress(f"warning: {text}")
+        for estimator, one, values in zip(estimators, given, self.build.params, strict=True):
+            check_recorded(estimator, one.inputs, values or {})
         self._say("float64", given)
         floating = CompiledFloat.run_together(
             self._levels(CompiledFloat), [g.inputs for g in given]

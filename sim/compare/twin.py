@@ -207,6 +207,7 @@ _COMPUTE: dict[str, Callable[[Node, list[FloatArray]], object]] = {
     "mul": lambda node, a: np.where((a[0] == 0.0) | (a[1] == 0.0), 0.0, a[0] * a[1]),
     "select": lambda node, a: np.where(a[0] < 0.0, a[1], a[2]),
     "flip": lambda node, a: np.where(a[0] < 0.0, -a[1], a[1]),
+    "complement": lambda node, a: np.where(a[0] < 0.0, -a[1], a[1]),
     "abs": lambda node, a: np.abs(a[0]),
     "wrap": lambda node, a: (a[0] + 0.5 * node.value) % node.value - 0.5 * node.value,
     "bounded": lambda node, a: a[0],

@@ -1,0 +1,233 @@
+"""Whether an estimator's record is what its ``step`` computes in numpy.
+
+Python lets a step do what no record shows: ``is``, ``isinstance``, the number that a file holds
+today. So both are computed on the same rows, and an output or next state that differs is refused.
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.model import ops
+from boresight.model.declarations import Input, Param, State
+from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator
+from boresight.model.lowering.trace import Condition, Trace
+from boresight.model.places import place_of_function, placed
+from boresight.model.step import Values
+
+__all__ = ["check_recorded", "evaluate"]
+
+FloatArray = npt.NDArray[np.float64]
+#: Values of inputs, parameters and states, by kind and name, each (rows,).
+Leaves = Mapping[tuple[str, str], FloatArray]
+
+#: Each kind of expression in numpy, of its arguments and data.
+_COMPUTE: dict[str, Callable[..., Any]] = {
+    "const": lambda number: number,
+    "named": lambda x, name: x,
+    "bounded": lambda x, low, high, reason: x,
+    "add": operator.add,
+    "sub": operator.sub,
+    "mul": operator.mul,
+    "div": operator.truediv,
+    "neg": operator.neg,
+    "less": operator.lt,
+    "invert": np.logical_not,
+    "both": np.logical_and,
+    "either": np.logical_or,
+    "differs": np.logical_xor,
+    "select": ops.where,
+    "flip": ops.flip,
+    "absolute": ops.absolute,
+    "larger": ops.maximum,
+    "smaller": ops.minimum,
+    "clip": ops.clip,
+    "saturated": ops.saturated,
+    "wrap": ops.wrap_ht,
+    "wrap_turns": ops.wrap_turns,
+    "sin": lambda x: ops.sincos_ht(x)[0],
+    "cos": lambda x: ops.sincos_ht(x)[1],
+    "asin": ops.asin_ht,
+    "atan2": ops.atan2_ht,
+    "rsqrt": ops.rsqrt,
+    "sqrt": ops.sqrt,
+    "exp": ops.exp,
+    "log": ops.log,
+    "tanh": ops.tanh,
+}
+#: Rows that are computed as arrays (a prime: no array of a step has that shape), and those that are
+#: computed one by one, where arrays do too and where they do not.
+_ROWS, _FEW, _MORE = 997, 32, 192
+#: Share of a value up to which the two may differ without a second look.
+_EQUAL = 1e-9
+#: That look: rows that get one, how often each is computed, and by how much, as a share, each
+#: argument of each operation is off then: far more than rounding, far less than a mistake.
+_SUSPECTS, _TIMES, _NOISE = 8, 128, 1e-13
+
+
+def evaluate(
+    trace: Trace, leaves: Leaves, noise: Callable[[Any], Any] | None = None
+) -> dict[int, Any]:
+    """Compute every expression of one recorded update in float64, by number.
+
+    Parameters
+    ----------
+    trace : Trace
+    leaves : mapping of (kind, name) to (rows,)
+        Inputs ("input"), parameters ("param") and states ("state").
+    noise : callable, optional
+        What becomes of each argument that is a number.
+    """
+    values: dict[int, Any] = {}
+    for e in trace.needed:
+        if e.kind == "leaf":
+            values[e.number] = leaves[e.data[:2]]
+            continue
+        args = [
+            values[a.number] if noise is None or isinstance(a, Condition) else noise(values[a.number])
+            for a in e.args
+        ]
+        values[e.number] = _COMPUTE[e.kind](*args, *e.data)
+    return values
+
+
+def check_recorded(
+    estimator: Estimator,
+    inputs: FloatArray | None = None,
+    params: Mapping[str, float] | None = None,
+) -> None:
+    """Compare one update in numpy with the record of it.
+
+    Parameters
+    ----------
+    estimator : Estimator
+    inputs : (rows, n_inputs), optional
+        Inputs in their units; by default drawn from the declared ranges, as the states are.
+    params : mapping, optional
+        Parameter values; by default drawn, too.
+
+    Raises
+    ------
+    InputError
+        The step raises, cannot be recorded, or its record computes something else. What rounding
+        explains, and what is infinite, counts as equal.
+    """
+    with np.errstate(all="ignore"):
+        _Comparison(estimator, _rows(estimator, inputs, params)).refuse_differences()
+
+
+class _Comparison:
+    """One update of an estimator on rows of its leaves, in numpy and as recorded."""
+
+    def __init__(self, estimator: Estimator, leaves: Leaves) -> None:
+        self.estimator, self.leaves = estimator, leaves
+        self.trace = estimator.record()
+        self.results = [
+            *((f"output {name}", e) for name, e in self.trace.outputs.items()),
+            *((f"state {s.data[1]}", e) for s, _, e in self.trace.states),
+        ]
+        self.rows = len(next(iter(leaves.values())))
+        self.expected = self._recorded(leaves, self.rows)
+
+    def refuse_differences(self) -> None:
+        """Raise InputError where the two differ."""
+        together = self._together()
+        few = range(min(self.rows, _MORE if together is None else _FEW))
+        alone = np.stack([self._alone(row) for row in few], axis=1)
+        for computed in (alone, *([] if together is None else [together])):
+            apart = _apart(computed, self.expected[:, : computed.shape[1]]).max(axis=0)
+            for row in np.argsort(-apart, kind="stable")[:_SUSPECTS]:
+                if apart[row] > _EQUAL:
+                    self._look_again(int(row))
+
+    def _look_again(self, row: int) -> None:
+        """Raise InputError unless rounding explains the difference in a row."""
+        own, expected = self._alone(row), self.expected[:, row]
+        draw = np.random.default_rng(row)
+        again = self._recorded(
+            {name: np.full(_TIMES, values[row]) for name, values in self.leaves.items()},
+            _TIMES,
+            lambda x: x * (1.0 + _NOISE * draw.uniform(-1.0, 1.0, _TIMES)),
+        )
+        spread = np.max(np.abs(again - expected[:, None]), axis=1)
+        wrong = (_apart(own, expected) > _EQUAL) & (np.abs(own - expected) > 2.0 * spread)
+        for k in np.flatnonzero(wrong):
+            name, expression = self.results[k]
+            line = expression.line or place_of_function(self.estimator.step)
+            raise InputError.at(
+                placed(line, f"{name} of {self.estimator.name}"),
+                wanted=f"what step computes in numpy, {own[k]:.6g}",
+                found=f"{expected[k]:.6g} as recorded",
+                fix="compute it with + - * /, comparisons and boresight.ops alone: Python's is, "
+                "isinstance and the like are not recorded",
+            )
+
+    def _recorded(
+        self, leaves: Leaves, rows: int, noise: Callable[[Any], Any] | None = None
+    ) -> FloatArray:
+        """Results (results, rows) of the record."""
+        values = evaluate(self.trace, leaves, noise)
+        return np.stack([np.broadcast_to(values[e.number], rows) for _, e in self.results])
+
+    def _alone(self, row: int) -> FloatArray:
+        """Results (results,) of the step on one row."""
+        return self._step({name: values[row] for name, values in self.leaves.items()}, ())
+
+    def _together(self) -> FloatArray | None:
+        """Results (results, rows) of the step on arrays; None if it takes none."""
+        try:
+            return self._step(self.leaves, (self.rows,))
+        except (InputError, ValueError, TypeError):
+            return None
+
+    def _step(self, leaves: Mapping[tuple[str, str], Any], shape: tuple[int, ...]) -> FloatArray:
+        x, u, p = (
+            Values(kind, {name: v for (of, name), v in leaves.items() if of == kind[:5]})
+            for kind in ("state", "input", "parameter")
+        )
+        after, out = self.estimator.checked_step(x, u, p, arrays=bool(shape))
+        results = [*(out[o.name] for o in self.estimator.outputs)]
+        results += [after[s.name] for s in self.estimator.states]
+        return np.stack([np.broadcast_to(np.asarray(r, np.float64), shape) for r in results])
+
+
+def _apart(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Differences as shares of a value; 0 where one is not finite."""
+    finite = np.isfinite(a) & np.isfinite(b)
+    return np.where(finite, np.abs(a - b) / np.maximum(np.abs(b), 1e-250), 0.0)
+
+
+def _rows(
+    estimator: Estimator, inputs: FloatArray | None, params: Mapping[str, float] | None
+) -> Leaves:
+    """Values of all leaves: inputs spread over those that are there, others drawn."""
+    rows = _ROWS if inputs is None else min(len(inputs), _ROWS)
+    draw = np.random.default_rng(rows)
+    leaves = {("state", s.name): _drawn(draw, s, s.initial, rows) for s in estimator.states}
+    for k, i in enumerate(estimator.inputs):
+        if inputs is None:
+            leaves["input", i.name] = _drawn(draw, i, 0.0, rows)
+        else:
+            leaves["input", i.name] = inputs[np.arange(rows) * len(inputs) // rows, k]
+    chosen = None if params is None else estimator.param_values(params)
+    for p in estimator.params:
+        drawn = _drawn(draw, p, p.default, rows)
+        leaves["param", p.name] = drawn if chosen is None else np.full(rows, chosen[p.name])
+    return leaves
+
+
+def _drawn(
+    draw: np.random.Generator, of: Input | Param | State, usual: float, rows: int
+) -> FloatArray:
+    """Values in a declared range: anywhere, its ends, the usual one, and near zero."""
+    anywhere = draw.uniform(of.low, of.high, rows)
+    near = anywhere * 2.0 ** -draw.uniform(0.0, 20.0, rows)
+    kinds = [anywhere, near, np.full(rows, of.low), np.full(rows, of.high), np.full(rows, usual)]
+    chosen = np.choose(draw.choice(len(kinds), rows, p=(0.5, 0.2, 0.1, 0.1, 0.1)), kinds)
+    return np.clip(chosen, of.low, of.high)
