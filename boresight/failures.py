@@ -70,7 +70,7 @@ def _is_tool_failure(error: BaseException) -> bool:
     from boresight.firmware.soc.image import ImageError
     from boresight.gateware.synthesis.yosys import SynthesisError
     from boresight.model.tools.failure import ToolFailed
-    from boresight.sim.rtl.cosim import SimulationFailed
+    from boresight.sim.rtl.simulators import SimulationFailed
 
     return isinstance(error, ImageError | SimulationFailed | SynthesisError | ToolFailed)
 

@@ -23,7 +23,7 @@ from boresight.sim.devices.adis16385 import FAULTS as INERTIAL_FAULTS
 from boresight.sim.devices.hmr3300 import FAULTS as COMPASS_FAULTS
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
-from boresight.sim.rtl.cosim import SimulationFailed
+from boresight.sim.rtl.simulators import SimulationFailed
 from boresight.sim.worlds.synthetic import SensorError, synthetic_log
 
 __all__ = [

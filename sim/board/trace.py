@@ -8,7 +8,7 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from boresight.sim.rtl.cosim import SimulationFailed
+from boresight.sim.rtl.simulators import SimulationFailed
 
 __all__ = ["Line", "Trace", "read_trace"]
 

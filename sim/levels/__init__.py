@@ -7,8 +7,7 @@ build    what levels are made from: estimators in one core, and everything that 
 level    the protocol: `reset`, `step` for closed loops, `run` for records; what a run gives
 floating float64 with numpy (the reference as written), and compiled from C
 integer  the integer interpreter, and the emitted C
-live     a core in a process of its own
-rtl      the core's Verilog: replayed for records, live for closed loops
+rtl      the core's Verilog, for records and for closed loops
 stream   records by the million, piece by piece
 registry levels by name, as found in the modules of this room
 ======== =========================================================================================

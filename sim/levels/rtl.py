@@ -1,4 +1,4 @@
-"""The core's Verilog as a level: replayed for records, live for closed loops."""
+"""The core's Verilog as a level, for records and for closed loops."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from boresight.gateware.schedule.slots import Schedule
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import words_of
 from boresight.sim.levels.level import Level, Run, Seen, run_of_words
-from boresight.sim.levels.live import LiveCore
-from boresight.sim.rtl.cosim import RtlSimulation
-from boresight.sim.rtl.replay import RtlRun
+from boresight.sim.rtl.cosim import CocotbSimulation
+from boresight.sim.rtl.harness import CompiledSimulation, CoreProcess
+from boresight.sim.rtl.replay import RtlRun, RtlSimulation
 from boresight.sim.rtl.sharing import rounds, run_in_turns
-from boresight.sim.rtl.simulators import SIMULATORS, available
+from boresight.sim.rtl.simulators import SIMULATORS, SimulationFailed, available
 
 __all__ = ["LEVELS", "Simulated"]
 
@@ -30,15 +30,15 @@ ICARUS_CYCLES = 10_000
 class Simulated(Level):
     """The core's Verilog, with random start values.
 
-    ``run`` replays records from the core's reset on in one go (`sim.rtl.cosim`); ``step`` feeds a
-    core that lives in a process of its own, started by the first step after `reset`. What cannot be
-    built or run raises ToolMissing or SimulationFailed then.
+    ``run`` replays records from the core's reset on, in Verilator (`sim.rtl.harness`) or Icarus
+    (`sim.rtl.cosim`); ``step`` feeds a core in Verilator, started by the first step after `reset`.
+    What cannot be built or run raises ToolMissing or SimulationFailed then.
     """
 
     name, tools = "rtl", SIMULATORS
 
     def __init__(self, build: Build, number: int = 0, tool: str | None = None) -> None:
-        self._live: LiveCore | None = None
+        self._process: CoreProcess | None = None
         super().__init__(build, number, tool)
 
     @classmethod
@@ -54,9 +54,14 @@ class Simulated(Level):
         return self.build.core.select(self.number)
 
     @cached_property
+    def compiled(self) -> CompiledSimulation:
+        """In Verilator."""
+        return CompiledSimulation(self.core)
+
+    @cached_property
     def simulation(self) -> RtlSimulation:
-        """For records."""
-        return RtlSimulation(self.core, simulator=self.tool)
+        """In the chosen simulator."""
+        return CocotbSimulation(self.core) if self.tool == "icarus" else self.compiled
 
     @property
     def schedule(self) -> Schedule:
@@ -75,9 +80,9 @@ class Simulated(Level):
 
     def close(self) -> None:
         """End the process."""
-        if self._live is not None:
-            self._live.close()
-            self._live = None
+        if self._process is not None:
+            self._process.close()
+            self._process = None
 
     def __del__(self) -> None:
         """End the process."""
@@ -105,12 +110,27 @@ class Simulated(Level):
         )
 
     def step(self, record: FloatArray) -> dict[str, float]:
-        """One update; SimulationFailed: see `LiveCore.update`."""
-        if self._live is None:
-            self._live = LiveCore(self.core)
-        words, saturated = self._live.update(words_of(self.program, record[None, :])[0])
-        outputs = run_of_words(self.program, words[None, :], np.array([saturated])).outputs
-        return {name: float(value[0]) for name, value in outputs.items()}
+        """One update.
+
+        Raises
+        ------
+        SimulationFailed
+            The update did not end, gave another number of words, or took other cycles than the
+            schedule says; or the process has ended.
+        """
+        if self._process is None:
+            self._process = self.compiled.power_on()
+        batch = self.compiled.batch(words_of(self.program, record[None, :]))
+        replayed = self._process.replay(batch)
+        took, wanted = int(replayed.interval_cycles[0]), self.schedule.interval
+        if took != wanted:
+            raise SimulationFailed(
+                f"rtl: the update took {took} cycles, the schedule says {wanted}"
+            )
+        run = self._run_of(replayed)
+        if run.fault:
+            raise SimulationFailed(f"rtl: {run.fault}")
+        return {name: float(value[0]) for name, value in run.outputs.items()}
 
     def words_of_update(self, records: FloatArray) -> Sequence[Seen]:
         """What the lanes write into their registers in the last update; the program runs alone.

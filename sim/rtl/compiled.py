@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from boresight.disk.cache import Cache, Entry
-from boresight.sim.rtl.simulators import QUICK_BUILD, SimulationFailed, require, version
+from boresight.sim.rtl.simulators import BUILD_ARGS, SimulationFailed, require, version
 from boresight.sim.rtl.verilator import build_program
 
 __all__ = ["RESET_CYCLES", "Compiled", "CompletedRun", "build"]
@@ -22,19 +22,7 @@ __all__ = ["RESET_CYCLES", "Compiled", "CompletedRun", "build"]
 #: Cycles for which ``rst`` is held.
 RESET_CYCLES = 4
 
-_ARGS = (
-    "-O3",
-    "-Wno-fatal",
-    "-Wno-lint",
-    "--x-initial",
-    "unique",
-    "--x-assign",
-    "unique",
-    "--no-timing",
-    *QUICK_BUILD,
-    "--prefix",
-    "Vbench",
-)
+_ARGS = (*BUILD_ARGS["verilator"], "-Wno-lint", "--no-timing", "--prefix", "Vbench")
 
 #: Drives the clock; says how many cycles ran and how long they took.
 _MAIN = r"""

@@ -1,4 +1,9 @@
-"""Co-simulation: run a core's Verilog on input words, return its output words and cycle counts."""
+"""The second bench: a core's Verilog under cocotb, in Icarus or Verilator.
+
+Its harness `replay.sv` feeds the records and writes down what comes out, so that a long log runs at
+the simulator's own speed and not at Python's. Icarus has four values: an unknown one (X) is an
+error. Cycle by cycle it does what `sim.rtl.harness` does.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +11,7 @@ import contextlib
 import importlib.metadata
 import os
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,36 +20,31 @@ import numpy as np
 
 from boresight.disk.cache import Cache
 from boresight.gateware.core import Core
-from boresight.gateware.registers.core import PROGRAM
 from boresight.model.tools.failure import failure
 from boresight.model.words.fixed import IntArray
-from boresight.sim.rtl.memories import split_memories
 from boresight.sim.rtl.replay import (
+    Batch,
     BusWrite,
+    RegisterWrite,
+    ReplayFailed,
     RtlRun,
-    bus_text,
-    input_text,
-    read_output,
-    register_writes,
+    RtlSimulation,
 )
 from boresight.sim.rtl.simulators import BUILD_ARGS, TIMESCALE, SimulationFailed, require, version
 from boresight.sim.rtl.verilator import build_program, cocotb_environment
 
-__all__ = ["RtlSimulation", "SimulationFailed", "quiet"]
+__all__ = ["CocotbSimulation", "bus_text", "input_text", "quiet", "read_output", "register_writes"]
 
 
-class RtlSimulation:
-    """A built simulation of one core, run as often as wanted.
-
-    The build depends on the machine, not on the program (`sim.rtl.memories`), and is kept in a
-    cache.
+class CocotbSimulation(RtlSimulation):
+    """See `RtlSimulation`.
 
     Parameters
     ----------
     core : Core
-        The program at hand runs, unless `run` is told otherwise.
+        See `RtlSimulation`.
     simulator : str
-        "verilator" or "icarus".
+        "icarus" or "verilator".
     cache : Path, optional
         Folder for builds; the user's cache by default.
 
@@ -56,19 +56,16 @@ class RtlSimulation:
         The build failed.
     """
 
-    def __init__(
-        self, core: Core, *, simulator: str = "verilator", cache: Path | None = None
-    ) -> None:
-        self.core, self.simulator, self.word = core, simulator, core.machine.arithmetic.word
-        text, self._memories = split_memories(core.verilog(instances=False))
-        # Names inside the core exist for each lane only: the harness is cut to the lanes there are.
-        harness = Path(__file__).with_name("replay.sv").read_text()
-        harness = harness.replace("//SECOND", "" if core.machine.lanes == 2 else "//")
+    def __init__(self, core: Core, *, simulator: str = "icarus", cache: Path | None = None) -> None:
         require(simulator)
+        require("cocotb")
+        super().__init__(core)
+        self.simulator = simulator
+        harness = Path(__file__).with_name("replay.sv").read_text()
         tools = (version(simulator), importlib.metadata.version("cocotb"))
-        identity = repr((text, harness, simulator, tools, BUILD_ARGS[simulator], self.word))
+        identity = repr((self.text, harness, simulator, tools, BUILD_ARGS[simulator], self.word))
         self._entry = Cache(cache).get(
-            f"rtl-{simulator}", identity, lambda folder: self._build(folder, text, harness)
+            f"rtl-{simulator}", identity, lambda folder: self._build(folder, harness)
         )
 
     def _runner(self) -> Any:
@@ -76,8 +73,8 @@ class RtlSimulation:
 
         return get_runner(self.simulator)
 
-    def _build(self, folder: Path, text: str, harness: str) -> None:
-        sources = {"core.sv": text, "replay.sv": harness}
+    def _build(self, folder: Path, harness: str) -> None:
+        sources = {"core.sv": self.text, "replay.sv": harness}
         if self.simulator == "verilator":
             build_program(
                 folder / "replay",
@@ -100,61 +97,16 @@ class RtlSimulation:
                 timescale=("1ns", "1ps"),
             )
 
-    def run(
-        self,
-        inputs: IntArray,
-        *,
-        numbers: IntArray | None = None,
-        bus_writes: Sequence[BusWrite] = (),
-        stall: int = 0,
-        trace: int | None = None,
-        allow_unknown: bool = False,
-    ) -> RtlRun:
-        """Feed input words (steps, n_inputs).
-
-        Parameters
-        ----------
-        numbers : int (steps,), optional
-            The program of each record, when several take turns (`bus_writes` must select them);
-            what a record does not need of its row is left out. By default that at hand.
-        bus_writes : sequence of BusWrite
-            What the host writes meanwhile, in the order of records.
-        stall : int
-            0: input always there, output always taken. Otherwise the seed of a pattern of pauses.
-        trace : int, optional
-            Update whose register writes are recorded.
-        allow_unknown : bool
-            Return the register writes even when the run fails (to find out why).
-
-        Raises
-        ------
-        SimulationFailed
-            Hung, an unknown value (X), or fewer words than expected.
-        """
+    def _replay(self, batch: Batch) -> RtlRun:
         from cocotb_tools.check_results import get_results
 
-        if not len(inputs):
-            raise SimulationFailed("nothing to compare: no input records")
-        parts = self.core.parts
-        if numbers is None:
-            numbers = np.full(len(inputs), self.core.number)
-            if len(parts) > 1:
-                bus_writes = [BusWrite(0, PROGRAM, self.core.number), *bus_writes]
-        n_in, n_out = (
-            np.array([len(ports) for ports in counts])[numbers]
-            for counts in zip(
-                *((p.program.streamed, p.program.outputs) for p in parts), strict=True
-            )
-        )
-        cycles = int(np.array([p.schedule.interval for p in parts])[numbers].max())
-        limit = (len(inputs) + 4) * cycles * (16 if stall else 1) + 64 * len(bus_writes) + 1000
         with tempfile.TemporaryDirectory(prefix="boresight-rtl-") as name:
             folder = Path(name)
-            (folder / "input.hex").write_text(input_text(inputs, n_in, self.word))
-            (folder / "bus.txt").write_text(bus_text(bus_writes, self.word))
-            for file, text in self._memories.items():
+            (folder / "input.hex").write_text(input_text(batch.inputs, batch.n_in, self.word))
+            (folder / "bus.txt").write_text(bus_text(batch.bus_writes, self.word))
+            for file, text in self.memories.items():
                 (folder / file).write_text(text)
-            self._simulate(folder, len(inputs), limit, stall, trace)
+            self._simulate(folder, batch)
             out_file = folder / "output.txt"
             lines = out_file.read_text().splitlines() if out_file.exists() else []
             writes = register_writes(lines)
@@ -162,19 +114,14 @@ class RtlSimulation:
                 tests, failed = get_results(folder / "results.xml")
                 if tests != 1:
                     raise SimulationFailed(f"expected 1 bench to run, {tests} ran")
-                run = read_output(lines, n_out, self.word)
+                run = read_output(lines, batch.n_out, self.word)
                 if failed:
                     raise SimulationFailed("the bench failed")
-                return replace(run, writes=writes)
             except SimulationFailed as error:
-                if allow_unknown:
-                    none = np.zeros((0, 0), dtype=np.int64)
-                    return RtlRun(none, np.zeros(0, dtype=np.bool_), none, none.ravel(), writes)
-                raise SimulationFailed(f"{self.simulator}: {error}") from None
+                raise ReplayFailed(f"{self.simulator}: {error}", writes) from None
+            return replace(run, writes=writes)
 
-    def _simulate(
-        self, folder: Path, steps: int, limit: int, stall: int, trace: int | None
-    ) -> None:
+    def _simulate(self, folder: Path, batch: Batch) -> None:
         root = str(Path(__file__).parents[2])
         with quiet(folder / "run.log", f"{self.simulator} run"):
             self._runner().test(
@@ -190,9 +137,9 @@ class RtlSimulation:
                     "+input=input.hex",
                     "+bus=bus.txt",
                     "+output=output.txt",
-                    f"+steps={steps}",
-                    f"+stall={stall}",
-                    f"+trace={-1 if trace is None else trace}",
+                    f"+steps={len(batch.inputs)}",
+                    f"+stall={batch.stall}",
+                    f"+trace={batch.trace}",
                     *(
                         ["+verilator+rand+reset+2", "+verilator+seed+7"]
                         if self.simulator == "verilator"
@@ -201,7 +148,7 @@ class RtlSimulation:
                 ],
                 extra_env={
                     **cocotb_environment(),
-                    "REPLAY_MAX_CYCLES": str(limit),
+                    "REPLAY_MAX_CYCLES": str(batch.limit),
                     "PYTHONPATH": os.pathsep.join([root, os.environ.get("PYTHONPATH", "")]),
                 },
             )
@@ -227,3 +174,78 @@ def quiet(log: Path, what: str) -> Iterator[None]:
     if failed is not None:
         said = f"{log.read_text(errors='replace')}\n{failed}"
         raise SimulationFailed(failure(f"{what} failed", said)) from failed
+
+
+def input_text(inputs: IntArray, n_in: IntArray, word: int) -> str:
+    """Words of records (steps, widest), of which the first ``n_in`` count; their last is marked."""
+    last = np.arange(inputs.shape[1]) == n_in[:, None] - 1
+    marked = (inputs & ((1 << word) - 1)) | np.where(last, 1 << word, 0)
+    there = np.arange(inputs.shape[1]) < n_in[:, None]
+    return "\n".join(f"{w:x}" for w in marked[there].tolist()) + "\n"
+
+
+def bus_text(writes: Iterable[BusWrite], word: int) -> str:
+    """What the host writes meanwhile, in the order of records."""
+    mask = (1 << word) - 1
+    return "".join(f"{w.record} {w.address:x} {w.word & mask:x}\n" for w in writes)
+
+
+def read_output(lines: Sequence[str], n_out: IntArray, word: int) -> RtlRun:
+    """What happened, from the lines of the output file.
+
+    Parameters
+    ----------
+    n_out : int (steps,)
+        Words that each record gives.
+
+    Raises
+    ------
+    SimulationFailed
+        An unknown value (X), a word too many, or an update that did not complete.
+    """
+    steps, widest = len(n_out), int(n_out.max())
+    outputs, latency = np.zeros((2, steps, widest), dtype=np.int64)
+    seen = np.arange(widest) >= n_out[:, None]
+    saturated = np.zeros(steps, dtype=np.bool_)
+    interval = np.full(steps, -1, dtype=np.int64)
+    sign = 1 << (word - 1)
+    for line in lines:
+        kind, *rest = line.split()
+        if (
+            kind == "X"
+            or (kind == "O" and set("xz") & set(rest[2].lower()))
+            or (kind == "U" and set("xz") & set(rest[1].lower()))
+        ):
+            raise SimulationFailed(f"unknown value (X): {line}")
+        if kind == "O":
+            k, j = int(rest[0]), int(rest[1])
+            if k >= steps or j >= n_out[k]:
+                raise SimulationFailed(f"unexpected output word: {line}")
+            outputs[k, j] = (int(rest[2], 16) ^ sign) - sign
+            latency[k, j] = int(rest[3]) + 1
+            seen[k, j] = True
+        elif kind == "U":
+            saturated[int(rest[0])] = rest[1] == "1"
+            interval[int(rest[0])] = int(rest[2])
+    complete = seen.all(axis=1) & (interval >= 0)
+    if not complete.all():
+        raise SimulationFailed(f"update {int(np.argmin(complete))} of {steps} did not complete")
+    return RtlRun(outputs, saturated, latency, interval)
+
+
+def register_writes(lines: Sequence[str]) -> tuple[RegisterWrite, ...]:
+    """Register writes of the traced update."""
+    writes = []
+    for line in lines:
+        kind, *rest = line.split()
+        if kind == "R":
+            known = not set("xz") & set((rest[2] + rest[3]).lower())
+            writes.append(
+                RegisterWrite(
+                    int(rest[1]),
+                    int(rest[2], 16) if known else -1,
+                    int(rest[3], 16) if known else None,
+                    int(rest[4]),
+                )
+            )
+    return tuple(writes)

@@ -1,25 +1,21 @@
-"""The files of `replay.sv`: records and bus writes in, words and cycles out."""
+"""Records replayed through a core's Verilog: what is asked of a bench, and what it gives back."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
+from boresight.gateware.core import Core
+from boresight.gateware.registers.core import PROGRAM
 from boresight.model.words.fixed import IntArray
+from boresight.sim.rtl.memories import split_memories
 from boresight.sim.rtl.simulators import SimulationFailed
 
-__all__ = [
-    "BusWrite",
-    "RegisterWrite",
-    "RtlRun",
-    "bus_text",
-    "input_text",
-    "read_output",
-    "register_writes",
-]
+__all__ = ["Batch", "BusWrite", "RegisterWrite", "ReplayFailed", "RtlRun", "RtlSimulation"]
 
 
 @dataclass(frozen=True)
@@ -66,76 +62,131 @@ class RtlRun:
     writes: tuple[RegisterWrite, ...] = ()
 
 
-def input_text(inputs: IntArray, n_in: IntArray, word: int) -> str:
-    """Words of records (steps, widest), of which the first ``n_in`` count; their last is marked."""
-    last = np.arange(inputs.shape[1]) == n_in[:, None] - 1
-    marked = (inputs & ((1 << word) - 1)) | np.where(last, 1 << word, 0)
-    there = np.arange(inputs.shape[1]) < n_in[:, None]
-    return "\n".join(f"{w:x}" for w in marked[there].tolist()) + "\n"
+@dataclass(frozen=True, eq=False)
+class Batch:
+    """Records for a bench.
+
+    Attributes
+    ----------
+    inputs : int64 (steps, widest)
+        Words of each record, of which the first ``n_in`` count.
+    n_in, n_out : int64 (steps,)
+        Words that each record has and gives.
+    bus_writes : sequence of BusWrite
+        In the order of records.
+    stall : int
+        0: input always there, output always taken. Otherwise the seed of a pattern of pauses.
+    trace : int
+        Record whose register writes are wanted; -1 for none.
+    limit : int
+        Cycles after which the core counts as hung.
+    """
+
+    inputs: IntArray
+    n_in: IntArray
+    n_out: IntArray
+    bus_writes: Sequence[BusWrite]
+    stall: int
+    trace: int
+    limit: int
 
 
-def bus_text(writes: Iterable[BusWrite], word: int) -> str:
-    """What the host writes meanwhile, in the order of records."""
-    mask = (1 << word) - 1
-    return "".join(f"{w.record} {w.address:x} {w.word & mask:x}\n" for w in writes)
+class ReplayFailed(SimulationFailed):
+    """A replay that is no result: hung, an unknown value, or other words than expected.
+
+    Attributes
+    ----------
+    writes : tuple of RegisterWrite
+        Register writes of the traced update.
+    """
+
+    def __init__(self, message: str, writes: tuple[RegisterWrite, ...] = ()) -> None:
+        super().__init__(message)
+        self.writes = writes
 
 
-def read_output(lines: Sequence[str], n_out: IntArray, word: int) -> RtlRun:
-    """What happened, from the lines of the output file.
+class RtlSimulation(ABC):
+    """A built simulation of one core, run as often as wanted.
+
+    The build depends on the machine, not on the program (`sim.rtl.memories`), and is kept in a
+    cache.
 
     Parameters
     ----------
-    n_out : int (steps,)
-        Words that each record gives.
-
-    Raises
-    ------
-    SimulationFailed
-        An unknown value (X), a word too many, or an update that did not complete.
+    core : Core
+        Its selected program runs, unless `run` is given others.
     """
-    steps, widest = len(n_out), int(n_out.max())
-    outputs, latency = np.zeros((2, steps, widest), dtype=np.int64)
-    seen = np.arange(widest) >= n_out[:, None]
-    saturated = np.zeros(steps, dtype=np.bool_)
-    interval = np.full(steps, -1, dtype=np.int64)
-    sign = 1 << (word - 1)
-    for line in lines:
-        kind, *rest = line.split()
-        if (
-            kind == "X"
-            or (kind == "O" and set("xz") & set(rest[2].lower()))
-            or (kind == "U" and set("xz") & set(rest[1].lower()))
-        ):
-            raise SimulationFailed(f"unknown value (X): {line}")
-        if kind == "O":
-            k, j = int(rest[0]), int(rest[1])
-            if k >= steps or j >= n_out[k]:
-                raise SimulationFailed(f"unexpected output word: {line}")
-            outputs[k, j] = (int(rest[2], 16) ^ sign) - sign
-            latency[k, j] = int(rest[3]) + 1
-            seen[k, j] = True
-        elif kind == "U":
-            saturated[int(rest[0])] = rest[1] == "1"
-            interval[int(rest[0])] = int(rest[2])
-    complete = seen.all(axis=1) & (interval >= 0)
-    if not complete.all():
-        raise SimulationFailed(f"update {int(np.argmin(complete))} of {steps} did not complete")
-    return RtlRun(outputs, saturated, latency, interval)
 
+    def __init__(self, core: Core) -> None:
+        self.core, self.word = core, core.machine.arithmetic.word
+        self.text, self.memories = split_memories(core.verilog(instances=False))
+        if core.machine.lanes == 2:
+            # The benches name signals of the second lane only where there is one.
+            self.text = f"`define TWO_LANES\n{self.text}"
 
-def register_writes(lines: Sequence[str]) -> tuple[RegisterWrite, ...]:
-    """Register writes of the traced update."""
-    writes = []
-    for line in lines:
-        kind, *rest = line.split()
-        if kind == "R":
-            known = not set("xz") & set((rest[2] + rest[3]).lower())
-            writes.append(
-                RegisterWrite(
-                    int(rest[1]),
-                    int(rest[2], 16) if known else -1,
-                    int(rest[3], 16) if known else None,
-                    int(rest[4]),
-                )
-            )
-    return tuple(writes)
+    def run(
+        self,
+        inputs: IntArray,
+        *,
+        numbers: IntArray | None = None,
+        bus_writes: Sequence[BusWrite] = (),
+        stall: int = 0,
+        trace: int | None = None,
+        allow_unknown: bool = False,
+    ) -> RtlRun:
+        """Run input words (steps, n_inputs) from the core's reset on.
+
+        Parameters
+        ----------
+        numbers : int (steps,), optional
+            The program of each record, when several take turns (`bus_writes` must select them);
+            what a record does not need of its row is left out. By default the selected one.
+        bus_writes, stall
+            See `Batch`.
+        trace : int, optional
+            Update whose register writes are recorded.
+        allow_unknown : bool
+            Return the register writes even when the run fails (to find out why).
+
+        Raises
+        ------
+        SimulationFailed
+            Hung, an unknown value (X), or fewer words than expected.
+        """
+        batch = self.batch(inputs, numbers, bus_writes, stall=stall, trace=trace)
+        try:
+            return self._replay(batch)
+        except ReplayFailed as failed:
+            if not allow_unknown:
+                raise
+            none = np.zeros((0, 0), dtype=np.int64)
+            return RtlRun(none, np.zeros(0, dtype=np.bool_), none, none.ravel(), failed.writes)
+
+    def batch(
+        self,
+        inputs: IntArray,
+        numbers: IntArray | None = None,
+        bus_writes: Sequence[BusWrite] = (),
+        *,
+        stall: int = 0,
+        trace: int | None = None,
+    ) -> Batch:
+        """Everything that a bench needs for these records; see `run`."""
+        if not len(inputs):
+            raise SimulationFailed("nothing to compare: no input records")
+        parts = self.core.parts
+        if numbers is None:
+            numbers = np.full(len(inputs), self.core.number)
+            if len(parts) > 1:
+                bus_writes = [BusWrite(0, PROGRAM, self.core.number), *bus_writes]
+        counts = [
+            (len(p.program.streamed), len(p.program.outputs), p.schedule.interval) for p in parts
+        ]
+        n_in, n_out, intervals = np.array(counts)[numbers].T
+        cycles = (len(inputs) + 4) * int(intervals.max()) * (16 if stall else 1)
+        limit = cycles + 64 * len(bus_writes) + 1000
+        return Batch(inputs, n_in, n_out, bus_writes, stall, -1 if trace is None else trace, limit)
+
+    @abstractmethod
+    def _replay(self, batch: Batch) -> RtlRun:
+        """Run a batch from the core's reset on; `ReplayFailed` if that gives no result."""

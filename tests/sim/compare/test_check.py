@@ -286,7 +286,7 @@ def test_everything_is_made_once(monkeypatch):
     from boresight.sim.levels import rtl
 
     made = []
-    for place, name in ((module, "build_shared_core"), (rtl, "RtlSimulation")):
+    for place, name in ((module, "build_shared_core"), (rtl, "CompiledSimulation")):
         whole = getattr(place, name)
         monkeypatch.setattr(
             place, name, lambda *a, whole=whole, name=name, **k: made.append(name) or whole(*a, **k)
@@ -297,7 +297,11 @@ def test_everything_is_made_once(monkeypatch):
     for n in (20, 30):
         (result,) = checking.run(Record.of({"z": np.linspace(-1, 1, n), "k": np.ones(n)}))
         assert result.good
-    assert sorted(made) == ["RtlSimulation", "build_shared_core", "run of the C", "run of the C"]
+    assert sorted(made) == [
+        "CompiledSimulation",
+        "build_shared_core",
+        *["run of the C", "run of the C"],
+    ]
 
 
 def test_programs_that_share_states_fail(log, both):

@@ -6,7 +6,7 @@ import pytest
 
 from boresight.sim.devices.adis16385 import FAULTS, device_text
 from boresight.sim.rtl.compiled import Compiled, build
-from boresight.sim.rtl.cosim import SimulationFailed
+from boresight.sim.rtl.simulators import SimulationFailed
 from tests.support.devices.adis16385_bench import log_text
 
 #: Drives frames as told: lines `half setup stall bits word`; prints what comes back.

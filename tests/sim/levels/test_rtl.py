@@ -46,9 +46,9 @@ def test_live_and_replayed() -> None:
         found = [level.step(record) for record in RECORDS]
         for name, values in wanted.outputs.items():
             assert [step[name] for step in found] == values.tolist()
-        assert level._live is not None
-        process = level._live.process
-    assert process.poll() is not None and level._live is None
+        assert level._process is not None
+        process = level._process.process
+    assert process.poll() is not None and level._process is None
     run = level.run(RECORDS)  # from the reset on
     assert run.words is not None and np.array_equal(run.words, wanted.words)
     assert run.saturated is not None and np.array_equal(run.saturated, wanted.saturated)

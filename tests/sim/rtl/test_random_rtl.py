@@ -12,7 +12,8 @@ from boresight.gateware.core import build_core
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Program
-from boresight.sim.rtl.cosim import RtlSimulation
+from boresight.sim.rtl.cosim import CocotbSimulation
+from boresight.sim.rtl.harness import CompiledSimulation
 from boresight.sim.rtl.simulators import available
 from tests.support.random_program import random_program
 
@@ -82,9 +83,8 @@ def test_interpreter_c_and_rtl_agree(config, word, simulator, seeds, steps, odd)
         assert np.array_equal(c_words, wanted), f"seed {seed}: C"
         assert np.array_equal(c_flags, flags), f"seed {seed}: C saturation"
         core = build_core(program, config, restarts=0)
-        simulation = RtlSimulation(
-            core, simulator=simulator, cache=odd if simulator == "icarus" else None
-        )
+        icarus = simulator == "icarus"
+        simulation = CocotbSimulation(core, cache=odd) if icarus else CompiledSimulation(core)
         for stall in (0, seed + 1):
             run = simulation.run(inputs, stall=stall)
             assert np.array_equal(run.outputs, wanted), f"seed {seed}: RTL, stall {stall}"

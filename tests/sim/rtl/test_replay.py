@@ -1,66 +1,65 @@
-"""The files of the replay: records of several lengths, cycles, unknown values."""
+"""What any bench is asked for: records, programs, cycles after which it hangs."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
+from boresight.gateware.core import build_shared_core
+from boresight.gateware.registers.core import PROGRAM
 from boresight.sim.rtl.replay import (
+    Batch,
     BusWrite,
     RegisterWrite,
-    bus_text,
-    input_text,
-    read_output,
-    register_writes,
+    ReplayFailed,
+    RtlRun,
+    RtlSimulation,
 )
 from boresight.sim.rtl.simulators import SimulationFailed
+from tests.support.random_program import random_programs
+
+WRITES = (RegisterWrite(0, 5, None, 7),)
 
 
-def test_the_last_word_of_each_record_is_marked() -> None:
-    inputs = np.array([[1, -1, 99], [2, 99, 99], [3, 4, -5]])
-    text = input_text(inputs, np.array([2, 1, 3]), 18)
-    assert text == "1\n7ffff\n40002\n3\n4\n7fffb\n"
+class Hung(RtlSimulation):
+    """A bench that gives no result."""
+
+    def _replay(self, batch: Batch) -> RtlRun:
+        raise ReplayFailed("verilator: update 0 of 1 did not complete", WRITES)
 
 
-def test_bus_writes() -> None:
-    assert bus_text([BusWrite(0, 516, 1), BusWrite(12, 3, -1)], 18) == "0 204 1\n12 3 3ffff\n"
+@pytest.fixture(scope="module")
+def simulation() -> Hung:
+    """Of the second of two programs."""
+    return Hung(build_shared_core(random_programs(1, 2, word=18), "small", restarts=0).select(1))
 
 
-LINES = ["O 0 0 3ffff 4", "O 0 1 00002 5", "U 0 1 9", "O 1 0 00003 6", "U 1 0 8"]
+def test_the_selected_program(simulation: Hung) -> None:
+    """It is selected first; its words count; it may take its interval for each record, and more."""
+    (first, second), inputs = simulation.core.parts, np.zeros((3, 9), dtype=np.int64)
+    batch = simulation.batch(inputs, bus_writes=[BusWrite(1, 3, 5)])
+    assert batch.bus_writes == [BusWrite(0, PROGRAM, 1), BusWrite(1, 3, 5)]
+    assert batch.n_in.tolist() == 3 * [len(second.program.streamed)]
+    assert batch.n_out.tolist() == 3 * [len(second.program.outputs)]
+    assert (batch.stall, batch.trace) == (0, -1)
+    assert batch.limit == (3 + 4) * second.schedule.interval + 2 * 64 + 1000
+    batch = simulation.batch(inputs, np.array([0, 1, 0]), stall=7, trace=2)
+    assert batch.n_in.tolist() == [len(p.program.streamed) for p in (first, second, first)]
+    assert batch.n_out.tolist() == [len(p.program.outputs) for p in (first, second, first)]
+    assert (list(batch.bus_writes), batch.stall, batch.trace) == ([], 7, 2)
+    longest = max(first.schedule.interval, second.schedule.interval)
+    assert batch.limit == (3 + 4) * longest * 16 + 1000
 
 
-def test_words_flags_cycles() -> None:
-    run = read_output(LINES, np.array([2, 1]), 18)
-    assert run.outputs.tolist() == [[-1, 2], [3, 0]]
-    assert run.latency_cycles.tolist() == [[5, 6], [7, 0]]
-    assert run.saturated.tolist() == [True, False] and run.interval_cycles.tolist() == [9, 8]
+def test_no_result(simulation: Hung) -> None:
+    """To find out why, the register writes alone."""
+    inputs = np.zeros((1, 9), dtype=np.int64)
+    with pytest.raises(SimulationFailed, match="^verilator: update 0 of 1 did not complete$"):
+        simulation.run(inputs)
+    run = simulation.run(inputs, allow_unknown=True)
+    assert len(run.outputs) == 0 and run.writes == WRITES
 
 
-@pytest.mark.parametrize(
-    ("place", "line", "said"),
-    [
-        (1, "O 0 1 0000x 5", "unknown value (X): O 0 1 0000x 5"),
-        (1, "O 0 1 0000Z 5", "unknown value (X): O 0 1 0000Z 5"),
-        (2, "U 0 x 9", "unknown value (X): U 0 x 9"),
-        (0, "X 0 0 handshake 3", "unknown value (X): X 0 0 handshake 3"),
-        (3, "O 1 1 00003 6", "unexpected output word: O 1 1 00003 6"),
-        (3, "O 2 0 00003 6", "unexpected output word: O 2 0 00003 6"),
-        (1, "", "update 0 of 2 did not complete"),
-        (3, "", "update 1 of 2 did not complete"),
-        (4, "", "update 1 of 2 did not complete"),
-    ],
-)
-def test_what_is_no_run(place: int, line: str, said: str) -> None:
-    lines = [x for x in [*LINES[:place], line, *LINES[place + 1 :]] if x]
-    with pytest.raises(SimulationFailed) as error:
-        read_output(lines, np.array([2, 1]), 18)
-    assert str(error.value) == said
-
-
-def test_register_writes() -> None:
-    lines = ["R 3 1 0a 3ffff 7", "O 0 0 00001 9", "R 3 0 0x 00001 8", "R 3 0 01 0000x 9"]
-    assert register_writes(lines) == (
-        RegisterWrite(1, 10, 0x3FFFF, 7),
-        RegisterWrite(0, -1, None, 8),
-        RegisterWrite(0, -1, None, 9),
-    )
+def test_nothing_to_compare(simulation: Hung) -> None:
+    with pytest.raises(SimulationFailed, match="^nothing to compare: no input records$"):
+        simulation.run(np.zeros((0, 9), dtype=np.int64))

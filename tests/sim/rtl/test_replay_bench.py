@@ -1,50 +1,58 @@
-"""The bench's own steps, in order, on a design that is played; test_rtl.py has a simulator."""
+"""Two benches for one core, C++ and cocotb: the same words, flags, cycles and register writes."""
 
 from __future__ import annotations
 
-import asyncio
-from types import SimpleNamespace
+from operator import attrgetter
 
+import numpy as np
 import pytest
 
-from boresight.sim.rtl import replay_bench
+from boresight.gateware.core import Core, build_shared_core
+from boresight.model.estimators.complementary import Complementary
+from boresight.model.words.fixed import IntArray
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.vectors import recorded
+from boresight.sim.rtl.cosim import CocotbSimulation
+from boresight.sim.rtl.harness import CompiledSimulation
+from boresight.sim.rtl.replay import RtlRun, RtlSimulation
+from boresight.sim.rtl.sharing import run_in_turns
+from boresight.sim.rtl.simulators import available
+from tests.support.random_program import random_inputs, random_programs
 
 
-def test_reset_for_four_cycles_then_wait_for_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    steps: list[object] = []
+def _random() -> tuple[Core, list[IntArray]]:
+    """Two programs, two lanes."""
+    programs = random_programs(5, 2, word=24)
+    streams = [np.array(random_inputs(p, k, 20 + k)) for k, p in enumerate(programs)]
+    return build_shared_core(programs, "fast", restarts=0), streams
 
-    class Reset:
-        def __setattr__(self, name: str, value: int) -> None:
-            steps.append(("rst", value))
 
-    async def done(name: str, *arguments: object) -> None:
-        steps.append((name, *arguments))
+def _recorded() -> tuple[Core, list[IntArray]]:
+    """A filter on a bundled log."""
+    build = Build(Complementary(), restarts=0)
+    return build.core, [log.inputs[:20] for log in recorded(build)]
 
-    class Clock:
-        def __init__(self, signal: str, period: int, *, unit: str) -> None:
-            steps.append(("clock", signal, period, unit))
 
-        def start(self) -> None:
-            steps.append("start")
-
-    async def with_timeout(trigger: object, limit: int, unit: str) -> None:
-        steps.append(("limit", limit, unit))
-        await trigger  # type: ignore[misc]
-
-    for name in ("ClockCycles", "FallingEdge", "RisingEdge"):
-        monkeypatch.setattr(replay_bench, name, lambda *a, name=name: done(name, *a))
-    monkeypatch.setattr(replay_bench, "Clock", Clock)
-    monkeypatch.setattr(replay_bench, "with_timeout", with_timeout)
-    monkeypatch.setenv("REPLAY_MAX_CYCLES", "123")
-    design = SimpleNamespace(clk="clk", rst=Reset(), done="done")
-    asyncio.run(replay_bench.replay.func(design))
-    assert steps == [
-        ("clock", "clk", 10, "ns"),
-        "start",
-        ("rst", 1),
-        ("ClockCycles", "clk", 4),
-        ("FallingEdge", "clk"),
-        ("rst", 0),
-        ("limit", 1230, "ns"),
-        ("RisingEdge", "done"),
+def _runs(simulation: RtlSimulation, streams: list[IntArray]) -> list[RtlRun]:
+    """With pauses and without, in turns, and with the register writes of an update."""
+    return [
+        *run_in_turns(simulation, streams, longest=3),
+        *run_in_turns(simulation, streams, stall=7, longest=3),
+        simulation.run(streams[0], stall=8, trace=5),
     ]
+
+
+@pytest.mark.skipif(not available("cocotb"), reason="needs cocotb and a shared libpython")
+@pytest.mark.parametrize("what", [_random, _recorded])
+def test_cycle_for_cycle_the_same(what) -> None:
+    core, streams = what()
+    cocotb, compiled = (
+        _runs(simulation, streams)
+        for simulation in (CocotbSimulation(core, simulator="verilator"), CompiledSimulation(core))
+    )
+    for one, other in zip(cocotb, compiled, strict=True):
+        for name in ("outputs", "saturated", "latency_cycles", "interval_cycles"):
+            assert np.array_equal(getattr(one, name), getattr(other, name)), name
+    order = attrgetter("cycle", "lane")
+    writes = [sorted(runs[-1].writes, key=order) for runs in (cocotb, compiled)]
+    assert writes[0] == writes[1] and len(writes[0]) > 1

@@ -9,7 +9,8 @@ import pytest
 
 from boresight.gateware.core import build_shared_core
 from boresight.model.words.interpreter import Interpreter
-from boresight.sim.rtl.cosim import RtlSimulation
+from boresight.sim.rtl.cosim import CocotbSimulation
+from boresight.sim.rtl.harness import CompiledSimulation
 from boresight.sim.rtl.replay import BusWrite
 from boresight.sim.rtl.sharing import completed, deal, rounds, run_in_turns
 from boresight.sim.rtl.simulators import available
@@ -44,7 +45,8 @@ def test_random_programs_in_turns(config, word, count, simulator):
     core = build_shared_core(programs, config, restarts=0)
     if not available(simulator):
         pytest.skip(f"needs {simulator}")
-    simulation = RtlSimulation(core, simulator=simulator)
+    bench = CocotbSimulation if simulator == "icarus" else CompiledSimulation
+    simulation = bench(core)
     most = 16 if simulator == "icarus" else 30
     streams = [np.array(random_inputs(p, k, most + k)) for k, p in enumerate(programs)]
     for stall in (0, 5):
@@ -65,9 +67,7 @@ def test_random_programs_in_turns(config, word, count, simulator):
     first, _ = model.run(stream[:9, :, None])
     model.params[programs[number].find(name)] = 12345
     second, _ = model.run(stream[9:, :, None])
-    run = RtlSimulation(one, simulator=simulator).run(
-        stream, bus_writes=[BusWrite(9, address, 12345)]
-    )
+    run = bench(one).run(stream, bus_writes=[BusWrite(9, address, 12345)])
     assert np.array_equal(run.outputs, np.concatenate([first, second])[:, :, 0])
     assert (run.interval_cycles == one.schedule.interval).all()
 

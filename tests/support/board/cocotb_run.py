@@ -10,8 +10,8 @@ from pathlib import Path
 from boresight.sim.board.build import Board, board_parameters, board_sources
 from boresight.sim.board.run import BoardRun, Stimulus, cycles_limit, files_and_arguments, frames_of
 from boresight.sim.board.trace import read_trace
-from boresight.sim.rtl.cosim import SimulationFailed, quiet
-from boresight.sim.rtl.simulators import BUILD_ARGS, TIMESCALE
+from boresight.sim.rtl.cosim import quiet
+from boresight.sim.rtl.simulators import BUILD_ARGS, TIMESCALE, SimulationFailed
 from boresight.sim.rtl.verilator import build_program, cocotb_environment
 
 __all__ = ["run_under_cocotb"]

@@ -1,0 +1,82 @@
+"""The C++ bench: batches of any size, what counts as broken, a process that dies.
+
+test_replay_bench.py compares it with cocotb, test_random_rtl.py and test_sharing.py with the model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from boresight.gateware.core import build_shared_core
+from boresight.model.words.interpreter import Interpreter
+from boresight.sim.rtl.harness import CompiledSimulation, CoreProcess
+from boresight.sim.rtl.replay import ReplayFailed
+from boresight.sim.rtl.simulators import SimulationFailed
+from tests.support.random_program import random_inputs, random_programs
+
+
+@pytest.fixture(scope="module")
+def simulation() -> CompiledSimulation:
+    """Of the second of two programs."""
+    core = build_shared_core(random_programs(1, 2, word=18), "small", restarts=0)
+    return CompiledSimulation(core.select(1))
+
+
+@pytest.fixture
+def process(simulation: CompiledSimulation) -> Iterator[CoreProcess]:
+    with simulation.power_on() as process:
+        yield process
+
+
+def test_batches_follow_each_other(simulation: CompiledSimulation, process: CoreProcess) -> None:
+    """States live on; the whole in one go gives the same, cycle by cycle."""
+    core = simulation.core
+    inputs = np.array(random_inputs(core.program, 3, 30))
+    wanted, flags = Interpreter(core.program).run(inputs[:, :, None])
+    whole = simulation.run(inputs)
+    assert np.array_equal(whole.outputs, wanted[:, :, 0])
+    assert np.array_equal(whole.saturated, flags[:, 0])
+    for start, stop in ((0, 1), (1, 2), (2, 30)):
+        piece = process.replay(simulation.batch(inputs[start:stop]))
+        for name in ("outputs", "saturated", "latency_cycles", "interval_cycles"):
+            assert np.array_equal(getattr(piece, name), getattr(whole, name)[start:stop]), name
+
+
+def test_what_is_no_result(simulation: CompiledSimulation) -> None:
+    """Words missing, words too many, cycles too few; the traced register writes come nevertheless."""
+    inputs = np.array(random_inputs(simulation.core.program, 3, 3))
+    batch = simulation.batch(inputs, trace=0)
+    n, interval = len(simulation.core.program.outputs), simulation.core.schedule.interval
+    writes = simulation.run(inputs, trace=0).writes
+    for changed, message in (
+        ({"n_out": batch.n_out + [0, 0, 1]}, "update 2 of 3 did not complete"),
+        ({"n_out": batch.n_out + [0, 1, 0]}, "update 1 of 3 did not complete"),
+        (
+            {"n_out": batch.n_out - [0, 0, 1]},
+            rf"unexpected output word: O 2 {n - 1} [0-9a-f]{{5}} ",
+        ),
+        ({"limit": 2 * interval}, "update 1 of 3 did not complete"),
+    ):
+        with pytest.raises(ReplayFailed, match=f"^verilator: {message}") as failed:
+            with simulation.power_on() as process:
+                process.replay(replace(batch, **changed))
+        assert writes and failed.value.writes == writes
+
+
+def test_a_process_that_has_ended(simulation: CompiledSimulation, process: CoreProcess) -> None:
+    batch = simulation.batch(np.array(random_inputs(simulation.core.program, 3, 1)))
+    process.replay(batch)
+    process.process.kill()
+    process.process.wait()
+    message = "^verilator run failed: the process ended with exit code -9"
+    with pytest.raises(SimulationFailed, match=message):
+        process.replay(batch)
+    folder = Path(process.folder.name)
+    assert folder.is_dir()
+    process.close()
+    assert not folder.exists()
