@@ -1,6 +1,6 @@
 """Inverse trigonometry over the full range, on scalars: the same code on floats and on the tracer.
 
-Angles in half turns. Errors of 32-bit words stand in `docs/estimators.md`.
+Angles in half turns. Errors of 32-bit words stand in `docs/operations.md`.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 A symmetric matrix is a full list of lists in which both halves hold the same scalars, so it is
 symmetric by construction and every element is computed once. Why this form and these scales:
-`docs/decisions/0007-covariance-form.md`.
+`docs/systems/ekf.md`.
 """
 
 from __future__ import annotations

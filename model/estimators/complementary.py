@@ -1,6 +1,6 @@
 """The complementary filter of Ma Long et al. (2014), eq. (3)-(13), in Euler angles z-x'-y''.
 
-What is the paper's and what is ours (evidence: `docs/decisions/0003-complementary-filter.md`):
+What is the paper's and what is ours (evidence: `docs/systems/complementary.md`):
 
 * Attitude C_bn = Rz(psi) Rx(theta) Ry(gamma), angles in half turns, wrapped by the word itself.
 * Prediction by Euler rates, eq. (3), midpoint rule. The printed eq. (3) belongs to another Euler

@@ -2,7 +2,7 @@
 
 The quaternion q (body to navigation) has additive errors e; P, of order four and more, is kept in
 the basis of the quaternion itself (`model.estimators.ekf_quaternion`, `model.estimators.ekf_bias`)
-and held times the square of the parameter ``scale`` (`docs/decisions/0007-covariance-form.md`).
+and held times the square of the parameter ``scale`` (`docs/systems/ekf.md`).
 """
 
 from __future__ import annotations

@@ -45,7 +45,10 @@ ROOT = Path(__file__).parents[2]
 #: Pages for users, by path below the root.
 PAGES = sorted(
     path.relative_to(ROOT).as_posix()
-    for pattern in ("README.md", "docs/*.md", "docs/learn/*.md", "docs/reference/*.md")
+    for pattern in (
+        "README.md",
+        *(f"docs/{f}*.md" for f in ("", "learn/", "reference/", "systems/")),
+    )
     for path in ROOT.glob(pattern)
 )
 #: First words of command lines that set up an environment or need more than a computer.

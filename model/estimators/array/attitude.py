@@ -1,7 +1,7 @@
 """Attitude of a radar array that turns for eight hours: strapdown and 13 error states.
 
 Wang Wenzhe et al., Modern Radar 38(9), 2016, with what its equations lost put back
-(`docs/array.md`): axes east, north, up; body x right, y the array's normal, z up,
+(`docs/systems/array.md`): axes east, north, up; body x right, y the array's normal, z up,
 C = Rz(heading) Rx(pitch) Ry(roll), heading counter-clockwise.
 
 * Every sample: `strapdown`, less gyro biases eps, and along up the scale factor dku.

@@ -26,7 +26,7 @@ At rest the bias goes to the low-passed gyro, b <- b + k (mean - b); with D = di
 The first sample aligns it. Means begin young: with y one over their age they follow the faster, and
 Q grows by a multiple of y^2, so that what was learnt from a bad first sample is forgotten.
 
-Evidence and alternatives: `docs/decisions/0006-mekf.md` and `0037-any-start.md`.
+Evidence and alternatives: `docs/systems/mekf.md`.
 """
 
 from __future__ import annotations

@@ -66,7 +66,7 @@ class Ma2014(Experiment):
 
 
 def measure(seed: int, runs: int, say: Say) -> dict[str, Any]:
-    """All that the page shows, as plain data; see `docs/experiments.md`."""
+    """All that the page shows, as plain data; see `docs/systems/ma2014.md`."""
     seeds = [seed + k for k in range(runs)]
     rows, errors = stacked(seeds, say)
     heading = errors["C/complementary"][:, :, 2].std(axis=0)

@@ -1,7 +1,7 @@
 """Float references: mag/acc alone, eq. (4)-(7), and the paper's filter to the letter.
 
 These are not estimators of this project; they show what the shipped filter's changes to the paper
-(`docs/decisions/0003-complementary-filter.md`) do to the numbers.
+(`docs/systems/complementary.md`) do to the numbers.
 """
 
 from __future__ import annotations
