@@ -61,9 +61,9 @@ _COMPUTE: dict[str, Callable[..., Any]] = {
     "log": ops.log,
     "tanh": ops.tanh,
 }
-#: Rows that are computed as arrays (a prime: no array of a step has that shape), and those that are
-#: computed one by one, where arrays do too and where they do not.
-_ROWS, _FEW, _MORE = 997, 32, 192
+#: Rows (a prime: no array of a step has that shape). All are computed as arrays, if the step takes
+#: arrays; one by one so many that together they have about so many expressions, and some at least.
+_ROWS, _EXPRESSIONS, _FEW = 997, 60_000, 32
 #: Share of a value up to which the two may differ without a second look.
 _EQUAL = 1e-9
 #: That look: rows that get one, how often each is computed, and by how much, as a share, each
@@ -138,7 +138,8 @@ class _Comparison:
     def refuse_differences(self) -> None:
         """Raise InputError where the two differ."""
         together = self._together()
-        few = range(min(self.rows, _MORE if together is None else _FEW))
+        count = _EXPRESSIONS * (1 if together is not None else 4) // len(self.trace.needed)
+        few = range(min(self.rows, max(count, _FEW)))
         alone = np.stack([self._alone(row) for row in few], axis=1)
         for computed in (alone, *([] if together is None else [together])):
             apart = _apart(computed, self.expected[:, : computed.shape[1]]).max(axis=0)

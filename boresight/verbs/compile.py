@@ -30,13 +30,13 @@ from boresight.gateware.synthesis.estimate import Estimate, estimate
 from boresight.gateware.system.programs import system_core
 from boresight.gateware.verilog import to_verilog
 from boresight.model.errors import InputError
-from boresight.model.recorded import check_recorded
 from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import Outcome, model_options, params_of, progress_of
 from boresight.results.compile import CompiledProgram, CompileResult, CoreFigures
 from boresight.sharing import estimator_names, params_of_each
 from boresight.sim.answer import JsonObject, plain
+from boresight.sim.compare.soundness import check_sound
 from boresight.sim.levels.build import Build
 from boresight.sim.report.data import report_data
 from boresight.soc_project import SOC_CLOCK_HZ, soc_verilog, write_soc
@@ -113,8 +113,8 @@ def compile(
     Raises
     ------
     InputError
-        Unknown or repeated name, illegal width or parameter, folder that cannot be written, a step
-        that numpy and its record compute differently (`model.recorded`).
+        Unknown or repeated name, illegal width or parameter, folder that cannot be written, or
+        what no core could compute right (`sim.compare.soundness`).
     ScheduleError
         The programs do not fit into one core.
     """
@@ -131,8 +131,7 @@ def compile(
     expected = core_files(own, target=target, axi=axi)
     if board is not None:
         expected += project_files(board, system=top == "sensors")
-    for estimator in build.estimators:
-        check_recorded(estimator)
+    check_sound(build)
     with output_folder(output, "compile", of=",".join(own), files=expected) as folder:
         core = build.core
         area = None

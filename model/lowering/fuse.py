@@ -36,6 +36,7 @@ class Fusion:
         self._functions = Functions(self.groups)
         self._of_node: dict[int, int] = {}
         self._copies: dict[tuple[int, int], int] = {}
+        self._limits: dict[int, Value] = {}
 
     def holders(self, node: Node) -> list[int]:
         """Values that hold a node: its own, then copies with other binary points."""
@@ -66,6 +67,29 @@ class Fusion:
         )
         self._of_node[node.number] = number
         return number
+
+    def limit(self, node: Node, state: int) -> None:
+        """Hold ``node``, which replaces a state, in that state's range and format.
+
+        It is limited there in any case. Of several states the widest counts; a node whose interval
+        lies inside keeps its own, finer format.
+        """
+        said = self.groups.values[state]
+        known = self._limits.get(node.number)
+        inside = said.low <= node.low and node.high <= said.high
+        if not inside and (known is None or said.frac < known.frac):
+            self._limits[node.number] = said
+
+    def replacing(self, node: Node, state: int) -> int:
+        """The value that replaces a state: ``node``, in the state's format.
+
+        Of a node that `limit` holds in it and that is read besides, a copy: an output leaves three
+        cycles earlier where an operation reads it.
+        """
+        frac, number = self.groups.frac(state), self._of_node.get(node.number)
+        if number is not None and node.number in self._limits:
+            return self._copy(node, number, frac)
+        return self.word(node, frac=frac)
 
     def word(self, node: Node, *, frac: int | None = None, odd: bool | None = None) -> int:
         """The value that holds ``node``.
@@ -103,17 +127,19 @@ class Fusion:
         want = have if frac is None else frac
         if odd is not None and (want % 2 == 1) != odd:
             want -= 1
-        if want == have:
-            return number
-        if (number, want) not in self._copies:
+        return number if want == have else self._copy(node, number, want)
+
+    def _copy(self, node: Node, number: int, frac: int) -> int:
+        """The value that holds ``node``, as ``number`` does, with this binary point."""
+        if (number, frac) not in self._copies:
             v = self.groups.values[number]
-            self._copies[number, want] = self.groups.group(
+            self._copies[number, frac] = self.groups.group(
                 Form([Product(number)]),
                 Target(f"{v.name}_aligned", v.low, v.high, v.range_source, v.unit, line=node.line),
-                frac=want,
+                frac=frac,
                 exact=True,
             )
-        return self._copies[number, want]
+        return self._copies[number, frac]
 
     def _create(self, node: Node, frac: int | None, odd: bool | None) -> int:
         form = self.form(node, top=True)
@@ -132,6 +158,10 @@ class Fusion:
             frac = word - 1 - binary_exponent(node.high)
             return self.groups.group(form, target, frac=frac, exact=True)
         target = Target(node.label, node.low, node.high, node.source, node.unit, line=node.line)
+        if (said := self._limits.get(node.number)) is not None and node.kind != "saturated":
+            low, high = (min(max(edge, said.low), said.high) for edge in (node.low, node.high))
+            target = replace(target, low=low, high=high)
+            return self.groups.group(form, target, frac=said.frac if frac is None else frac)
         if node.kind == "complement":
             same = self.groups.frac(self.word(node.args[1]))
             return self.groups.group(form, target, frac=same, exact=True)

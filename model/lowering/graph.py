@@ -30,6 +30,9 @@ _KINDS = {
     "rsqrt": "this inverse root",
     "const": "this constant",
 }
+#: From the least word to the negative of the next one, of the fewest bits: so that a complement has
+#: the format of its argument, and what is chosen from it keeps its last bit.
+_BELOW = 1.0 - 2.0**-17
 
 
 @dataclass(eq=False)
@@ -222,7 +225,7 @@ class Graph:
                 return Flag(other, inverted != (this.high < 0.0))
         if a.node is b.node:
             return Flag(self.const(0.0), inverted)
-        low, high = (s * max(-b.node.low, b.node.high) for s in (-1.0, 1.0))
+        low, high = min(b.node.low, -b.node.high), max(b.node.high, -b.node.low * _BELOW)
         return Flag(self._new("complement", a.node, b.node, low=low, high=high), inverted)
 
     def select(

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 
 from boresight.disk.output import OutputFile
 from boresight.model.errors import InputError, ToolMissing
-from boresight.model.recorded import check_recorded
 from boresight.model.tools.failure import ToolFailed
 from boresight.sim.compare.divergence import first_divergence, program_at
 from boresight.sim.compare.reproducer import write_reproducer
 from boresight.sim.compare.results import CheckResult, LevelResult, compare
+from boresight.sim.compare.soundness import check_sound
 from boresight.sim.compare.verdict import judge_accuracy
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
@@ -104,8 +104,8 @@ class Check:
         Raises
         ------
         InputError
-            A record that does not feed its estimator, or a step that numpy and its record compute
-            differently on it (`model.recorded`).
+            A record that does not feed its estimator, or what no core could compute right
+            (`sim.compare.soundness`).
         ToolMissing
             There is no C compiler.
         """
@@ -117,8 +117,7 @@ class Check:
         ]
         for text in {text: None for one in given for text in one.warnings}:
             self.progress(f"warning: {text}")
-        for estimator, one, values in zip(estimators, given, self.build.params, strict=True):
-            check_recorded(estimator, one.inputs, values or {})
+        check_sound(self.build, [one.inputs for one in given])
         self._say("float64", given)
         floating = CompiledFloat.run_together(
             self._levels(CompiledFloat), [g.inputs for g in given]
