@@ -13,11 +13,11 @@ from boresight.board.simulation import BOARD_FILES, SHORT, SOURCES, default_log,
 from boresight.disk.output import output_folder
 from boresight.gateware.core import Core
 from boresight.gateware.machine import ALL_CONFIGS
-from boresight.gateware.system.programs import FILTERS, system_core
+from boresight.gateware.system.programs import system_core
 from boresight.loop import WORLD_GROUP, simulate_world, world_of
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
-from boresight.model.estimators import ESTIMATORS
+from boresight.model.estimators import ESTIMATORS, FILTERS
 from boresight.model.resolve import Named, estimator_of, names_of_entry_points
 from boresight.options import Outcome, model_options, params_of, progress_of
 from boresight.parameters import parse_settings

@@ -17,7 +17,7 @@ from boresight.model.estimators.satcom import Satcom
 from boresight.model.estimators.satcom_pointing import SatcomPointing
 from boresight.model.estimators.vqf import Vqf
 
-__all__ = ["ESTIMATORS", "estimator"]
+__all__ = ["ESTIMATORS", "FILTERS", "estimator"]
 
 ESTIMATORS: dict[str, type[Estimator]] = {
     e.name: e
@@ -37,6 +37,9 @@ ESTIMATORS: dict[str, type[Estimator]] = {
         ArrayAttitude,
     )
 }
+
+#: Filters of the complete system, in the order of their numbers: what `make` builds and measures.
+FILTERS = ("complementary", "ekf_quaternion", "ekf_bias", "mekf")
 
 
 def estimator(name: str) -> Estimator:

@@ -40,8 +40,7 @@ def cores(folder: Path, synth: bool, brief: bool) -> None:
     in their programs; a core turns them into text, and holds the same tables for any.
     """
     import boresight
-    from boresight.gateware.system.programs import FILTERS
-    from boresight.model.estimators import ESTIMATORS
+    from boresight.model.estimators import ESTIMATORS, FILTERS
 
     filters = FILTERS[-1:] if brief else FILTERS
     boresight.compile(*filters, board="mimas", synth=synth, output=folder / "system")
