@@ -19,9 +19,9 @@ from typing import Any
 
 from boresight.model import ops
 from boresight.model.algebra.quaternion import dot, matrix
+from boresight.model.algebra.quaternion_filter import status_word
 from boresight.model.errors import require
 from boresight.model.estimator import Estimator, Input, Output, Param
-from boresight.model.estimators.ekf_parts import status_word
 
 __all__ = ["MOST_ELEMENTS", "STATUS_BITS", "ArrayPhases"]
 

@@ -42,11 +42,7 @@ from boresight.model.algebra.covariance import (
     partly_turned,
 )
 from boresight.model.algebra.quaternion import increment, matrix, multiply, right_matrix, turn
-from boresight.model.declarations import GRAVITY
-from boresight.model.errors import InputError
-from boresight.model.estimator import Estimator, Output
-from boresight.model.estimators import satcom_interface as interface
-from boresight.model.estimators.ekf_parts import (
+from boresight.model.algebra.quaternion_filter import (
     FLOOR_NOISE,
     TRACE_LIMIT,
     normalised,
@@ -54,6 +50,10 @@ from boresight.model.estimators.ekf_parts import (
     sum_of,
     update_along,
 )
+from boresight.model.declarations import GRAVITY
+from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator, Output
+from boresight.model.estimators import satcom_interface as interface
 from boresight.model.estimators.satcom_interface import BIAS_UNIT, P0_LIMIT
 
 __all__ = ["INNOVATIONS", "Satcom"]

@@ -24,8 +24,8 @@ from typing import Any
 from boresight.model import ops
 from boresight.model.algebra.angles import unit_angle_ht
 from boresight.model.algebra.quaternion import conjugate_turn, cross, dot, matrix
+from boresight.model.algebra.quaternion_filter import status_word
 from boresight.model.estimator import Estimator, Input, Output, Param
-from boresight.model.estimators.ekf_parts import status_word
 
 __all__ = ["STATUS_BITS", "SatcomPointing", "direction"]
 

@@ -30,6 +30,7 @@ from boresight.model.algebra.carried import BELOW
 from boresight.model.algebra.covariance import covariance_of, element_names
 from boresight.model.algebra.ellipsoid import Site, site
 from boresight.model.algebra.quaternion import Vector, dot, matrix, of_angles, turn
+from boresight.model.algebra.quaternion_filter import status_word
 from boresight.model.algebra.scalar_update import MOVE_LIMIT, Measured, lowered, updated
 from boresight.model.algebra.strapdown import AXES, NAVIGATION, STEP_TURN
 from boresight.model.errors import require
@@ -37,7 +38,6 @@ from boresight.model.estimator import Estimator
 from boresight.model.estimators.array import error_filter as errors
 from boresight.model.estimators.array import index, interface
 from boresight.model.estimators.array.interface import KINDS, UNITS
-from boresight.model.estimators.ekf_parts import status_word
 
 __all__ = ["ArrayAttitude"]
 

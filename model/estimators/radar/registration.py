@@ -36,10 +36,10 @@ import numpy.typing as npt
 from boresight.model import ops
 from boresight.model.algebra.carried import carried
 from boresight.model.algebra.quaternion import Matrix, Vector, conjugate_turn, dot, turn
+from boresight.model.algebra.quaternion_filter import status_word, sum_of
 from boresight.model.algebra.square_root import Potter, potter, whitened
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
-from boresight.model.estimators.ekf_parts import status_word, sum_of
 from boresight.model.estimators.radar import interface
 from boresight.model.estimators.radar.interface import AXES, BIASES, ECEF, FASTEST, REACH, WIDEST
 

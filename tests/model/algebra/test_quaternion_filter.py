@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from boresight.model.algebra.covariance import symmetric
-from boresight.model.estimators.ekf_parts import (
+from boresight.model.algebra.quaternion_filter import (
     FLOOR_NOISE,
     NORM_FLOOR,
     START,

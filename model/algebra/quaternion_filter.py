@@ -1,4 +1,4 @@
-"""What the quaternion filters have in common: interface, scales, prediction, correction.
+"""Parts of quaternion Kalman filters: states, scales, prediction, correction, status word.
 
 The quaternion q (body to navigation) has additive errors e; P, of order four and more, is kept in
 the basis of the quaternion itself (`model.estimators.ekf_quaternion`, `model.estimators.ekf_bias`)
@@ -27,15 +27,12 @@ from boresight.model.algebra.quaternion import (
     multiply,
 )
 from boresight.model.estimator import Param, State
-from boresight.model.estimators.nine_axis import INPUTS, OUTPUTS
 
 __all__ = [
     "ALIGN_NOISE",
     "ALIGN_P",
     "FLOOR_NOISE",
-    "INPUTS",
     "NORM_FLOOR",
-    "OUTPUTS",
     "P0",
     "SCALE",
     "TRACE_LIMIT",
@@ -288,7 +285,7 @@ def restarted(q: list[Any], u: Any) -> dict[str, Any]:
 
 
 def attitude_outputs(raw: list[Any], q: list[Any], shrink: Any, status: Any) -> dict[str, Any]:
-    """The outputs of ``OUTPUTS``; Euler angles from the quaternion before it is normalised."""
+    """Outputs of an attitude filter by name; angles from the quaternion before it is normalised."""
     pitch, roll, heading = euler_ht(raw, shrink)
     return {
         "pitch": pitch,
