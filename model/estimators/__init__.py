@@ -13,8 +13,6 @@ from boresight.model.estimators.ekf_quaternion_vector import EkfQuaternionVector
 from boresight.model.estimators.mekf import Mekf
 from boresight.model.estimators.mls_attitude import MlsAttitude
 from boresight.model.estimators.radar.registration import Registration
-from boresight.model.estimators.satcom import Satcom
-from boresight.model.estimators.satcom_pointing import SatcomPointing
 from boresight.model.estimators.vqf import Vqf
 
 __all__ = ["ESTIMATORS", "FILTERS", "estimator"]
@@ -30,8 +28,6 @@ ESTIMATORS: dict[str, type[Estimator]] = {
         Mekf,
         Vqf,
         Registration,
-        Satcom,
-        SatcomPointing,
         MlsAttitude,
         ArrayPhases,
         ArrayAttitude,

@@ -15,12 +15,12 @@ from boresight.model.errors import InputError
 from boresight.model.estimators import array_phases
 from boresight.model.estimators.array_phases import MOST_ELEMENTS, STATUS_BITS, ArrayPhases
 from boresight.model.estimators.mls_attitude import MlsAttitude
-from boresight.model.estimators.satcom import Satcom
-from boresight.model.estimators.satcom_pointing import SatcomPointing
 from boresight.model.linking import linked_estimators
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.worlds.mls_deck import deck, records
+from boresight.systems.satcom.estimator import Satcom
+from boresight.systems.satcom.pointing import SatcomPointing
 
 FILE = str(Path(array_phases.__file__))
 OTHER = FILE.replace("array_phases", "mls_attitude")
