@@ -5,13 +5,11 @@ from __future__ import annotations
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.estimators.array.attitude import ArrayAttitude
-from boresight.model.estimators.array_phases import ArrayPhases
 from boresight.model.estimators.complementary import Complementary, ComplementaryAsPrinted
 from boresight.model.estimators.ekf_bias import EkfBias
 from boresight.model.estimators.ekf_quaternion import EkfQuaternion
 from boresight.model.estimators.ekf_quaternion_vector import EkfQuaternionVector
 from boresight.model.estimators.mekf import Mekf
-from boresight.model.estimators.mls_attitude import MlsAttitude
 from boresight.model.estimators.radar.registration import Registration
 from boresight.model.estimators.vqf import Vqf
 
@@ -28,8 +26,6 @@ ESTIMATORS: dict[str, type[Estimator]] = {
         Mekf,
         Vqf,
         Registration,
-        MlsAttitude,
-        ArrayPhases,
         ArrayAttitude,
     )
 }

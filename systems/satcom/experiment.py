@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from boresight import Experiment, Result
-from boresight.sim.experiments.cycles import schedules_of
+from boresight.sim.experiments.forms import schedules_of
 from boresight.sim.experiments.seeds import run_cases, spreads_of
 from boresight.sim.experiments.targets import targets_of
 from boresight.systems.satcom.cases import CASES, WHAT_IF

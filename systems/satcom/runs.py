@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 import numpy.typing as npt
 
 from boresight.sim.attitude.zyx import wrapped
+from boresight.sim.experiments.forms import differences_of, run_forms
 from boresight.sim.experiments.seeds import Runs
-from boresight.sim.levels.build import Build
-from boresight.sim.levels.registry import make_level
 from boresight.sim.worlds.fleet import Loops, close_loops
 from boresight.systems.satcom.cases import Case
 from boresight.systems.satcom.estimator import INNOVATIONS
@@ -63,22 +63,27 @@ def figures_of(case: Case, fleet: Vehicles, loops: Loops) -> Runs:
         "loss_db_max": loss[begun:].max(axis=0),
         "saturated_sum": loops.saturated.astype(float),
     }
-    own, each = zip(*(_beside_float(case, loops, k, begun) for k in range(fleet.runs)), strict=True)
+    filter = Filter(**case.options, innovations=True)
+    (floats,) = run_forms(
+        filter, loops.inputs.swapaxes(0, 1), params=case.params, levels=("float",)
+    )
+    own, each = zip(
+        *(_beside_float(loops, k, run.outputs, begun) for k, run in enumerate(floats)), strict=True
+    )
     figures |= {name: np.array([run[name] for run in own]) for name in own[0]}
     return Runs(figures, {"error": error[:, 0, :3], "off": off[:, 0], "loss": loss[:, 0]}, [*each])
 
 
 def _beside_float(
-    case: Case, loops: Loops, run: int, begun: int
+    loops: Loops, run: int, reference: Mapping[str, FloatArray], begun: int
 ) -> tuple[dict[str, float], list[Innovations]]:
     """Float64 on the records of a run: how far it is, and its innovations."""
-    build = Build(Filter(**case.options, innovations=True), params=[case.params])
-    reference = make_level("float", build)
-    found = reference.run(np.ascontiguousarray(loops.inputs[:, run])).outputs
-    apart = 180.0 * wrapped([loops.outputs[n][:, run] - found[n] for n in ANGLES], 2.0)
-    status, nu = found["status"].astype(int), [found[o.name][begun:] for o in INNOVATIONS]
+    outputs = {n: values[:, run] for n, values in loops.outputs.items()}
+    apart = 180.0 * differences_of(outputs, reference, ANGLES, 2.0)
+    status = reference["status"].astype(int)
+    nu = [reference[o.name][begun:] for o in INNOVATIONS]
     tilt, heading = (status[begun:] & 1) == 0, (status[begun:] & 6) == 0
-    differs = status != loops.outputs["status"][:, run]
+    differs = status != outputs["status"]
     seen = [innovations(nu[0], tilt), innovations(nu[1], tilt)]
     seen.append(innovations(nu[2][heading], heading[heading]))
     return {

@@ -13,16 +13,16 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
+from boresight import World
 from boresight.model.errors import require
-from boresight.model.estimators.mls_attitude import MlsAttitude
 from boresight.sim.attitude.outputs import attitude_of
 from boresight.sim.attitude.rotation import quaternion_conjugate, rotate
 from boresight.sim.attitude.zyx import wrapped
-from boresight.sim.levels.build import Build
-from boresight.sim.levels.integer import Emitted
-from boresight.sim.worlds.linear_array import Array, direction, lobe
-from boresight.sim.worlds.mls_deck import RATE_HZ, deck, records
-from boresight.sim.worlds.world import Played, World
+from boresight.sim.experiments.forms import run_forms
+from boresight.sim.worlds.world import Played
+from boresight.systems.mls.deck import RATE_HZ, deck, records
+from boresight.systems.mls.estimator import MlsAttitude
+from boresight.systems.mls.linear_array import Array, direction, lobe
 
 __all__ = ["SCAN_DEG", "SCAN_DEG_S", "Landing", "OnDeck", "angle_of", "scan_times"]
 
@@ -97,7 +97,8 @@ class Landing(World):
         what = deck(motion, seconds, seed)
         toward = quaternion_conjugate(what.q)
         self.receiver = rotate(toward, direction(azimuth_deg, elevation_deg))
-        self.told = attitude_of(Emitted(Build(MlsAttitude())).run(records(what, seed)).outputs)
+        ((run,),) = run_forms(MlsAttitude(), [records(what, seed)], levels=("c",))
+        self.told = attitude_of(run.outputs)
         if not compensated:
             self.told[:] = [1.0, 0.0, 0.0, 0.0]
 

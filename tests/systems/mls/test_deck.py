@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from boresight.model.errors import InputError
-from boresight.sim.worlds.mls_deck import MOTIONS, SensorErrors, deck, records
+from boresight.systems.mls.deck import MOTIONS, SensorErrors, deck, records
 
 EXACT = SensorErrors(0.0, (0.0, 0.0, 0.0), 0.0, 0.0, 0.0)
 

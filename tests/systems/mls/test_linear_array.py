@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from boresight.model.errors import InputError
-from boresight.sim.worlds.linear_array import Array, direction, lobe
+from boresight.systems.mls.linear_array import Array, direction, lobe
 
 
 def phases(array: Array, azimuth: float) -> np.ndarray:

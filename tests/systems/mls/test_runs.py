@@ -5,10 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from boresight.sim.experiments.mls.flights import (
+from boresight.systems.mls.cases import Case
+from boresight.systems.mls.deck import SensorErrors, deck
+from boresight.systems.mls.linear_array import Array, direction
+from boresight.systems.mls.runs import (
     AXES,
     SETTLED,
-    Case,
     Flight,
     beam_errors,
     figures_of,
@@ -16,8 +18,6 @@ from boresight.sim.experiments.mls.flights import (
     phases_of,
     pooled,
 )
-from boresight.sim.worlds.linear_array import Array, direction
-from boresight.sim.worlds.mls_deck import SensorErrors, deck
 
 
 def known(error: np.ndarray, motion: str = "table") -> Flight:

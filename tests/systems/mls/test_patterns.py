@@ -2,9 +2,9 @@
 
 import pytest
 
-from boresight.sim.experiments.mls.flights import AZIMUTHS
-from boresight.sim.experiments.mls.patterns import Trial, patterns_of
-from boresight.sim.worlds.linear_array import Array
+from boresight.systems.mls.linear_array import Array
+from boresight.systems.mls.patterns import Trial, patterns_of
+from boresight.systems.mls.runs import AZIMUTHS
 
 
 @pytest.fixture(scope="module")

@@ -3,27 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from boresight.model.estimators.array_phases import ArrayPhases
-from boresight.model.estimators.mls_attitude import ALIGN_STEPS, MlsAttitude
 from boresight.sim.attitude.outputs import attitude_of
 from boresight.sim.attitude.rotation import quaternion_conjugate, rotate
 from boresight.sim.attitude.zyx import angles_of, wrapped
-from boresight.sim.experiments.mls.prototype import prototype
+from boresight.sim.experiments.forms import differences_of, run_forms
 from boresight.sim.experiments.seeds import Runs
-from boresight.sim.levels.build import Build
-from boresight.sim.levels.registry import make_level
-from boresight.sim.worlds.linear_array import Array, direction, lobe
-from boresight.sim.worlds.mls import SCAN_DEG
-from boresight.sim.worlds.mls_deck import Deck, SensorErrors, deck, records
+from boresight.systems.mls.cases import Case
+from boresight.systems.mls.deck import Deck, deck, records
+from boresight.systems.mls.estimator import ALIGN_STEPS, MlsAttitude
+from boresight.systems.mls.linear_array import Array, direction, lobe
+from boresight.systems.mls.phases import ArrayPhases
+from boresight.systems.mls.prototype import prototype
+from boresight.systems.mls.world import SCAN_DEG
 
 __all__ = [
-    *("AXES", "AZIMUTHS", "ENCODER_DEG", "GLIDE_DEG", "SETTLED", "Case", "Flight"),
+    *("AXES", "AZIMUTHS", "ENCODER_DEG", "GLIDE_DEG", "SETTLED", "Flight"),
     *("beam_errors", "figures_of", "flown", "fly", "phases_of", "pooled"),
 ]
 
@@ -39,23 +38,6 @@ LEVEL = np.array([1.0, 0.0, 0.0, 0.0])
 _P0 = (0.5 * MlsAttitude().param_values()["p0_sd"]) ** 2
 #: How runs become one figure, where it is not the root mean square.
 _POOLING = {"max_deg": "max", "fixed_float_deg": "max", "norm": "mean", "saturated": "sum"}
-
-
-@dataclass(frozen=True)
-class Case:
-    """One configuration; ``full``: with all runs; ``reference``: "prototype" or "gyro", no core.
-
-    ``steered``: the beam is looked at too.
-    """
-
-    meaning: str
-    options: Mapping[str, str | int] = field(default_factory=dict)
-    params: Mapping[str, float] = field(default_factory=dict)
-    errors: SensorErrors = SensorErrors()
-    motion: str = "table"
-    reference: str = ""
-    full: bool = False
-    steered: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,28 +64,22 @@ def fly(case: Case, seeds: Sequence[int], seconds: float = SECONDS) -> Flight:
     if case.reference == "gyro":
         q = prototype(rows, np.stack([d.q[0] for d in decks]), p0=0.0, r_sd=1e6)
     elif case.reference:
-        begun = _told(MlsAttitude(), {}, rows[:ALIGN_STEPS])
+        (begun,) = run_forms(MlsAttitude(), rows[:ALIGN_STEPS].swapaxes(0, 1), levels=("c",))
         start = np.stack([attitude_of(r.outputs) for r in begun], axis=1)
         q = np.concatenate([start, prototype(rows[ALIGN_STEPS:], start[-1], p0=_P0)])
     else:
-        c, real = (
-            _told(MlsAttitude(**case.options), case.params, rows, level) for level in ("c", "float")
-        )
+        filter = MlsAttitude(**case.options)
+        c, real = run_forms(filter, rows.swapaxes(0, 1), params=case.params)
         q = np.stack([attitude_of(r.outputs) for r in c], axis=1)
-        off = [[r.outputs[n] - f.outputs[n] for n in AXES] for r, f in zip(c, real, strict=True)]
-        apart = 180.0 * wrapped(np.array(off)[:, :, SETTLED:], 2.0)
+        pairs = zip(c, real, strict=True)
+        off = np.array([differences_of(r.outputs, f.outputs, AXES, 2.0) for r, f in pairs])
+        apart = 180.0 * off[:, :, SETTLED:]
         own["fixed_float_deg"] = np.abs(apart).max(axis=(1, 2))
         own["fixed_float_rms_deg"] = _rms(apart, (1, 2))
         own["saturated"] = np.array([float(r.saturated.sum()) for r in c])
         own["norm"] = np.array([r.outputs.get("norm", [1.0])[-1] for r in c])
     truth = np.stack([d.euler for d in decks], axis=1)
     return Flight(decks, wrapped(np.degrees(angles_of(q) - truth), 360.0), q, own)
-
-
-def _told(estimator: Any, params: Any, rows: FloatArray, name: str = "c") -> list[Any]:
-    """What a level makes of each run's records (n, runs, inputs)."""
-    level = make_level(name, Build(estimator, params=[params]))
-    return [level.run_anew(rows[:, k]) for k in range(rows.shape[1])]
 
 
 def flown(case: Case, seeds: range) -> Runs:
@@ -151,9 +127,9 @@ def pooled(runs: Runs) -> dict[str, float]:
 
 def phases_of(array: Array, q: FloatArray, beams: FloatArray) -> FloatArray:
     """Phases (m, elements) of the core's program for attitudes and beams (m, 4), (m, 3)."""
-    build = Build(ArrayPhases(array.elements), params=[{"spacing": array.spacing}])
-    out = make_level("c", build).run(np.concatenate([q, beams], axis=1)).outputs
-    return np.stack([out[f"phase_{k}"] for k in range(array.elements)], axis=1)
+    rows, params = np.concatenate([q, beams], axis=1), {"spacing": array.spacing}
+    ((run,),) = run_forms(ArrayPhases(array.elements), [rows], params=params, levels=("c",))
+    return np.stack([run.outputs[f"phase_{k}"] for k in range(array.elements)], axis=1)
 
 
 def beam_errors(

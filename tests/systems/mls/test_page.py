@@ -3,10 +3,10 @@
 import pytest
 
 from boresight.sim.experiments.experiment import Target
-from boresight.sim.experiments.mls.experiment import CASES
-from boresight.sim.experiments.mls.flights import pooled
-from boresight.sim.experiments.mls.page import render
-from boresight.sim.worlds.linear_array import Array
+from boresight.systems.mls.cases import CASES
+from boresight.systems.mls.linear_array import Array
+from boresight.systems.mls.page import render
+from boresight.systems.mls.runs import pooled
 
 
 @pytest.fixture

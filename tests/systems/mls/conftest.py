@@ -5,10 +5,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from boresight.sim.experiments.mls.flights import AZIMUTHS, Case, Flight, figures_of
-from boresight.sim.experiments.mls.patterns import Trial
 from boresight.sim.experiments.seeds import Runs
-from boresight.sim.worlds.mls_deck import deck
+from boresight.systems.mls.cases import Case
+from boresight.systems.mls.deck import deck
+from boresight.systems.mls.patterns import Trial
+from boresight.systems.mls.runs import AZIMUTHS, Flight, figures_of
 
 
 @pytest.fixture

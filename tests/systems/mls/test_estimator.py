@@ -13,11 +13,11 @@ from boresight.firmware.build import CModel
 from boresight.gateware.core import build_core
 from boresight.model.errors import InputError
 from boresight.model.estimator import input_words, with_params
-from boresight.model.estimators.mls_attitude import ALIGN_STEPS, STATUS_BITS, MlsAttitude
-from boresight.sim.experiments.mls.prototype import prototype
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
-from boresight.sim.worlds.mls_deck import SensorErrors, deck, records
+from boresight.systems.mls.deck import SensorErrors, deck, records
+from boresight.systems.mls.estimator import ALIGN_STEPS, STATUS_BITS, MlsAttitude
+from boresight.systems.mls.prototype import prototype
 
 EXACT = SensorErrors(0.0, (0.0, 0.0, 0.0), 0.0, 0.0, 0.0)
 SCALE = 96.0

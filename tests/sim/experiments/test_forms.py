@@ -1,10 +1,10 @@
-"""Cycles of experiments: those that `compile` reports of the same core."""
+"""Forms of an estimator: those that `run` runs, the cycles that `compile` reports."""
 
 from pathlib import Path
 
 import boresight
 from boresight.model.resolve import estimator_of
-from boresight.sim.experiments.cycles import schedules_of
+from boresight.sim.experiments.forms import schedules_of
 from tests.support.strangers import EXAMPLES
 
 

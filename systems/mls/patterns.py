@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from boresight.sim.experiments.mls.flights import AZIMUTHS, LEVEL, phases_of
-from boresight.sim.worlds.linear_array import Array, direction, lobe
-from boresight.sim.worlds.mls import SCAN_DEG, angle_of, scan_times
+from boresight.systems.mls.linear_array import Array, direction, lobe
+from boresight.systems.mls.runs import AZIMUTHS, LEVEL, phases_of
+from boresight.systems.mls.world import SCAN_DEG, angle_of, scan_times
 
 __all__ = ["Trial", "patterns_of"]
 

@@ -24,7 +24,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from boresight.model import ops
+from boresight import Estimator, Output, Param, State, ops
 from boresight.model.algebra import quaternion_filter as parts
 from boresight.model.algebra.angles import roll_pitch_heading_ht
 from boresight.model.algebra.covariance import (
@@ -48,7 +48,6 @@ from boresight.model.algebra.quaternion import (
 )
 from boresight.model.declarations import GRAVITY
 from boresight.model.errors import require
-from boresight.model.estimator import Estimator, Output, Param, State
 from boresight.model.estimators.nine_axis import INPUTS
 
 __all__ = ["ALIGN_STEPS", "STATUS_BITS", "MlsAttitude"]

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from boresight.sim.experiments.mls.prototype import _jacobian, _picard, prototype
-from boresight.sim.worlds.mls_deck import SensorErrors, deck, records
+from boresight.systems.mls.deck import SensorErrors, deck, records
+from boresight.systems.mls.prototype import _jacobian, _picard, prototype
 
 EXACT = SensorErrors(0.0, (0.0, 0.0, 0.0), 0.0, 0.0, 0.0)
 

@@ -1,7 +1,6 @@
 """`array_phases` against scipy's rotations; exact integers; linked to the filter in one core."""
 
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,18 +11,17 @@ import boresight
 from boresight.cli import main
 from boresight.gateware.core import build_core, build_shared_core
 from boresight.model.errors import InputError
-from boresight.model.estimators import array_phases
-from boresight.model.estimators.array_phases import MOST_ELEMENTS, STATUS_BITS, ArrayPhases
-from boresight.model.estimators.mls_attitude import MlsAttitude
 from boresight.model.linking import linked_estimators
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
-from boresight.sim.worlds.mls_deck import deck, records
+from boresight.systems.mls import estimator, phases
+from boresight.systems.mls.deck import deck, records
+from boresight.systems.mls.estimator import MlsAttitude
+from boresight.systems.mls.phases import MOST_ELEMENTS, STATUS_BITS, ArrayPhases
 from boresight.systems.satcom.estimator import Satcom
 from boresight.systems.satcom.pointing import SatcomPointing
 
-FILE = str(Path(array_phases.__file__))
-OTHER = FILE.replace("array_phases", "mls_attitude")
+FILE, OTHER = phases.__file__, estimator.__file__
 
 
 def draws(seed: int, n: int = 500) -> Any:

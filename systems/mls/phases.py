@@ -17,11 +17,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from boresight.model import ops
+from boresight import Estimator, Input, Output, Param, ops
 from boresight.model.algebra.quaternion import dot, matrix
 from boresight.model.algebra.quaternion_filter import status_word
 from boresight.model.errors import require
-from boresight.model.estimator import Estimator, Input, Output, Param
 
 __all__ = ["MOST_ELEMENTS", "STATUS_BITS", "ArrayPhases"]
 

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from boresight.model.errors import InputError
-from boresight.model.estimators.array_phases import ArrayPhases
-from boresight.model.estimators.mls_attitude import MlsAttitude
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.worlds.loop import Loop, close_loop, parting
-from boresight.sim.worlds.mls import SCAN_DEG, SCAN_DEG_S, Landing, OnDeck, angle_of, scan_times
+from boresight.systems.mls.estimator import MlsAttitude
+from boresight.systems.mls.phases import ArrayPhases
+from boresight.systems.mls.world import SCAN_DEG, SCAN_DEG_S, Landing, OnDeck, angle_of, scan_times
 
 
 def fly(world: Landing, name: str = "c", config: str = "small", steps: int | None = None) -> Loop:

@@ -6,15 +6,15 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from boresight.sim.experiments.experiment import Target
-from boresight.sim.experiments.mls.flights import AXES, AZIMUTHS, ENCODER_DEG, SETTLED
-from boresight.sim.experiments.mls.patterns import Trial
+from boresight import Target
 from boresight.sim.experiments.page import Section
 from boresight.sim.experiments.page import render as page
 from boresight.sim.experiments.seeds import Runs
 from boresight.sim.plotting import COLOUR, figure_and_axes, legend, settings, svg
-from boresight.sim.worlds.mls import SCAN_DEG
-from boresight.sim.worlds.mls_deck import RATE_HZ
+from boresight.systems.mls.deck import RATE_HZ
+from boresight.systems.mls.patterns import Trial
+from boresight.systems.mls.runs import AXES, AZIMUTHS, ENCODER_DEG, SETTLED
+from boresight.systems.mls.world import SCAN_DEG
 
 __all__ = ["render"]
 

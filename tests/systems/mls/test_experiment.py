@@ -5,10 +5,11 @@ import json
 import pytest
 
 from boresight.sim.experiments.experiment import Result, Target
-from boresight.sim.experiments.mls import experiment
-from boresight.sim.experiments.mls.experiment import CASES, Mls, phases_fixed_float
-from boresight.sim.experiments.mls.flights import AZIMUTHS, flown
 from boresight.sim.experiments.targets import targets_of
+from boresight.systems.mls import experiment
+from boresight.systems.mls.cases import CASES
+from boresight.systems.mls.experiment import Mls, phases_fixed_float
+from boresight.systems.mls.runs import AZIMUTHS, flown
 
 LIMITS = {"mls": {"small": 900, "fast": 670}, "phases64": {"small": 175, "fast": 115}}
 GOOD = {
@@ -66,7 +67,7 @@ def test_run(result: Result) -> None:
 def verdicts(result: Result, given: dict[str, float]) -> dict[str, Target]:
     """By name; figures that are not given are 1."""
     figures = dict.fromkeys(result.figures, 1.0) | given
-    return {t.name: t for t in targets_of("boresight.sim.experiments.mls", figures)}
+    return {t.name: t for t in targets_of("boresight.systems.mls", figures)}
 
 
 def test_verdicts(result: Result) -> None:
