@@ -10,7 +10,6 @@ from boresight.model.estimators.ekf_bias import EkfBias
 from boresight.model.estimators.ekf_quaternion import EkfQuaternion
 from boresight.model.estimators.ekf_quaternion_vector import EkfQuaternionVector
 from boresight.model.estimators.mekf import Mekf
-from boresight.model.estimators.radar.registration import Registration
 from boresight.model.estimators.vqf import Vqf
 
 __all__ = ["ESTIMATORS", "FILTERS", "estimator"]
@@ -25,7 +24,6 @@ ESTIMATORS: dict[str, type[Estimator]] = {
         EkfQuaternionVector,
         Mekf,
         Vqf,
-        Registration,
         ArrayAttitude,
     )
 }

@@ -6,14 +6,13 @@ from boresight.model.resolve import load
 from boresight.sim.experiments.array.experiment import Array
 from boresight.sim.experiments.experiment import Experiment
 from boresight.sim.experiments.ma2014.experiment import Ma2014
-from boresight.sim.experiments.radar.experiment import Radar
 
 __all__ = ["EXPERIMENTS", "EXPERIMENT_GROUP", "experiment_of"]
 
 #: Entry points of installed packages that are experiments.
 EXPERIMENT_GROUP = "boresight.experiments"
 
-EXPERIMENTS: dict[str, type[Experiment]] = {e.name: e for e in (Array, Ma2014, Radar)}
+EXPERIMENTS: dict[str, type[Experiment]] = {e.name: e for e in (Array, Ma2014)}
 
 
 def experiment_of(what: str | type[Experiment] | Experiment) -> Experiment:

@@ -17,7 +17,7 @@ _DIRECTIVE = re.compile(r"^\.\. auto(module|class|function|data|exception):: ([\
 
 def documented() -> set[str]:
     """Full names that a page of `docs/reference/` documents, and modules that it documents."""
-    names = {f"boresight.{name}" for name in boresight.__all__}
+    names = {"boresight", *(f"boresight.{name}" for name in boresight.__all__)}
     for page in (ROOT / "docs" / "reference").glob("*.md"):
         for kind, name in _DIRECTIVE.findall(page.read_text(encoding="utf-8")):
             names.add(name)

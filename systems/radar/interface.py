@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from boresight import Input, Output, Param, State
 from boresight.model.algebra.carried import BELOW
-from boresight.model.estimator import Input, Output, Param, State
 
 __all__ = [
     "AXES",

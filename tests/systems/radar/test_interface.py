@@ -1,6 +1,6 @@
 """What `registration` declares: names that other packages rely on, start values inside ranges."""
 
-from boresight.model.estimators.radar import interface
+from boresight.systems.radar import interface
 
 
 def test_names_and_units() -> None:

@@ -2,27 +2,21 @@
 
 from __future__ import annotations
 
-import os
 import tempfile
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from boresight.gateware.core import build_core
-from boresight.gateware.machine import CONFIGS
-from boresight.model.estimators.radar.interface import BIASES
-from boresight.model.estimators.radar.registration import Registration
-from boresight.sim.experiments.experiment import Experiment, Result, Target
-from boresight.sim.experiments.radar.page import render
-from boresight.sim.experiments.radar.runs import Predicted, Watched, first, predicted, watch
-from boresight.sim.montecarlo.campaign import Campaign
-from boresight.sim.montecarlo.deal import complete
-from boresight.sim.montecarlo.figures import figures as judged
-from boresight.sim.montecarlo.journal import Journal
-from boresight.sim.worlds.radar import world as worlds
-from boresight.sim.worlds.radar.world import TwoRadars
+import boresight
+from boresight import Experiment, Result
+from boresight.sim.experiments.forms import schedules_of
+from boresight.sim.experiments.targets import targets_of
+from boresight.systems.radar.estimator import Registration
+from boresight.systems.radar.interface import BIASES
+from boresight.systems.radar.page import render
+from boresight.systems.radar.runs import Predicted, Watched, first, predicted, watch
+from boresight.systems.radar.world import TwoRadars
 
 __all__ = ["FREE", "NOISY", "Radar"]
 
@@ -31,8 +25,6 @@ NOISY = (50.0, 0.5)  #: P0 with noise.
 #: Further values of P0, for the difference of fixed point and float64.
 OTHERS = ((50.0, 0.5), (1e3, 1.0), (1e3, 10.0), (1e4, 10.0))
 AT = 800  #: record at 80 s.
-#: What the paper says of 80 s: accuracy of the biases, and errors of the tracks before [m].
-PRINTED = (3.0, 1.0, 1.0, 3.0, 1.0, 1.0)
 
 
 class Radar(Experiment):
@@ -55,10 +47,9 @@ class Radar(Experiment):
         say(f"{runs} runs with the printed noise")
         spread = campaign(seed, runs, say, self.jobs)
         found = figures(free, noisy, theory, spread, apart)
-        for config in CONFIGS:
-            core = build_core(Registration().compile(), config)
-            found[f"registration_interval_cycles_{config}"] = float(core.schedule.interval)
-        goals = targets(found)
+        for config, (schedule,) in schedules_of(Registration()).items():
+            found[f"registration_interval_cycles_{config}"] = float(schedule.interval)
+        goals = targets_of("boresight.systems.radar", found)
         return Result(
             figures=found,
             targets=goals,
@@ -70,14 +61,19 @@ class Radar(Experiment):
 def campaign(
     seed: int, runs: int, say: Callable[[str], None], jobs: int | None = None
 ) -> dict[str, Any]:
-    """Monte-Carlo of the printed noise and biases up to 80 s, on the integer C."""
-    where = f"{Path(worlds.__file__)}:TwoRadars"
-    asked = Campaign(where, "registration", tuple(sorted(first(*NOISY).items())))
-    jobs = jobs or os.cpu_count() or 1
+    """Monte-Carlo of the printed noise and biases up to 80 s, on the integer C, as plain data."""
     with tempfile.TemporaryDirectory(prefix="boresight-") as folder:
-        journal = Journal(Path(folder) / "runs", asked.identity())
-        draws = complete(asked, range(seed, seed + runs), journal, say=say, jobs=jobs)
-    return judged(draws, {}, Registration.nis_freedom)
+        result = boresight.montecarlo(
+            "two_radars",
+            "registration",
+            runs=runs,
+            seed=seed,
+            params=first(*NOISY),
+            jobs=jobs,
+            output=folder,
+            progress=say,
+        )
+    return result.to_json()
 
 
 def figures(
@@ -114,36 +110,3 @@ def figures(
     out["registration_nis"] = spread["nis"]["mean"]
     out["registration_saturated"] = float(spread["saturated"] + free.saturated + noisy.saturated)
     return {name: float(value) for name, value in out.items()}
-
-
-def targets(found: Mapping[str, float]) -> tuple[Target, ...]:
-    """What is judged; the paper's own numbers stand beside and do not bind."""
-    out: list[Target] = []
-
-    def add(name: str, source: str, key: str, unit: str = "%", **limits: Any) -> None:
-        out.append(Target(name=name, source=source, value=found[key], unit=unit, **limits))
-
-    for name, source, key, unit, limits in (
-        ("noise-free, 80 s", "Table 1", "percent", "%", None),
-        ("spread over the bound", "ours", "spread_ratio", "", (1 / 1.15, 1.15)),
-        ("mean error, in bands", "ours", "mean_offset", "", (-1.0, 1.0)),
-    ):
-        for b, printed in zip(BIASES, PRINTED, strict=True):
-            low, high = limits or (None, 2.0 if b[0] == "r" else 0.15)
-            more: dict[str, Any] = {"part": b.replace("_", " "), "low": low, "high": high}
-            more |= {} if limits else {"beside": {"paper": printed}}
-            add(name, source, f"registration_{b}_{key}", unit, **more)
-    for i in "12":
-        part, paper = f"radar {i}", {"paper": 96.0 if i == "1" else 97.0}
-        key = f"registration_track_{i}_gain_percent"
-        add("tracks better, noise-free", "abstract", key, part=part, low=96.0, beside=paper)
-    name = "Table 1, printed noise: bound at 80 s"
-    for b, most in zip(BIASES, PRINTED, strict=True):
-        more = {"part": b.replace("_", " "), "high": most, "note": "no estimator can"}
-        add(name, "Table 1", f"registration_{b}_bound_percent", binding=False, **more)
-    add("fixed less float64", "ours", "registration_fixed_float_percent", high=0.1)
-    add("words beyond their range", "ours", "registration_saturated", "", high=0.0)
-    for config, most in (("small", 1340.0), ("fast", 760.0)):
-        key = f"registration_interval_cycles_{config}"
-        add("cycles to the next record", "ours", key, "", part=config, high=most)
-    return tuple(out)

@@ -9,11 +9,10 @@ import numpy as np
 import numpy.typing as npt
 import pymap3d
 
-from boresight.model.errors import InputError
-from boresight.model.estimators.radar.interface import AXES, BIASES
-from boresight.sim.worlds.radar.bound import covariances, deviations, jacobian
-from boresight.sim.worlds.radar.flight import SITES, flight
-from boresight.sim.worlds.world import World
+from boresight import InputError, World
+from boresight.systems.radar.bound import covariances, deviations, jacobian
+from boresight.systems.radar.flight import SITES, flight
+from boresight.systems.radar.interface import AXES, BIASES
 
 __all__ = ["BIAS", "NOISE", "TwoRadars", "placed", "seen_from"]
 

@@ -10,10 +10,10 @@ import pytest
 
 from boresight.gateware.core import build_core
 from boresight.model.errors import InputError
-from boresight.model.estimators.radar.interface import BIASES, STATUS_BITS
-from boresight.model.estimators.radar.registration import KNOWN, YOUNG, Registration, site
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
+from boresight.systems.radar.estimator import KNOWN, YOUNG, Registration, site
+from boresight.systems.radar.interface import BIASES, STATUS_BITS
 from tests.support.radar import (
     BIAS,
     NOISE,

@@ -5,7 +5,7 @@ import pymap3d
 import pytest
 
 from boresight.model.errors import InputError
-from boresight.sim.worlds.radar.flight import EARTH_RATE, GM, SITES, ballistic, flight, gravity
+from boresight.systems.radar.flight import EARTH_RATE, GM, SITES, ballistic, flight, gravity
 
 T = 0.1 * np.arange(1701)
 

@@ -9,13 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from boresight.model.estimators.radar.interface import AXES, BIASES
-from boresight.model.estimators.radar.registration import Registration
+from boresight.sim.experiments.forms import run_forms
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.worlds.loop import close_loop
-from boresight.sim.worlds.radar.bound import covariances, deviations, information
-from boresight.sim.worlds.radar.world import NOISE, TwoRadars
+from boresight.systems.radar.bound import covariances, deviations, information
+from boresight.systems.radar.estimator import Registration
+from boresight.systems.radar.interface import AXES, BIASES
+from boresight.systems.radar.world import NOISE, TwoRadars
 
 __all__ = ["UNITS", "Predicted", "Watched", "first", "predicted", "watch"]
 
@@ -50,11 +51,10 @@ def watch(world: TwoRadars, params: Mapping[str, float]) -> Watched:
     """Run a world on the integer C, and on float64."""
     build = Build(Registration(), params=[params])
     loop = close_loop(world, build.estimators[0], make_level("c", build))
-    again = make_level("c", build).run(loop.inputs)
-    reference = make_level("float", build).run(loop.inputs).outputs
+    (again,), (reference,) = run_forms(Registration(), [loop.inputs], params=params)
     names = [f"{b}_bias" for b in BIASES]
     found = np.stack([loop.outputs[n] for n in names], axis=1)
-    apart = (found[-1] - [reference[n][-1] for n in names]) / world.bias
+    apart = (found[-1] - [reference.outputs[n][-1] for n in names]) / world.bias
     corrected = np.stack(
         [[loop.outputs[f"{a}{i}_corrected"] for a in AXES] for i in "12"]
     ).transpose(2, 0, 1)

@@ -33,15 +33,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from boresight.model import ops
+from boresight import Estimator, InputError, ops
 from boresight.model.algebra.carried import carried
 from boresight.model.algebra.quaternion import Matrix, Vector, conjugate_turn, dot, turn
 from boresight.model.algebra.quaternion_filter import status_word, sum_of
 from boresight.model.algebra.square_root import Potter, potter, whitened
-from boresight.model.errors import InputError
-from boresight.model.estimator import Estimator
-from boresight.model.estimators.radar import interface
-from boresight.model.estimators.radar.interface import AXES, BIASES, ECEF, FASTEST, REACH, WIDEST
+from boresight.systems.radar import interface
+from boresight.systems.radar.interface import AXES, BIASES, ECEF, FASTEST, REACH, WIDEST
 
 __all__ = ["Registration", "site"]
 

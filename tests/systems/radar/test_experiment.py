@@ -5,9 +5,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from boresight.sim.experiments.radar import experiment
-from boresight.sim.experiments.radar.experiment import AT, Radar, targets
-from tests.support.radar_figures import found, spread, theory, watched
+from boresight.systems.radar import experiment
+from boresight.systems.radar.experiment import AT, Radar
+from tests.support.radar_figures import found, spread, targets, theory, watched
 
 
 def test_figures() -> None:
@@ -23,7 +23,7 @@ def test_figures() -> None:
 
 
 def verdicts(**more: float) -> dict[str, bool]:
-    return {f"{t.name}, {t.part}": t.good for t in targets(found(**more)) if t.binding}
+    return {f"{t.name}, {t.part}": t.good for t in targets(**more) if t.binding}
 
 
 def test_targets_fall_where_their_figure_does() -> None:
@@ -44,7 +44,7 @@ def test_targets_fall_where_their_figure_does() -> None:
 
 
 def test_what_the_bound_forbids_does_not_bind() -> None:
-    forbidden = [t for t in targets(found()) if not t.binding]
+    forbidden = [t for t in targets() if not t.binding]
     assert len(forbidden) == 6 and not any(t.good for t in forbidden)
 
 
@@ -59,13 +59,13 @@ def test_run(monkeypatch) -> None:
     monkeypatch.setattr(experiment, "watch", watch)
     monkeypatch.setattr(experiment, "campaign", lambda seed, runs, say, jobs: spread())
     monkeypatch.setattr(experiment, "predicted", lambda *a: theory())
-    core = SimpleNamespace(schedule=SimpleNamespace(interval=700))
-    monkeypatch.setattr(experiment, "build_core", lambda *a: core)
+    cycles = dict.fromkeys(("small", "fast"), (SimpleNamespace(interval=700),))
+    monkeypatch.setattr(experiment, "schedules_of", lambda *a: cycles)
     result = Radar().run(seed=3, runs=20, say=lambda text: None)
     assert asked[:2] == [(False, 1701, 1000.0), (True, 1701, 5.0)]
     assert [a[:2] for a in asked[2:]] == 5 * [(False, 801)]
     json.dumps([result.figures, result.details], allow_nan=False)
-    assert result.good and result.pages["radar.html"].count("impossible") == 6
+    assert result.good and result.pages["radar.html"].count("no estimator can") == 6
 
 
 def test_a_short_campaign() -> None:

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from boresight.model.errors import InputError
-from boresight.model.estimators.radar.registration import Registration
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.worlds.loop import close_loop
-from boresight.sim.worlds.radar.world import BIAS, NOISE, TwoRadars, placed, seen_from
+from boresight.systems.radar.estimator import Registration
+from boresight.systems.radar.world import BIAS, NOISE, TwoRadars, placed, seen_from
 
 DEG = math.pi / 180.0
 

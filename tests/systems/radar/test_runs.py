@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from boresight.sim.experiments.radar.runs import UNITS, first, predicted, watch
-from boresight.sim.worlds.radar.world import NOISE, TwoRadars
+from boresight.systems.radar.runs import UNITS, first, predicted, watch
+from boresight.systems.radar.world import NOISE, TwoRadars
 
 
 def test_a_run_is_what_world_and_filter_say() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import pymap3d
 
-from boresight.model.errors import InputError
+from boresight import InputError
 
 __all__ = ["FLIGHTS", "SITES", "ballistic", "flight", "gravity", "straight"]
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from boresight.sim.worlds.radar.bound import covariances, deviations, jacobian
-from boresight.sim.worlds.radar.world import TwoRadars, placed, seen_from
+from boresight.systems.radar.bound import covariances, deviations, jacobian
+from boresight.systems.radar.world import TwoRadars, placed, seen_from
 
 WORLD = TwoRadars(seconds=170.0)
 DEG = np.pi / 180.0
