@@ -1,10 +1,9 @@
-"""Every estimator, by name."""
+"""The attitude filters, by name; the estimators of `systems/` are found by entry points."""
 
 from __future__ import annotations
 
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
-from boresight.model.estimators.array.attitude import ArrayAttitude
 from boresight.model.estimators.complementary import Complementary, ComplementaryAsPrinted
 from boresight.model.estimators.ekf_bias import EkfBias
 from boresight.model.estimators.ekf_quaternion import EkfQuaternion
@@ -24,7 +23,6 @@ ESTIMATORS: dict[str, type[Estimator]] = {
         EkfQuaternionVector,
         Mekf,
         Vqf,
-        ArrayAttitude,
     )
 }
 

@@ -3,9 +3,9 @@
 import pytest
 
 from boresight.model.errors import InputError
-from boresight.sim.experiments.array.experiment import Array
 from boresight.sim.experiments.ma2014.experiment import Ma2014
 from boresight.sim.experiments.registry import experiment_of
+from boresight.systems.array.experiment import Array
 from boresight.systems.mls.experiment import Mls
 from boresight.systems.radar.experiment import Radar
 from boresight.systems.satcom.experiment import Satcom

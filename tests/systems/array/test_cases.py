@@ -1,8 +1,8 @@
 """Cases: both rates in every reading, and all of them worlds and filters that there are."""
 
-from boresight.model.estimators.array.attitude import ArrayAttitude
-from boresight.sim.experiments.array.cases import CASES, RATES
-from boresight.sim.worlds.array.world import TurningArray
+from boresight.systems.array.cases import CASES, RATES
+from boresight.systems.array.estimator import ArrayAttitude
+from boresight.systems.array.world import TurningArray
 
 
 def test_both_rates_in_every_reading() -> None:

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from boresight.model.estimators.array.attitude import ArrayAttitude
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.levels.stream import fed
-from boresight.sim.worlds.array.world import ALIGNED, ERECTED, TurningArray
+from boresight.systems.array.estimator import ArrayAttitude
+from boresight.systems.array.world import ALIGNED, ERECTED, TurningArray
 
 
 def same(world: TurningArray, config: str, parts: list[slice]) -> np.ndarray:

@@ -1,7 +1,7 @@
 """The strapdown in short words: carried remainders are what keeps it."""
 
-from boresight.model.estimators.array.attitude import ArrayAttitude
-from boresight.sim.experiments.array.words import Plain, run_width
+from boresight.systems.array.estimator import ArrayAttitude
+from boresight.systems.array.words import Plain, run_width
 
 
 def test_carried_remainders_keep_the_attitude() -> None:

@@ -24,7 +24,7 @@ from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
 
-from boresight.model import ops
+from boresight import Estimator, ops
 from boresight.model.algebra import strapdown as sd
 from boresight.model.algebra.carried import BELOW
 from boresight.model.algebra.covariance import covariance_of, element_names
@@ -34,10 +34,9 @@ from boresight.model.algebra.quaternion_filter import status_word
 from boresight.model.algebra.scalar_update import MOVE_LIMIT, Measured, lowered, updated
 from boresight.model.algebra.strapdown import AXES, NAVIGATION, STEP_TURN
 from boresight.model.errors import require
-from boresight.model.estimator import Estimator
-from boresight.model.estimators.array import error_filter as errors
-from boresight.model.estimators.array import index, interface
-from boresight.model.estimators.array.interface import KINDS, UNITS
+from boresight.systems.array import error_filter as errors
+from boresight.systems.array import index, interface
+from boresight.systems.array.interface import KINDS, UNITS
 
 __all__ = ["ArrayAttitude"]
 

@@ -6,16 +6,16 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from boresight.sim.experiments.array.cases import CASES, RATES
-from boresight.sim.experiments.array.printed import BUDGET, HOURLY, SIGMA, statistics
-from boresight.sim.experiments.array.runs import EVERY
-from boresight.sim.experiments.array.words import FORTY, WORDS
-from boresight.sim.experiments.experiment import Target
+from boresight import Target
 from boresight.sim.experiments.page import Section, numbers
 from boresight.sim.experiments.page import render as page
 from boresight.sim.experiments.seeds import Runs
 from boresight.sim.plotting import COLOUR, band, figure_and_axes, legend, settings, svg
-from boresight.sim.worlds.array.world import ANGLES, DT
+from boresight.systems.array.cases import CASES, RATES
+from boresight.systems.array.printed import BUDGET, HOURLY, SIGMA, statistics
+from boresight.systems.array.runs import EVERY
+from boresight.systems.array.words import FORTY, WORDS
+from boresight.systems.array.world import ANGLES, DT
 
 __all__ = ["render"]
 

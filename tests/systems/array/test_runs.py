@@ -5,9 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from boresight.sim.experiments.array.cases import CASES
-from boresight.sim.experiments.array.runs import EVERY, errors_of, figures_of, run_array
-from boresight.sim.worlds.array.world import ERECTED, TurningArray
+from boresight.systems.array.cases import CASES
+from boresight.systems.array.runs import EVERY, errors_of, figures_of, run_array
+from boresight.systems.array.world import ERECTED, TurningArray
 
 
 def test_figures(told) -> None:

@@ -10,14 +10,14 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from boresight.model.estimators.array.attitude import ArrayAttitude
 from boresight.sim.accuracy.endurance import Endurance, endurance
 from boresight.sim.attitude.zyx import wrapped
-from boresight.sim.experiments.array.cases import Case
-from boresight.sim.experiments.array.printed import statistics
 from boresight.sim.experiments.seeds import Runs
 from boresight.sim.levels.build import Build
-from boresight.sim.worlds.array.world import ANGLES, DT, ERECTED, TurningArray
+from boresight.systems.array.cases import Case
+from boresight.systems.array.estimator import ArrayAttitude
+from boresight.systems.array.printed import statistics
+from boresight.systems.array.world import ANGLES, DT, ERECTED, TurningArray
 
 __all__ = ["EVERY", "Told", "errors_of", "figures_of", "run_array"]
 

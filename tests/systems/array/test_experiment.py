@@ -7,12 +7,12 @@ from types import SimpleNamespace
 import pytest
 
 from boresight.model.errors import InputError
-from boresight.sim.experiments.array import experiment
-from boresight.sim.experiments.array.cases import CASES
-from boresight.sim.experiments.array.experiment import Array, figures_of
-from boresight.sim.experiments.array.runs import run_array
 from boresight.sim.experiments.experiment import Result
 from boresight.sim.experiments.targets import targets_of
+from boresight.systems.array import experiment
+from boresight.systems.array.cases import CASES
+from boresight.systems.array.experiment import Array, figures_of
+from boresight.systems.array.runs import run_array
 
 
 @pytest.fixture(scope="module")
@@ -31,10 +31,11 @@ def result(runs, words) -> Iterator[Result]:
         assert {n: some for n, _, some in cases} == {n: min(9, c.runs) for n, c in CASES.items()}
         return {name: runs(0.1 * (1 + k)) for k, (name, _, _) in enumerate(cases)}
 
-    core = SimpleNamespace(schedule=SimpleNamespace(interval=1000, latency=110))
+    schedules = (SimpleNamespace(interval=1000, latency=110),)
+    cycles = dict.fromkeys(("small", "fast"), schedules)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(experiment, "run_cases", run_cases)
-        patch.setattr(experiment, "build_core", lambda *a: core)
+        patch.setattr(experiment, "schedules_of", lambda *a: cycles)
         yield Array(hours=2.0, jobs=1).run(seed=5, runs=9, say=lambda text: None)
 
 
@@ -68,7 +69,7 @@ def test_worst_of_all_cases(runs, words) -> None:
 def test_targets_fall_where_their_figure_does(result: Result) -> None:
     def wrong(**more: float) -> list[str]:
         figures = dict(result.figures) | {"array_index_gain": 9.0} | more
-        targets = targets_of("boresight.sim.experiments.array", figures)
+        targets = targets_of("boresight.systems.array", figures)
         assert all(t.binding for t in targets)
         return [t.name for t in targets if not t.good]
 

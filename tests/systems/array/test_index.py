@@ -9,9 +9,9 @@ from scipy.spatial.transform import Rotation
 
 from boresight.model.algebra.scalar_update import Update
 from boresight.model.algebra.strapdown import Angles, angles
-from boresight.model.estimators.array import index
-from boresight.model.estimators.array.error_filter import PHI, SCALE
-from boresight.model.estimators.array.interface import UNITS
+from boresight.systems.array import index
+from boresight.systems.array.error_filter import PHI, SCALE
+from boresight.systems.array.interface import UNITS
 from tests.support.array import ARCSEC
 
 SHARE = np.array([UNITS["tilt"], UNITS["tilt"], UNITS["heading"]])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from boresight.sim.experiments.array.printed import BUDGET, HOURLY, SIGMA, statistics
+from boresight.systems.array.printed import BUDGET, HOURLY, SIGMA, statistics
 
 
 def test_one_sigma_is_the_deviation_of_the_hours() -> None:

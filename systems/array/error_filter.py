@@ -13,11 +13,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from boresight.model import ops
+from boresight import ops
 from boresight.model.algebra.covariance import Symmetric, sheared
 from boresight.model.algebra.quaternion import Vector, dot, scaled_matrix
 from boresight.model.algebra.scalar_update import Update
-from boresight.model.estimators.array.interface import KINDS, UNITS
+from boresight.systems.array.interface import KINDS, UNITS
 
 __all__ = ["FORCE", "GYRO", "PHI", "SCALE", "first_variances", "grown", "moves", "propagated"]
 

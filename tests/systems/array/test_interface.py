@@ -1,9 +1,9 @@
 """What `array_attitude` declares: names that others rely on, states that fit their units."""
 
 from boresight.model.algebra import strapdown
-from boresight.model.estimators.array import interface
-from boresight.model.estimators.array.attitude import ArrayAttitude
-from boresight.model.estimators.array.error_filter import FORCE, GYRO, SCALE
+from boresight.systems.array import interface
+from boresight.systems.array.error_filter import FORCE, GYRO, SCALE
+from boresight.systems.array.estimator import ArrayAttitude
 
 
 def test_names_and_units() -> None:

@@ -9,9 +9,9 @@ from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
 from boresight.model.algebra.scalar_update import Update
-from boresight.model.estimators.array import error_filter as errors
-from boresight.model.estimators.array.attitude import ArrayAttitude
-from boresight.model.estimators.array.interface import KINDS, UNITS
+from boresight.systems.array import error_filter as errors
+from boresight.systems.array.estimator import ArrayAttitude
+from boresight.systems.array.interface import KINDS, UNITS
 from tests.support.array import EARTH, LATITUDE
 
 SCALES = np.array([UNITS[k] for k in KINDS])

@@ -2,9 +2,9 @@
 
 import pytest
 
-from boresight.sim.experiments.array.cases import CASES
-from boresight.sim.experiments.array.page import render
 from boresight.sim.experiments.experiment import Target
+from boresight.systems.array.cases import CASES
+from boresight.systems.array.page import render
 
 
 @pytest.fixture(scope="module")

@@ -9,10 +9,10 @@ from scipy.spatial.transform import Rotation
 
 from boresight.gateware.core import build_core
 from boresight.model.errors import InputError
-from boresight.model.estimators.array.attitude import ArrayAttitude
-from boresight.model.estimators.array.interface import KINDS, UNITS
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
+from boresight.systems.array.estimator import ArrayAttitude
+from boresight.systems.array.interface import KINDS, UNITS
 from tests.support.array import ARCSEC, EARTH, LATITUDE, body, counts, gravity, turning
 from tests.support.array import increments as exact
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from boresight.sim.accuracy.endurance import Endurance
-from boresight.sim.experiments.array.runs import EVERY, Told, figures_of
-from boresight.sim.experiments.array.words import WORDS
 from boresight.sim.experiments.seeds import Runs
+from boresight.systems.array.runs import EVERY, Told, figures_of
+from boresight.systems.array.words import WORDS
 
 HOUR = 360_000 // EVERY
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from boresight.model import ops
+from boresight import ops
 from boresight.model.algebra.quaternion import dot
 from boresight.model.algebra.scalar_update import Measured, Update
 from boresight.model.algebra.strapdown import Angles, Sample
-from boresight.model.estimators.array.error_filter import PHI, SCALE
-from boresight.model.estimators.array.interface import UNITS
+from boresight.systems.array.error_filter import PHI, SCALE
+from boresight.systems.array.interface import UNITS
 
 __all__ = ["change", "corrected", "fix", "heading_row", "offset"]
 

@@ -5,17 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
-from boresight.gateware.core import build_core
-from boresight.gateware.machine import CONFIGS
+from boresight import Experiment, Result
 from boresight.model.errors import require
-from boresight.model.estimators.array.attitude import ArrayAttitude
-from boresight.sim.experiments.array.cases import CASES, RATES
-from boresight.sim.experiments.array.page import render
-from boresight.sim.experiments.array.runs import run_array
-from boresight.sim.experiments.array.words import WORDS, run_width
-from boresight.sim.experiments.experiment import Experiment, Result
+from boresight.sim.experiments.forms import schedules_of
 from boresight.sim.experiments.seeds import Runs, run_cases, spreads_of
 from boresight.sim.experiments.targets import targets_of
+from boresight.systems.array.cases import CASES, RATES
+from boresight.systems.array.estimator import ArrayAttitude
+from boresight.systems.array.page import render
+from boresight.systems.array.runs import run_array
+from boresight.systems.array.words import WORDS, run_width
 
 __all__ = ["Array", "figures_of"]
 
@@ -58,13 +57,10 @@ class Array(Experiment):
         ]
         words = run_cases(run_width, widths, seed=seed, at_once=1, jobs=self.jobs, say=say)
         figures = figures_of(flown, words)
-        for config in CONFIGS:
-            schedule = build_core(ArrayAttitude().compile(), config).schedule
+        for config, (schedule,) in schedules_of(ArrayAttitude()).items():
             figures[f"array_interval_cycles_{config}"] = float(schedule.interval)
             figures[f"array_attitude_latency_cycles_{config}"] = float(schedule.latency)
-        targets = targets_of(
-            "boresight.sim.experiments.array", figures, spreads_of(flown, "array_")
-        )
+        targets = targets_of("boresight.systems.array", figures, spreads_of(flown, "array_"))
         hourly = {name: [told.hourly.tolist() for told in of.each] for name, of in flown.items()}
         return Result(
             figures=figures,

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from boresight.model.estimators.array.attitude import ArrayAttitude
 from boresight.sim.accuracy.endurance import endurance
-from boresight.sim.experiments.array.runs import EVERY, errors_of
 from boresight.sim.experiments.seeds import Runs
 from boresight.sim.levels.build import Build
-from boresight.sim.worlds.array.world import ERECTED, TurningArray
+from boresight.systems.array.estimator import ArrayAttitude
+from boresight.systems.array.runs import EVERY, errors_of
+from boresight.systems.array.world import ERECTED, TurningArray
 
 __all__ = ["FORTY", "WORDS", "Plain", "run_width"]
 

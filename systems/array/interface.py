@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 
+from boresight import Input, Output, Param, State
 from boresight.model.algebra import strapdown
 from boresight.model.algebra.carried import BELOW
 from boresight.model.algebra.covariance import covariance_states
 from boresight.model.algebra.strapdown import AXES
-from boresight.model.estimator import Input, Output, Param, State
 
 __all__ = ["INPUTS", "KINDS", "LEARNT", "OUTPUTS", "STATUS_BITS", "UNITS", "filter_params"]
 __all__ += ["filter_states"]

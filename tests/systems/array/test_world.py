@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from boresight.model.errors import InputError
-from boresight.sim.worlds.array.world import ALIGNED, DT, ERECTED, TurningArray
 from boresight.sim.worlds.inertial import sensors
+from boresight.systems.array.world import ALIGNED, DT, ERECTED, TurningArray
 
 ARCSEC = math.radians(1.0) / 3600.0
 SHORT = {"hours": 30.0 / 3600.0}
