@@ -29,6 +29,7 @@ __all__ = [
     "estimator_of",
     "load",
     "names_of_entry_points",
+    "offered",
     "split_names",
 ]
 
@@ -80,6 +81,26 @@ def names_of_entry_points(group: str) -> list[str]:
     return sorted({point.name for point in metadata.entry_points(group=group)})
 
 
+def offered(
+    base: type[T], kind: str, known: Mapping[str, type[T]], group: str
+) -> tuple[dict[str, type[T]], tuple[str, ...]]:
+    """Classes by name, ours before those of installed packages; see `load` for the parameters.
+
+    Returns
+    -------
+    classes : dict of str to type
+    unusable : tuple of str
+        One line for each entry point that cannot be loaded.
+    """
+    classes, unusable = dict(known), []
+    for point in sorted(metadata.entry_points(group=group), key=lambda point: point.name):
+        try:
+            classes.setdefault(point.name, _loaded(point, base, f"{kind} {point.name}"))
+        except InputError as error:
+            unusable.append(str(error))
+    return classes, tuple(unusable)
+
+
 def load(what: Any, base: type[T], kind: str, known: Mapping[str, type[T]], group: str) -> T:
     """An object of class ``base``: see `estimator_of`.
 
@@ -121,10 +142,10 @@ def _named(
     for point in metadata.entry_points(group=group):
         if point.name == name:
             return _loaded(point, base, f"{kind} {name}")
-    offered = [*known, *names_of_entry_points(group)]
+    names = sorted({*known, *names_of_entry_points(group)})
     raise InputError.at(
         kind,
-        wanted=f"one of {', '.join(offered)}, or file.py:Class",
+        wanted=f"one of {', '.join(names)}, or file.py:Class",
         found=repr(name),
         fix="boresight list shows them all",
     )

@@ -10,10 +10,11 @@ from pathlib import Path
 
 from boresight.arguments import check_number
 from boresight.disk.output import output_folder
+from boresight.model.resolve import names_of_entry_points
 from boresight.options import Outcome, progress_of
 from boresight.sim.answer import Answer
 from boresight.sim.experiments.experiment import Experiment, Target, grouped
-from boresight.sim.experiments.registry import EXPERIMENTS, experiment_of
+from boresight.sim.experiments.registry import EXPERIMENT_GROUP, EXPERIMENTS, experiment_of
 
 __all__ = ["ExperimentResult", "add_arguments", "call", "experiment"]
 
@@ -120,7 +121,8 @@ def _line(group: tuple[Target, ...]) -> str:
 
 def add_arguments(parser: ArgumentParser) -> None:
     """What the command line takes."""
-    parser.add_argument("name", help=f"one of: {', '.join(EXPERIMENTS)}; or FILE.py:CLASS")
+    names = sorted({*EXPERIMENTS, *names_of_entry_points(EXPERIMENT_GROUP)})
+    parser.add_argument("name", help=f"one of: {', '.join(names)}; or FILE.py:CLASS")
     parser.add_argument("--seed", type=int, default=1, help="of the first run")
     parser.add_argument("--runs", type=int, help="how many runs the spread comes from")
     parser.add_argument("-o", "--output", default="build", metavar="DIR")

@@ -7,10 +7,13 @@ from dataclasses import dataclass
 
 from boresight.gateware.machine import ALL_CONFIGS
 from boresight.model.declarations import Input, Output, Param
+from boresight.model.estimator import Estimator
 from boresight.model.estimators import ESTIMATORS
+from boresight.model.resolve import ESTIMATOR_GROUP, offered
 from boresight.options import Outcome
 from boresight.sim.answer import Answer, Json, JsonObject
-from boresight.sim.experiments.registry import EXPERIMENTS
+from boresight.sim.experiments.experiment import Experiment
+from boresight.sim.experiments.registry import EXPERIMENT_GROUP, EXPERIMENTS
 
 __all__ = [
     "Catalogue",
@@ -69,11 +72,23 @@ class ListedConfig:
 
 @dataclass(frozen=True)
 class Catalogue(Answer):
-    """What `list_estimators` gives: tuples of what there is, by their names."""
+    """Estimators, experiments and configurations.
+
+    Attributes
+    ----------
+    estimators : tuple of ListedEstimator
+        Ours, then those of installed packages by name.
+    experiments : tuple of ListedExperiment
+        By name.
+    configs : tuple of ListedConfig
+    unusable : tuple of str
+        One line for each entry point of an installed package that cannot be loaded.
+    """
 
     estimators: tuple[ListedEstimator, ...]
     experiments: tuple[ListedExperiment, ...]
     configs: tuple[ListedConfig, ...]
+    unusable: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         lines = []
@@ -91,26 +106,29 @@ class Catalogue(Answer):
                 for c in self.configs
             )
         )
-        return "\n".join(lines)
+        return "\n".join([*lines, *self.unusable])
 
 
 def list_estimators() -> Catalogue:
     """Estimators with their inputs, parameters and outputs, experiments, configurations.
 
-    Returns
-    -------
-    Catalogue
-        All three.
+    Those of installed packages are among them: entry points of the groups `boresight.estimators`
+    and `boresight.experiments`.
     """
+    estimators, first = offered(Estimator, "estimator", ESTIMATORS, ESTIMATOR_GROUP)
+    experiments, second = offered(Experiment, "experiment", EXPERIMENTS, EXPERIMENT_GROUP)
     return Catalogue(
         estimators=tuple(
-            ListedEstimator(e.name, e.summary, tuple(e.inputs), tuple(e.params), tuple(e.outputs))
-            for e in ESTIMATORS.values()
+            ListedEstimator(name, e.summary, tuple(e.inputs), tuple(e.params), tuple(e.outputs))
+            for name, e in estimators.items()
         ),
-        experiments=tuple(ListedExperiment(e.name, e.summary) for e in EXPERIMENTS.values()),
+        experiments=tuple(
+            ListedExperiment(name, experiments[name].summary) for name in sorted(experiments)
+        ),
         configs=tuple(
             ListedConfig(m.name, m.lanes, m.register_words) for m in ALL_CONFIGS.values()
         ),
+        unusable=(*first, *second),
     )
 
 

@@ -13,6 +13,7 @@ from pathlib import Path
 from boresight.disk.output import OutputFile
 from boresight.model.errors import InputError
 from boresight.model.estimators import ESTIMATORS
+from boresight.model.resolve import ESTIMATOR_GROUP, names_of_entry_points
 from boresight.options import Outcome
 from boresight.sim.answer import Answer
 
@@ -96,8 +97,8 @@ def _check_name(stem: str, given: str) -> None:
         found = repr(stem)
     elif keyword.iskeyword(stem) or keyword.iskeyword(_class(stem)):
         found = "a word of Python"
-    elif stem in ESTIMATORS:
-        found = "the name of one of ours"
+    elif stem in (*ESTIMATORS, *names_of_entry_points(ESTIMATOR_GROUP)):
+        found = "the name of an estimator that is there"
     elif _taken(stem, Path(given).parent):
         found = "the name of an installed module, which it would hide"
     if found:

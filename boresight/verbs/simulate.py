@@ -13,12 +13,12 @@ from boresight.board.simulation import BOARD_FILES, SHORT, SOURCES, default_log,
 from boresight.disk.output import output_folder
 from boresight.gateware.core import Core
 from boresight.gateware.machine import ALL_CONFIGS
-from boresight.gateware.system.programs import FILTERS, system_core
+from boresight.gateware.system.programs import system_core
 from boresight.loop import WORLD_GROUP, simulate_world, world_of
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
-from boresight.model.estimators import ESTIMATORS
-from boresight.model.resolve import Named, estimator_of, names_of_entry_points
+from boresight.model.estimators import ESTIMATORS, FILTERS
+from boresight.model.resolve import ESTIMATOR_GROUP, Named, estimator_of, names_of_entry_points
 from boresight.options import Outcome, model_options, params_of, progress_of
 from boresight.parameters import parse_settings
 from boresight.sim.board.faults import fault_board, fault_names, fault_trial, trial_log
@@ -111,7 +111,8 @@ def _beside(chosen: Estimator) -> Sequence[Named]:
     if chosen.name in FILTERS:
         return FILTERS
     sources = [i.source.partition(".")[0] for i in chosen.inputs if i.source]
-    return [*(name for name in dict.fromkeys(sources) if name in ESTIMATORS), chosen]
+    known = {*ESTIMATORS, *names_of_entry_points(ESTIMATOR_GROUP)}
+    return [*(name for name in dict.fromkeys(sources) if name in known), chosen]
 
 
 def check_options(*, config: str, seconds: float, source: str) -> None:

@@ -19,15 +19,13 @@ from boresight.model.resolve import Named, estimator_of
 from boresight.model.words.fixed import Format
 from boresight.model.words.program import Program
 
-__all__ = ["FILTERS", "core_plan", "system_core", "system_estimators"]
+__all__ = ["core_plan", "system_core", "system_estimators"]
 
-#: Filters of the complete system, in the order of their numbers.
-FILTERS = ("complementary", "ekf_quaternion", "ekf_bias", "mekf")
 #: Most words of a record on a board, and most estimators.
 _MOST_WORDS, _MOST = 16, 8
 
 
-def system_estimators(filters: Sequence[Named] = FILTERS, *, word: int = 32) -> list[Estimator]:
+def system_estimators(filters: Sequence[Named], *, word: int = 32) -> list[Estimator]:
     """Estimators, then the programs before them: in the order of their numbers in the core.
 
     Inputs that a sensor gives, by name, take its words in its format; those that another of the
@@ -123,7 +121,7 @@ def _sensed(i: Input, sensor: Sensed, frac: int, word: int, where: str) -> Input
 
 
 def system_core(
-    filters: Sequence[Named] = FILTERS,
+    filters: Sequence[Named],
     *,
     config: str = "small",
     word: int = 32,

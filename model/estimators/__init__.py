@@ -1,23 +1,17 @@
-"""Every estimator, by name."""
+"""The attitude filters, by name; the estimators of `systems/` are found by entry points."""
 
 from __future__ import annotations
 
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
-from boresight.model.estimators.array.attitude import ArrayAttitude
-from boresight.model.estimators.array_phases import ArrayPhases
 from boresight.model.estimators.complementary import Complementary, ComplementaryAsPrinted
 from boresight.model.estimators.ekf_bias import EkfBias
 from boresight.model.estimators.ekf_quaternion import EkfQuaternion
 from boresight.model.estimators.ekf_quaternion_vector import EkfQuaternionVector
 from boresight.model.estimators.mekf import Mekf
-from boresight.model.estimators.mls_attitude import MlsAttitude
-from boresight.model.estimators.radar.registration import Registration
-from boresight.model.estimators.satcom import Satcom
-from boresight.model.estimators.satcom_pointing import SatcomPointing
 from boresight.model.estimators.vqf import Vqf
 
-__all__ = ["ESTIMATORS", "estimator"]
+__all__ = ["ESTIMATORS", "FILTERS", "estimator"]
 
 ESTIMATORS: dict[str, type[Estimator]] = {
     e.name: e
@@ -29,14 +23,11 @@ ESTIMATORS: dict[str, type[Estimator]] = {
         EkfQuaternionVector,
         Mekf,
         Vqf,
-        Registration,
-        Satcom,
-        SatcomPointing,
-        MlsAttitude,
-        ArrayPhases,
-        ArrayAttitude,
     )
 }
+
+#: Filters of the complete system, in the order of their numbers: what `make` builds and measures.
+FILTERS = ("complementary", "ekf_quaternion", "ekf_bias", "mekf")
 
 
 def estimator(name: str) -> Estimator:

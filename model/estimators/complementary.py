@@ -21,9 +21,9 @@ import math
 from typing import Any
 
 from boresight.model import ops
+from boresight.model.algebra.quaternion_filter import status_word
 from boresight.model.declarations import GRAVITY
 from boresight.model.estimator import Estimator, Param, State
-from boresight.model.estimators.ekf_parts import status_word
 from boresight.model.estimators.nine_axis import INPUTS, OUTPUTS
 
 __all__ = ["STATUS_BITS", "Complementary", "ComplementaryAsPrinted", "per_sample_gains"]

@@ -46,13 +46,9 @@ from boresight.model.algebra.covariance import (
     updated_column,
 )
 from boresight.model.algebra.quaternion import dot, matrix, multiply, right_matrix, turn
-from boresight.model.declarations import GRAVITY
-from boresight.model.estimator import Estimator, Param, State
-from boresight.model.estimators.ekf_parts import (
+from boresight.model.algebra.quaternion_filter import (
     ALIGN_NOISE,
     ALIGN_P,
-    INPUTS,
-    OUTPUTS,
     P0,
     SCALE,
     TRACE_LIMIT,
@@ -68,6 +64,9 @@ from boresight.model.estimators.ekf_parts import (
     sum_of,
     update,
 )
+from boresight.model.declarations import GRAVITY
+from boresight.model.estimator import Estimator, Param, State
+from boresight.model.estimators.nine_axis import INPUTS, OUTPUTS
 
 __all__ = ["STATUS_BITS", "EkfBias"]
 

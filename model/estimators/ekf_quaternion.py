@@ -30,11 +30,8 @@ from boresight.model.algebra.covariance import (
     updated_column,
 )
 from boresight.model.algebra.quaternion import cross, dot, matrix, multiply
-from boresight.model.estimator import Estimator, Param, State
-from boresight.model.estimators.ekf_parts import (
+from boresight.model.algebra.quaternion_filter import (
     ALIGN_P,
-    INPUTS,
-    OUTPUTS,
     P0,
     SCALE,
     attitude_outputs,
@@ -52,6 +49,8 @@ from boresight.model.estimators.ekf_parts import (
     sum_of,
     update,
 )
+from boresight.model.estimator import Estimator, Param, State
+from boresight.model.estimators.nine_axis import INPUTS, OUTPUTS
 
 __all__ = ["STATUS_BITS", "EkfQuaternion"]
 

@@ -26,13 +26,9 @@ from boresight.model.algebra.covariance import (
     reduced,
 )
 from boresight.model.algebra.quaternion import conjugate_turn, dot, matrix, multiply
-from boresight.model.declarations import GRAVITY
-from boresight.model.estimator import Estimator, Param, State
-from boresight.model.estimators.ekf_parts import (
+from boresight.model.algebra.quaternion_filter import (
     ALIGN_NOISE,
     ALIGN_P,
-    INPUTS,
-    OUTPUTS,
     P0,
     SCALE,
     attitude_outputs,
@@ -49,6 +45,9 @@ from boresight.model.estimators.ekf_parts import (
     sum_of,
     update,
 )
+from boresight.model.declarations import GRAVITY
+from boresight.model.estimator import Estimator, Param, State
+from boresight.model.estimators.nine_axis import INPUTS, OUTPUTS
 
 __all__ = ["STATUS_BITS", "EkfQuaternionVector"]
 

@@ -13,8 +13,9 @@ from boresight.gateware.sensors.adis16385_setup import Timing
 from boresight.gateware.sensors.hmr3300 import Hmr3300
 from boresight.gateware.serial.uart import divisor_for
 from boresight.gateware.system.attitude_system import AttitudeSystem
-from boresight.gateware.system.programs import FILTERS, system_core
+from boresight.gateware.system.programs import system_core
 from boresight.gateware.verilog import to_verilog
+from boresight.model.estimators import FILTERS
 from boresight.model.resolve import Named
 from boresight.sim.board.setup import Setup
 

@@ -1,21 +1,17 @@
-"""Every experiment, by name; those of installed packages, and those in a user's file."""
+"""Experiments by name, of installed packages, and in a user's file."""
 
 from __future__ import annotations
 
 from boresight.model.resolve import load
-from boresight.sim.experiments.array.experiment import Array
 from boresight.sim.experiments.experiment import Experiment
 from boresight.sim.experiments.ma2014.experiment import Ma2014
-from boresight.sim.experiments.mls.experiment import Mls
-from boresight.sim.experiments.radar.experiment import Radar
-from boresight.sim.experiments.satcom.experiment import Satcom
 
 __all__ = ["EXPERIMENTS", "EXPERIMENT_GROUP", "experiment_of"]
 
 #: Entry points of installed packages that are experiments.
 EXPERIMENT_GROUP = "boresight.experiments"
 
-EXPERIMENTS: dict[str, type[Experiment]] = {e.name: e for e in (Array, Ma2014, Mls, Radar, Satcom)}
+EXPERIMENTS: dict[str, type[Experiment]] = {Ma2014.name: Ma2014}
 
 
 def experiment_of(what: str | type[Experiment] | Experiment) -> Experiment:

@@ -19,12 +19,18 @@ def targets_of(
     """The rows of a package's ``targets.csv``, judged by the figures.
 
     Columns: ``figure``, ``name``, ``source``, ``low``, ``high``; if the table has them also
-    ``over`` and ``less`` (the figure is divided by that one, or less that one), ``prototype``,
-    ``unit``, ``note``, ``reported`` ("yes": a claim of others that does not bind). ``spreads``:
-    least and greatest of the runs, by figure.
+    ``part``, ``over`` and ``less`` (the figure is divided by that one, or less that one), ``unit``,
+    ``note``, ``reported`` ("yes": a claim of others that does not bind). Any other column is a
+    figure for the same by whom it is named after. ``spreads``: least and greatest of the runs, by
+    figure.
     """
     text = files(package).joinpath("targets.csv").read_text(encoding="utf-8")
     return tuple(_target(row, figures, spreads or {}) for row in csv.DictReader(text.splitlines()))
+
+
+_COLUMNS = frozenset(
+    ("figure", "name", "part", "source", "low", "high", "over", "less", "unit", "note", "reported")
+)
 
 
 def _target(
@@ -37,13 +43,14 @@ def _target(
         value, spread = value - figures[row["less"]], None
     return Target(
         name=row["name"],
+        part=row.get("part", ""),
         source=row["source"],
         value=value,
         low=float(row["low"]) if row["low"] else None,
         high=float(row["high"]) if row["high"] else None,
         unit=row.get("unit", ""),
         binding=row.get("reported") != "yes",
-        beside={"prototype": float(row["prototype"])} if row.get("prototype") else {},
+        beside={who: float(text) for who, text in row.items() if who not in _COLUMNS and text},
         spread=spread,
         note=row.get("note", ""),
     )

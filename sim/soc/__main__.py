@@ -11,12 +11,13 @@ from typing import Any
 from boresight.disk.output import output_folder
 from boresight.firmware.soc.image import ImageError
 from boresight.model.errors import InputError, ToolMissing
+from boresight.model.estimators import FILTERS
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.files import read_record
 from boresight.sim.records.record import Record
 from boresight.sim.rtl.simulators import SimulationFailed
 from boresight.sim.soc.board import soc_board
-from boresight.sim.soc.comparison import ESTIMATORS, compare
+from boresight.sim.soc.comparison import compare
 from boresight.sim.soc.offload import offload
 from boresight.sim.soc.page import render_page
 
@@ -51,7 +52,7 @@ def _measure(args: argparse.Namespace, log: Record, updates: int) -> dict[str, A
     """The report, printed as far as it is there."""
     rows = compare(
         log,
-        names=args.estimator or ESTIMATORS,
+        names=args.estimator or FILTERS,
         updates=updates,
         progress=lambda text: print(text, file=sys.stderr),
     )
@@ -76,7 +77,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--updates", type=int, default=1000, help="recorded updates (%(default)s)")
     parser.add_argument("--log", default=None, help="log file (the bundled ximu_walk)")
     parser.add_argument(
-        "--estimator", action="append", choices=ESTIMATORS, help="only this one; may be repeated"
+        "--estimator", action="append", choices=FILTERS, help="only this one; may be repeated"
     )
     parser.add_argument(
         "--board", action="store_true", help="also the hardware's attitude on the complete board"

@@ -16,7 +16,7 @@ from boresight.firmware.build import CModel
 from boresight.firmware.floating.text import operation_counts
 from boresight.gateware.core import build_core
 from boresight.model.estimator import Estimator, input_words
-from boresight.model.estimators import estimator
+from boresight.model.estimators import FILTERS, estimator
 from boresight.sim.attitude.accuracy import largest_turn_deg
 from boresight.sim.attitude.ma2014 import BESIDE, CYCLES
 from boresight.sim.attitude.outputs import attitude_of
@@ -24,10 +24,8 @@ from boresight.sim.records.feed import feed
 from boresight.sim.records.record import Record
 from boresight.sim.soc.measure import Measured, measure_float, measure_integer
 
-__all__ = ["ESTIMATORS", "FLOAT_BOUND_DEG", "PAPER_CYCLES", "compare", "compare_one"]
+__all__ = ["FLOAT_BOUND_DEG", "PAPER_CYCLES", "compare", "compare_one"]
 
-#: Estimators that are compared.
-ESTIMATORS = ("complementary", "ekf_quaternion", "ekf_bias", "mekf")
 #: Cycles of the paper's C, beside the filters that are most like its own.
 PAPER_CYCLES = {name: CYCLES[BESIDE[name]] for name in ("complementary", "ekf_quaternion")}
 #: Largest difference between float C and the float reference, deg: what single precision gives
@@ -135,7 +133,7 @@ def compare_one(
 def compare(
     log: Record,
     *,
-    names: Sequence[str] = ESTIMATORS,
+    names: Sequence[str] = FILTERS,
     updates: int = 1000,
     optimise: str = "-Os",
     progress: Callable[[str], None] | None = None,

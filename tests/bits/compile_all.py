@@ -11,18 +11,27 @@ import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 #: States of one core, of 256: outputs that others read become some, too.
 ROOM = 200
 
 
+def estimators() -> dict[str, type[Any]]:
+    """Every estimator by name: the toolkit's and those of `systems/`."""
+    from boresight.model.estimator import Estimator
+    from boresight.model.estimators import ESTIMATORS
+    from boresight.model.resolve import ESTIMATOR_GROUP, offered
+
+    return offered(Estimator, "estimator", ESTIMATORS, ESTIMATOR_GROUP)[0]
+
+
 def programs(folder: Path, words: Sequence[int]) -> None:
     """Every estimator and every program before the filters; cores have 24 bits besides."""
     from boresight.firmware.emit import emit_c
-    from boresight.model.estimators import ESTIMATORS
     from boresight.model.front import FRONT
 
-    for name, kind in {**ESTIMATORS, **FRONT}.items():
+    for name, kind in {**estimators(), **FRONT}.items():
         for word in words:
             program = kind().compile(word=word)
             place = folder / f"{name}-{word}"
@@ -40,15 +49,14 @@ def cores(folder: Path, synth: bool, brief: bool) -> None:
     in their programs; a core turns them into text, and holds the same tables for any.
     """
     import boresight
-    from boresight.gateware.system.programs import FILTERS
-    from boresight.model.estimators import ESTIMATORS
+    from boresight.model.estimators import FILTERS
 
     filters = FILTERS[-1:] if brief else FILTERS
     boresight.compile(*filters, board="mimas", synth=synth, output=folder / "system")
     # As many in one core as its states have room.
     parts: list[list[str]] = [[]]
     free = ROOM
-    for name, kind in ESTIMATORS.items():
+    for name, kind in estimators().items():
         if name not in FILTERS:
             free -= len(kind().states)
             if free < 0:

@@ -24,12 +24,13 @@ from boresight.gateware.machine import CONFIGS
 from boresight.gateware.schedule.search import schedule
 from boresight.gateware.soc.attitude_soc import AttitudeSoc
 from boresight.gateware.system.attitude_system import AttitudeSystem
-from boresight.gateware.system.programs import FILTERS, system_core
+from boresight.gateware.system.programs import system_core
 from boresight.gateware.verilog import Device
 from boresight.model.errors import InputError
-from boresight.model.estimators import ESTIMATORS
+from boresight.model.estimators import ESTIMATORS, FILTERS
 from boresight.model.estimators.mekf import Mekf
 from boresight.model.front import FRONT
+from tests.support.estimators import ALL
 from tests.support.random_functions import random_functions
 from tests.support.random_program import random_program
 
@@ -76,7 +77,7 @@ def test_programs() -> None:
         "programs",
         {
             f"{name} {word}": kind().compile(word=word).digest
-            for name, kind in {**ESTIMATORS, **FRONT, "mekf_six_axis": SIX_AXIS}.items()
+            for name, kind in {**ALL, **FRONT, "mekf_six_axis": SIX_AXIS}.items()
             for word in (32, 24, 18)
         },
     )

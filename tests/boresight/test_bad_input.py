@@ -12,6 +12,7 @@ from boresight.cli import main
 from boresight.model.errors import InputError, shortened
 from boresight.model.estimators import ESTIMATORS
 from tests.support.bad_files import changed
+from tests.support.estimators import ALL
 
 pytestmark = pytest.mark.pythons
 
@@ -124,7 +125,7 @@ def test_mistakes(line: str, message: str, refused) -> None:
 
 
 def test_programs_that_do_not_fit_leave_no_folder(refused) -> None:
-    line = f"compile {' '.join(ESTIMATORS)} -o x --word 32"
+    line = f"compile {' '.join(ALL)} -o x --word 32"
     assert re.search(r": \d{3} states, the small machine has room for 128", refused(line))
 
 

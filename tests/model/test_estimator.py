@@ -19,10 +19,11 @@ from boresight.model.estimator import (
     input_words,
     param_words,
 )
-from boresight.model.estimators import ESTIMATORS, estimator
+from boresight.model.estimators import estimator
 from boresight.model.estimators.complementary import Complementary
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Kind
+from tests.support.estimators import ALL
 
 pytestmark = pytest.mark.pythons
 
@@ -165,9 +166,9 @@ def test_unbounded_values_are_refused_by_name() -> None:
         Unbounded().compile()
 
 
-@pytest.mark.parametrize("name", sorted(ESTIMATORS))
+@pytest.mark.parametrize("name", sorted(ALL))
 def test_every_estimator_declares_itself(name: str) -> None:
-    e = estimator(name)
+    e = ALL[name]()
     assert e.name == name and e.summary
     assert 0 < e.urgent <= len(e.outputs)
     for group in (e.inputs, e.params, e.states, e.outputs):
@@ -238,7 +239,7 @@ def test_meanings_are_told_and_change_no_identity() -> None:
     assert told.compile().ports[-1].meaning == "its own"
 
 
-@pytest.mark.parametrize("name", ESTIMATORS)
+@pytest.mark.parametrize("name", ALL)
 def test_every_status_word_of_ours_says_its_bits(name: str) -> None:
-    one = estimator(name)
+    one = ALL[name]()
     assert bool(one.status_bits) == any(output.name == "status" for output in one.outputs)

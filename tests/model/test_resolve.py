@@ -267,7 +267,7 @@ def test_unknown_names_are_answered_with_all(installed: None) -> None:
     with pytest.raises(InputError) as raised:
         load("three", Estimator, "estimator", known, resolve.ESTIMATOR_GROUP)
     assert str(raised.value) == (
-        "estimator: wanted one of one, two, broken, mekf, number, theirs, world, or file.py:Class, "
+        "estimator: wanted one of broken, mekf, number, one, theirs, two, world, or file.py:Class, "
         "found 'three'; boresight list shows them all"
     )
 

@@ -42,7 +42,7 @@ class Record:
 
     def __init__(self, path: Path, root: Path) -> None:
         self.path = path
-        self._code = _digest(root, ("boresight", "firmware", "gateware", "model", "sim"))
+        self._code = _digest(root, ("boresight", "firmware", "gateware", "model", "sim", "systems"))
         self._tests = _digest(root, ("tests",))
         self._verdicts: dict[str, Verdict] = {}
         if path.exists():

@@ -182,7 +182,7 @@ def test_all():
 
 @pytest.fixture
 def tree(tmp_path: Path) -> Path:
-    for folder in ("tests", "gateware", "boresight", "firmware", "model", "sim"):
+    for folder in ("tests", "gateware", "boresight", "firmware", "model", "sim", "systems"):
         (tmp_path / "tree" / folder).mkdir(parents=True)
     for name, text in (
         ("gateware/__init__.py", ""),

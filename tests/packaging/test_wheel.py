@@ -12,7 +12,7 @@ from pathlib import Path
 import boresight
 from boresight.sim.records.bundled import bundled
 
-ROOMS = ("model", "gateware", "firmware", "sim")
+ROOMS = ("model", "gateware", "firmware", "sim", "systems")
 
 
 def contents(wheel: Path) -> dict[str, bytes]:

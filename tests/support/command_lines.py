@@ -8,8 +8,8 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from boresight.model.estimators import ESTIMATORS
 from tests.support import bad_files
+from tests.support.estimators import ALL
 
 __all__ = ["FILES", "command_lines"]
 
@@ -66,10 +66,8 @@ def _number(*good: str) -> st.SearchStrategy[str]:
     return st.integers(0, 3).flatmap(lambda k: _NUMBERS if k == 3 else right)
 
 
-_NAMES = _mostly("complementary", "mekf", *ESTIMATORS)
-_SEVERAL = st.one_of(
-    _NAMES, st.lists(st.sampled_from([*ESTIMATORS, "vqf", ""]), max_size=3).map(",".join)
-)
+_NAMES = _mostly("complementary", "mekf", *ALL)
+_SEVERAL = st.one_of(_NAMES, st.lists(st.sampled_from([*ALL, "vqf", ""]), max_size=3).map(",".join))
 _LOGS = st.integers(0, 5).flatmap(
     lambda k: st.one_of(_PATHS, _TEXTS) if k == 5 else st.sampled_from(["log.csv", "log.npz"])
 )

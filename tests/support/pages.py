@@ -5,8 +5,8 @@ one page being one module. ``sh`` is command lines, of which `boresight` is call
 point and ``pytest`` by calling the tests; a few tools run as they are, and what sets up an
 environment does not. ``text`` is what the block before it printed, of command lines the last:
 ``...`` stands for any lines, decimals may differ, times and Icarus, which not all have, do not
-count. A block without a language is a drawing; one in braces is
-Sphinx's own, and the build of the site checks it.
+count. ``toml`` is parsed. A block without a language is a drawing; one in braces is Sphinx's own,
+and the build of the site checks it.
 
 ``<!-- parsed, not run: WHY -->`` before a block of command lines: their arguments are looked at.
 """
@@ -20,6 +20,7 @@ import re
 import shlex
 import subprocess
 import sys
+import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -158,6 +159,8 @@ def run_page(page: str, folder: Path) -> int:
         elif block.language == "sh":
             for line in block.text.splitlines():
                 said = _command(line, folder, where, shown, only=block.parsed)
+        elif block.language == "toml":
+            tomllib.loads(block.text)
         elif block.language == "text":
             assert previous in ("sh", "python"), f"{where}: the output of nothing"
             assert same_text(block.text, said), f"{where}: shown\n{block.text}\nsaid\n{said}"

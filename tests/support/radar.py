@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pymap3d
 
-from boresight.model.estimators.radar.registration import Registration
+from boresight.systems.radar.estimator import Registration
 
 __all__ = [
     "BIAS",

@@ -6,11 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from boresight.model.estimators.radar.interface import BIASES
-from boresight.sim.experiments.radar.experiment import figures
-from boresight.sim.experiments.radar.runs import Predicted, Watched
+from boresight.sim.experiments.experiment import Target
+from boresight.sim.experiments.targets import targets_of
+from boresight.systems.radar.experiment import figures
+from boresight.systems.radar.interface import BIASES
+from boresight.systems.radar.runs import Predicted, Watched
 
-__all__ = ["found", "spread", "theory", "watched"]
+__all__ = ["found", "spread", "targets", "theory", "watched"]
 
 N = 1701
 SHARES = np.array([0.01, -0.001, 0.0005, -0.015, 0.001, -0.0002])
@@ -40,3 +42,7 @@ def found(**more: float) -> dict[str, float]:
     data = figures(watched(1.0), watched(10.0), theory(), spread(), {"a": 0.01, "b": 0.02})
     cycles = {f"registration_interval_cycles_{c}": 700.0 for c in ("small", "fast")}
     return data | cycles | more
+
+
+def targets(**more: float) -> tuple[Target, ...]:
+    return targets_of("boresight.systems.radar", found(**more))

@@ -10,7 +10,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 #: Folders of the package's own sources.
-SOURCES = ("boresight", "model", "gateware", "firmware", "sim")
+SOURCES = ("boresight", "model", "gateware", "firmware", "sim", "systems")
 
 
 def python_files(folder: str, root: Path = ROOT) -> list[Path]:

@@ -15,6 +15,7 @@ from boresight.firmware.build import CModel
 from boresight.gateware.system.programs import FILTERS
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
+from boresight.model.estimators import FILTERS
 from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.model.words.fixed import IntArray

@@ -12,6 +12,7 @@ from boresight.arguments import check_number
 from boresight.gateware.system.programs import FILTERS
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
+from boresight.model.estimators import FILTERS
 from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import Outcome, progress_of

@@ -38,9 +38,9 @@ from boresight.model import ops
 from boresight.model.algebra.angles import pitch_roll_heading_ht
 from boresight.model.algebra.covariance import symmetric
 from boresight.model.algebra.quaternion import cross, dot, matrix, product, turn
+from boresight.model.algebra.quaternion_filter import status_word
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
-from boresight.model.estimators.ekf_parts import status_word
 from boresight.model.estimators.mekf.alignment import about_vertical, first_turns, turned_over
 from boresight.model.estimators.mekf.covariance import element, predicted
 from boresight.model.estimators.mekf.interface import (

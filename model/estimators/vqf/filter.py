@@ -22,9 +22,9 @@ from boresight.model import ops
 from boresight.model.algebra.angles import pitch_roll_heading_ht
 from boresight.model.algebra.low_pass import filtered
 from boresight.model.algebra.quaternion import dot, increment, matrix, product
+from boresight.model.algebra.quaternion_filter import status_word
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
-from boresight.model.estimators.ekf_parts import status_word
 from boresight.model.estimators.nine_axis import OUTPUTS
 from boresight.model.estimators.vqf.bias import bias_of
 from boresight.model.estimators.vqf.field import heading_of

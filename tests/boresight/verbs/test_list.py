@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import json
+from importlib import metadata
 
 from boresight.cli import main
-from boresight.model.estimators import ESTIMATORS
-from boresight.sim.experiments.registry import EXPERIMENTS
 from boresight.verbs.list import list_estimators
+from tests.support.estimators import ALL
+
+EXPERIMENTS = ["array", "ma2014", "mls", "radar", "satcom"]
 
 
 def test_names_as_json(capsys):
     assert main(["list", "--json"]) == 0
     names = [e["name"] for e in json.loads(capsys.readouterr().out)["estimators"]]
-    assert names == [
+    assert names[:7] == [
         "complementary",
         "complementary_as_printed",
         "ekf_bias",
@@ -21,20 +23,21 @@ def test_names_as_json(capsys):
         "ekf_quaternion_vector",
         "mekf",
         "vqf",
+    ]
+    assert sorted(names[7:]) == [
+        "array_attitude",
+        "array_phases",
+        "mls_attitude",
         "registration",
         "satcom",
         "satcom_pointing",
-        "mls_attitude",
-        "array_phases",
-        "array_attitude",
     ]
 
 
 def test_experiments() -> None:
     shown = list_estimators().experiments
-    assert [(e.name, e.summary) for e in shown] == [
-        (name, e.summary) for name, e in EXPERIMENTS.items()
-    ]
+    assert [e.name for e in shown] == EXPERIMENTS
+    assert shown[-1].summary.startswith("Satcom on the move: ")
 
 
 def test_interfaces_are_the_estimators_own() -> None:
@@ -45,7 +48,7 @@ def test_interfaces_are_the_estimators_own() -> None:
         {"name": "small-1024", "lanes": 1, "registers": 1024},
         {"name": "fast-1024", "lanes": 2, "registers": 1024},
     ]
-    for shown, e in zip(data["estimators"], ESTIMATORS.values(), strict=True):
+    for shown, e in zip(data["estimators"], ALL.values(), strict=True):
         assert shown["summary"] == e.summary
         for key, declared in (("inputs", e.inputs), ("parameters", e.params)):
             assert [(x["name"], x["low"], x["high"], x["unit"]) for x in shown[key]] == [
@@ -63,8 +66,8 @@ def test_text(capsys) -> None:
     assert main(["list"]) == 0
     lines = capsys.readouterr().out.splitlines()
     heads = [line.partition(":")[0] for line in lines if not line.startswith(" ")]
-    assert heads == [*ESTIMATORS, "experiments", "configurations"]
-    assert len(lines) == len(heads) + sum(len(e.params) for e in ESTIMATORS.values())
+    assert heads == [*ALL, "experiments", "configurations"]
+    assert len(lines) == len(heads) + sum(len(e.params) for e in ALL.values())
     assert lines[-2] == f"experiments: {', '.join(EXPERIMENTS)}"
     assert lines[-1] == (
         "configurations: small (1 lane, 512 registers), fast (2 lanes, 512 registers), "
@@ -72,3 +75,17 @@ def test_text(capsys) -> None:
     )
     row = next(line for line in lines if "kp_pitch_per_s" in line)
     assert row.split(maxsplit=3)[2:] == ["1/s", "[0, 32]"]
+
+
+def test_an_entry_point_that_cannot_be_loaded_is_said_and_the_others_are_listed(
+    monkeypatch, capsys
+) -> None:
+    point = metadata.EntryPoint("gone", "no_such_package:Gone", "boresight.experiments")
+    monkeypatch.setattr(
+        metadata, "entry_points", lambda group: [point] if group == point.group else []
+    )
+    assert main(["list"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert "ma2014" in next(line for line in lines if line.startswith("experiments: "))
+    assert lines[-1].startswith("experiment gone: wanted an entry point that imports (no_such_pack")
+    assert list_estimators().to_json()["unusable"] == lines[-1:]

@@ -83,7 +83,7 @@ def test_a_file_of_ones_own_stays(folder, capsys):
         ("größe", "found 'größe'"),
         ("class", "a word of Python"),
         ("none", "a word of Python"),
-        ("mekf", "the name of one of ours"),
+        ("mekf", "the name of an estimator that is there"),
         ("numpy", "an installed module"),
         ("boresight.py", "an installed module"),
         ("__main__", "an installed module"),

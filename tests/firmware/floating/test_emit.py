@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from boresight.firmware.floating.emit import emit_float_c
-from boresight.model.estimators import ESTIMATORS, estimator
+from boresight.model.estimators import estimator
+from tests.support.estimators import ALL
 
 STRICT = (
     "-std=c99",
@@ -23,18 +24,18 @@ STRICT = (
 )
 
 
-@pytest.mark.parametrize("name", sorted(ESTIMATORS))
+@pytest.mark.parametrize("name", sorted(ALL))
 def test_no_warning(name: str, tmp_path: Path) -> None:
-    for file, text in emit_float_c(estimator(name)).items():
+    for file, text in emit_float_c(ALL[name]()).items():
         (tmp_path / file).write_text(text)
     subprocess.run(
         ["gcc", *STRICT, "-O2", "-c", f"{name}_float.c", "-o", "x.o"], cwd=tmp_path, check=True
     )
 
 
-@pytest.mark.parametrize("name", sorted(ESTIMATORS))
+@pytest.mark.parametrize("name", sorted(ALL))
 def test_single_precision_only(name: str) -> None:
-    source = emit_float_c(estimator(name))[f"{name}_float.c"]
+    source = emit_float_c(ALL[name]())[f"{name}_float.c"]
     code = re.sub(r"//.*|/\*[\s\S]*?\*/", "", source)
     assert "double" not in code
     assert not re.search(r"(?<![\w.])\d+\.\d+(?!\d*f|\d*e)", code)

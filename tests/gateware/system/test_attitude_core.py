@@ -9,6 +9,7 @@ from boresight.gateware.core import Core
 from boresight.gateware.registers.core import PROGRAM
 from boresight.gateware.system.conductor import HEADER, OUTPUTS, RAWS, RECORDS, STAMP, Conductor
 from boresight.gateware.system.programs import core_plan, system_core
+from boresight.model.estimators import FILTERS
 from boresight.model.words.fixed import IntArray
 from boresight.sim.board.chain import COUNTS, HEADING, NO_LINE, Samples, run_chain
 from boresight.sim.board.front import quantise
@@ -21,7 +22,7 @@ STEPS = 60
 
 @pytest.fixture(scope="module")
 def cores() -> dict[str, Core]:
-    return {config: system_core(config=config, restarts=0) for config in ("small", "fast")}
+    return {config: system_core(FILTERS, config=config, restarts=0) for config in ("small", "fast")}
 
 
 @pytest.fixture(scope="module")
@@ -126,7 +127,7 @@ def test_the_host_writes_and_reads_meanwhile(cores) -> None:
         out += [f"n {k + 1}", f"w {100 + 70}"]
     played = play(core, out)
     before = run_chain(programs(core), given)
-    later = system_core(params={"calibrate_inertial": {"gyro_bias_z": 0.25}}, restarts=0)
+    later = system_core(FILTERS, params={"calibrate_inertial": {"gyro_bias_z": 0.25}}, restarts=0)
     after = run_chain(programs(later), given)
     records = played.words(RECORDS, 10)
     assert (records[:30] == before.records[:30]).all()

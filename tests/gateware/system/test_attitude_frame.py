@@ -17,8 +17,7 @@ from boresight.gateware.system.attitude_frame import (
     parse_line,
     text_line,
 )
-from boresight.gateware.system.programs import FILTERS
-from boresight.model.estimators import estimator
+from boresight.model.estimators import FILTERS, estimator
 
 HALF = 1 << 31
 WORD = st.integers(-HALF, HALF - 1)

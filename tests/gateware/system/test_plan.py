@@ -6,8 +6,9 @@ import pytest
 
 from boresight.gateware.system.feed import REGISTERS, Fed
 from boresight.gateware.system.plan import FRONT_NAMES, plan_of
-from boresight.gateware.system.programs import FILTERS, core_plan, system_core, system_estimators
+from boresight.gateware.system.programs import core_plan, system_core, system_estimators
 from boresight.model.errors import InputError
+from boresight.model.estimators import FILTERS
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +31,7 @@ def test_plan(core) -> None:
 
 
 def test_all_programs_stand_in_their_order() -> None:
-    assert tuple(e.name for e in system_estimators()) == (*FILTERS, *FRONT_NAMES)
+    assert tuple(e.name for e in system_estimators(FILTERS)) == (*FILTERS, *FRONT_NAMES)
 
 
 def test_front_programs_must_be_the_last(made) -> None:

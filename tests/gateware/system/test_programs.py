@@ -7,10 +7,11 @@ from boresight.firmware.build import CModel
 from boresight.gateware.core import build_core
 from boresight.gateware.microcode.emulator import Emulator
 from boresight.gateware.register_map import register_map, register_map_files
-from boresight.gateware.system.programs import FILTERS, system_core, system_estimators
+from boresight.gateware.system.programs import system_core, system_estimators
 from boresight.model.declarations import Input, Output
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
+from boresight.model.estimators import FILTERS
 from boresight.model.front import FRONT
 from boresight.model.resolve import estimator_of
 from boresight.model.words.interpreter import Interpreter
@@ -45,7 +46,7 @@ def test_interpreter_and_core(name: str, config: str) -> None:
 
 @CONFIG
 def test_all_fit(config: str) -> None:
-    core = system_core(config=config, restarts=0)
+    core = system_core(FILTERS, config=config, restarts=0)
     assert core.names == (*FILTERS, "calibrate_inertial", "calibrate_field", "compass_field")
     assert sum(len(p.program.states) for p in core.parts) <= 128
     files = register_map_files(core)
@@ -110,7 +111,7 @@ def test_inputs_take_the_words_of_the_sensors() -> None:
 
 
 def test_filters_stay_as_they_are() -> None:
-    for name, fed in zip(FILTERS, system_estimators(), strict=False):
+    for name, fed in zip(FILTERS, system_estimators(FILTERS), strict=False):
         assert fed.compile().digest == estimator_of(name).compile().digest
 
 

@@ -7,9 +7,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from boresight.model.algebra.strapdown import FULL_SCALE, STEP_FORCE, STEP_TURN, beyond
-from boresight.model.estimators.array.attitude import ArrayAttitude
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
+from boresight.systems.array.estimator import ArrayAttitude
 from tests.support.array import ARCSEC, EARTH, LATITUDE, body, counts, gravity, increments, turning
 
 ANGLES = ("pitch", "roll", "heading")

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from boresight.gateware.core import build_core
+from boresight.model.algebra.quaternion_filter import START
 from boresight.model.errors import InputError
 from boresight.model.estimator import input_words, param_words
-from boresight.model.estimators.ekf_parts import START
 from boresight.model.estimators.ekf_quaternion import STATUS_BITS, EkfQuaternion
 from boresight.model.estimators.ekf_quaternion_vector import STATUS_BITS as VECTOR_BITS
 from boresight.model.estimators.ekf_quaternion_vector import EkfQuaternionVector

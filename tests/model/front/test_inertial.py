@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from boresight.gateware.system.programs import FILTERS
 from boresight.model.estimator import param_words
-from boresight.model.estimators import estimator
+from boresight.model.estimators import FILTERS, estimator
 from boresight.model.front.inertial import (
     ACC_LIMIT,
     ACC_SCALE,

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from boresight.gateware.system.programs import system_estimators
+from boresight.model.estimators import FILTERS
 from boresight.model.estimators.nine_axis import INPUTS
 from boresight.sim.board.chain import COUNTS, HEADING, NO_LINE, Samples, run_chain
 from boresight.sim.board.front import quantise
@@ -59,7 +60,7 @@ def test_estimators_in_turns_keep_their_own_records(board) -> None:
 
 @pytest.fixture(scope="module")
 def programs() -> list:
-    return [e.compile() for e in system_estimators()]
+    return [e.compile() for e in system_estimators(FILTERS)]
 
 
 def test_filters_in_turns_keep_their_states(programs) -> None:

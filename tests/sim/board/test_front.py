@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from boresight.gateware.system.programs import FILTERS, system_estimators
+from boresight.gateware.system.programs import system_estimators
 from boresight.model.errors import InputError
+from boresight.model.estimators import FILTERS
 from boresight.sim.board.chain import COUNTS, HEADING, NO_LINE, run_chain
 from boresight.sim.board.front import quantise, words_as_record
 from boresight.sim.levels.level import outputs_of
@@ -22,7 +23,7 @@ STEPS = 600
 
 @pytest.fixture(scope="module")
 def programs() -> list:
-    return [e.compile() for e in system_estimators()]
+    return [e.compile() for e in system_estimators(FILTERS)]
 
 
 @pytest.fixture(scope="module")

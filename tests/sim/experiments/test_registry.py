@@ -3,22 +3,17 @@
 import pytest
 
 from boresight.model.errors import InputError
-from boresight.sim.experiments.array.experiment import Array
 from boresight.sim.experiments.ma2014.experiment import Ma2014
-from boresight.sim.experiments.mls.experiment import Mls
-from boresight.sim.experiments.radar.experiment import Radar
-from boresight.sim.experiments.registry import EXPERIMENTS, experiment_of
-from boresight.sim.experiments.satcom.experiment import Satcom
+from boresight.sim.experiments.registry import experiment_of
+from boresight.systems.array.experiment import Array
+from boresight.systems.mls.experiment import Mls
+from boresight.systems.radar.experiment import Radar
+from boresight.systems.satcom.experiment import Satcom
 
 
 def test_ours_by_name_class_and_object():
-    assert {
-        "array": Array,
-        "ma2014": Ma2014,
-        "mls": Mls,
-        "radar": Radar,
-        "satcom": Satcom,
-    } == EXPERIMENTS
+    for kind in (Array, Ma2014, Mls, Radar, Satcom):
+        assert type(experiment_of(kind.name)) is kind
     one = experiment_of("ma2014")
     assert isinstance(one, Ma2014) and experiment_of(one) is one
     assert isinstance(experiment_of(Ma2014), Ma2014)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from boresight.model.estimators import estimator
+from boresight.model.estimators import FILTERS, estimator
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
-from boresight.sim.soc.comparison import ESTIMATORS, PAPER_CYCLES, compare_one
+from boresight.sim.soc.comparison import PAPER_CYCLES, compare_one
 from boresight.sim.soc.measure import measure_float, measure_integer
 
 #: Updates: every program runs the same instructions in each but for its data.
@@ -21,7 +21,7 @@ UPDATES = 8
     [
         # The smallest and the largest in code; all of them in `make firmware`, too.
         pytest.param(n, marks=[] if n in ("complementary", "mekf") else [pytest.mark.soak])
-        for n in ESTIMATORS
+        for n in FILTERS
     ],
 )
 def test_comparison(name: str) -> None:

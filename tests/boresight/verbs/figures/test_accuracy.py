@@ -13,13 +13,14 @@ import pytest
 import boresight
 from boresight.cli import main
 from boresight.model.errors import InputError
-from boresight.model.estimators import ESTIMATORS, estimator
+from boresight.model.estimators import estimator
 from boresight.sim.accuracy.peers import PEERS
 from boresight.sim.records.files import record_of
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
 from boresight.sim.worlds.synthetic import SensorError, synthetic_log
 from boresight.verbs.figures.accuracy import accuracy, read_trials
+from tests.support.estimators import ALL
 from tests.support.records import write_record
 
 CHOICE = "complementary,vqf_online,madgwick"
@@ -287,7 +288,7 @@ def test_missing_package_is_one_line(folder, monkeypatch, capsys):
 
 
 def test_names_are_apart():
-    assert not set(PEERS) & set(ESTIMATORS)
+    assert not set(PEERS) & set(ALL)
 
 
 def test_data_in_memory_gives_what_its_file_does(lag):

@@ -17,7 +17,7 @@ from boresight.sim.worlds.inertial.turning import (
     earth_rate,
     normal_gravity,
 )
-from boresight.sim.worlds.radar.flight import gravity as gravitation
+from boresight.systems.radar.flight import gravity as gravitation
 
 pymap3d = pytest.importorskip("pymap3d")
 DT, EARTH, G = 0.01, 1000.0 * earth_rate(32.0), 9.79

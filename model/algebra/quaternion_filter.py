@@ -1,0 +1,304 @@
+"""Parts of quaternion Kalman filters: states, scales, prediction, correction, status word.
+
+The quaternion q (body to navigation) has additive errors e; P, of order four and more, is kept in
+the basis of the quaternion itself (`model.estimators.ekf_quaternion`, `model.estimators.ekf_bias`)
+and held times the square of the parameter ``scale`` (`docs/systems/ekf.md`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from boresight.model import ops
+from boresight.model.algebra.covariance import (
+    BELOW_ONE,
+    Symmetric,
+    bounded_element,
+    congruence,
+    symmetric,
+)
+from boresight.model.algebra.quaternion import (
+    dot,
+    euler_ht,
+    increment,
+    left_matrix,
+    matrix,
+    multiply,
+)
+from boresight.model.estimator import Param, State
+
+__all__ = [
+    "ALIGN_NOISE",
+    "ALIGN_P",
+    "FLOOR_NOISE",
+    "NORM_FLOOR",
+    "P0",
+    "SCALE",
+    "TRACE_LIMIT",
+    "attitude_outputs",
+    "attitude_states",
+    "body_covariance",
+    "body_turned",
+    "floor_noise",
+    "force_gate",
+    "gyro_params",
+    "kept_positive",
+    "moved",
+    "normalised",
+    "predicted_attitude",
+    "restarted",
+    "squared_force",
+    "status_word",
+    "sum_of",
+    "update",
+    "update_along",
+]
+
+#: Quaternion before the first alignment: half a turn away from no attitude people stand at.
+START = (0.53770572, 0.31260333, -0.28710306, 0.72850776)
+STEP_LIMIT = 0.125  #: largest process noise of one step, standard deviation times scale.
+TRACE_LIMIT = 0.5  #: scaled covariance of the rotation from which on it grows no more.
+NORM_FLOOR = 2.0**-24  #: least variance of the norm, so that rounding cannot pass zero.
+FLOOR_NOISE = 2.0**-28  #: added to the scaled variances of the rotation each step: 8 LSB at W = 32.
+MOVE_LIMIT = 128.0  #: largest innovation over its scaled standard deviation.
+ALIGN_NOISE = 2.0**-6  #: measurement noise while aligning, scaled.
+ALIGN_P = 0.15  #: variances of the attitude while aligning, scaled; their sum is below the limit.
+
+SCALE = Param(
+    "scale",
+    8.0,
+    1.0,
+    1024.0,
+    "",
+    "covariances are held times its square; no result "
+    "but for rounding depends on it. Large keeps small covariances exact; a measurement "
+    "noise (standard deviation) times it counts as at most 8, p0_sd times it as at "
+    "most 1",
+)
+P0 = Param(
+    "p0_sd",
+    0.1,
+    1e-4,
+    1.0,
+    "rad",
+    "initial standard deviation of the attitude, root of "
+    "P0: large follows the first measurements, small the alignment",
+)
+
+
+def force_gate(least: float) -> tuple[Param, ...]:
+    """Limits of the squared specific force."""
+    return (
+        Param(
+            "acc_min_sq",
+            least,
+            least,
+            1.6e4,
+            "(m/s^2)^2",
+            "squared specific force below which it is not used",
+        ),
+        Param(
+            "acc_max_sq",
+            1.6e4,
+            1.0,
+            1.6e4,
+            "(m/s^2)^2",
+            "squared specific force above "
+            "which it is not used; the default leaves the gate open up to 12.9 g",
+        ),
+    )
+
+
+def gyro_params(default: float) -> tuple[Param, ...]:
+    """Roots of Qg."""
+    return tuple(
+        Param(
+            f"gyro_sd_{axis}",
+            default,
+            0.0,
+            2.0,
+            "rad/s",
+            "standard deviation of a "
+            "gyro sample (root of Qg): small trusts the gyro, large the measurements",
+        )
+        for axis in "xyz"
+    )
+
+
+def attitude_states() -> tuple[State, ...]:
+    """The quaternion."""
+    return tuple(
+        State(f"q{axis}", -1.0, 1.0 - 2.0**-31, "", start)
+        for axis, start in zip("wxyz", START, strict=True)
+    )
+
+
+def squared_force(force: tuple[Any, ...], p: Any) -> tuple[Any, Any]:
+    """(|f|^2 or 2^14, the less; whether it is outside the gate)."""
+    square = ops.saturated(dot(force, force), 2.0**14)
+    return square, (square - p.acc_min_sq) * (p.acc_max_sq - square) < 0.0
+
+
+def sum_of(parts: Any) -> Any:
+    """Sum of an iterable of scalars."""
+    total: Any = 0.0
+    for part in parts:
+        total = total + part
+    return total
+
+
+# -- prediction -----------------------------------------------------------------------------------
+
+
+def predicted_attitude(x: Any, half: list[Any]) -> tuple[list[Any], list[Any]]:
+    """(q dq, dq) for the turn by 2 ``half`` [rad]."""
+    dq = increment([ops.saturated(h, 1.0) for h in half])
+    return [ops.saturated(c, 1.0) for c in multiply((x.qw, x.qx, x.qy, x.qz), dq)], dq
+
+
+def body_covariance(a: Symmetric, dq: list[Any], u: Any, p: Any) -> Symmetric:
+    """F P F^T + Q in the body basis, diag(1, C^T) P diag(1, C) + diag(0, (dt/2)^2 Qg), C(dq)."""
+    c = matrix(dq)
+    step = u.dt * p.scale
+    deviations = [
+        ops.saturated(0.5 * sd * step, STEP_LIMIT) for sd in (p.gyro_sd_x, p.gyro_sd_y, p.gyro_sd_z)
+    ]
+    full = a[1][1] + a[2][2] + a[3][3] >= TRACE_LIMIT
+
+    def element(i: int, j: int, value: Any) -> Any:
+        if i == j:
+            value = value + ops.where(full, 0.0, deviations[i] * deviations[i])
+        return bounded_element(value, i, j)
+
+    turned = congruence(c, [row[1:] for row in a[1:]], element)
+    norm = [
+        ops.bounded(dot([row[k] for row in c], a[0][1:]), -BELOW_ONE, BELOW_ONE, "covariance")
+        for k in range(3)
+    ]
+    return symmetric(
+        4, lambda i, j: a[0][0] if j == 0 else norm[j - 1] if i == 0 else turned[i - 1][j - 1]
+    )
+
+
+# -- correction -----------------------------------------------------------------------------------
+
+
+def update(gains: list[list[Any]], moves: list[Any], column: list[Any], s: Any, nu: Any) -> None:
+    """Append a scalar update: L = P H / sqrt(S) to ``gains``, nu / sqrt(S) to ``moves``.
+
+    ``column`` is P H; P decreases by L L^T, the state grows by L times the move.
+    """
+    weight = ops.rsqrt(ops.bounded(s, 0.0, 17.0, "P + R"))
+    moves.append(ops.saturated(ops.saturated(nu, 8.0) * weight, MOVE_LIMIT))
+    gains.append(
+        [ops.bounded(c * weight, -BELOW_ONE, BELOW_ONE, "root of a variance") for c in column]
+    )
+
+
+def update_along(
+    p: Symmetric,
+    gains: list[list[Any]],
+    moves: list[Any],
+    row: Mapping[int, Any],
+    variance: Any,
+    innovation: Any,
+    moving: Any = None,
+    counting: Any = None,
+) -> None:
+    """Append an update (see `update`) by a measurement along a vector of at most unit length.
+
+    ``row``: the components of its Jacobian that are not zero, by state. ``innovation`` is that
+    before any of the updates. Where ``moving`` does not hold the state stays, where ``counting``
+    does not, P too.
+    """
+    along = [
+        ops.bounded(
+            dot(list(row.values()), [g[k] for k in row]), -BELOW_ONE, BELOW_ONE, "component"
+        )
+        for g in gains
+    ]
+    column = []
+    for i in range(len(p)):
+        value = dot(list(row.values()), [p[k][i] for k in row])
+        for g, c in zip(gains, along, strict=True):
+            value = value - g[i] * c
+        value = value if counting is None else ops.where(counting, value, 0.0)
+        column.append(ops.bounded(value, -BELOW_ONE, BELOW_ONE, "covariance"))
+    for move, c in zip(moves, along, strict=True):
+        innovation = innovation - move * c
+    innovation = innovation if moving is None else ops.where(moving, innovation, 0.0)
+    s = dot(list(row.values()), [column[k] for k in row]) + variance
+    update(gains, moves, column, s, innovation)
+
+
+def moved(gains: list[list[Any]], moves: list[Any], k: int, limit: float = 2.0) -> Any:
+    """Component k of the correction so far, sum of gain times move."""
+    total: Any = 0.0
+    for n, (gain, move) in enumerate(zip(gains, moves, strict=True)):
+        total = total + gain[k] * move
+        if n == 1:
+            total = ops.saturated(total, limit)
+    return total
+
+
+def normalised(raw: list[Any]) -> tuple[list[Any], Any]:
+    """(unit quaternion, 1/norm) of a corrected quaternion."""
+    shrink = ops.rsqrt(ops.saturated(dot(raw, raw), 4.0))
+    return [ops.saturated(c * shrink, 1.0) for c in raw], shrink
+
+
+def floor_noise(i: int, j: int) -> float:
+    """What element (i, j) grows by in every step, lest rounding outgrow a small process noise."""
+    return FLOOR_NOISE if 0 < i == j else 0.0
+
+
+def kept_positive(value: Any, i: int, j: int) -> Any:
+    """An element of the covariance; the variance of the norm, without noise, has a floor."""
+    value = bounded_element(value, i, j)
+    return ops.maximum(value, NORM_FLOOR) if i == j == 0 else value
+
+
+def body_turned(
+    a: Symmetric, correction: list[Any], shrink: Any, fresh: Any, first: Any
+) -> Symmetric:
+    """P in the basis of the corrected quaternion, L(c)^T P L(c); ``first`` 1 where ``fresh``."""
+
+    def element(i: int, j: int, value: Any) -> Any:
+        return kept_positive(
+            ops.where(fresh, first if i == j else 0.0, value + floor_noise(i, j)), i, j
+        )
+
+    c = [ops.saturated(d * shrink, 1.0) for d in correction]
+    return congruence(left_matrix(c), a, element)
+
+
+# -- outputs --------------------------------------------------------------------------------------
+
+
+def restarted(q: list[Any], u: Any) -> dict[str, Any]:
+    """Next quaternion state; a sample with dt < 0 only sets it back, the next one is the first."""
+    return {
+        f"q{axis}": ops.where(u.dt < 0.0, start, c)
+        for axis, start, c in zip("wxyz", START, q, strict=True)
+    }
+
+
+def attitude_outputs(raw: list[Any], q: list[Any], shrink: Any, status: Any) -> dict[str, Any]:
+    """Outputs of an attitude filter by name; angles from the quaternion before it is normalised."""
+    pitch, roll, heading = euler_ht(raw, shrink)
+    return {
+        "pitch": pitch,
+        "roll": roll,
+        "heading": heading,
+        "qw": q[0],
+        "qx": q[1],
+        "qy": q[2],
+        "qz": q[3],
+        "status": status,
+    }
+
+
+def status_word(flags: dict[int, Any]) -> Any:
+    """The status word: bit number -> condition."""
+    return sum_of(ops.where(flag, float(1 << bit), 0.0) for bit, flag in flags.items())

@@ -1,1 +1,0 @@
-"""Attitude of an array that turns for hours: strapdown, zero velocity, azimuth index."""

@@ -1,0 +1,71 @@
+"""Forms of an estimator, as experiments compare them: runs of each form, cycles in hardware."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.gateware.machine import CONFIGS
+from boresight.gateware.schedule.slots import Schedule
+from boresight.model.estimator import Estimator
+from boresight.sim.attitude.zyx import wrapped
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.level import Run
+from boresight.sim.levels.registry import make_level
+
+__all__ = ["differences_of", "run_forms", "schedules_of"]
+
+FloatArray = npt.NDArray[np.float64]
+
+
+def run_forms(
+    estimator: Estimator,
+    records: Iterable[FloatArray],
+    *,
+    params: Mapping[str, float] | None = None,
+    levels: Sequence[str] = ("c", "float"),
+) -> list[list[Run]]:
+    """For each level its runs on each of the records, every run from a reset on.
+
+    Parameters
+    ----------
+    records : iterable of float64 (n, n_inputs)
+        Inputs of each run, in their units.
+    levels : sequence of str
+        By default the integer C and float64.
+    """
+    build, rows = Build(estimator, params=[params]), list(map(np.ascontiguousarray, records))
+    runs = []
+    for name in levels:
+        with make_level(name, build) as level:
+            runs.append([level.run_anew(row) for row in rows])
+    return runs
+
+
+def differences_of(
+    outputs: Mapping[str, FloatArray],
+    reference: Mapping[str, FloatArray],
+    names: Sequence[str],
+    period: float,
+) -> FloatArray:
+    """Outputs less those of a reference (len(names), ...), from -period/2 up to period/2."""
+    return wrapped([outputs[name] - reference[name] for name in names], period)
+
+
+def schedules_of(*estimators: Estimator) -> dict[str, tuple[Schedule, ...]]:
+    """Schedules of estimators that share a core, in their order, for "small" and "fast".
+
+    ``interval`` of each is the cycles from one record to the next, ``latency`` those to the last of
+    its urgent outputs.
+
+    Raises
+    ------
+    ScheduleError
+        They do not fit into one core.
+    """
+    return {
+        config: tuple(part.schedule for part in Build(*estimators, config=config).core.parts)
+        for config in CONFIGS
+    }

@@ -1,1 +1,0 @@
-"""The world of an antenna on a vehicle: drive, link, closed loop."""

@@ -1,0 +1,1 @@
+"""Systems built with Boresight as any user would: one folder each, by public names only."""

@@ -1,0 +1,116 @@
+"""The 13 error states: propagation once a second or at an index, one scalar update in a sample.
+
+x = (dv 3, dku, phi 3, eps 3, nabla 3): errors of the strapdown, phi with C_true = (1 + phi x) C,
+instruments' errors in the body. Over T seconds, in which C is taken half way::
+
+    dv  += T (g (-phi_n, phi_e, 0) + C nabla)
+    phi += -T w_ie x phi - T C eps - (0, 0, angle turned about up) dku
+
+What the transport rate and the Coriolis force do to errors of some mm/s is below the noise words.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from boresight import ops
+from boresight.model.algebra.covariance import Symmetric, sheared
+from boresight.model.algebra.quaternion import Vector, dot, scaled_matrix
+from boresight.model.algebra.scalar_update import Update
+from boresight.systems.array.interface import KINDS, UNITS
+
+__all__ = ["FORCE", "GYRO", "PHI", "SCALE", "first_variances", "grown", "moves", "propagated"]
+
+SCALE = 3
+PHI, GYRO, FORCE = (4, 5, 6), (7, 8, 9), (10, 11, 12)
+#: What an element of the diagonal grows by in every propagation, lest rounding outgrow the noise.
+FLOOR_NOISE = 2.0**-27
+#: Sum of the instruments' variances, scaled, above which they grow no more.
+FULL = 0.9
+G = 9.8  #: m/s^2, of the model of the errors.
+
+
+def propagated(
+    p: Symmetric, start: Vector, end: Vector, seconds: Any, earth: tuple[Any, Any]
+) -> Symmetric:
+    """P after ``seconds``, in which the attitude went from ``start`` to ``end``.
+
+    ``earth``: turn north, up in that time [rad]. ``seconds`` of zero change nothing. C half way is
+    that of the mean quaternion: shorter by its length, as the mean of C over an arc is.
+    """
+    half = [
+        ops.bounded(0.5 * a + 0.5 * b, -1.0, 1.0, "mean") for a, b in zip(start, end, strict=True)
+    ]
+    c = [
+        [ops.bounded(e, -1.0, 1.0, "mean of a rotation") for e in row]
+        for row in scaled_matrix(half)
+    ]
+    # z of end start^-1, twice: the angle turned about up
+    w, x, y, z = start
+    sine = end[3] * w - end[0] * z + end[2] * x - end[1] * y
+    around = ops.bounded(2.0 * sine, -2.0, 2.0, "angle")
+
+    def of(name: str, by: str, value: Any) -> Any:
+        return (UNITS[by] / UNITS[name]) * value
+
+    pull = of("velocity", "tilt", G) * seconds
+    push = of("velocity", "force", 1.0) * seconds
+    drift = {k: of(k, "gyro", -1.0) * seconds for k in ("tilt", "heading")}
+    north, up = (ops.bounded(r, -1e-4, 1e-4, "earth") for r in earth)
+    e, n, u = PHI
+    rows = {
+        0: {n: -pull, **{k: push * m for k, m in zip(FORCE, c[0], strict=True)}},
+        1: {e: pull, **{k: push * m for k, m in zip(FORCE, c[1], strict=True)}},
+        2: {k: push * m for k, m in zip(FORCE, c[2], strict=True)},
+    }
+    p = sheared(p, rows)
+    gyro = [
+        {k: drift[kind] * m for k, m in zip(GYRO, row, strict=True)}
+        for kind, row in zip(("tilt", "tilt", "heading"), c, strict=True)
+    ]
+    p = sheared(p, {e: {n: up, u: -of("tilt", "heading", north), **gyro[0]}})
+    moving = ops.where(seconds > 0.0, around, 0.0)
+    rows = {
+        n: {e: -up, **gyro[1]},
+        u: {e: of("heading", "tilt", north), SCALE: -of("heading", "scale", moving), **gyro[2]},
+    }
+    return sheared(p, rows)
+
+
+def moves(update: Update) -> list[Any]:
+    """What the 13 states move by, in their units."""
+    step = {k: unit * update.move for k, unit in UNITS.items()}
+    return [step[k] * g for k, g in zip(KINDS, update.gain, strict=True)]
+
+
+def first_variances(p: Any) -> dict[str, Any]:
+    """P0 by kind, scaled."""
+    roots = {k: (1.0 / unit) * getattr(p, f"p0_{k}") for k, unit in UNITS.items()}
+    return {k: root * root for k, root in roots.items()}
+
+
+def grown(x: Any, p: Any, seconds: Any, due: Any, erecting: Any) -> dict[str, Any]:
+    """What the variances of a kind grow by in a propagation, scaled.
+
+    Those of the instruments, which no measurement may see, stop while their sum is near one. During
+    the erection the accelerometers' begin anew each time.
+    """
+    slow = dot([1.0] * 7, [getattr(x, f"p{k}{k}") for k in "3789abc"])
+    floor = ops.where(due, FLOOR_NOISE, 0.0)
+    slow_floor = ops.where(slow < FULL, floor, 0.0)
+    slow_time = ops.where(slow < FULL, seconds, 0.0)
+
+    def walk(name: str, kind: str, time: Any) -> Any:
+        root = (1.0 / UNITS[kind]) * getattr(p, name)
+        return (root * root) * time
+
+    erected = (1.0 / UNITS["force"]) * p.erected_force
+    force = walk("force_walk", "force", slow_time) + slow_floor
+    return {
+        "velocity": walk("force_noise", "velocity", seconds) + floor,
+        "scale": slow_floor,
+        "tilt": walk("gyro_noise", "tilt", seconds) + floor,
+        "heading": walk("gyro_noise", "heading", seconds) + floor,
+        "gyro": walk("gyro_walk", "gyro", slow_time) + slow_floor,
+        "force": ops.where(erecting & due, erected * erected, force),
+    }

@@ -1,0 +1,246 @@
+"""Attitude of a radar array that turns for eight hours: strapdown and 13 error states.
+
+Wang Wenzhe et al., Modern Radar 38(9), 2016, with what its equations lost put back
+(`docs/systems/array.md`): axes east, north, up; body x right, y the array's normal, z up,
+C = Rz(heading) Rx(pitch) Ry(roll), heading counter-clockwise.
+
+* Every sample: `strapdown`, less gyro biases eps, and along up the scale factor dku.
+* Every second, or at an index: P is propagated (`error_filter`); in the three samples after it each
+  velocity is measured as zero, closed loop. So each sample has at most one scalar update.
+* At an index of the azimuth, at its time within the sample, z = heading - azimuth; with
+  ``reading`` "literal", H = [I4 0], z is the change of that from one turn to the next over 360 deg,
+  which measures dku and leaves the heading as it is.
+* A heading that nothing measures is cut along its variance, without innovation, before that leaves
+  its word.
+* While the array is erected its accelerometers' scale errors turn to other axes: P of their biases
+  is set back, without correlations.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any
+
+from boresight import Estimator, ops
+from boresight.model.algebra import strapdown as sd
+from boresight.model.algebra.carried import BELOW
+from boresight.model.algebra.covariance import covariance_of, element_names
+from boresight.model.algebra.ellipsoid import Site, site
+from boresight.model.algebra.quaternion import Vector, dot, matrix, of_angles, turn
+from boresight.model.algebra.quaternion_filter import status_word
+from boresight.model.algebra.scalar_update import MOVE_LIMIT, Measured, lowered, updated
+from boresight.model.algebra.strapdown import AXES, NAVIGATION, STEP_TURN
+from boresight.model.errors import require
+from boresight.systems.array import error_filter as errors
+from boresight.systems.array import index, interface
+from boresight.systems.array.interface import KINDS, UNITS
+
+__all__ = ["ArrayAttitude"]
+
+READINGS = ("heading", "literal")
+CUT_AT = 0.7  #: variance of the heading from which on it is cut, scaled,
+CUT_NOISE = 0.5  #: and with which noise.
+REFUSED = 2.0**-6  #: what the heading's variance grows by where an index is beyond the gate.
+
+
+class ArrayAttitude(Estimator):
+    """Attitude of an array that turns, from gyro and accelerometer increments and an index.
+
+    Parameters
+    ----------
+    latitude : float
+        Of the site [deg], up to 89.
+    height : float
+        Of the site, above the ellipsoid [m].
+    attitude : (pitch, roll, heading)
+        Before the first sample [deg].
+    reading : str
+        "heading" or "literal": what an index measures.
+    rate : float
+        Records a second.
+    aided : bool
+        False: strapdown alone.
+
+    Raises
+    ------
+    InputError
+        One of these is none of that.
+    """
+
+    name = "array_attitude"
+    summary = "array that turns for hours: strapdown, 13-state filter, zero velocity, azimuth index"
+    inputs = interface.INPUTS
+    status_bits = interface.STATUS_BITS
+    urgent = 3
+
+    def __init__(
+        self,
+        latitude: float = 31.9521,
+        height: float = 45.0,
+        attitude: Sequence[float] = (1.0, 2.0, 90.0),
+        reading: str = "heading",
+        rate: float = 100.0,
+        *,
+        aided: bool = True,
+    ) -> None:
+        _check("latitude", latitude, -89.0, 89.0)
+        _check("height", height, -500.0, 10e3)
+        _check("rate", rate, 50.0, 1000.0)
+        names = ("pitch", "roll", "heading")
+        require(len(attitude) == 3, "array_attitude, attitude", ", ".join(names), attitude)
+        for name, value in zip(names, attitude, strict=True):
+            _check(name, value, -360.0, 360.0)
+        known = " or ".join(READINGS)
+        require(reading in READINGS, "array_attitude, reading", known, reading, "choose one")
+        self.dt, self.literal, self.aided = 1.0 / rate, reading == "literal", aided
+        start = [min(c, BELOW) for c in of_angles(*attitude)]
+        self.params = sd.params(latitude / 180.0, height, start)
+        place = site(latitude / 180.0, height, self.dt)
+        self.states = sd.states(sd.ahead(start, place))
+        self.outputs = sd.OUTPUTS
+        if aided:
+            self.params += interface.filter_params()
+            first = errors.first_variances(SimpleNamespace(**self.param_values()))
+            self.states += interface.filter_states(start, [first[k] for k in KINDS], self.literal)
+            self.outputs += interface.OUTPUTS
+
+    def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+        """One sample: see the module docstring."""
+        restart = u.phase < -0.5
+        sample = sd.sampled(x, u)
+        seen = sd.angles(sample.q)
+        place = site(p.latitude, p.height, self.dt)
+        c = matrix([getattr(x, f"q{k}") for k in "wxyz"])
+        start = [getattr(p, f"start_q{k}") for k in "wxyz"]
+        base = [ops.where(restart, s, q) for s, q in zip(start, sample.q, strict=True)]
+        force, filtered = sample.force, None
+        if self.aided:
+            nabla = [self.dt * getattr(x, f"nabla_{a}") for a in AXES]
+            force = [f - n for f, n in zip(force, nabla, strict=True)]
+        v, axes = sd.velocity(x, c, force, place)
+        correction: Vector = (0.0, 0.0, 0.0)
+        if self.aided:
+            up = ops.bounded(dot(c[2], sample.turn), -2.0 * STEP_TURN, 2.0 * STEP_TURN, "up")
+            eps = turn(c, [self.dt * getattr(x, f"eps_{a}") for a in AXES])
+            axes = [axes[0] + eps[0], axes[1] + eps[1], axes[2] + eps[2] + x.scale_up * up]
+            filtered = self._filtered(x, u, p, _Now(restart, sample, seen, place, v, up))
+            v = [a - m for a, m in zip(v, filtered.moves[:3], strict=True)]
+            correction = [filtered.moves[k] for k in errors.PHI]
+        v = [ops.saturated(ops.where(restart, 0.0, a), sd.VELOCITY) for a in v]
+        velocities = {f"v{a}": s for a, s in zip(NAVIGATION, v, strict=True)}
+        after = velocities | sample.last
+        after |= sd.kept(x, sample, base, [-a for a in axes], correction, restart)
+        told = seen.told | {f"q{a}": q for a, q in zip("wxyz", sample.q, strict=True)} | velocities
+        if filtered is None:
+            return after, told
+        for a in "wxyz":
+            old = getattr(x, f"from_q{a}")
+            after[f"from_q{a}"] = ops.where(filtered.due | restart, after[f"q{a}"], old)
+        return after | filtered.states, told | filtered.told
+
+    def _filtered(self, x: Any, u: Any, p: Any, now: _Now) -> _Filtered:
+        """The filter's part of a sample."""
+        restart, working, arrived = now.restart, u.phase > 1.5, u.index > 0.5
+        erecting = (u.phase > 0.5) & ~working
+        turned = ops.saturated(x.turned + (1.0 / math.pi) * now.up, 4.0)
+        turned = ops.bounded(turned, -4.0, 4.0 * BELOW, "saturated")
+        apart = ops.absolute(turned)
+        # Four samples after an index are the velocities' and the cut's; those after a second wait.
+        found = working & arrived & ((x.count > 3.5) | (x.late < 0.5)) & (apart >= p.index_turn)
+        count = ops.where(restart, 0.0, x.count + 1.0)
+        due = (count > 1.0 / self.dt - 0.5) | found
+        samples = ops.where(due, count, 0.0)
+        earth = (samples * now.place.earth[0], samples * now.place.earth[1])
+        ends = ([getattr(x, f"from_q{k}") for k in "wxyz"], now.sample.q)
+        ahead = errors.propagated(covariance_of(x, 13), *ends, self.dt * samples, earth)
+
+        wide = x.p66 > CUT_AT
+        off = index.offset(u, now.sample, now.seen)
+        at_index = index.change(x, p, off, turned) if self.literal else index.fix(p, now.seen, off)
+        measured = _measured(p, now, count, at_index, found, wide)
+        gate = ops.where(found & ~wide, p.index_gate, 2.0 * MOVE_LIMIT)
+        update = updated(ahead, measured, gate)
+
+        more = errors.grown(x, p, self.dt * samples, due, erecting)
+        more["heading"] = ops.where(update.beyond, REFUSED, more["heading"])
+        more = {k: ops.where(restart, v, more[k]) for k, v in errors.first_variances(p).items()}
+        kept, known = ~restart, ~(restart | (erecting & due))
+        p_after = lowered(
+            ahead,
+            update,
+            lambda i, j: known if {i, j} & {*errors.FORCE} else kept,
+            [more[k] for k in KINDS],
+        )
+        moves = errors.moves(update)
+        learnt = {
+            name: ops.saturated(ops.where(restart, 0.0, getattr(x, name) + moves[k]), limit)
+            for k, (name, limit) in interface.LEARNT.items()
+        }
+        used = found & ~update.beyond
+        states = {
+            **learnt,
+            **{name: p_after[i][j] for name, i, j in element_names(13)},
+            "count": ops.where(due, 0.0, count),
+            "late": ops.where(due, ops.where(found, 1.0, 0.0), x.late),
+            "turned": ops.where(restart, 4.0 * BELOW, ops.where(used, 0.0, turned)),
+        }
+        if self.literal:
+            before = ops.where(used, off, x.last_off)
+            states["last_off"] = index.corrected(before, now.seen, update)
+        flags = {
+            0: u.phase < 0.5,
+            1: erecting,
+            2: arrived & ~working,
+            3: (arrived & working & ~found) | update.beyond,
+            4: sd.beyond(u),
+            5: wide,
+            6: used,
+            7: apart >= 3.0,
+        }
+        return _Filtered(states, learnt | {"status": status_word(flags)}, moves, due)
+
+
+@dataclass(frozen=True)
+class _Now:
+    """What a sample's strapdown gave; ``up``: the turn about up [rad]."""
+
+    restart: Any
+    sample: sd.Sample
+    seen: sd.Angles
+    place: Site
+    v: list[Any]
+    up: Any
+
+
+@dataclass(frozen=True)
+class _Filtered:
+    """States and outputs of the filter; what the 13 states move by; whether P was propagated."""
+
+    states: dict[str, Any]
+    told: dict[str, Any]
+    moves: list[Any]
+    due: Any
+
+
+def _measured(p: Any, now: _Now, count: Any, at_index: Measured, found: Any, wide: Any) -> Measured:
+    """What a sample measures: an index, a velocity in its turn, or nothing where it cuts."""
+    early = [ops.where(count < k + 0.5, 1.0, 0.0) for k in range(4)]
+    turns = [b - a for a, b in zip(early, early[1:], strict=False)]
+    row = {k: ops.where(found, 0.0, one) for k, one in enumerate(turns)}
+    zero = dot(list(row.values()), [(1.0 / UNITS["velocity"]) * v for v in now.v])
+    cut = wide & (count > 3.5) & ~found
+    row |= {k: ops.where(cut, h, 0.0) for k, h in index.heading_row(now.seen).items()}
+    row |= {k: ops.where(found, h, row.get(k, 0.0)) for k, h in at_index.row.items()}
+    zupt = (1.0 / UNITS["velocity"]) * p.zupt_sd
+    return Measured(
+        row,
+        ops.saturated(zero, 8.0) + ops.where(found, at_index.innovation, 0.0),
+        ops.where(found, at_index.variance, ops.where(cut, CUT_NOISE, zupt * zupt)),
+    )
+
+
+def _check(name: str, value: float, low: float, high: float) -> None:
+    require(low <= value <= high, f"array_attitude, {name}", f"{low:g} to {high:g}", value)

@@ -1,0 +1,64 @@
+"""The landing-system array: what the paper shows in Figures 3 to 7, with figures of our own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from boresight import Experiment, Result
+from boresight.sim.experiments.forms import differences_of, run_forms, schedules_of
+from boresight.sim.experiments.seeds import run_cases, spreads_of
+from boresight.sim.experiments.targets import targets_of
+from boresight.systems.mls.cases import CASES
+from boresight.systems.mls.estimator import MlsAttitude
+from boresight.systems.mls.linear_array import Array
+from boresight.systems.mls.page import render
+from boresight.systems.mls.patterns import patterns_of
+from boresight.systems.mls.phases import ArrayPhases
+from boresight.systems.mls.runs import AXES, AZIMUTHS, GLIDE_DEG, flown, pooled
+
+__all__ = ["Mls", "phases_fixed_float"]
+
+FEW = 10  #: most runs of cases that only illustrate.
+AT_ONCE = 50  #: runs of one task.
+COMPARED = ("corrected", "picard_4", "bias", "rolling", "sea_5")  #: fixed with float.
+
+
+def phases_fixed_float(seed: int, count: int = 4000) -> float:
+    """Largest difference of the core's phases from float64 [turns], at any attitude."""
+    rng = np.random.default_rng([seed, 64])
+    parts = [rng.normal(size=(count, n)) for n in (4, 3)]
+    u = np.concatenate([x / np.linalg.norm(x, axis=1, keepdims=True) for x in parts], axis=1)
+    (c,), (real,) = run_forms(ArrayPhases(), [u])
+    names = [name for name in c.outputs if name != "status"]
+    return float(np.abs(differences_of(c.outputs, real.outputs, names, 1.0)).max())
+
+
+class Mls(Experiment):
+    """Landing-system array on a moving deck, Wang Ding et al. (2018)."""
+
+    pages = ("mls.html",)
+
+    def run(self, *, seed: int, runs: int, say: Callable[[str], None]) -> Result:
+        """See `Experiment`; patterns are drawn four times as often, some cases ten times."""
+        patterns, figures = {}, {"phases_fixed_float_turns": phases_fixed_float(seed)}
+        for elements in (64, 16):
+            say(f"patterns of {elements} elements")
+            patterns[elements] = patterns_of(Array(elements), GLIDE_DEG, 4 * runs, seed)
+            for name, one in patterns[elements].items():
+                figures |= {f"array{elements}_{name}_{k}": v for k, v in one.figures.items()}
+        cases = [(n, case, runs if case.full else min(runs, FEW)) for n, case in CASES.items()]
+        flights = run_cases(flown, cases, seed=seed, at_once=AT_ONCE, jobs=self.jobs, say=say)
+        found = {name: pooled(of_case) for name, of_case in flights.items()}
+        figures |= {f"mls_{name}_{k}": v for name, f in found.items() for k, v in f.items()}
+        figures |= {f"mls_{axis}_deg": found["corrected"][f"{axis}_deg"] for axis in AXES}
+        figures |= {f"mls_beam_{k}_deg": found["rolling"][f"beam_{k}_deg"] for k in AZIMUTHS}
+        figures["mls_fixed_float_deg"] = max(found[n]["fixed_float_deg"] for n in COMPARED)
+        for config, schedules in schedules_of(MlsAttitude(), ArrayPhases()).items():
+            for name, schedule in zip(("mls", "phases64"), schedules, strict=True):
+                figures[f"{name}_interval_cycles_{config}"] = float(schedule.interval)
+        targets = targets_of("boresight.systems.mls", figures, spreads_of(flights, "mls_"))
+        meanings = {name: case.meaning for name, case in CASES.items()}
+        text = render(meanings, found, flights, patterns, targets)
+        return Result(figures=figures, targets=targets, details=meanings, pages={"mls.html": text})

@@ -1,0 +1,159 @@
+"""Runs of the filter on a deck (Figure 6), and of the beam that it steers (Figure 7)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.sim.attitude.outputs import attitude_of
+from boresight.sim.attitude.rotation import quaternion_conjugate, rotate
+from boresight.sim.attitude.zyx import angles_of, wrapped
+from boresight.sim.experiments.forms import differences_of, run_forms
+from boresight.sim.experiments.seeds import Runs
+from boresight.systems.mls.cases import Case
+from boresight.systems.mls.deck import Deck, deck, records
+from boresight.systems.mls.estimator import ALIGN_STEPS, MlsAttitude
+from boresight.systems.mls.linear_array import Array, direction, lobe
+from boresight.systems.mls.phases import ArrayPhases
+from boresight.systems.mls.prototype import prototype
+from boresight.systems.mls.world import SCAN_DEG
+
+__all__ = [
+    *("AXES", "AZIMUTHS", "ENCODER_DEG", "GLIDE_DEG", "SETTLED", "Flight"),
+    *("beam_errors", "figures_of", "flown", "fly", "phases_of", "pooled"),
+]
+
+FloatArray = npt.NDArray[np.float64]
+AXES = ("roll", "pitch", "heading")
+AZIMUTHS = {"m60": -60.0, "0": 0.0, "60": 60.0}  #: of receivers [deg], by name.
+GLIDE_DEG = 3.0  #: elevation of receivers.
+ENCODER_DEG = 360.0 / 4096.0  #: step of 1024 lines, each edge counted.
+SETTLED = 3000  #: records before which nothing is judged.
+SECONDS = 10.0
+MOST_LAG = 20  #: ms that a lag is looked for.
+LEVEL = np.array([1.0, 0.0, 0.0, 0.0])
+_P0 = (0.5 * MlsAttitude().param_values()["p0_sd"]) ** 2
+#: How runs become one figure, where it is not the root mean square.
+_POOLING = {"max_deg": "max", "fixed_float_deg": "max", "norm": "mean", "saturated": "sum"}
+
+
+@dataclass(frozen=True, eq=False)
+class Flight:
+    """Decks, errors of what was told (n, runs, 3) [deg], told quaternions (n, runs, 4).
+
+    ``own``: what the levels themselves have to say, figures (runs,) by name.
+    """
+
+    decks: Sequence[Deck]
+    error: FloatArray
+    q: FloatArray
+    own: Mapping[str, FloatArray]
+
+
+def fly(case: Case, seeds: Sequence[int], seconds: float = SECONDS) -> Flight:
+    """All runs of a case on the integer C, or of its reference."""
+    decks = [deck(case.motion, seconds, seed) for seed in seeds]
+    rows = np.stack([records(d, s, case.errors) for d, s in zip(decks, seeds, strict=True)], axis=1)
+    own = dict.fromkeys(
+        ("fixed_float_deg", "fixed_float_rms_deg", "saturated"), 0.0 * rows[0, :, 0]
+    )
+    own["norm"] = np.ones(len(seeds))
+    if case.reference == "gyro":
+        q = prototype(rows, np.stack([d.q[0] for d in decks]), p0=0.0, r_sd=1e6)
+    elif case.reference:
+        (begun,) = run_forms(MlsAttitude(), rows[:ALIGN_STEPS].swapaxes(0, 1), levels=("c",))
+        start = np.stack([attitude_of(r.outputs) for r in begun], axis=1)
+        q = np.concatenate([start, prototype(rows[ALIGN_STEPS:], start[-1], p0=_P0)])
+    else:
+        filter = MlsAttitude(**case.options)
+        c, real = run_forms(filter, rows.swapaxes(0, 1), params=case.params)
+        q = np.stack([attitude_of(r.outputs) for r in c], axis=1)
+        pairs = zip(c, real, strict=True)
+        off = np.array([differences_of(r.outputs, f.outputs, AXES, 2.0) for r, f in pairs])
+        apart = 180.0 * off[:, :, SETTLED:]
+        own["fixed_float_deg"] = np.abs(apart).max(axis=(1, 2))
+        own["fixed_float_rms_deg"] = _rms(apart, (1, 2))
+        own["saturated"] = np.array([float(r.saturated.sum()) for r in c])
+        own["norm"] = np.array([r.outputs.get("norm", [1.0])[-1] for r in c])
+    truth = np.stack([d.euler for d in decks], axis=1)
+    return Flight(decks, wrapped(np.degrees(angles_of(q) - truth), 360.0), q, own)
+
+
+def flown(case: Case, seeds: range) -> Runs:
+    """Figures of a case; see `run_cases`."""
+    return figures_of(fly(case, seeds), case.steered)
+
+
+def figures_of(flight: Flight, steered: bool = False) -> Runs:
+    """Figures of each run after three seconds, if ``steered`` of its beams too.
+
+    Kept of each run: what delays leave of the error (lags, 3); shown of the first: truth and error
+    (n, 3) [deg], pulses by azimuth.
+    """
+    error, shown = flight.error[SETTLED:], {}
+    truth = np.degrees(np.stack([d.euler for d in flight.decks], axis=1))
+    told, n = truth + flight.error, len(truth)
+    # The delay at which truth explains best what was told, a constant error apart.
+    delayed = (truth[MOST_LAG - lag : n - lag] for lag in range(MOST_LAG))
+    spread = np.stack([(told[MOST_LAG:] - late).std(axis=0) for late in delayed], axis=1)
+    coarse = wrapped(told - ENCODER_DEG * np.round(truth / ENCODER_DEG), 360.0)[SETTLED:]
+    figures = {
+        **{f"{axis}_deg": _rms(error[:, :, k], 0) for k, axis in enumerate(AXES)},
+        **{"max_deg": np.abs(error).max(axis=(0, 2)), "encoder_deg": _rms(coarse, (0, 2))},
+        **flight.own,
+    }
+    for key, azimuth in AZIMUTHS.items() if steered else ():
+        after, before, shown[key] = beam_errors(flight, Array(), azimuth, GLIDE_DEG)
+        figures[f"beam_{key}_deg"] = _rms(after, 1)
+        figures[f"uncompensated_{key}_deg"] = _rms(before, 1)
+    first = {"truth": truth[:, 0], "error": flight.error[:, 0], "pulses": shown}
+    return Runs(figures, first, [*spread], {n: _POOLING.get(n, "rms") for n in figures})
+
+
+def _rms(x: FloatArray, axis: int | tuple[int, ...]) -> FloatArray:
+    return np.asarray(np.sqrt(np.mean(x**2, axis=axis)))
+
+
+def pooled(runs: Runs) -> dict[str, float]:
+    """Figures of a case; the worst axis and the lag are those of all its runs together."""
+    found = runs.pooled()
+    found["worst_deg"] = max(found[f"{axis}_deg"] for axis in AXES)
+    found["lag_ms"] = float(np.mean(runs.each, axis=0).argmin(axis=0).max())
+    return found
+
+
+def phases_of(array: Array, q: FloatArray, beams: FloatArray) -> FloatArray:
+    """Phases (m, elements) of the core's program for attitudes and beams (m, 4), (m, 3)."""
+    rows, params = np.concatenate([q, beams], axis=1), {"spacing": array.spacing}
+    ((run,),) = run_forms(ArrayPhases(array.elements), [rows], params=params, levels=("c",))
+    return np.stack([run.outputs[f"phase_{k}"] for k in range(array.elements)], axis=1)
+
+
+def beam_errors(
+    flight: Flight, array: Array, azimuth_deg: float, elevation_deg: float, instants: int = 24
+) -> tuple[FloatArray, FloatArray, tuple[tuple[FloatArray, FloatArray], ...]]:
+    """Where a receiver finds itself less where it is (runs, instants) [deg], by -3 dB gates.
+
+    With phases turned by the filter's attitude, and with those of a level array; then scan [deg]
+    and amplitude of both, level first, at the last instant of the first run.
+    """
+    at = np.linspace(SETTLED, len(flight.q) - 1, instants).astype(int)
+    whole = np.linspace(-SCAN_DEG, SCAN_DEG, 621)
+    near = azimuth_deg + np.linspace(-3.0, 3.0, 61)
+    fixed = phases_of(array, np.tile(LEVEL, (len(whole), 1)), direction(whole, elevation_deg))
+    beams = np.tile(direction(near, elevation_deg), (instants, 1))
+    level, steered = [], []
+    for run, what in enumerate(flight.decks):
+        seen = rotate(quaternion_conjugate(what.q[at]), direction(azimuth_deg, elevation_deg))
+        turned = phases_of(array, flight.q[at, run].repeat(len(near), axis=0), beams)
+        level.append(np.abs(array.field(fixed, seen)))
+        fields = map(array.field, np.split(turned, instants), seen)
+        steered.append(np.abs(np.stack(list(fields))))
+    before, after = (
+        lobe(scan, np.stack(found), 2.0).centre - azimuth_deg
+        for scan, found in ((whole, level), (near, steered))
+    )
+    return after, before, ((whole, level[0][-1]), (near, steered[0][-1]))

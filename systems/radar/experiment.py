@@ -1,0 +1,112 @@
+"""Two-radar registration: the paper's table and figures, and what the bound says of them."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+import boresight
+from boresight import Experiment, Result
+from boresight.sim.experiments.forms import schedules_of
+from boresight.sim.experiments.targets import targets_of
+from boresight.systems.radar.estimator import Registration
+from boresight.systems.radar.interface import BIASES
+from boresight.systems.radar.page import render
+from boresight.systems.radar.runs import Predicted, Watched, first, predicted, watch
+from boresight.systems.radar.world import TwoRadars
+
+__all__ = ["FREE", "NOISY", "Radar"]
+
+FREE = (1e4, 15.0)  #: P0 of the noise-free reading [m, deg].
+NOISY = (50.0, 0.5)  #: P0 with noise.
+#: Further values of P0, for the difference of fixed point and float64.
+OTHERS = ((50.0, 0.5), (1e3, 1.0), (1e3, 10.0), (1e4, 10.0))
+AT = 800  #: record at 80 s.
+
+
+class Radar(Experiment):
+    """Registration of two radars without feedback, Cui et al. (2014)."""
+
+    runs = 500
+    pages = ("radar.html",)
+
+    def run(self, *, seed: int, runs: int, say: Callable[[str], None]) -> Result:
+        """See `Experiment`."""
+        say("tracks without noise")
+        free = watch(TwoRadars(noise=0.0, seconds=170.0), first(*FREE))
+        say("tracks with the printed noise")
+        noisy = watch(TwoRadars(seed=seed, seconds=170.0), first(*NOISY))
+        apart = {
+            f"{m:g} m, {d:g} deg": 100.0 * watch(TwoRadars(noise=0.0), first(m, d)).apart
+            for m, d in (FREE, *OTHERS)
+        }
+        theory = predicted(TwoRadars(seconds=170.0), *NOISY)
+        say(f"{runs} runs with the printed noise")
+        spread = campaign(seed, runs, say, self.jobs)
+        found = figures(free, noisy, theory, spread, apart)
+        for config, (schedule,) in schedules_of(Registration()).items():
+            found[f"registration_interval_cycles_{config}"] = float(schedule.interval)
+        goals = targets_of("boresight.systems.radar", found)
+        return Result(
+            figures=found,
+            targets=goals,
+            details={"fixed_float_percent": apart, "weak": theory.weak.tolist()},
+            pages={"radar.html": render(free, noisy, theory, spread, found, goals)},
+        )
+
+
+def campaign(
+    seed: int, runs: int, say: Callable[[str], None], jobs: int | None = None
+) -> dict[str, Any]:
+    """Monte-Carlo of the printed noise and biases up to 80 s, on the integer C, as plain data."""
+    with tempfile.TemporaryDirectory(prefix="boresight-") as folder:
+        result = boresight.montecarlo(
+            "two_radars",
+            "registration",
+            runs=runs,
+            seed=seed,
+            params=first(*NOISY),
+            jobs=jobs,
+            output=folder,
+            progress=say,
+        )
+    return result.to_json()
+
+
+def figures(
+    free: Watched,
+    noisy: Watched,
+    theory: Predicted,
+    spread: Mapping[str, Any],
+    apart: Mapping[str, float],
+) -> dict[str, float]:
+    """Every number, by name."""
+    bias = TwoRadars(noise=0.0, seconds=1.0).bias
+    out = {"registration_fixed_float_percent": max(apart.values())}
+    for k, b in enumerate(BIASES):
+        one = spread["outputs"][f"{b}_bias"]
+        sd, mean = one["sd"][-1], one["mean"][-1]
+        out |= {
+            f"registration_{b}_percent": 100.0 * abs(free.error[AT, k]),
+            f"registration_{b}_170s_percent": 100.0 * abs(free.error[-1, k]),
+            f"registration_{b}_spread_ratio": sd / theory.sd[AT, k],
+            f"registration_{b}_mean_offset": (mean - theory.mean[AT, k]) / one["mean_band"][-1],
+            f"registration_{b}_bound_percent": 100.0 * theory.free[AT, k] / bias[k],
+            f"registration_{b}_bound_170s_percent": 100.0 * theory.free[-1, k] / bias[k],
+            f"registration_{b}_equal_percent": 100.0 * theory.equal[AT, k % 3] / bias[k],
+        }
+    for i in range(2):
+        late = slice(AT + 50, None)
+        reduced = [
+            np.sqrt(np.nanmean(run.after[late, i] ** 2) / np.nanmean(run.before[late, i] ** 2))
+            for run in (free, noisy)
+        ]
+        out[f"registration_track_{i + 1}_gain_percent"] = 100.0 * (1.0 - reduced[0])
+        out[f"registration_track_{i + 1}_gain_noise_percent"] = 100.0 * (1.0 - reduced[1])
+    out["registration_condition"] = theory.condition
+    out["registration_nis"] = spread["nis"]["mean"]
+    out["registration_saturated"] = float(spread["saturated"] + free.saturated + noisy.saturated)
+    return {name: float(value) for name, value in out.items()}

@@ -1,0 +1,161 @@
+"""Two radars that watch one target and report it in earth-fixed axes, as a `World`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import numpy.typing as npt
+import pymap3d
+
+from boresight import InputError, World
+from boresight.systems.radar.bound import covariances, deviations, jacobian
+from boresight.systems.radar.flight import SITES, flight
+from boresight.systems.radar.interface import AXES, BIASES
+
+__all__ = ["BIAS", "NOISE", "TwoRadars", "placed", "seen_from"]
+
+FloatArray = npt.NDArray[np.float64]
+_DEG = math.pi / 180.0
+#: Range, elevation, azimuth of both radars [m, deg]: the paper's.
+BIAS = (20.0, 0.1, 0.2, 20.0, 0.1, 0.2)
+NOISE = (10.0, 0.07, 0.15, 10.0, 0.07, 0.15)
+_UNITS = np.array([1.0, _DEG, _DEG] * 2)
+
+
+def seen_from(site: Sequence[float], place: FloatArray) -> FloatArray:
+    """Range, elevation, azimuth (..., 3) [m, rad] of earth-fixed positions (..., 3)."""
+    longitude, latitude, height = site
+    e, n, u = pymap3d.ecef2enu(*np.moveaxis(place, -1, 0), latitude, longitude, height)
+    distance = np.sqrt(e * e + n * n + u * u)
+    return np.stack([distance, np.arcsin(u / distance), np.arctan2(e, n)], axis=-1)
+
+
+def placed(site: Sequence[float], seen: FloatArray) -> FloatArray:
+    """Earth-fixed positions of ranges, elevations, azimuths; see `seen_from`."""
+    longitude, latitude, height = site
+    r, e, n = np.moveaxis(seen, -1, 0)
+    local = r * np.cos(e) * np.sin(n), r * np.cos(e) * np.cos(n), r * np.sin(e)
+    return np.stack(pymap3d.enu2ecef(*local, latitude, longitude, height), axis=-1)
+
+
+class TwoRadars(World):
+    """Two radars and a target, ``TwoRadars("crossing", seed=3, missed=0.1)``.
+
+    Parameters
+    ----------
+    on : str
+        One of `FLIGHTS`.
+    seed : int
+        Of noise, missed samples and drawn biases.
+    noise : float
+        Factor on `NOISE` or ``noises``.
+    seconds, dt : float
+        Length, and time between records.
+    bias, noises : six numbers
+        Range, elevation, azimuth of radar 1, then of radar 2 [m, deg].
+    drawn : (float, float), optional
+        Standard deviations [m, deg] from which each draw has other biases, in place of ``bias``.
+    missed : float
+        Share of its samples that each radar misses.
+    late_s : float
+        How long after radar 1 radar 2 measures, though both say the same time.
+    sites : two of (longitude, latitude, height)
+        [deg, deg, m]
+
+    Raises
+    ------
+    InputError
+        An argument that no such world has; a target that hits the ground.
+    """
+
+    name = "two_radars"
+
+    def __init__(
+        self,
+        on: str = "printed",
+        seed: int = 1,
+        noise: float = 1.0,
+        *,
+        seconds: float = 80.0,
+        dt: float = 0.1,
+        bias: Sequence[float] = BIAS,
+        noises: Sequence[float] = NOISE,
+        drawn: tuple[float, float] | None = None,
+        missed: float = 0.0,
+        late_s: float = 0.0,
+        sites: Sequence[Sequence[float]] = SITES,
+    ) -> None:
+        for good, where, wanted, found in (
+            (0.01 <= dt < 1.0, "dt", "0.01 to 1 s", dt),
+            (dt <= seconds <= 1000.0, "seconds", "dt to 1,000 s", seconds),
+            (noise >= 0.0, "noise", "0 or more", noise),
+            (0.0 <= missed < 1.0, "missed", "a share below 1", missed),
+            (0.0 <= late_s <= 10.0, "late_s", "0 to 10 s", late_s),
+            (len(bias) == len(noises) == 6, "bias and noises", "six numbers each", bias),
+            (len(sites) == 2, "sites", "two radars", sites),
+        ):
+            if not good:
+                raise InputError.at(
+                    f"two_radars, {where}", wanted=wanted, found=repr(found), fix="correct it"
+                )
+        self.sites, self.dt, self.missed, self.drawn = sites, dt, missed, drawn
+        self.noises = noise * np.array(noises) * _UNITS
+        self.given = np.array(bias) * _UNITS
+        n = round(seconds / dt) + 1
+        t: FloatArray = np.arange(n + math.ceil(late_s / dt)) * np.float64(dt)
+        path = flight(on, t)
+        self.place = path[:n]
+        late = np.stack([np.interp(t[:n] + late_s, t, axis) for axis in path.T], axis=1)
+        self.seen = [seen_from(s, p) for s, p in zip(sites, (self.place, late), strict=True)]
+        self.draw(seed)
+
+    def draw(self, seed: int) -> None:
+        """See `World`."""
+        self.seed = seed
+        self.start()
+
+    def start(self) -> None:
+        """See `World`."""
+        rng = np.random.default_rng([self.seed, 2014])
+        n = len(self.place)
+        white, luck, draw = rng.normal(size=(2, n, 3)), rng.random((2, n)), rng.normal(size=6)
+        self.bias = self.given
+        if self.drawn is not None:
+            spread = np.array([self.drawn[0], self.drawn[1], self.drawn[1]] * 2)
+            self.bias = draw * spread * _UNITS
+        self.reported = np.empty((2, n, 3))
+        for i, (site, seen) in enumerate(zip(self.sites, self.seen, strict=True)):
+            own = slice(3 * i, 3 * i + 3)
+            measured = seen + self.bias[own] + self.noises[own] * white[i]
+            self.reported[i] = placed(site, measured)
+        luck[:, 0] = 1.0  # both begin with a sample
+        self.reported[luck < self.missed] = np.nan
+        self._k = 0
+
+    def record(self, outputs: Mapping[str, float] | None) -> Mapping[str, float] | None:
+        """See `World`; truths are the biases and the target."""
+        k = self._k
+        if k >= len(self.place):
+            return None
+        self._k += 1
+        data = {"dt": self.dt if k else -self.dt}
+        for i, reported in enumerate(self.reported[:, k].tolist()):
+            for axis, seen, true in zip(AXES, reported, self.place[k].tolist(), strict=True):
+                data |= {f"{axis}{i + 1}": seen, f"{axis}{i + 1}_corrected_true": true}
+        data |= {f"{b}_bias_true": float(v) for b, v in zip(BIASES, self.bias, strict=True)}
+        return data
+
+    def jacobians(self) -> list[FloatArray]:
+        """dX/d(rho, e, n) (n, 3, 3) of both radars at the true target."""
+        return [jacobian(site, seen) for site, seen in zip(self.sites, self.seen, strict=True)]
+
+    def bound(self) -> dict[str, FloatArray]:
+        """See `World`: of the biases, their prior being ``drawn``; none without."""
+        prior = np.full(6, np.inf)
+        if self.drawn is not None:
+            prior = np.array([self.drawn[0], self.drawn[1], self.drawn[1]] * 2) * _UNITS
+        noise = np.where(self.noises > 0.0, self.noises, 1e-9)
+        found = deviations(covariances(self.jacobians(), noise, prior))
+        return {f"{b}_bias": found[:, k] for k, b in enumerate(BIASES)}

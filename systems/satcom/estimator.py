@@ -1,0 +1,263 @@
+"""Attitude for a satellite antenna on a vehicle: EKF of quaternion and gyro bias, tracking error.
+
+Patent CN104880189 (2015), with what it lost or misprinted put right; navigation north-east-down,
+body front-right-down, C = Rz(psi) Ry(theta) Rx(phi), specific force f (at rest C^T (0, 0, -g)).
+
+* State q and gyro bias b: q <- q dq, Phi = [Phi_4, -(dt/2) Xi(q); 0, 1],
+  Q = diag((dt/2)^2 sd^2 Xi Xi^T, density^2 dt).
+* Roll and pitch measured from the specific force, phi = atan2(-fy, -fz), theta = asin(fx/g).
+* Heading from a PI loop between the gyro and the tracking error, the heading ``beam`` that the
+  antenna was pointed with less the true one::
+
+      psi_PI' = (sin(phi) wy + cos(phi) wz)/cos(theta) - Kp e - Ki int(e)
+      Kp = 2 damping cutoff    Ki = cutoff^2    e = e_psi + psi_PI - beam
+
+  A sample of e counts for the time since the last one, at most a second.
+* With a tracking sample Z = (phi, theta, psi), without one Z = (phi, theta).
+* External acceleration where C f is off (0, 0, -g) by more than delta: then roll_sd and pitch_sd
+  grow by ``adapt``.
+
+**Basis.** As in `ekf_bias` P is kept in navigation axes, R(q)^T P R(q). The norm of q is known to
+be one: setting it back is a projection, (1 - q q^T)/|q|, of the covariance too, which leaves half
+the small rotation e about north, east, down and the bias: 6 x 6, and the same filter. With d = 2 e
+in axes turned by the heading the Jacobians are unit vectors, each a scalar update::
+
+    cos(theta) dphi = d_1    dtheta = d_2    cos(theta) dpsi = cos(theta) d_3 + sin(theta) d_1
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from boresight import Estimator, InputError, Output, ops
+from boresight.model.algebra.angles import roll_pitch_heading_ht, unit_angle_ht
+from boresight.model.algebra.covariance import (
+    Symmetric,
+    bounded_element,
+    covariance_of,
+    downdated,
+    drifted,
+    element_names,
+    partly_turned,
+)
+from boresight.model.algebra.quaternion import increment, matrix, multiply, right_matrix, turn
+from boresight.model.algebra.quaternion_filter import (
+    FLOOR_NOISE,
+    TRACE_LIMIT,
+    normalised,
+    status_word,
+    sum_of,
+    update_along,
+)
+from boresight.model.declarations import GRAVITY
+from boresight.systems.satcom import interface
+from boresight.systems.satcom.interface import BIAS_UNIT, P0_LIMIT
+
+__all__ = ["INNOVATIONS", "Satcom"]
+
+NOISE_LIMIT = 4.0  #: largest measurement noise times scale / 2.
+STEP_LIMIT = 0.125  #: largest root of a process noise, times scale.
+BIAS_LIMIT = 0.125  #: rad/s, largest bias that is learnt.
+DRIFT_LIMIT = 0.125  #: half turns a second, largest drift of the heading loop.
+CUT_NOISE = 0.5  #: variance with which a heading at its limit is cut, scaled.
+FAR = 1.0 / 90.0  #: half turns; an unknown tilt further off is corrected and still unknown.
+VARIANTS = ("corrected", "printed")
+#: Innovations over the root of their variance, of the three updates.
+INNOVATIONS = tuple(Output(f"nu_{name}", "", 0.01) for name in ("roll", "pitch", "heading"))
+
+
+class Satcom(Estimator):
+    """Attitude of a vehicle under a satellite antenna.
+
+    As printed, ``roll`` takes phi = -atan(fy/fz), the wrong sign in these axes, and ``detector``
+    compares a_z - g with delta_z, always beyond it where down is positive. With ``innovations`` it
+    tells what shows whether R and Q are honest: each innovation over the root of its variance S.
+    """
+
+    name = "satcom"
+    summary = "satcom on the move: 7-state EKF, adaptive R, heading from the tracking error"
+    inputs = interface.INPUTS
+    params = interface.PARAMS
+    states = interface.STATES
+    outputs = interface.OUTPUTS
+    status_bits = interface.STATUS_BITS
+    urgent = 7
+
+    def __init__(
+        self, roll: str = "corrected", detector: str = "corrected", *, innovations: bool = False
+    ) -> None:
+        for name, value in (("roll", roll), ("detector", detector)):
+            if value not in VARIANTS:
+                wanted = f"one of {', '.join(VARIANTS)}"
+                raise InputError.at(
+                    f"satcom, {name}", wanted=wanted, found=repr(value), fix="choose one of these"
+                )
+        self.printed_roll = roll == "printed"
+        self.printed_detector = detector == "printed"
+        if innovations:
+            self.outputs = (*interface.OUTPUTS, *INNOVATIONS)
+
+    def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+        """One sample: see the module docstring."""
+        restart = u.dt < 0.0
+        dt = ops.where(restart, 0.0, u.dt)
+        rate = [
+            ops.saturated(w - b, 8.0)
+            for w, b in ((u.gx, x.bias_x), (u.gy, x.bias_y), (u.gz, x.bias_z))
+        ]
+        dq = increment([ops.saturated(0.5 * (w * dt), 1.0) for w in rate])
+        q = [ops.saturated(c, 1.0) for c in multiply((x.qw, x.qx, x.qy, x.qz), dq)]
+        c_nb = matrix(q)
+
+        # Sines and cosines of the predicted angles.
+        cosine_sq = c_nb[2][1] * c_nb[2][1] + c_nb[2][2] * c_nb[2][2]
+        secant = ops.rsqrt(cosine_sq)
+        cos_theta = ops.bounded(cosine_sq * secant, 0.0, 1.0, "cosine")
+        sin_phi, cos_phi, sin_psi, cos_psi = (
+            ops.bounded(c * secant, -1.0, 1.0, "of a unit vector")
+            for c in (c_nb[2][1], c_nb[2][2], c_nb[1][0], c_nb[0][0])
+        )
+        psi = unit_angle_ht(c_nb[1][0], c_nb[0][0], secant)
+
+        loop = self._heading_loop(x, u, p, dt, (sin_phi * u.gy + cos_phi * u.gz) * secant)
+        used = loop["used"]
+
+        # External acceleration, unless the tilt is not known itself.
+        half_scale = 0.5 * p.scale
+        a = self._predicted(covariance_of(x, 6), c_nb, dt, p, half_scale)
+        known_sd = ops.saturated(p.tilt_known_sd * half_scale, 1.0)
+        known = a[0][0] + a[1][1] < known_sd * known_sd
+        force = turn(c_nb, (u.ax, u.ay, u.az))
+        down = force[2] - GRAVITY if self.printed_detector else force[2] + GRAVITY
+        moving = known & (
+            (ops.absolute(force[0]) > p.delta_x)
+            | (ops.absolute(force[1]) > p.delta_y)
+            | (ops.absolute(down) > p.delta_z)
+        )
+
+        # Innovations over 2, times cos(theta) where the Jacobian is.
+        side = u.ay if self.printed_roll else -u.ay
+        roll_off = ops.atan2_ht(side * cos_phi + u.az * sin_phi, side * sin_phi - u.az * cos_phi)
+        sine = ops.saturated(u.ax * (1.0 / GRAVITY), 1.0)
+        cosine = ops.bounded(ops.sqrt(1.0 - sine * sine), 0.0, 1.0, "cosine")
+        pitch_off = unit_angle_ht(
+            sine * cos_theta + cosine * c_nb[2][0], cosine * cos_theta - sine * c_nb[2][0]
+        )
+        far = ~known & (roll_off * roll_off + pitch_off * pitch_off > FAR * FAR)
+        heading_off = ops.wrap_ht(loop["heading_pi"] - psi)
+        half_cosine = (0.5 * math.pi) * cos_theta
+
+        # Noises over 2, scaled.
+        tilt_scale = ops.where(moving, ops.saturated(p.adapt * half_scale, 1024.0), half_scale)
+        r_roll, r_pitch, r_heading = (
+            ops.bounded(root * root, 0.0, 16.0, "variance")
+            for root in (
+                ops.saturated(p.roll_sd * tilt_scale, NOISE_LIMIT) * cos_theta,
+                ops.saturated(p.pitch_sd * tilt_scale, NOISE_LIMIT),
+                ops.saturated(p.heading_sd * half_scale, NOISE_LIMIT) * cos_theta,
+            )
+        )
+
+        # Scalar updates: roll, pitch, heading. Without tracking a covariance at its limit is cut
+        # along the heading, without innovation, so that the gains of the tilt live on.
+        full = a[0][0] + a[1][1] + a[2][2] >= TRACE_LIMIT
+        rows = (
+            {0: cos_psi, 1: sin_psi},
+            {0: -sin_psi, 1: cos_psi},
+            {0: -c_nb[2][0] * cos_psi, 1: -c_nb[2][0] * sin_psi, 2: cos_theta},
+        )
+        cut = full & ~used
+        gains: list[list[Any]] = []
+        moves: list[Any] = []
+        update_along(a, gains, moves, rows[0], r_roll, half_cosine * roll_off)
+        update_along(a, gains, moves, rows[1], r_pitch, (0.5 * math.pi) * pitch_off)
+        r_heading = ops.where(cut, CUT_NOISE, r_heading)
+        nu = half_cosine * heading_off
+        update_along(a, gains, moves, rows[2], r_heading, nu, used, used | full)
+
+        # Correction, normalisation, restart.
+        turns = [sum_of(g[k] * m for g, m in zip(gains, moves, strict=True)) for k in range(6)]
+        turned = [1.0, *(ops.saturated(t, 1.0) for t in turns[:3])]
+        q_new, shrink = normalised(multiply(turned, q))
+        bias = [
+            ops.saturated(ops.where(restart, 0.0, b + (1.0 / BIAS_UNIT) * t), BIAS_LIMIT)
+            for t, b in zip(turns[3:], (x.bias_x, x.bias_y, x.bias_z), strict=True)
+        ]
+        half = ops.bounded(0.5 * shrink, 0.25, 0.5, "norm of one and more")
+        inverse = ops.bounded(4.0 * (half * half), 0.25, 1.0, "norm of one and more")
+        correction = [ops.saturated(v * inverse, 1.0) for v in turned]
+        after = self._turned(downdated(a, gains, restart | far), correction, restart, p, half_scale)
+        start = [ops.saturated(v, 1.0) for v in ops.sincos_ht(0.5 * p.start_heading)]
+        first = zip("wxyz", (start[1], 0.0, 0.0, start[0]), q_new, strict=True)
+        roll, pitch, heading = roll_pitch_heading_ht(matrix(q_new))
+        states = {
+            **{f"q{axis}": ops.where(restart, s, c) for axis, s, c in first},
+            **{f"bias_{axis}": b for axis, b in zip("xyz", bias, strict=True)},
+            **{name: after[i][j] for name, i, j in element_names(6)},
+            "heading_pi": ops.where(restart, p.start_heading, loop["heading_pi"]),
+            "drift": ops.where(restart, 0.0, loop["drift"]),
+            "since": ops.where(restart, 0.0, loop["since"]),
+        }
+        flags = {0: moving, 1: ~loop["tracked"], 2: loop["beyond"], 3: full}
+        told = zip(self.outputs[len(interface.OUTPUTS) :], moves, strict=False)
+        return states, {
+            **{o.name: p.scale * nu for o, nu in told},
+            "roll": roll,
+            "pitch": pitch,
+            "heading": heading,
+            **{f"q{axis}": c for axis, c in zip("wxyz", q_new, strict=True)},
+            **{f"bias_{axis}": b for axis, b in zip("xyz", bias, strict=True)},
+            **{f"rate_{axis}": w for axis, w in zip("xyz", rate, strict=True)},
+            "heading_pi": loop["heading_pi"],
+            "status": status_word(flags),
+        }
+
+    @staticmethod
+    def _heading_loop(x: Any, u: Any, p: Any, dt: Any, heading_rate: Any) -> dict[str, Any]:
+        """One step of the PI loop [half turns]."""
+        turn_rate = (1.0 / math.pi) * ops.saturated(heading_rate, 16.0) - x.drift
+        ahead = ops.wrap_ht(x.heading_pi + dt * turn_rate)
+        tracked = u.tracking > 0.5
+        beyond = ops.absolute(u.e_psi) > p.tracking_gate
+        used = tracked & ~beyond
+        error = (1.0 / math.pi) * u.e_psi + ops.wrap_ht(ahead - u.beam)
+        since = ops.saturated(x.since + dt, 1.0)
+        weight = ops.where(used, p.cutoff * since, 0.0)
+        pull = ops.saturated(2.0 * p.damping * ops.saturated(weight, 8.0), 1.0)
+        drift = x.drift + (p.cutoff * ops.saturated(weight, 8.0)) * error
+        return {
+            "tracked": tracked,
+            "beyond": tracked & beyond,
+            "used": used,
+            "heading_pi": ops.wrap_ht(ahead - pull * error),
+            "drift": ops.saturated(drift, DRIFT_LIMIT),
+            "since": ops.where(used, 0.0, since),
+        }
+
+    @staticmethod
+    def _predicted(p0: Symmetric, c_nb: Any, dt: Any, p: Any, half_scale: Any) -> Symmetric:
+        """P a step later; where its trace is at the limit it does not grow."""
+        full = p0[0][0] + p0[1][1] + p0[2][2] >= TRACE_LIMIT
+        wide = p0[3][3] + p0[4][4] + p0[5][5] >= TRACE_LIMIT
+        step = ops.saturated(ops.where(full, 0.0, (0.5 / BIAS_UNIT) * dt), 2.0**-4)
+        g = [
+            [ops.bounded(step * c, -(2.0**-4), 2.0**-4, "half a step") for c in row] for row in c_nb
+        ]
+        white = ops.saturated(ops.where(full, 0.0, p.gyro_sd * half_scale * dt), STEP_LIMIT)
+        walk = ops.saturated(
+            ops.where(wide, 0.0, (2.0 * BIAS_UNIT) * p.bias_density * half_scale), STEP_LIMIT
+        )
+        return drifted(p0, g, white * white, walk * walk * dt)
+
+    @staticmethod
+    def _turned(a: Symmetric, c: list[Any], restart: Any, p: Any, half_scale: Any) -> Symmetric:
+        """P in the basis of the corrected quaternion, its norm taken off; P0 at a restart."""
+        wanted = (p.p0_sd * half_scale, (2.0 * BIAS_UNIT) * p.bias_p0_sd * half_scale)
+        roots = [ops.saturated(root, P0_LIMIT) for root in wanted]
+
+        def element(i: int, j: int, value: Any) -> Any:
+            first, floor = (roots[i // 3] * roots[i // 3], FLOOR_NOISE) if i == j else (0.0, 0.0)
+            return bounded_element(ops.where(restart, first, value + floor), i, j)
+
+        return partly_turned([row[1:] for row in right_matrix(c)[1:]], a, element)

@@ -1,0 +1,56 @@
+"""The satcom tracker: what the patent claims, with the figures that it does not print."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from boresight import Experiment, Result
+from boresight.sim.experiments.forms import schedules_of
+from boresight.sim.experiments.seeds import run_cases, spreads_of
+from boresight.sim.experiments.targets import targets_of
+from boresight.systems.satcom.cases import CASES, WHAT_IF
+from boresight.systems.satcom.estimator import Satcom as Filter
+from boresight.systems.satcom.page import render
+from boresight.systems.satcom.runs import ANGLES, fly
+
+__all__ = ["Satcom"]
+
+AT_ONCE = 50  #: runs of one task.
+FEW = 25  #: most runs of a case of `WHAT_IF`.
+
+#: Figures that are asked for by name: of which case, which.
+_NAMED = {
+    **{f"{axis}_deg": f"adaptive_{axis}_rms" for axis in ANGLES},
+    **{"fixed_r_deg": "fixed_r_worst_rms", "bias_error_deg_s": "adaptive_bias_error_max"},
+    **{"fixed_float_deg": "adaptive_fixed_float_max", "loop_deg": "pi_alone_loop_rms"},
+    **{"fixed_float_rms_deg": "adaptive_fixed_float_rms", "hit_rate": "adaptive_hit_rate"},
+    **{"pointing_loss_db": "adaptive_loss_db_99_max", "false_rate": "adaptive_false_rate"},
+}
+
+
+class Satcom(Experiment):
+    """Satcom on the move: adaptive R and heading from tracking, patent CN104880189 (2015)."""
+
+    pages = ("satcom.html",)
+
+    def run(self, *, seed: int, runs: int, say: Callable[[str], None]) -> Result:
+        """See `Experiment`; cases of `WHAT_IF` have at most `FEW` runs."""
+        cases = [(name, case, runs) for name, case in CASES.items()]
+        cases += [(name, case, min(runs, FEW)) for name, case in WHAT_IF.items()]
+        cases.sort(key=lambda one: one[0] != "city")  # the longest first
+        flown = run_cases(fly, cases, seed=seed, at_once=AT_ONCE, jobs=self.jobs, say=say)
+        figures = {
+            f"satcom_{name}_{key}": value
+            for name, of_case in flown.items()
+            for key, value in of_case.pooled().items()
+        }
+        figures |= {f"satcom_{name}": figures[f"satcom_{key}"] for name, key in _NAMED.items()}
+        for config, (schedule,) in schedules_of(Filter()).items():
+            figures[f"satcom_interval_cycles_{config}"] = float(schedule.interval)
+        targets = targets_of("boresight.systems.satcom", figures, spreads_of(flown, "satcom_"))
+        return Result(
+            figures=figures,
+            targets=targets,
+            details={name: case.meaning for name, case in (CASES | WHAT_IF).items()},
+            pages={"satcom.html": render(flown, targets, seed, runs)},
+        )

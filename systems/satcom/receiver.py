@@ -1,0 +1,78 @@
+"""The tracking receiver of a satellite antenna."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.systems.satcom.dish import Link
+
+__all__ = ["Receiver"]
+
+FloatArray = npt.NDArray[np.float64]
+
+
+class Receiver:
+    """Conical scan: the beam squints right, left, up and down within every sample.
+
+    Powers of the four are summed over a tracking interval; their differences over the sum give the
+    error, the sum tells whether there is a signal.
+
+    ``every``: samples of an interval, in the mean; ``dwell_s``, ``squint`` [rad]: of each position;
+    ``lock_db``: power below the nominal one that still counts as tracking.
+    """
+
+    def __init__(
+        self,
+        link: Link,
+        every: float,
+        *,
+        dwell_s: float = 0.005,
+        squint: float = math.radians(0.35),
+        lock_db: float = 6.0,
+    ) -> None:
+        self.link, self.every, self.squint = link, every, squint
+        self.snr = link.cn0 * dwell_s
+        here, beyond = (float(link.pattern(np.array(s))) for s in (squint, squint + 1e-6))
+        self.slope = (here - beyond) / 1e-6 / (2.0 * here)  # of the difference over the sum
+        self.least = self.snr * here * 10.0 ** (-lock_db / 10.0)
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin an interval."""
+        self._powers, self._count, self._age = np.zeros(()), 0, 0.0
+
+    def sample(
+        self, right: FloatArray, up: FloatArray, ahead: FloatArray, loss: float, noise: FloatArray
+    ) -> tuple[FloatArray, FloatArray] | None:
+        """One sample.
+
+        Direction cosines (runs,) of the satellite in the antenna's axes, the share of the power
+        that arrives, and normal noise (4, 2, runs); at the end of an interval the errors right and
+        up (2, runs) [rad], NaN where there is no signal, and the mean power over noise (runs,).
+        """
+        s = self.squint
+        sine = np.hypot(
+            np.stack([right - s, right + s, right, right]), np.stack([up, up, up - s, up + s])
+        )
+        sine = np.where(ahead > 0.0, sine, 1.0)
+        amplitude = np.sqrt(self.snr * loss * self.link.pattern(sine))
+        noise = math.sqrt(0.5) * noise
+        power = (amplitude + noise[:, 0]) ** 2 + noise[:, 1] ** 2 - 1.0
+        self._powers = self._powers + power
+        self._count, self._age = self._count + 1, self._age + 1.0
+        if self._age < self.every:
+            return None
+        total = self._powers.sum(axis=0)
+        mean = total / (4.0 * self._count)
+        difference = np.stack(
+            [self._powers[0] - self._powers[1], self._powers[2] - self._powers[3]]
+        )
+        with np.errstate(divide="ignore", invalid="ignore"):
+            error = np.where(mean > self.least, difference / (total * self.slope), np.nan)
+        over = self._age - self.every
+        self.reset()
+        self._age = over
+        return error, mean

@@ -1,0 +1,99 @@
+"""One case, flown by some vehicles in closed loop with the integer C, and its figures."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.sim.attitude.zyx import wrapped
+from boresight.sim.experiments.forms import differences_of, run_forms
+from boresight.sim.experiments.seeds import Runs
+from boresight.sim.worlds.fleet import Loops, close_loops
+from boresight.systems.satcom.cases import Case
+from boresight.systems.satcom.estimator import INNOVATIONS
+from boresight.systems.satcom.estimator import Satcom as Filter
+from boresight.systems.satcom.innovations import Innovations, innovations
+from boresight.systems.satcom.world import Vehicles
+
+__all__ = ["ANGLES", "SETTLED_S", "figures_of", "fly"]
+
+FloatArray = npt.NDArray[np.float64]
+
+SETTLED_S = 30.0  #: time before which nothing is judged.
+ANGLES = ("roll", "pitch", "heading")
+BIASES = tuple(f"bias_{axis}" for axis in "xyz")
+
+
+def fly(case: Case, seeds: range) -> Runs:
+    """Fly a case with these seeds."""
+    fleet, keep = case.fleet(seeds), (*ANGLES, "heading_pi", *BIASES, "status")
+    return figures_of(case, fleet, close_loops(fleet, Filter(**case.options), case.params, keep))
+
+
+def figures_of(case: Case, fleet: Vehicles, loops: Loops) -> Runs:
+    """Figures of each run after half a minute, in degrees and degrees per second.
+
+    Shown of the first run: errors of angles and bias (n, 3), loss (n,) [dB]. Kept of each run:
+    `Innovations` of roll, pitch and heading.
+    """
+    begun = round(SETTLED_S * case.rate_hz)
+    out, truth = loops.outputs, fleet.drive.ride.euler / math.pi
+    truth = np.stack([*truth[:, :2].T, *2 * [fleet.heading / math.pi]], axis=1)
+    angles = np.stack([out[n] for n in (*ANGLES, "heading_pi")], axis=2)
+    error = 180.0 * wrapped(angles - truth[:, None], 2.0)
+    bias = np.degrees(np.stack([out[n] for n in BIASES], axis=2))
+    off, loss = bias - np.degrees(fleet.bias), np.stack(fleet.losses_db)
+    settled, moving = error[begun:], fleet.drive.accelerated[begun:]
+    status = np.rint(out["status"]).astype(int)[begun:]
+    rms, most = np.sqrt(np.mean(settled**2, axis=0)), np.abs(settled).max(axis=0)
+    names = (*ANGLES, "loop")
+    figures = {f"{n}_rms": rms[:, k] for k, n in enumerate(names)}
+    figures |= {f"{n}_max": most[:, k] for k, n in enumerate(names)}
+    figures |= {f"{n}_end": bias[-1, :, k] for k, n in enumerate(BIASES)}
+    figures |= {
+        "worst_rms": rms[:, :3].max(axis=1),
+        "bias_error_max": np.abs(off[-1]).max(axis=1),
+        "hit_rate": (status & 1)[moving].mean(axis=0),
+        "false_rate": (status & 1)[~moving].mean(axis=0),
+        "tracking_used": ((status & 6) == 0).mean(axis=0),
+        "loss_db_99_max": np.quantile(loss[begun:], 0.99, axis=0),
+        "loss_db_max": loss[begun:].max(axis=0),
+        "saturated_sum": loops.saturated.astype(float),
+    }
+    filter = Filter(**case.options, innovations=True)
+    (floats,) = run_forms(
+        filter, loops.inputs.swapaxes(0, 1), params=case.params, levels=("float",)
+    )
+    own, each = zip(
+        *(_beside_float(loops, k, run.outputs, begun) for k, run in enumerate(floats)), strict=True
+    )
+    figures |= {name: np.array([run[name] for run in own]) for name in own[0]}
+    return Runs(figures, {"error": error[:, 0, :3], "off": off[:, 0], "loss": loss[:, 0]}, [*each])
+
+
+def _beside_float(
+    loops: Loops, run: int, reference: Mapping[str, FloatArray], begun: int
+) -> tuple[dict[str, float], list[Innovations]]:
+    """Float64 on the records of a run: how far it is, and its innovations."""
+    outputs = {n: values[:, run] for n, values in loops.outputs.items()}
+    apart = 180.0 * differences_of(outputs, reference, ANGLES, 2.0)
+    status = reference["status"].astype(int)
+    nu = [reference[o.name][begun:] for o in INNOVATIONS]
+    tilt, heading = (status[begun:] & 1) == 0, (status[begun:] & 6) == 0
+    differs = status != outputs["status"]
+    seen = [innovations(nu[0], tilt), innovations(nu[1], tilt)]
+    seen.append(innovations(nu[2][heading], heading[heading]))
+    return {
+        **{f"nis_{name}": one.nis for name, one in zip(ANGLES, seen, strict=True)},
+        **{
+            f"rho_{name}": float(one.correlation[0]) for name, one in zip(ANGLES, seen, strict=True)
+        },
+        "fixed_float_max": float(np.abs(apart).max()),
+        "fixed_float_rms": float(np.sqrt(np.mean(apart**2, axis=1)).max()),
+        "agreed_max": 0.0 if differs.any() else float(np.abs(apart).max()),
+        "status_differs_sum": float(differs.sum()),
+        "status_share": float(differs.mean()),
+    }, seen

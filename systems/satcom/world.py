@@ -1,0 +1,188 @@
+"""A vehicle that points its antenna at a satellite with what the core answers.
+
+The antenna is turned to where the satellite ought to be by the last attitude, led on with the last
+rate; the receiver finds how far off the beam is, and whether there is a signal at all; that goes
+into the next record. `Vehicles` runs many draws at once, `OnTheMove` one of them as a `World`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight import InputError
+from boresight.model.algebra.quaternion import matrix, multiply, turn
+from boresight.sim.attitude.rotation import (
+    quaternion_conjugate,
+    quaternion_multiply,
+    rotate,
+    rotation_vector_to_quaternion,
+)
+from boresight.sim.worlds.fleet import Fleet, Single
+from boresight.systems.satcom.dish import Link
+from boresight.systems.satcom.drive import Drive, drive
+from boresight.systems.satcom.pointing import direction
+from boresight.systems.satcom.receiver import Receiver
+
+__all__ = ["BEAMS", "OnTheMove", "SensorErrors", "Vehicles"]
+
+FloatArray = npt.NDArray[np.float64]
+_DEG = math.pi / 180.0
+_TRUTHS = tuple(f"{n}_true" for n in ("roll", "pitch", "heading", "qw", "qx", "qy", "qz"))
+BEAMS = ("heading", "heading_pi")  #: outputs that the antenna can be pointed with.
+
+
+@dataclass(frozen=True)
+class SensorErrors:
+    """Biases, white noise of a sample [deg/s, m/s^2], walk of the gyro's bias [deg/s/sqrt(s)]."""
+
+    gyro_bias: tuple[float, float, float] = (0.3, -0.4, 0.5)
+    gyro_noise: float = 0.05
+    gyro_walk: float = 0.0
+    acc_bias: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    acc_noise: float = 0.05
+
+
+@dataclass
+class Vehicles(Fleet):
+    """Many vehicles on one drive, each with errors and noise of its own.
+
+    Parameters
+    ----------
+    drive : Drive
+    seeds : sequence of int
+        One for each run.
+    tracking_hz : float
+        Rate of the tracking error, up to that of the records; 0: the receiver is off.
+    beam : str
+        Output that the antenna is pointed with: heading or heading_pi.
+    start_deg : float
+        Error of the heading 0 that the estimator starts with.
+    place : (latitude, longitude, satellite)
+        [deg]
+
+    Raises
+    ------
+    InputError
+        A rate or output that there is not; no place on earth; the satellite is below the horizon.
+    """
+
+    drive: Drive
+    seeds: Sequence[int]
+    tracking_hz: float = 5.0
+    beam: str = BEAMS[0]
+    start_deg: float = 2.0
+    errors: SensorErrors = SensorErrors()
+    link: Link = Link()
+    place: tuple[float, float, float] = (34.2, 108.9, 110.5)
+    losses_db: list[FloatArray] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.name, self.runs = "satcom", len(self.seeds)
+        rate = self.drive.ride.rate_hz
+        latitude, longitude, satellite = (angle / 180.0 for angle in self.place)
+        toward = np.array(direction(latitude, longitude, 0.0, satellite)[0])
+        self._up = toward / np.linalg.norm(toward)
+        elevation = -math.degrees(math.asin(self._up[2]))
+        inside = abs(latitude) <= 0.5 and abs(longitude) <= 1.0 and abs(satellite) <= 1.0
+        for good, where, wanted, found in (
+            (0.0 <= self.tracking_hz <= rate, "tracking_hz", f"0 to {rate:g} Hz", self.tracking_hz),
+            (self.beam in BEAMS, "beam", " or ".join(BEAMS), self.beam),
+            (inside, "place", "up to 90 deg of latitude, 180 of both longitudes", self.place),
+            (elevation > 0.0, "place", "a satellite above the horizon", f"{elevation:.1f} deg"),
+        ):
+            if not good:
+                raise InputError.at(
+                    f"satcom, {where}", wanted=wanted, found=repr(found), fix="correct it"
+                )
+        self.receiver = Receiver(self.link, rate / self.tracking_hz if self.tracking_hz else 1.0)
+        self.start()
+
+    def start(self) -> None:
+        """Begin anew."""
+        ride, e = self.drive.ride, self.errors
+        n = len(ride.q)
+        draws = [np.random.default_rng([seed, 2015]) for seed in self.seeds]
+        white = np.stack([g.normal(size=(n, 3)) for g in draws], axis=1)
+        walk = np.stack([g.normal(size=(n, 3)) for g in draws], axis=1).cumsum(axis=0)
+        self.bias = (np.array(e.gyro_bias) + e.gyro_walk / math.sqrt(ride.rate_hz) * walk) * _DEG
+        gyro = ride.rate[:, None] + self.bias + e.gyro_noise * _DEG * white
+        white = np.stack([g.normal(size=(n, 3)) for g in draws], axis=1)
+        force = ride.force[:, None] + e.acc_bias + e.acc_noise * white
+        self._sensed = np.concatenate([gyro, force], axis=2).swapaxes(1, 2).copy()
+        if self.tracking_hz:
+            draws = [np.random.default_rng([seed, 2016]) for seed in self.seeds]
+            self._radio = np.stack([g.normal(size=(n, 4, 2)) for g in draws], axis=3)
+        turned = rotation_vector_to_quaternion([0.0, 0.0, self.start_deg * _DEG])
+        self.truth = quaternion_multiply(turned, ride.q)
+        self.heading = ride.euler[:, 2] + self.start_deg * _DEG
+        told = np.stack([*ride.euler[:, :2].T, self.heading], axis=1) / math.pi
+        self._truths = np.concatenate([(told + 1.0) % 2.0 - 1.0, self.truth], axis=1)[:, :, None]
+        # The satellite in body axes, which are the antenna's but for what the estimator believes.
+        self._toward = rotate(quaternion_conjugate(self.truth), self._up)
+        self.losses_db.clear()
+        self.receiver.reset()
+        self._level = np.repeat([[1.0], *3 * [[0.0]]], self.runs, axis=1)
+        self._k = 0
+
+    def record(self, outputs: Mapping[str, FloatArray] | None) -> dict[str, FloatArray] | None:
+        """See `Fleet.record`; truths besides."""
+        k = self._k
+        if k >= len(self.truth):
+            return None
+        self._k += 1
+        told = self._level if outputs is None else self._led(outputs)
+        # Where the satellite is, right of the beam, above and ahead, by the attitude believed.
+        north, east, down = self._up
+        level = math.hypot(north, east)
+        x, y, z = turn(matrix(list(told)), self._toward[k].tolist())
+        ahead = x * north + y * east + z * down
+        right, above = (y * north - x * east) / level, (ahead * down - z) / level
+        off = np.where(ahead > 0.0, np.hypot(right, above), 1.0)
+        self.losses_db.append(-10.0 * np.log10(np.maximum(self.link.pattern(off), 1e-9)))
+        error = np.full(self.runs, np.nan)
+        if self.tracking_hz:
+            loss = 10.0 ** (-self.drive.loss_db[k] / 10.0)
+            found = self.receiver.sample(right, above, ahead, loss, self._radio[k])
+            if found is not None:
+                error = np.arctan2(found[0][0], level)
+        w, x, y, z = told
+        return {
+            "dt": np.full(1, (1.0 if k else -1.0) / self.drive.ride.rate_hz),
+            "e_psi": error,
+            "beam": np.arctan2(2.0 * (x * y + w * z), 1.0 - 2.0 * (y * y + z * z)) / math.pi,
+            **dict(zip(("gx", "gy", "gz", "ax", "ay", "az"), self._sensed[k], strict=True)),
+            **dict(zip(_TRUTHS, self._truths[k], strict=True)),
+        }
+
+    def _led(self, outputs: Mapping[str, FloatArray]) -> FloatArray:
+        """The attitude that the antenna is pointed with (4, runs), led on to this record."""
+        q = [outputs[f"q{a}"] for a in "wxyz"]
+        if self.beam == "heading_pi":
+            half = 0.5 * math.pi * (outputs["heading_pi"] - outputs["heading"])
+            zero = np.zeros_like(half)
+            q = multiply([np.cos(half), zero, zero, np.sin(half)], q)
+        x, y, z = (outputs[f"rate_{a}"] * (0.5 / self.drive.ride.rate_hz) for a in "xyz")
+        half = np.sqrt(x * x + y * y + z * z)
+        share = np.sinc(half / math.pi)
+        return np.stack(multiply(q, [np.cos(half), x * share, y * share, z * share]))
+
+
+class OnTheMove(Single):
+    """One vehicle, ``OnTheMove("city", seed=3, tracking_hz=1.0)``: see `drive` and `Vehicles`."""
+
+    name = "on_the_move"
+
+    def __init__(
+        self,
+        on: str = "specification",
+        seed: int = 1,
+        tracking_hz: float = 5.0,
+        beam: str = BEAMS[0],
+        rate_hz: float = 50.0,
+    ) -> None:
+        super().__init__(Vehicles(drive(on, rate_hz), (seed,), tracking_hz, beam))

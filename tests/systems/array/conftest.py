@@ -1,0 +1,54 @@
+"""Runs of known errors, in place of hours."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from boresight.sim.accuracy.endurance import Endurance
+from boresight.sim.experiments.seeds import Runs
+from boresight.systems.array.runs import EVERY, Told, figures_of
+from boresight.systems.array.words import WORDS
+
+HOUR = 360_000 // EVERY
+
+
+@pytest.fixture(scope="module")
+def told() -> Callable[..., Told]:
+    """Two hours of pitch, roll and heading errors of size 1, 2, 3 times that asked for."""
+
+    def of(size: float, **more: float) -> Told:
+        error = np.outer(np.where(np.arange(2 * HOUR) % 2, 1.0, -1.0), [1.0, 2.0, 3.0]) * size
+        counts = np.zeros(32, dtype=np.int64)
+        counts[[3, 6]] = 4, 40
+        long = Endurance(
+            outputs={"scale_up": np.array([1e-5, 2e-5])},
+            square={"pitch": 1e-14, "heading": 4e-14},
+            most={"pitch": 1e-7, "heading": 3e-7},
+            least_eigenvalue=800.0,
+            counts={"status": counts},
+            records=10,
+        )
+        for name, value in more.items():
+            setattr(long, name, value)
+        return Told(error, long)
+
+    return of
+
+
+@pytest.fixture(scope="module")
+def runs(told) -> Callable[..., Runs]:
+    """Two runs, the second one twice as wrong."""
+    return lambda size: figures_of([told(size), told(2.0 * size)])
+
+
+@pytest.fixture(scope="module")
+def words() -> dict[str, Runs]:
+    """Strapdowns that are as wrong as their words are coarse."""
+    return {
+        f"{key}_{w}": Runs(
+            {"carried_rms": np.array([2.0**-w]), "plain_rms": np.array([2.0 ** (4 - w)])}
+        )
+        for w in WORDS
+        for key in "ab"
+    }

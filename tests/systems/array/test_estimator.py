@@ -1,0 +1,375 @@
+"""`array_attitude` against a matrix filter in SI units; index, alignment, restart, bad input."""
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from boresight.gateware.core import build_core
+from boresight.model.errors import InputError
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.registry import make_level
+from boresight.systems.array.estimator import ArrayAttitude
+from boresight.systems.array.interface import KINDS, UNITS
+from tests.support.array import ARCSEC, EARTH, LATITUDE, body, counts, gravity, turning
+from tests.support.array import increments as exact
+
+SCALES = np.array([UNITS[k] for k in KINDS])
+STILL, ERECTION, RATE = 20.0, 13.2, 36.0
+#: Errors of the instruments: gyro and accelerometer, matrix and bias.
+MISALIGNED = 20e-6 * (np.ones((3, 3)) - np.eye(3))
+GYRO = (MISALIGNED + 1e-5 * np.eye(3), np.array([1.0, -1.0, 1.0]) * 0.003 * ARCSEC)
+FORCE = (MISALIGNED - 1e-4 * np.eye(3), np.array([1.0, 1.0, -1.0]) * 1.96e-4)
+START = (1.0 + 5.0 / 3600.0, 2.0 - 5.0 / 3600.0, 90.0 + 20.0 / 3600.0)
+MOTION = turning(RATE, STILL, ERECTION)
+
+
+@lru_cache(maxsize=4)
+def records(seconds: float, index: bool = True) -> Any:
+    """The array with errors of its instruments; an index at north, within a sample."""
+    n = round(100.0 * (STILL + ERECTION + seconds))
+    u = np.zeros((n, 10))
+    clean = exact(MOTION, n)
+    u[:, :3] = clean[:, :3] @ (np.eye(3) + GYRO[0]).T + 0.01 * GYRO[1]
+    u[:, 3:6] = clean[:, 3:] @ (np.eye(3) + FORCE[0]).T + 0.01 * FORCE[1]
+    u[:, :6] = counts(u[:, :6])
+    t = 0.01 * np.arange(1, n + 1)
+    u[:, 6] = np.where(t < STILL + 5e-3, 0.0, np.where(t < STILL + ERECTION + 5e-3, 1.0, 2.0))
+    turns = (MOTION(t)[0][:, 2] + 1e-3) / (2.0 * np.pi)  # a mark a little before north
+    before = (MOTION(t - 0.01)[0][:, 2] + 1e-3) / (2.0 * np.pi)
+    hit = np.floor(turns) != np.floor(before)
+    u[:, 7], u[hit, 9] = -1e-3 / np.pi, float(index)
+    u[hit, 8] = (np.ceil(before[hit]) - before[hit]) / (turns - before)[hit]
+    return u
+
+
+@lru_cache(maxsize=4)
+def made(name: str, reading: str) -> Any:
+    return make_level(name, Build(ArrayAttitude(attitude=START, reading=reading)))
+
+
+def level(name: str, reading: str = "heading") -> Any:
+    """From a reset, with the parameters of all tests."""
+    one = made(name, reading)
+    if name == "c":
+        one.set_params(ArrayAttitude(attitude=START).param_values({}))
+    one.reset()
+    return one
+
+
+def run(u: Any, name: str = "float", reading: str = "heading", **params: float) -> Any:
+    one = level(name, reading)
+    if params:
+        one.set_params(ArrayAttitude(attitude=START).param_values(params))
+    return one.run(u)
+
+
+def errors(found: Any) -> Any:
+    """(n, 3) arc seconds."""
+    got = np.stack([found.outputs[a] for a in ("pitch", "roll", "heading")], axis=1)
+    t = 0.01 * np.arange(1, len(got) + 1)
+    return ((got - MOTION(t)[0] / np.pi + 1.0) % 2.0 - 1.0) * 648000.0
+
+
+def status(found: Any) -> Any:
+    return np.rint(found.outputs["status"]).astype(int)
+
+
+def covariances(program: Any, states: Any) -> Any:
+    """P (n, 13, 13), scaled."""
+    p = np.zeros((len(states), 13, 13))
+    for k, (number, _) in enumerate(program.states):
+        name = program.values[number].name
+        if name.startswith("p") and len(name) == 3:
+            i, j = (int(c, 16) for c in name[1:])
+            p[:, i, j] = p[:, j, i] = states[:, k] / 2.0**31
+    return p
+
+
+def skew(a: Any) -> Any:
+    return np.array([[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]])
+
+
+class Textbook:
+    """Strapdown and filter as matrices in SI units, Joseph updates, attitude by scipy."""
+
+    def __init__(self) -> None:
+        p = ArrayAttitude().param_values()
+        self.param, self.c = p, body(np.radians([START]))[0]
+        self.v, self.eps, self.nabla, self.dku = np.zeros(3), np.zeros(3), np.zeros(3), 0.0
+        self.P = np.diag([p[f"p0_{k}"] for k in KINDS]) ** 2
+        lat = np.radians(LATITUDE)
+        self.earth = EARTH * np.array([0.0, np.cos(lat), np.sin(lat)])
+        self.count, self.last, self.arc, self.up = 0, np.zeros(6), np.zeros((3, 3)), 0.0
+
+    def step(self, u: Any) -> None:
+        a, d, a1, d1 = u[:3], u[3:6] - 0.01 * self.nabla, self.last[:3], self.last[3:]
+        self.last = u[:6].copy()
+        turn = a + np.cross(a1, a) / 12.0
+        force = d + np.cross(a, d) / 2.0 + (np.cross(a1, d) + np.cross(d1, a)) / 12.0
+        c = self.c.as_matrix()
+        self.v = self.v + c @ force - 0.01 * np.array([0.0, 0.0, gravity(LATITUDE, 45.0)])
+        self.v = self.v - 0.01 * np.cross(2.0 * self.earth, self.v)
+        up = c[2] @ turn
+        slow = 0.01 * (self.earth + c @ self.eps) + np.array([0.0, 0.0, self.dku * up])
+        self.c = Rotation.from_rotvec(-slow) * self.c * Rotation.from_rotvec(turn)
+        self.arc, self.up, self.count = self.arc + c, self.up + up, self.count + 1
+        if self.count == 100 or u[9] > 0.5:
+            self.propagate(u[6])
+        if u[9] > 0.5:
+            m, r = self.c.as_matrix(), self.param["index_sd"]
+            level = m[0, 1] ** 2 + m[1, 1] ** 2
+            h = np.zeros(13)
+            h[4:7] = [m[0, 1] * m[2, 1] / level, m[1, 1] * m[2, 1] / level, -1.0]
+            then = self.c * Rotation.from_rotvec(-(1.0 - u[8]) * turn)
+            heading = then.as_euler("ZXY")[0]
+            z = (heading - np.pi * u[7] + np.pi) % (2.0 * np.pi) - np.pi
+            self.update(h, z, r)
+        elif self.count in (1, 2, 3):
+            self.update(np.eye(13)[self.count - 1], self.v[self.count - 1], self.param["zupt_sd"])
+
+    def propagate(self, phase: float) -> None:
+        seconds = 0.01 * self.count
+        f, c = np.zeros((13, 13)), self.arc / self.count
+        f[0:3, 4:7], f[0:3, 10:13] = skew([0.0, 0.0, 9.8]), c
+        f[4:7, 4:7], f[4:7, 7:10] = -skew(self.earth), -c
+        phi = np.eye(13) + seconds * f
+        phi[6, 3] = -self.up
+        noise = 2.0**-27 * SCALES**2
+        noise[:3] += seconds * self.param["force_noise"] ** 2
+        noise[4:7] += seconds * self.param["gyro_noise"] ** 2
+        self.P = phi @ self.P @ phi.T + np.diag(noise)
+        if phase == 1.0:
+            self.P[10:], self.P[:, 10:] = 0.0, 0.0
+            self.P[10:, 10:] = np.eye(3) * self.param["erected_force"] ** 2
+        self.count, self.arc, self.up = 0, 0.0 * self.arc, 0.0
+
+    def update(self, h: Any, z: float, r: float) -> None:
+        k = self.P @ h / (h @ self.P @ h + r * r)
+        a = np.eye(13) - np.outer(k, h)
+        self.P = a @ self.P @ a.T + r * r * np.outer(k, k)
+        x = k * z
+        self.v, self.dku, self.eps = self.v - x[:3], self.dku + x[3], self.eps + x[7:10]
+        self.c, self.nabla = Rotation.from_rotvec(x[4:7]) * self.c, self.nabla + x[10:13]
+
+
+def test_is_the_kalman_filter() -> None:
+    """State and covariance at the end of the erection, and after an index."""
+    u = records(16.0)
+    book, found, c = Textbook(), run(u), run(u, "c")
+    p = covariances(level("c").program, c.states)
+    for k, row in enumerate(u):
+        book.step(row)
+        if k + 1 in (1990, 3320, len(u)):
+            sd = np.sqrt(np.diag(book.P))
+            out = {n: v[k] for n, v in found.outputs.items()}
+            assert np.sqrt(np.diagonal(p[k])) * SCALES == pytest.approx(sd, rel=0.03)
+            for i, name in ((3, "scale_up"), (7, "eps_x"), (9, "eps_z"), (11, "nabla_y")):
+                wanted = {3: book.dku, 7: book.eps[0], 9: book.eps[2], 11: book.nabla[1]}[i]
+                assert abs(out[name] - wanted) < (0.3 if i == 3 else 0.05) * sd[i], (k, name)
+            q = Rotation.from_quat([out[f"q{a}"] for a in "xyzw"])
+            apart = (q * book.c.inv()).as_rotvec()
+            assert np.abs(apart).max() < 0.3 * ARCSEC
+    assert np.count_nonzero(status(found) & 64) == 1
+
+
+def test_index_and_what_it_is_worth() -> None:
+    """After a minute of turns; fixed point as float64."""
+    u, blind = records(60.0), records(60.0, index=False)
+    found, c, free = run(u), run(u, "c"), run(blind)
+    assert not c.saturated.any()
+    assert np.abs(errors(found) - errors(c)).max() < 0.05
+    assert (status(found) == status(c)).all()
+    late = slice(-1000, None)
+    assert np.abs(errors(found)[late, 2]).max() < 4.0 < np.abs(errors(free)[late, 2]).max()
+    assert np.abs(errors(found)[:, :2]).max() < 40.0
+    assert (status(free)[:2000] & 1).all() and (status(free)[2000:3320] & 2).all()
+    assert not (status(free) & 64).any() and (status(free) & 128).all()
+
+
+@pytest.fixture(scope="module")
+def faulty() -> Any:
+    """Faults of the index, and the runs without and with them."""
+    u = records(60.0).copy()
+    hits = np.flatnonzero(u[:, 9])
+    wrong, double, missed, early = hits[2], hits[1] + 8, hits[3], 1200
+    u[wrong, 7] += 0.1  # 18 deg
+    u[double, 9], u[missed, 9], u[early, 9] = 1.0, 0.0, 1.0
+    return (wrong, double, missed, early), run(u), hits
+
+
+def test_wrong_double_missed_and_early_indices(faulty: Any) -> None:
+    (wrong, double, missed, early), found, hits = faulty
+    bits = status(found)
+    assert bits[wrong] & 8 and not bits[wrong] & 64
+    assert bits[double] & 8 and not bits[double] & 64
+    assert bits[early] & 4 and not bits[early] & (8 | 64)
+    assert np.flatnonzero(bits & 8).tolist() == [double, wrong]
+    # two turns without: told from one turn and a half on
+    assert bits[hits[1] + 1490] & 128 == 0 != bits[hits[1] + 1520] & 128
+    assert not bits[hits[4]] & 8 and bits[hits[4]] & 64
+    assert np.abs(errors(found)[hits[1] : hits[4], 2]).max() < 25.0
+    assert np.abs(errors(found)[hits[4] + 1 :, 2]).max() < 4.0
+
+
+def test_a_heading_that_did_jump_is_believed_in_the_end() -> None:
+    """The mark is 1,000 arc seconds elsewhere from the third index on: refused twice."""
+    u = records(60.0).copy()
+    hits = np.flatnonzero(u[:, 9])
+    u[hits[1] + 1 :, 7] += 1000.0 / 648000.0
+    found = run(u)
+    assert [status(found)[k] & (8 | 64) for k in hits] == [64, 64, 8, 8, 64, 64]
+    assert np.abs(errors(found)[-1, 2] - 1000.0) < 20.0
+
+
+def test_the_literal_reading_measures_the_scale_factor() -> None:
+    u = records(60.0)
+    found, c, free = run(u, "float", "literal"), run(u, "c", "literal"), run(records(60.0, False))
+    true = 1e-5 + 2.0 * 20e-6 * np.sin(np.radians(67.0)) * np.cos(np.radians(67.0))
+    true += 20e-6 * np.sin(np.radians(2.0)) * 2.0
+    assert found.outputs["scale_up"][-1] == pytest.approx(true, abs=6e-6)
+    assert abs(free.outputs["scale_up"][-1] - true) > 1e-5
+    # the rate is right, the angle is not
+    assert np.abs(np.diff(errors(found)[-2000::1000, 2])).max() < 12.0
+    assert not c.saturated.any() and np.abs(errors(found) - errors(c)).max() < 0.05
+    bits = status(found)
+    assert np.count_nonzero(bits & 64) == np.count_nonzero(u[:, 9])
+
+
+def test_a_restart_is_a_start() -> None:
+    u = records(16.0)[:4500]
+    again = np.concatenate([u[:4000], u[:1], u])
+    again[4000, 6] = -1.0
+    again[4000, :6] = 0.0
+    first, second = run(u, "c"), run(again, "c")
+    after = type(second)({n: v[4001:] for n, v in second.outputs.items()})
+    assert np.abs(errors(after) - errors(first)).max() < 8e-3
+    assert (status(after) == status(first)).all()
+    program = level("c").program
+    p, wanted = (covariances(program, s) for s in (second.states[4001:], first.states))
+    assert np.abs(p - wanted).max() < 1e-7
+    for value, name in ((3.0, "start_qz"), (-0.5, "p0_tilt")):
+        with pytest.raises(InputError, match=f"parameter {name}"):
+            Build(ArrayAttitude(), params=[{name: value}])
+
+
+def test_other_parameters_at_a_restart() -> None:
+    """Site and attitude in registers do what arguments do."""
+    other = ArrayAttitude(-40.0, 2000.0, (5.0, -3.0, 170.0))
+    values = {n: v for n, v in other.param_values().items() if n[:5] in ("latit", "heigh", "start")}
+    u = np.concatenate([np.zeros((1, 10)), records(16.0)[:300]])
+    u[0, 6] = -1.0
+    one = make_level("c", Build(ArrayAttitude(attitude=START)))
+    one.set_params(ArrayAttitude().param_values(values))
+    words = one.run(u).words[1:]
+    wanted = make_level("c", Build(other)).run(u).words[1:]
+    assert (words == wanted).all()
+
+
+def test_full_scale_is_flagged_and_bounded() -> None:
+    u = records(16.0)[:400].copy()
+    u[100:200, 1], u[100:200, 5] = 2.0**-7, -0.25
+    found = run(u, "c")
+    bits = status(found) & 16
+    assert bits[100:200].all() and not bits[:100].any() and not bits[200:].any()
+    assert not found.saturated.any()
+    assert max(np.abs(found.outputs[f"v{a}"]).max() for a in "enu") <= 4.0
+    q = np.stack([found.outputs[f"q{a}"] for a in "wxyz"])
+    assert np.abs((q * q).sum(axis=0) - 1.0).max() < 1e-6
+
+
+def hostile(n: int, seed: int) -> Any:
+    """Increments of any size, phases and indices at any time, some near the heading."""
+    rng = np.random.default_rng(seed)
+    u = np.zeros((n, 10))
+    size = np.array([2.0**-7] * 3 + [0.25] * 3)
+    u[:, :6] = np.repeat(rng.uniform(-1.0, 1.0, (n // 20 + 1, 6)), 20, axis=0)[:n] * size
+    u[:, :6] *= np.repeat(rng.choice([1e-4, 1e-2, 1.0], (n // 200 + 1, 1)), 200, axis=0)[:n]
+    tame = records(60.0)[2000:]
+    at = slice(n // 2, min(n, n // 2 + len(tame)))
+    u[at] = tame[: at.stop - at.start]
+    u[:, 6] = np.repeat(rng.choice([0.0, 1.0, 2.0, 2.0, 2.0], n // 300 + 1), 300)[:n]
+    u[rng.random(n) < 5e-4, 6] = -1.0
+    u[:, 7] = np.where(rng.random(n) < 0.5, u[:, 7], rng.uniform(-1.0, 1.0, n))
+    u[:, 9] = np.maximum(u[:, 9], rng.random(n) < rng.choice([0.0, 0.01, 0.3, 1.0]))
+    u[:, 8] = rng.random(n)
+    return u
+
+
+CALM = {"gyro_noise": 0.0, "force_noise": 0.0, "zupt_sd": 5e-4, "index_turn": 0.0}
+LOUD = {"gyro_noise": 3e-5, "force_noise": 2e-3, "index_turn": 0.0, "index_gate": 1.0}
+LOUD |= {"gyro_walk": 1e-9, "force_walk": 1e-4, "zupt_sd": 0.0078125}
+
+
+def least_eigenvalue(u: Any, reading: str, params: Any, every: int = 25) -> float:
+    """Of P over a hostile run on the C, LSB; nothing saturates, no variance is negative."""
+    found = run(u, "c", reading, **params)
+    assert not found.saturated.any()
+    p = covariances(level("c", reading).program, found.states[::every])
+    assert (np.diagonal(p, axis1=1, axis2=2) >= 0.0).all() and p.max() < 0.999
+    return float(np.linalg.eigvalsh(p).min() * 2.0**31)
+
+
+@pytest.mark.parametrize("params, least", [({}, 256.0), (CALM, 4.0), (LOUD, 256.0)])
+def test_covariance_stays_positive(params: Any, least: float) -> None:
+    for reading in ("heading", "literal"):
+        assert least_eigenvalue(hostile(15_000, 2), reading, params) >= least
+
+
+def test_an_unseen_heading_is_cut_before_its_word_is_full() -> None:
+    """A minute of turns with a scale factor hardly known: its variance grows with the square."""
+    u = records(60.0, index=False).copy()
+    u[0, 6] = -1.0
+    found = run(u, "c", **LOUD, p0_heading=8.6e-4, p0_scale=2.1e-5)
+    p = covariances(level("c").program, found.states)[:, 6, 6]
+    cut = status(found) & 32 > 0
+    assert cut.any() and not found.saturated.any() and p.max() < 0.75
+    assert (p[np.flatnonzero(cut) + 5] < 0.6).all() and p[1] > 0.45
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("reading", ["heading", "literal"])
+@pytest.mark.parametrize("params, least", [({}, 256.0), (CALM, -4.0), (LOUD, 256.0)])
+def test_covariance_stays_positive_over_millions(reading: str, params: Any, least: float) -> None:
+    for seed in range(17):
+        assert least_eigenvalue(hostile(100_000, seed), reading, params) >= least
+
+
+@pytest.mark.parametrize(
+    "config, steps",
+    [("small", 40), *(pytest.param(c, 20_000, marks=pytest.mark.soak) for c in ("small", "fast"))],
+)
+def test_every_form_gives_the_same_words(config: str, steps: int) -> None:
+    u = hostile(steps, 4) if steps > 1000 else np.concatenate([hostile(20, 4), records(16.0)[:20]])
+    build = Build(ArrayAttitude(), config=config, restarts=None if steps > 1000 else 2)
+    wanted = make_level("fixed", build).run(u)
+    for name in ("c", "rtl"):
+        found = make_level(name, build).run(u)
+        assert not found.fault and (found.words == wanted.words).all(), name
+        assert (found.saturated == wanted.saturated).all(), name
+
+
+@pytest.mark.parametrize("config, interval, latency", [("small", 1900, 140), ("fast", 1000, 130)])
+def test_cycles(config: str, interval: int, latency: int) -> None:
+    schedule = build_core(level("c").program, config, urgent=3, restarts=2).schedule
+    assert schedule.interval <= interval and schedule.latency <= latency
+
+
+@pytest.mark.parametrize(
+    "options, message",
+    [
+        ({"latitude": 89.5}, "latitude: wanted -89 to 89, found 89.5"),
+        ({"latitude": float("nan")}, "latitude"),
+        ({"height": 20e3}, "height: wanted -500 to 10000"),
+        ({"attitude": (1.0, 2.0, 400.0)}, "heading: wanted -360 to 360"),
+        ({"attitude": (1.0, 2.0)}, "attitude: wanted"),
+        ({"reading": "none"}, "reading: wanted heading or literal, found 'none'"),
+        ({"rate": 10.0}, "rate: wanted 50 to 1000"),
+    ],
+)
+def test_arguments_are_checked(options: Any, message: str) -> None:
+    with pytest.raises(InputError, match=f"array_attitude, {message}") as caught:
+        ArrayAttitude(**options)
+    assert "\n" not in str(caught.value)

@@ -1,0 +1,69 @@
+"""Runs: figures of known errors, and one short run of the real thing."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from boresight.systems.array.cases import CASES
+from boresight.systems.array.runs import EVERY, errors_of, figures_of, run_array
+from boresight.systems.array.world import ERECTED, TurningArray
+
+
+def test_figures(told) -> None:
+    runs = figures_of([told(1.0), told(2.0, least_eigenvalue=300.0, saturated=7)])
+    f = runs.figures
+    assert f["roll_rms"] == pytest.approx([2.0, 4.0]) == f["roll_max"]
+    assert f["heading_sigma"] == pytest.approx([0.0, 0.0])  # after whole hours always the same
+    assert f["fixed_float_rms"] == pytest.approx(2 * [648000.0 * 2e-7])
+    assert f["fixed_float_max"] == pytest.approx(2 * [648000.0 * 3e-7])
+    pooled = runs.pooled()
+    assert pooled["pitch_rms"] == pytest.approx(np.sqrt(2.5)) and pooled["pitch_max"] == 2.0
+    assert pooled["eigenvalue_min"] == 300.0 and pooled["saturated_sum"] == 7.0
+    assert pooled["used_sum"] == 80.0 and pooled["refused_sum"] == 8.0
+    assert pooled["scale_up_ppm"] == pytest.approx(20.0)
+
+
+def test_hours(told) -> None:
+    """After each whole hour; the deviation is about their mean, of n - 1."""
+    one = told(1.0)
+    one.error[[3749, 7499]] = [[1.0, 0.0, 5.0], [3.0, 0.0, 1.0]]
+    assert one.hourly.tolist() == [[1.0, 0.0, 5.0], [3.0, 0.0, 1.0]]
+    assert figures_of([one]).figures["heading_sigma"] == pytest.approx(np.sqrt(8.0))
+    short = dataclasses.replace(one, error=one.error[:100])
+    assert short.hourly.tolist() == one.error[99:100].tolist()
+
+
+def test_errors_are_those_of_the_samples_that_were_kept(told) -> None:
+    """The truth of the samples themselves is no error; a turn more is none either."""
+    world = TurningArray(36.0, hours=0.01)
+    truth = world.truth(ERECTED, world.samples)[EVERY - 1 :: EVERY] / np.pi
+    told = dict(zip(("pitch", "roll", "heading"), truth.T, strict=True))
+    told["heading"] = told["heading"] + np.where(np.arange(len(truth)) % 2, 2.0, 1.0 / 648000.0)
+    long = told_of(told)
+    error = errors_of(world, long)
+    assert np.abs(error[:, :2]).max() < 1e-6
+    assert error[:, 2] == pytest.approx(np.where(np.arange(len(truth)) % 2, 0.0, 1.0), abs=1e-6)
+
+
+def told_of(outputs):
+    from boresight.sim.accuracy.endurance import Endurance
+
+    return Endurance(outputs=outputs)
+
+
+@pytest.fixture(scope="module")
+def short():
+    """Six turns at 36 deg/s, after the alignment."""
+    case = dataclasses.replace(CASES["b_index"], hours=1.0 / 60.0)
+    return run_array(case, range(2, 3))
+
+
+def test_a_short_run(short) -> None:
+    """The mark is used in every turn; the errors are seconds of arc, float64 hundredths away."""
+    f = {name: float(v[0]) for name, v in short.figures.items()}
+    assert f["used_sum"] == 6.0 and f["refused_sum"] == 0.0 == f["saturated_sum"]
+    assert 0.0 < f["fixed_float_max"] < 0.3 and f["eigenvalue_min"] > 256.0
+    assert f["pitch_rms"] < 10.0 and f["roll_rms"] < 20.0
+    (told,) = short.each
+    assert np.abs(told.error[-1, 2]) < 3.0 and told.long.records == 1 + ERECTED + 6000

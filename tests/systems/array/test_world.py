@@ -1,0 +1,166 @@
+"""The array on its turntable: its motion, what its unit reports, the mark's pulses, draws."""
+
+import math
+
+import numpy as np
+import pytest
+
+from boresight.model.errors import InputError
+from boresight.sim.worlds.inertial import sensors
+from boresight.systems.array.world import ALIGNED, DT, ERECTED, TurningArray
+
+ARCSEC = math.radians(1.0) / 3600.0
+SHORT = {"hours": 30.0 / 3600.0}
+
+
+def whole(world: TurningArray) -> dict[str, np.ndarray]:
+    """All records as columns."""
+    pieces = list(world.pieces())
+    return {n: np.concatenate([p[n] for p in pieces]) for n in pieces[0]}
+
+
+def vectors(columns: dict[str, np.ndarray], what: str) -> np.ndarray:
+    return np.stack([columns[f"{what}_{a}"] for a in "xyz"], axis=1)
+
+
+def test_motion() -> None:
+    """Level for 300 s at 1, 2, 90 deg; erected to 66; then 36 deg/s counter-clockwise."""
+    found = whole(TurningArray(36.0, plus=True, **SHORT))
+    told = 180.0 * np.stack([found[f"{n}_true"] for n in ("pitch", "roll", "heading")], axis=1)
+    np.testing.assert_allclose(told[: ALIGNED + 1], [[1.0, 2.0, 90.0]] * 30001, atol=1e-12)
+    k = np.arange(1301)
+    wanted = np.stack([1.0 + 0.05 * k, 2.0 + 0.0 * k, 90.0 + 0.0 * k], axis=1)
+    np.testing.assert_allclose(told[ALIGNED : ERECTED + 1], wanted, atol=1e-10)
+    k = np.arange(3001)
+    heading = (90.0 + 0.36 * k + 180.0) % 360.0 - 180.0
+    np.testing.assert_allclose(told[ERECTED:, :2], [[66.0, 2.0]] * 3001, atol=1e-10)
+    np.testing.assert_allclose((told[ERECTED:, 2] - heading + 180.0) % 360.0, 180.0, atol=1e-9)
+    phases, begins = np.unique(found["phase"], return_index=True)
+    assert phases.tolist() == [-1.0, 0.0, 1.0, 2.0]
+    assert begins.tolist() == [0, 1, ALIGNED + 1, ERECTED + 1]
+
+
+def test_increments_of_a_perfect_unit() -> None:
+    """Earth rate and gravity at rest; 36 deg/s about the vertical, which is 66 deg away."""
+    world = TurningArray(36.0, errors=0.0, plus=True, **SHORT)
+    found = whole(world)
+    turn, push = vectors(found, "dtheta") / DT, vectors(found, "dv") / DT
+    latitude = math.radians(31.9521)
+    rest, late = slice(1, ALIGNED), slice(ERECTED + 1, None)
+    earth = np.linalg.norm(turn[rest].mean(axis=0))
+    assert earth == pytest.approx(7.292115e-5, rel=1e-8)
+    up = push[rest].mean(axis=0) / np.linalg.norm(push[rest].mean(axis=0))
+    assert float(turn[rest].mean(axis=0) @ up) == pytest.approx(
+        7.292115e-5 * math.sin(latitude), rel=1e-7
+    )
+    pitch, roll = np.radians([1.0, 2.0])
+    vertical = [-np.cos(pitch) * np.sin(roll), np.sin(pitch), np.cos(pitch) * np.cos(roll)]
+    np.testing.assert_allclose(up, vertical, atol=1e-9)
+    assert np.linalg.norm(push[late], axis=1) == pytest.approx(9.79466, abs=1e-5)
+    about = turn[late] @ (push[late].mean(axis=0) / 9.79466)
+    assert about == pytest.approx(math.radians(36.0) + 7.292115e-5 * math.sin(latitude), abs=2e-6)
+
+
+def test_counts_carry_what_they_leave() -> None:
+    """Whole counts; their sum is that of what is felt, to a count."""
+    world = TurningArray(36.0, counts_bits=20, **SHORT)
+    found = whole(world)
+    for k, (what, full) in enumerate((("dtheta", 2.0**-7), ("dv", 0.25))):
+        count = full * 2.0**-19
+        told = vectors(found, what)[1:]
+        np.testing.assert_array_equal(told / count, np.rint(told / count))
+        bias, matrix = world.constant[k]
+        felt = world.motion.increments(0, world.samples)[:, 3 * k : 3 * k + 3] @ matrix.T
+        left = np.cumsum(told - felt - bias * DT, axis=0)
+        assert np.abs(left).max() <= 0.5 * count * (1.0 + 2e-3)
+
+
+def test_errors_are_the_papers() -> None:
+    (gyro, of_gyro), (force, of_force) = TurningArray(seed=3, **SHORT).constant
+    np.testing.assert_allclose(np.abs(np.degrees(gyro)) * 3600.0, 0.003)
+    np.testing.assert_allclose(np.abs(force) / 9.80665, 20e-6)
+    for matrix, scale in ((of_gyro, 1e-5), (of_force, 1e-4)):
+        size = np.abs(matrix - np.eye(3))
+        np.testing.assert_allclose(np.diag(size), scale, rtol=1e-9)
+        np.testing.assert_allclose(size[~np.eye(3, dtype=bool)], 20e-6, rtol=1e-9)
+
+
+def test_draws() -> None:
+    """Start and signs change with the seed, and come again; plus has neither."""
+    world = TurningArray(**SHORT)
+    starts, first = [], world.constant[0][0]
+    for seed in range(20):
+        world.draw(seed)
+        off = np.array([world.truth(0, 1)[0]]) - np.radians([1.0, 2.0, 90.0])
+        starts.append(off[0] / ARCSEC)
+        assert np.abs(starts[-1][0]) == pytest.approx(5.0, abs=0.5)
+        assert np.abs(starts[-1][2]) == pytest.approx(20.0, abs=0.5)
+    assert len({tuple(np.sign(s)) for s in starts}) > 4
+    world.draw(1)
+    assert (world.constant[0][0] == first).all()
+    exact = TurningArray(plus=True, **SHORT)
+    np.testing.assert_allclose(exact.truth(0, 1)[0], np.radians([1.0, 2.0, 90.0]), atol=1e-13)
+    assert (exact.constant[1][0] > 0.0).all() and (exact.constant[1][1] > 0.0).all()
+
+
+def test_noise_and_vibration() -> None:
+    """What they add is as large as asked for; the truth nods too."""
+    quiet, noisy = (whole(TurningArray(36.0, noise=n, **SHORT)) for n in (0.0, 10.0))
+    added = vectors(noisy, "dtheta")[1:] - vectors(quiet, "dtheta")[1:]
+    wanted = 10.0 * math.radians(5e-4) / 60.0 * math.sqrt(DT)
+    np.testing.assert_allclose(added.std(axis=0), wanted, rtol=0.02)
+    pushed = vectors(noisy, "dv")[1:] - vectors(quiet, "dv")[1:]
+    np.testing.assert_allclose(pushed.std(axis=0), 10.0 * 5e-6 * 9.80665 * 0.1, rtol=0.02)
+    assert np.abs(np.corrcoef(added.T, pushed.T) - np.eye(6)).max() < 0.03
+    walks = [noise.walk for noise in TurningArray(noise=10.0, **SHORT).noise]
+    assert walks == [10.0 * sensors.FIBRE_OPTIC.walk, 10.0 * sensors.ACCELEROMETER.walk]
+    shaken = TurningArray(36.0, nods_arcsec=3.0, **SHORT)
+    still = TurningArray(36.0, **SHORT)
+    off = (shaken.truth(0, ALIGNED) - still.truth(0, ALIGNED)) / ARCSEC
+    assert off[:, 0].std() == pytest.approx(3.0, rel=0.05)
+    velocity = shaken.motion.velocity(0, ALIGNED)
+    pitch_rate = np.gradient(off[:, 0] * ARCSEC, DT)
+    # The unit is 1 m above the hinge and the array looks west: nodding up pushes it east.
+    np.testing.assert_allclose(velocity[1:-1, 0], pitch_rate[1:-1], atol=0.2 * pitch_rate.std())
+
+
+def test_pulses_tell_where_the_array_is() -> None:
+    """At a pulse the truth, interpolated in its sample, is what the pulse tells."""
+    found = whole(TurningArray(36.0, seed=2, mark_deg=120.0, hours=120.0 / 3600.0))
+    at = np.flatnonzero(~np.isnan(found["azimuth"]))[1:]
+    assert len(at) == 12 and (found["phase"][at] == 2.0).all()
+    heading, share = found["heading_true"], found["index_time"][at]
+    there = heading[at - 1] + share * (heading[at] - heading[at - 1])
+    off = 180.0 * 3600.0 * (there - found["azimuth"][at])
+    assert np.abs(off).max() < 5.0 and np.abs(off).max() > 0.2
+    assert (np.isnan(found["index_time"]) == np.isnan(found["azimuth"])).all()
+
+
+def test_records_are_the_rows_of_the_pieces() -> None:
+    world = TurningArray(36.0, noise=1.0, **SHORT)
+    columns = whole(world)
+    world.start()
+    for k in range(3):
+        record = world.record(None)
+        assert record is not None and list(record) == list(columns)
+        np.testing.assert_array_equal(list(record.values()), [v[k] for v in columns.values()])
+    assert len(columns["phase"]) == world.samples + 1
+    bare = next(world.pieces(truth=False))
+    assert [n for n in columns if not n.endswith("_true")] == list(bare)
+
+
+@pytest.mark.parametrize(
+    "options, message",
+    [
+        ({"deg_s": 0.0}, "deg_s: wanted above 0, to 44, found 0.0"),
+        ({"deg_s": 45.0}, "deg_s: wanted above 0"),
+        ({"hours": 0.0}, "hours: wanted above 0, to 100"),
+        ({"errors": -1.0}, "errors: wanted 0 or more"),
+        ({"noise": -1.0}, "noise: wanted 0 or more"),
+        ({"nods_arcsec": -1.0}, "nods_arcsec: wanted 0 or more"),
+        ({"counts_bits": 12}, "counts_bits: wanted 16 to 48"),
+    ],
+)
+def test_what_is_refused(options, message: str) -> None:
+    with pytest.raises(InputError, match=f"^turning_array, {message}"):
+        TurningArray(**options)

@@ -1,0 +1,262 @@
+"""`mls_attitude` against a matrix filter, any start, the printed equations, hostile input."""
+
+import itertools
+import math
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from boresight.firmware.build import CModel
+from boresight.gateware.core import build_core
+from boresight.model.errors import InputError
+from boresight.model.estimator import input_words, with_params
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.registry import make_level
+from boresight.systems.mls.deck import SensorErrors, deck, records
+from boresight.systems.mls.estimator import ALIGN_STEPS, STATUS_BITS, MlsAttitude
+from boresight.systems.mls.prototype import prototype
+
+EXACT = SensorErrors(0.0, (0.0, 0.0, 0.0), 0.0, 0.0, 0.0)
+SCALE = 96.0
+AXES = ("roll", "pitch", "heading")
+
+
+def rotation(q: Any) -> Any:
+    return Rotation.from_quat(np.roll(q, -1, axis=-1))
+
+
+def run(rows: Any, params: Any = None, level: str = "float", **options: Any) -> Any:
+    return make_level(level, Build(MlsAttitude(**options), params=[params])).run(rows)
+
+
+def quaternions(out: Any) -> Any:
+    return np.stack([out[f"q{a}"] for a in "wxyz"], axis=1)
+
+
+def turned(p: Any, q: Any) -> Any:
+    """Angles between attitudes [deg]."""
+    return np.degrees((rotation(p).inv() * rotation(q)).magnitude())
+
+
+@pytest.fixture(scope="module")
+def rows() -> Any:
+    return records(deck("table", 3.0, 4, 75.0), 4)
+
+
+@pytest.fixture(scope="module")
+def corrected(rows: Any) -> Any:
+    return run(rows).outputs
+
+
+def test_is_the_matrix_filter_of_four_states(rows: Any, corrected: Any) -> None:
+    """Begun where the filter has aligned: six components at once, P of all four states."""
+    after = ALIGN_STEPS
+    q = quaternions(corrected)
+    book = prototype(rows[after:, None], q[after - 1 : after], p0=(0.5 * 0.01) ** 2)[:, 0]
+    assert turned(book, q[after:]).max() < 0.003
+    # A bias of the prototype's Q or R would show.
+    other = prototype(rows[after:, None], q[after - 1 : after], p0=(0.5 * 0.01) ** 2, r_sd=0.06)
+    assert turned(other[:, 0], q[after:]).max() > 0.02
+
+
+def test_free_norm_is_the_same_attitude(rows: Any, corrected: Any) -> None:
+    """A projection takes nothing from the attitude; the norm itself is found to be one."""
+    free = run(rows, norm="free").outputs
+    assert turned(quaternions(free), quaternions(corrected))[ALIGN_STEPS:].max() < 0.01
+    assert free["norm"][-1] == pytest.approx(1.0, abs=2e-3)
+
+
+def test_angles_are_those_of_the_quaternion(corrected: Any) -> None:
+    wanted = rotation(quaternions(corrected)).as_euler("ZYX")[:, ::-1] / math.pi
+    for k, axis in enumerate(AXES):
+        assert np.abs((corrected[axis] - wanted[:, k] + 1.0) % 2.0 - 1.0).max() < 1e-9
+
+
+@pytest.mark.parametrize("order, bound", [(3, 2e-6), (4, 4e-8)])
+def test_picard_order(order: int, bound: float) -> None:
+    """A step of 0.1 rad, as the matrix exponential but for 2.6e-7 and 2.3e-9 rad."""
+    e = MlsAttitude(picard=order)
+    half = 0.05 * np.array([0.6, -0.48, 0.64])
+    dq = np.array(e._picard(list(half)))
+    exact = np.roll(Rotation.from_rotvec(2.0 * half).as_quat(), 1)
+    dq = dq / np.linalg.norm(dq)
+    angle = 2.0 * np.linalg.norm(dq[1:] - exact[1:])
+    assert bound / 100 < angle < bound
+
+
+def test_finds_any_attitude() -> None:
+    """Half a second later within noise, whatever the start; the status says when."""
+    worst = 0.0
+    for heading, roll, pitch in itertools.product((0, 77, 180, -110), (-25, 25), (-20, 15)):
+        what = deck("sea_5", 0.5, 3, heading)
+        tilt = np.roll(Rotation.from_euler("YX", [pitch, roll], degrees=True).as_quat(), 1)
+        q = np.roll((rotation(what.q) * rotation(tilt)).as_quat(), 1, axis=-1)
+        u = records(type(what)(what.euler, q, what.lift), heading % 7)
+        out = run(u).outputs
+        status = out["status"].astype(int)
+        assert (status[:ALIGN_STEPS] == 1).all() and not status[ALIGN_STEPS:].any()
+        worst = max(worst, turned(q, quaternions(out))[ALIGN_STEPS:].max())
+    assert worst < 2.5
+
+
+def test_exact_sensors_give_the_exact_attitude() -> None:
+    for dip, motion in ((54.0, "rolling"), (-20.0, "table")):
+        what = deck(motion, 1.0, 2, -60.0)
+        out = run(records(what, 2, EXACT, dip_deg=dip), {"dip": dip / 180.0}).outputs
+        assert turned(what.q, quaternions(out))[ALIGN_STEPS:].max() < 1e-3
+
+
+def test_what_was_printed_fails(rows: Any, corrected: Any) -> None:
+    late = slice(1500, None)
+    q = quaternions(corrected)[late]
+    for option, least in (("process", 3.0), ("measurement", 20.0)):
+        out = run(rows, **{option: "printed"}).outputs
+        assert np.median(turned(quaternions(out)[late], q)) > least, option
+    same = run(rows, innovation="printed").outputs
+    assert turned(quaternions(same)[late], q).max() < 1e-4
+    free = run(rows, innovation="printed", norm="free").outputs
+    assert free["norm"][-1] == pytest.approx(math.sqrt(0.5), abs=0.01)
+
+
+def test_a_missing_field_only_counts_as_missing(rows: Any) -> None:
+    u = rows.copy()
+    u[:60, 7:] = 0.0
+    u[1000:1100, 7:] = 0.0
+    status = run(u).outputs["status"].astype(int)
+    assert set(STATUS_BITS) == {0, 1}
+    assert (status[:60] == 3).all() and (status[60 : 60 + ALIGN_STEPS] == 1).all()
+    assert (status[1000:1100] == 2).all() and not status[1100:].any()
+
+
+def test_restart_forgets(rows: Any) -> None:
+    once = run(rows[:400]).outputs
+    twice = run(np.concatenate([rows[900:1200], rows[:400]])).outputs
+    for name, value in once.items():
+        assert (twice[name][301:] == value[1:]).all(), name
+
+
+def test_parameters_do_what_they_say(rows: Any) -> None:
+    """Large gyro_sd follows the samples, large acc_sd and mag_sd the gyro, p0_sd the start."""
+    q = {
+        name: quaternions(run(rows, given).outputs)
+        for name, given in (
+            ("usual", {}),
+            ("follows", {"gyro_sd": 0.5}),
+            ("gyro", {"acc_sd": 0.8, "mag_sd": 4.0, "gyro_sd": 1e-3}),
+            ("stays", {"p0_sd": 1e-4, "gyro_sd": 0.0}),
+        )
+    }
+    rough = {n: np.std(turned(v[600:1400], v[601:1401])) for n, v in q.items()}
+    assert rough["follows"] > 1.5 * rough["usual"]
+    assert turned(q["gyro"], q["usual"])[-1] > 0.05 and turned(q["stays"], q["usual"])[-1] > 0.05
+
+
+@pytest.mark.parametrize("motion, options", [("table", {}), ("sea_5", {"picard": 4})])
+def test_fixed_point_is_float64(motion: str, options: Any) -> None:
+    """0.001 deg at most, from the first attitude on."""
+    u = records(deck(motion, 6.0, 9, 170.0), 9)
+    fixed, real = (run(u, None, level, **options) for level in ("c", "float"))
+    assert not fixed.saturated.any()
+    assert (fixed.outputs["status"] == real.outputs["status"]).all()
+    for axis in AXES:
+        apart = 180.0 * np.abs((fixed.outputs[axis] - real.outputs[axis] + 1.0) % 2.0 - 1.0)
+        assert apart[ALIGN_STEPS:].max() < 5e-4 and apart.max() < 0.02
+
+
+def hostile(mode: str, steps: int) -> Any:
+    rng = np.random.default_rng(6)
+    u = np.zeros((steps, 10))
+    u[:, 0] = rng.choice([1e-3, 5e-3, 0.2, 0.0], steps, p=[0.7, 0.1, 0.1, 0.1])
+    u[:, 1:4] = (np.cumsum(rng.normal(0.0, 0.05, (steps, 3)), axis=0) + 8.0) % 15.99 - 8.0
+    u[:, 4:7] = rng.normal(0.0, 20.0, (steps, 3)).clip(-160.0, 159.9)
+    u[:, 7:] = rng.normal(0.0, 60.0, (steps, 3)).clip(-256.0, 255.9)
+    if mode == "spin":
+        u[:, :4] = [0.2, 39.9, -40.0, 39.9]
+    elif mode == "nothing":
+        u[:, 4:] = 0.0
+    elif mode == "restarts":
+        u[rng.random(steps) < 0.01, 0] = -0.1
+    elif mode == "parallel":  # the field along the force: the heading is not observed
+        u[:, 4:7], u[:, 7:] = [0.0, 0.0, 9.8], [0.0, 0.0, -50.0]
+    u[0, 0] = -0.1
+    return u
+
+
+MODES = ("tumble", "spin", "nothing", "restarts", "parallel")
+LOUD = {"gyro_sd": 1.0, "acc_sd": 64.0, "mag_sd": 512.0, "p0_sd": 0.5}
+
+
+def least_eigenvalue(program: Any, states: Any, order: int) -> float:
+    names = [program.values[s].name for s, _ in program.states]
+    p = np.zeros((len(states), order, order))
+    for i, j in itertools.combinations_with_replacement(range(order), 2):
+        p[:, i, j] = p[:, j, i] = states[:, names.index(f"p{i}{j}")] * 2.0**-31
+    return float(np.linalg.eigvalsh(p).min())
+
+
+def covered(mode: str, params: Any, steps: int) -> None:
+    e = MlsAttitude()
+    program = with_params(e.compile(), e, params)
+    words = input_words(program, hostile(mode, steps)[:, :, None])[:, :, 0]
+    _, saturated, states = CModel(program).trajectory(words)
+    assert not saturated.any(), mode
+    assert least_eigenvalue(program, states, 3) > 0.0, mode
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_covariance_is_positive_under_hostile_input(mode: str) -> None:
+    for params in ({}, LOUD, {"gyro_sd": 0.0, "p0_sd": 1e-4, "scale": 1.0}):
+        covered(mode, params, 3000)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("mode", MODES)
+def test_covariance_stays_positive(mode: str) -> None:
+    """10,000,000 updates, of all modes together."""
+    for _ in range(10):
+        covered(mode, {}, 100_000)
+        covered(mode, LOUD, 100_000)
+
+
+@pytest.mark.parametrize("config, interval", [("small", 750), ("fast", 500)])
+def test_cycles(config: str, interval: int) -> None:
+    assert build_core(MlsAttitude().compile(), config).schedule.interval <= interval
+
+
+@pytest.mark.parametrize(
+    "options, message",
+    [
+        ({"picard": 5}, "mls_attitude, picard: wanted one of 3, 4, found 5"),
+        ({"norm": "one"}, "mls_attitude, norm: wanted one of set, free, found 'one'"),
+        (
+            {"process": "new"},
+            "mls_attitude, process: wanted one of corrected, printed, found 'new'",
+        ),
+        ({"order": 3}, "mls_attitude, order: wanted one of picard, process, .*found 'order'"),
+    ],
+)
+def test_mistakes(options: Any, message: str) -> None:
+    with pytest.raises(InputError, match=f"^{message}"):
+        MlsAttitude(**options)
+
+
+def test_one_step_by_hand() -> None:
+    """P after a step without a measurement that counts: turned, and the noise of the gyro added."""
+    e = MlsAttitude()
+    p = SimpleNamespace(**e.param_values({"acc_sd": 0.39, "mag_sd": 512.0}))
+    x = {s.name: np.float64(s.initial) for s in e.states}
+    x |= {"unaligned": 0.0, "p00": 4e-4, "p11": 1e-4, "p22": 2e-4, "p01": 5e-5}
+    u = dict(zip([i.name for i in e.inputs], [0.01, 0, 0, 2.0, 0, 0, 0, 0, 0, 9.8], strict=True))
+    a = e._predicted(
+        [[x["p00"], x["p01"], 0.0], [x["p01"], x["p11"], 0.0], [0.0, 0.0, x["p22"]]],
+        e._picard([0.0, 0.0, 0.01]),
+        SimpleNamespace(**u),
+        p,
+    )
+    c = Rotation.from_rotvec([0.0, 0.0, 0.02]).as_matrix()
+    before = np.array([[4e-4, 5e-5, 0], [5e-5, 1e-4, 0], [0, 0, 2e-4]])
+    noise = (0.5 * 0.9 * math.radians(1.0) * 0.01 * SCALE) ** 2
+    assert np.array(a, dtype=float) == pytest.approx(c.T @ before @ c + noise * np.eye(3), abs=1e-9)

@@ -1,0 +1,191 @@
+"""`array_phases` against scipy's rotations; exact integers; linked to the filter in one core."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import boresight
+from boresight.cli import main
+from boresight.gateware.core import build_core, build_shared_core
+from boresight.model.errors import InputError
+from boresight.model.linking import linked_estimators
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.registry import make_level
+from boresight.systems.mls import estimator, phases
+from boresight.systems.mls.deck import deck, records
+from boresight.systems.mls.estimator import MlsAttitude
+from boresight.systems.mls.phases import MOST_ELEMENTS, STATUS_BITS, ArrayPhases
+from boresight.systems.satcom.estimator import Satcom
+from boresight.systems.satcom.pointing import SatcomPointing
+
+FILE, OTHER = phases.__file__, estimator.__file__
+
+
+def draws(seed: int, n: int = 500) -> Any:
+    """Attitudes, and beams anywhere: (n, 7)."""
+    rng = np.random.default_rng(seed)
+    beam = rng.normal(size=(n, 3))
+    q = np.roll(Rotation.random(n, random_state=seed).as_quat(), 1, axis=1)
+    return np.concatenate([q, beam / np.linalg.norm(beam, axis=1, keepdims=True)], axis=1)
+
+
+def run(u: Any, level: str = "float", elements: int = 64, **params: float) -> Any:
+    return make_level(level, Build(ArrayPhases(elements), params=[params])).run(u)
+
+
+def phases(out: Any, elements: int = 64) -> Any:
+    return np.stack([out[f"phase_{k}"] for k in range(elements)], axis=1)
+
+
+def apart(a: Any, b: Any) -> float:
+    return float(np.abs((a - b + 0.5) % 1.0 - 0.5).max())
+
+
+@pytest.mark.parametrize("elements, spacing", [(64, 0.5), (16, 0.5), (16, 0.83)])
+def test_phases_of_the_turned_beam(elements: int, spacing: float) -> None:
+    u = draws(1)
+    out = run(u, elements=elements, spacing=spacing).outputs
+    inside = Rotation.from_quat(np.roll(u[:, :4], -1, axis=1)).inv().apply(u[:, 4:])
+    wanted = spacing * inside[:, 1:2] * np.arange(elements)
+    assert apart(phases(out, elements), wanted) < 1e-12
+    assert out["status"].tolist() == (inside[:, 0] < 0.25).astype(float).tolist()
+    assert set(STATUS_BITS) == {0}
+
+
+def test_phases_are_unsigned_turns_and_exact_multiples() -> None:
+    """Words: phase k is k times phase 1, modulo 2^32; told from 0 to 1."""
+    found = run(draws(2), "c")
+    assert not found.saturated.any()
+    words = found.words[:, :64]
+    assert ((words - words[:, 1:2] * np.arange(64)) % 2**32 == 0).all()
+    told = phases(found.outputs)
+    assert (told >= 0.0).all() and (told < 1.0).all() and told.max() > 0.99
+    assert (told == (words % 2**32) / 2.0**32).all()
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_fixed_point_is_float64(seed: int) -> None:
+    u = draws(seed, 4000)
+    assert apart(phases(run(u, "c").outputs), phases(run(u).outputs)) < 2.0**-22
+
+
+def test_a_beam_that_is_none_gives_bounded_phases() -> None:
+    u = draws(3)
+    u[:, 4:] = np.sign(u[:, 4:])  # each component as large as it goes
+    fixed, real = run(u, "c"), run(u)
+    assert not fixed.saturated.any()
+    assert apart(phases(fixed.outputs), phases(real.outputs)) < 2.0**-20
+
+
+@pytest.mark.parametrize(
+    "elements, config, interval", [(64, "small", 130), (64, "fast", 100), (16, "small", 60)]
+)
+def test_cycles(elements: int, config: str, interval: int) -> None:
+    """In one core with the filter, which has the quaternion."""
+    core = Build(MlsAttitude(), ArrayPhases(elements), config=config).core
+    assert core.parts[1].schedule.interval <= interval
+
+
+def test_most_elements_fit_a_core() -> None:
+    core = build_core(ArrayPhases(MOST_ELEMENTS).compile(), "small", restarts=0)
+    assert len(core.program.outputs) == MOST_ELEMENTS + 1
+
+
+@pytest.mark.parametrize("elements", [0, 1, MOST_ELEMENTS + 1, 8.0, "64"])
+def test_more_elements_than_outputs(elements: Any) -> None:
+    with pytest.raises(InputError, match=rf"^array_phases, elements: wanted 2 to {MOST_ELEMENTS}"):
+        ArrayPhases(elements)
+
+
+def test_a_spacing_of_zero_is_refused() -> None:
+    with pytest.raises(InputError, match=r"^parameter spacing: wanted 0.1 to 1 .*found 0"):
+        ArrayPhases().param_values({"spacing": 0.0})
+
+
+@pytest.mark.parametrize(
+    "argv, message",
+    [
+        (
+            ["compile", f"{FILE}:ArrayPhases(elements=500)", "-o"],
+            "elements: wanted 2 to 160, found 500",
+        ),
+        (["compile", "array_phases", "--param", "spacing=0", "-o"], "spacing: wanted 0.1 to 1"),
+        (
+            ["compile", f"{OTHER}:MlsAttitude(picard=2)", "-o"],
+            "picard: wanted one of 3, 4, found 2",
+        ),
+    ],
+)
+def test_mistakes_are_one_line(argv: Any, message: str, tmp_path: Any, capsys: Any) -> None:
+    assert main([*argv, str(tmp_path / "x")]) == 2
+    out = capsys.readouterr()
+    assert message in out.err and out.err.count("\n") == 1 and not (tmp_path / "x").exists()
+
+
+def test_four_programs_in_one_core() -> None:
+    """All of both systems: what they read is read where it is kept."""
+    made = [Satcom(), SatcomPointing(), MlsAttitude(), ArrayPhases()]
+    programs = [e.compile() for e in linked_estimators(made)]
+    for config in ("small", "fast"):
+        core = build_shared_core(programs, config, restarts=0)
+        assert [len(part.program.streamed) for part in core.parts] == [10, 3, 10, 3]
+
+
+def both(steps: int, config: str) -> None:
+    """The filter and its reader in random turns on one core: every word as the integer model."""
+    u = records(deck("rolling", steps / 1000.0, 5, 30.0), 5)
+    names = [i.name for i in MlsAttitude.inputs]
+    angle = np.linspace(-1.0, 1.0, steps)
+    beams = {"beam_x": np.cos(angle), "beam_y": np.sin(angle), "beam_z": 0.0 * angle}
+    log = dict(zip(names, u.T, strict=True)) | beams
+    checked = boresight.check(
+        "mls_attitude,array_phases",
+        log,
+        config=config,
+        levels=("fixed", "c", "rtl"),
+        simulator="verilator",
+    )
+    for result in checked:
+        assert [(x.n_total, x.n_mismatch) for x in result.levels] == [(steps, 0)] * 3
+    told = checked[1].fixed.outputs
+    q = Rotation.from_quat(np.stack([checked[0].fixed.outputs[f"q{a}"] for a in "xyzw"], axis=1))
+    beam = np.stack(list(beams.values()), axis=1)
+    # Each beam is turned by an attitude that the filter had at that time, or a record before.
+    best = np.minimum(
+        np.abs((told["phase_1"] - 0.5 * q.inv().apply(beam)[:, 1] + 0.5) % 1.0 - 0.5),
+        np.abs((told["phase_1"][1:] - 0.5 * q[:-1].inv().apply(beam[1:])[:, 1] + 0.5) % 1.0 - 0.5)[
+            np.r_[0, : steps - 1]
+        ],
+    )
+    assert best[200:].max() < 1e-6
+
+
+def test_in_turns_with_the_filter() -> None:
+    both(260, "small")
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("config", ["small", "fast"])
+def test_20_000_updates_of_both(config: str) -> None:
+    both(20_000, config)
+
+
+@pytest.mark.soak
+def test_ten_million_updates_are_those_of_the_interpreter() -> None:
+    """C and interpreter, both programs."""
+    for name in ("mls_attitude", "array_phases"):
+        assert boresight.bench(name, updates=10_000_000).mismatches == 0
+
+
+def test_at_the_ends_of_the_scan() -> None:
+    """62 deg to both sides, level: a pi more for each half wavelength times the sine."""
+    level = [1.0, 0.0, 0.0, 0.0]
+    for sign in (-1.0, 1.0):
+        angle = sign * math.radians(62.0)
+        u = np.array([[*level, math.cos(angle), math.sin(angle), 0.0]])
+        out = run(u, "c").outputs
+        assert apart(out["phase_63"], 63 * 0.5 * math.sin(angle)) < 1e-7
+        assert out["status"] == 0.0

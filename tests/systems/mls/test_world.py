@@ -1,0 +1,107 @@
+"""The closed loop: what the phases send to the receiver decides which beams are asked for next."""
+
+import numpy as np
+import pytest
+
+from boresight.model.errors import InputError
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.registry import make_level
+from boresight.sim.worlds.loop import Loop, close_loop, parting
+from boresight.systems.mls.estimator import MlsAttitude
+from boresight.systems.mls.phases import ArrayPhases
+from boresight.systems.mls.world import SCAN_DEG, SCAN_DEG_S, Landing, OnDeck, angle_of, scan_times
+
+
+def fly(world: Landing, name: str = "c", config: str = "small", steps: int | None = None) -> Loop:
+    with make_level(name, Build(ArrayPhases(world.array.elements), config=config)) as level:
+        return close_loop(world, ArrayPhases(world.array.elements), level, steps=steps)
+
+
+def test_the_beam_stays_on_the_receiver() -> None:
+    """Found by a scan of the sector, then followed; without compensation it wanders by degrees."""
+    errors = {}
+    for compensated in (True, False):
+        world = Landing(
+            "rolling", 3, -20.0, elements=16, seconds=2.2, beams=41, compensated=compensated
+        )
+        loop = fly(world)
+        assert not loop.outputs["status"].any() and len(world.angles) >= 12
+        errors[compensated] = np.abs(np.array(world.angles) + 20.0).max()
+    assert errors[True] < 0.5 and errors[False] > 2.0
+
+
+def test_beams_go_where_the_pulse_was() -> None:
+    """The first scan covers the sector, then the gate is narrow and about the angle found."""
+    world = Landing("sea_5", 2, 35.0, elements=16, seconds=1.6, beams=25)
+    loop = fly(world)
+    azimuth = np.degrees(np.arctan2(loop.inputs[:, 5], loop.inputs[:, 4]))
+    assert (azimuth[0], azimuth[24]) == pytest.approx((-62.0, 62.0))
+    assert np.abs(azimuth[75:] - 35.0).max() < 3.0
+    assert np.ptp(azimuth[75:100]) == pytest.approx(4.0)
+    lost = Landing("sea_5", 2, 35.0, elements=16, seconds=1.6, beams=25)
+    lost.start()
+    outputs = None
+    for _ in range(60):  # an array without a beam: it goes on looking
+        record = lost.record(outputs)
+        outputs = {f"phase_{k}": (k * k % 7) / 7.0 for k in range(16)}
+    assert record is not None and abs(lost._half) > 3.0 and not lost.angles
+
+
+def test_two_levels_close_the_same_loop() -> None:
+    """RTL in the loop, a few scans."""
+    world = Landing("rolling", 5, 10.0, elements=16, seconds=1.3, beams=24)
+    loops = [fly(world, name, steps=90) for name in ("c", "rtl")]
+    assert parting(ArrayPhases(16), *loops) is None
+    assert len(loops[0].inputs) == 90
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("config", ["small", "fast"])
+def test_ten_thousand_records_of_the_loop(config: str) -> None:
+    world = Landing("rolling", 5, 10.0)
+    loops = [fly(world, name, config, 10_000) for name in ("c", "rtl")]
+    assert parting(ArrayPhases(), *loops) is None and len(loops[0].inputs) == 10_000
+
+
+def test_on_deck() -> None:
+    """Truths beside the records; after its start the filter is near them."""
+    world = OnDeck("rolling", 4, 0.6, 170.0)
+    loop = close_loop(world, MlsAttitude(), make_level("c", Build(MlsAttitude())))
+    assert len(loop.inputs) == 600
+    for name in ("roll", "pitch", "heading"):
+        apart = 180.0 * ((loop.outputs[name] - loop.truth[name] + 1.0) % 2.0 - 1.0)
+        assert np.abs(apart[130:]).max() < 1.5
+    world.start()
+    again = world.record(None)
+    assert again is not None and again["dt"] == -1e-3
+
+
+@pytest.mark.parametrize(
+    "options, message",
+    [
+        ({"azimuth_deg": 70.0}, "landing, azimuth_deg: wanted -62 to 62, found 70.0"),
+        ({"elevation_deg": 60.0}, "landing, elevation_deg: wanted -45 to 45, found 60.0"),
+        ({"beams": 2}, "landing, beams: wanted 8 or more, found 2"),
+        ({"spacing": 0.0}, "array, spacing: wanted wavelengths above 0"),
+        ({"motion": "storm"}, "motion: wanted one of"),
+    ],
+)
+def test_mistakes(options: dict, message: str) -> None:
+    with pytest.raises(InputError, match=f"^{message}"):
+        Landing(seconds=1.1, **options)
+
+
+def test_more_elements_than_the_estimator_has_outputs() -> None:
+    world = Landing("sea_5", seconds=1.1, beams=8)
+    message = r"^landing, elements: wanted as many as the estimator has phases, 16, found 64"
+    with pytest.raises(InputError, match=message):
+        close_loop(world, ArrayPhases(16), make_level("c", Build(ArrayPhases(16))))
+
+
+def test_angle_from_times() -> None:
+    """To and fro: a microsecond is a hundredth of a degree, later pulses are further left."""
+    angles = np.array([-62.0, -10.0, 0.0, 33.3, 62.0])
+    to, fro = scan_times(angles)
+    assert (to >= 0.0).all() and (fro > to).all() and fro.max() < 2 * 2 * SCAN_DEG / SCAN_DEG_S + 1
+    assert angle_of(to, fro) == pytest.approx(angles)
+    assert angle_of(to, fro - 1e-6) - angles == pytest.approx(0.01)

@@ -1,0 +1,106 @@
+"""Two radars: what they report, miss and are late by; draws; what is refused."""
+
+import math
+
+import numpy as np
+import pytest
+
+from boresight.model.errors import InputError
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.registry import make_level
+from boresight.sim.worlds.loop import close_loop
+from boresight.systems.radar.estimator import Registration
+from boresight.systems.radar.world import BIAS, NOISE, TwoRadars, placed, seen_from
+
+DEG = math.pi / 180.0
+
+
+def reported(world: TwoRadars) -> np.ndarray:
+    """Everything the world says of positions, (n, 6)."""
+    world.start()
+    rows = []
+    while (r := world.record(None)) is not None:
+        rows.append([r[f"{a}{i}"] for i in "12" for a in "xyz"])
+    return np.array(rows)
+
+
+def test_biases_and_noise_are_those_asked_for() -> None:
+    world = TwoRadars(seconds=100.0, seed=5)
+    data = reported(world)
+    assert data.shape == (1001, 6)
+    for i in range(2):
+        off = seen_from(world.sites[i], data[:, 3 * i : 3 * i + 3]) - world.seen[i]
+        off[:, 2] = (off[:, 2] + math.pi) % (2.0 * math.pi) - math.pi
+        unit = np.array([1.0, DEG, DEG])
+        own = slice(3 * i, 3 * i + 3)
+        assert off.std(axis=0) / unit == pytest.approx(NOISE[own], rel=0.08)
+        error = np.array(NOISE[own]) / math.sqrt(len(off))
+        assert (np.abs(off.mean(axis=0) / unit - BIAS[own]) < 4.0 * error).all()
+
+
+def test_draws_are_different_and_come_again() -> None:
+    world = TwoRadars(seconds=1.0, drawn=(50.0, 0.5))
+    one = reported(world)
+    assert (one == reported(world)).all()
+    first = world.bias
+    world.draw(2)
+    assert (world.bias != first).all() and (reported(world) != one).any()
+    world.draw(1)
+    assert (reported(world) == one).all()
+    spread = []
+    for seed in range(300):
+        world.draw(seed)
+        spread.append(world.bias)
+    wanted = [50.0, 0.5 * DEG, 0.5 * DEG] * 2
+    assert np.std(spread, axis=0) == pytest.approx(wanted, rel=0.15)
+
+
+def test_missed_samples_and_a_late_radar() -> None:
+    world = TwoRadars(seconds=100.0, missed=0.2)
+    missing = np.isnan(reported(world)[:, ::3])
+    assert missing.mean(axis=0) == pytest.approx([0.2, 0.2], abs=0.04)
+    assert (missing[:, 0] != missing[:, 1]).any()
+    late = TwoRadars(seconds=10.0, noise=0.0, bias=(0.0,) * 6, late_s=0.3)
+    data, place = reported(late), late.place
+    assert data[:-3, 3:] == pytest.approx(place[3:], abs=0.05)
+    assert data[:, :3] == pytest.approx(place, abs=1e-6)
+    between = TwoRadars(seconds=10.0, noise=0.0, bias=(0.0,) * 6, late_s=0.05)
+    middle = 0.5 * (between.place[:-1] + between.place[1:])
+    assert reported(between)[:-1, 3:] == pytest.approx(middle, abs=0.05)
+
+
+def test_bound_needs_noise_and_may_have_a_prior() -> None:
+    free, known = TwoRadars(seconds=20.0), TwoRadars(seconds=20.0, drawn=(50.0, 0.5))
+    a, b = free.bound()["range_1_bias"][-1], known.bound()["range_1_bias"][-1]
+    assert b < 50.0 < a
+
+
+def test_the_loop_with_the_filter() -> None:
+    """Open loop: the same records whatever is answered, with the truth beside them."""
+    world = TwoRadars("crossing", seconds=30.0, drawn=(50.0, 0.5), missed=0.1)
+    level = make_level("c", Build(Registration()))
+    loop = close_loop(world, Registration(), level)
+    assert len(loop.inputs) == 301 and loop.clamped == {"dt": 0} or not loop.clamped
+    assert loop.truth["azimuth_1_bias"][5] == world.bias[2]
+    error = loop.outputs["azimuth_1_bias"][-1] - world.bias[2]
+    assert abs(error) < 4.0 * world.bound()["azimuth_1_bias"][-1]
+    assert placed(world.sites[0], world.seen[0][3:4])[0] == pytest.approx(
+        [loop.truth[f"{a}1_corrected"][3] for a in "xyz"]
+    )
+
+
+@pytest.mark.parametrize(
+    "options, message",
+    [
+        ({"dt": 0.0}, "dt: wanted 0.01 to 1 s, found 0.0"),
+        ({"seconds": 0.01}, "seconds: wanted"),
+        ({"noise": -1.0}, "noise: wanted 0 or more"),
+        ({"missed": 1.0}, "missed: wanted a share below 1"),
+        ({"late_s": 11.0}, "late_s: wanted 0 to 10 s"),
+        ({"bias": (1.0,)}, "bias and noises: wanted six"),
+        ({"sites": ((0, 0, 0),)}, "sites: wanted two radars"),
+    ],
+)
+def test_what_is_refused(options, message: str) -> None:
+    with pytest.raises(InputError, match=f"^two_radars, {message}"):
+        TwoRadars(**options)

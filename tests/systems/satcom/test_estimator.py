@@ -1,0 +1,427 @@
+"""`satcom` against a matrix filter with numerical Jacobians, scipy's angles, and hostile input."""
+
+import math
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from boresight.firmware.build import CModel
+from boresight.gateware.core import build_core
+from boresight.model.errors import InputError
+from boresight.model.estimator import input_words, param_words, with_params
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.registry import make_level
+from boresight.sim.records.feed import feed
+from boresight.sim.records.record import Column, Record
+from boresight.systems.satcom.estimator import Satcom
+from boresight.systems.satcom.interface import BIAS_UNIT, STATUS_BITS
+from tests.support.compiled_float import compiled_float
+
+GRAVITY = 9.80665
+DT = 0.02
+SCALE = 8.0
+FLOOR = 2.0**-28 / SCALE**2
+DEFAULT = {p.name: p.default for p in Satcom.params}
+
+
+def product(p: Any, q: Any) -> Any:
+    """Hamilton product, scalar first."""
+    return np.array(
+        [p[0] * q[0] - p[1:] @ q[1:], *(p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:]))]
+    )
+
+
+def right(q: Any) -> Any:
+    """p q = right(q) p."""
+    return np.stack([product(e, q) for e in np.eye(4)], axis=1)
+
+
+def xi(q: Any) -> Any:
+    return np.stack([product(q, e) for e in np.eye(4)[1:]], axis=1)
+
+
+def rotation(q: Any) -> Any:
+    """scipy's rotation of (..., 4), scalar first."""
+    return Rotation.from_quat(np.roll(q, -1, axis=-1))
+
+
+def angles(q: Any) -> Any:
+    """Roll, pitch, heading [rad]."""
+    return rotation(q).as_euler("ZYX")[..., ::-1]
+
+
+def wrapped(angle: Any) -> Any:
+    return (angle + math.pi) % (2.0 * math.pi) - math.pi
+
+
+class Textbook:
+    """The seven-state filter in fixed coordinates, as the patent writes it; one run.
+
+    ``projected``: setting the norm back is a projection of P too. Without it P stays as it is.
+    """
+
+    def __init__(self, p: Any, *, projected: bool = True) -> None:
+        self.p, self.projected = SimpleNamespace(**{**DEFAULT, **p}), projected
+        self.restart()
+
+    def restart(self) -> None:
+        heading = math.pi * self.p.start_heading
+        self.q = np.array([math.cos(heading / 2), 0.0, 0.0, math.sin(heading / 2)])
+        self.bias = np.zeros(3)
+        norm = 0.0 if self.projected else (self.p.p0_sd / 2) ** 2
+        basis = right(self.q)
+        self.P = np.zeros((7, 7))
+        self.P[:4, :4] = basis @ np.diag([norm, *[(self.p.p0_sd / 2) ** 2] * 3]) @ basis.T
+        self.P[4:, 4:] = self.p.bias_p0_sd**2 * np.eye(3)
+        self.psi, self.drift, self.since = heading, 0.0, 0.0
+
+    def step(self, gyro: Any, force: Any, error: float, beam: float, tracking: bool) -> Any:
+        p = self.p
+        half = 0.5 * DT * (gyro - self.bias)
+        y = half @ half
+        dq = np.array([1 - y / 2 + y * y / 24, *(half * (1 - y / 6 + y * y / 120))])
+        q = product(self.q, dq)
+        F = np.eye(7)
+        F[:4, :4], F[:4, 4:] = right(dq), -DT / 2 * xi(q)
+        Q = np.zeros((7, 7))
+        Q[:4, :4] = (DT / 2 * p.gyro_sd) ** 2 * xi(q) @ xi(q).T
+        Q[4:, 4:] = p.bias_density**2 * DT * np.eye(3)
+        P = F @ self.P @ F.T + Q
+
+        phi, theta, psi = angles(q)
+        rate = (math.sin(phi) * gyro[1] + math.cos(phi) * gyro[2]) / math.cos(theta)
+        used = tracking and abs(error) <= p.tracking_gate
+        self.psi += DT * (rate - self.drift)
+        self.since = min(self.since + DT, 1.0)
+        if used:
+            e = error + wrapped(self.psi - math.pi * beam)
+            self.psi -= min(2 * p.damping * p.cutoff * self.since, 1.0) * e
+            self.drift += p.cutoff**2 * self.since * e
+            self.since = 0.0
+
+        tilt = right(q).T @ P[:4, :4] @ right(q)
+        known = tilt[1, 1] + tilt[2, 2] < (p.tilt_known_sd / 2) ** 2
+        nav = rotation(q).apply(force) + [0.0, 0.0, GRAVITY]
+        self.moving = bool(known and (np.abs(nav) > [p.delta_x, p.delta_y, p.delta_z]).any())
+        grown = p.adapt if self.moving else 1.0
+        z = np.array(
+            [
+                math.atan2(-force[1], -force[2]),
+                math.asin(np.clip(force[0] / GRAVITY, -1, 1)),
+                self.psi,
+            ]
+        )
+        R = np.diag([grown * p.roll_sd, grown * p.pitch_sd, p.heading_sd]) ** 2
+        step = 1e-5
+        H = np.zeros((3, 7))
+        for k, e in enumerate(np.eye(4)):
+            H[:, k] = wrapped(angles(q + step * e) - angles(q - step * e)) / (2 * step)
+        rows = slice(0, 3 if used else 2)
+        H, R, residual = H[rows], R[rows, rows], wrapped(z - angles(q))[rows]
+        K = P @ H.T @ np.linalg.inv(H @ P @ H.T + R)
+        move = K @ residual
+        A = np.eye(7) - K @ H
+        if known or residual[:2] @ residual[:2] < (math.pi / 90) ** 2:  # else it is still unknown
+            P = A @ P @ A.T + K @ R @ K.T
+        raw, self.bias = q + move[:4], self.bias + move[4:]
+        self.q = raw / np.linalg.norm(raw)
+        if self.projected:
+            J = np.eye(7)
+            J[:4, :4] = (np.eye(4) - np.outer(self.q, self.q)) / np.linalg.norm(raw)
+            P = J @ P @ J.T
+        P[:4, :4] += FLOOR * xi(self.q) @ xi(self.q).T  # the filter's noise against rounding
+        P[4:, 4:] += FLOOR / BIAS_UNIT**2 * np.eye(3)
+        self.P = P
+        return angles(self.q)
+
+
+def motion(seed: int, steps: int = 400, *, calm: bool = False) -> Any:
+    """Records (steps, n_inputs): restart, then a drive with turns, slopes, blows and gaps."""
+    rng = np.random.default_rng(seed)
+    t = DT * np.arange(steps)
+    roll = 0.2 * np.sin(0.9 * t + seed)
+    pitch = 0.15 * np.sin(1.3 * t) + 0.3 * (not calm) * np.sin(0.2 * t)
+    heading = 2.0 + 0.4 * t + 0.5 * np.sin(0.7 * t)
+    attitude = Rotation.from_euler("ZYX", np.stack([heading, pitch, roll], axis=1))
+    gyro = np.zeros((steps, 3))
+    gyro[1:] = (attitude[:-1].inv() * attitude[1:]).as_rotvec() / DT
+    pushed = np.where((t > 3.0)[:, None] & (t < 5.0)[:, None], [2.0, -1.5, 0.4], 0.0)
+    force = attitude.inv().apply(pushed - [0.0, 0.0, GRAVITY])
+    u = np.zeros((steps, 10))
+    u[:, 0] = DT
+    u[:, 1:4] = gyro + [0.005, -0.007, 0.009] + rng.normal(0.0, 1e-3, gyro.shape)
+    u[:, 4:7] = force + rng.normal(0.0, 0.05, force.shape)
+    u[::10, 7] = rng.normal(0.0, 0.004, len(t[::10]))
+    u[::10, 8] = wrapped(heading + rng.normal(0.0, 0.01, len(t)))[::10] / math.pi
+    u[::10, 9] = 1.0
+    u[150:200, 9] = 0.0
+    u[260, 7] = 0.3  # beyond the gate
+    u[0, 0], u[0, 9] = -DT, 0.0
+    return u
+
+
+PARAMS = {"start_heading": 2.05 / math.pi, "cutoff": 1.5}
+
+
+def textbook_run(u: Any, params: Any, **options: Any) -> tuple[Any, Textbook]:
+    book = Textbook(params, **options)
+    return np.array([book.step(r[1:4], r[4:7], r[7], r[8], r[9] > 0.5) for r in u[1:]]), book
+
+
+def float_run(u: Any, params: Any = None, estimator: Any = None) -> dict[str, Any]:
+    """Outputs and final states; angles [rad] under "angles"."""
+    out, states = compiled_float(estimator or Satcom(), u[:, :, None], params)
+    found: dict[str, Any] = {name: values[:, 0] for name, values in out.items()}
+    found["angles"] = math.pi * np.stack([found[n] for n in ("roll", "pitch", "heading")], axis=1)
+    found["state"] = {name: values[-1, 0] for name, values in states.items()}
+    return found
+
+
+@pytest.mark.parametrize("params", [{}, {"adapt": 1.0, "tracking_gate": 0.5}, {"p0_sd": 0.09}])
+def test_is_the_seven_state_filter(params: Any) -> None:
+    u = motion(1)
+    wanted, book = textbook_run(u, {**PARAMS, **params})
+    found = float_run(u, {**PARAMS, **params})
+    assert np.abs(wrapped(found["angles"][1:] - wanted)).max() < 1e-8
+    assert np.abs([found[f"bias_{a}"][-1] for a in "xyz"] - book.bias).max() < 1e-9
+    x = found["state"]
+    basis = np.zeros((7, 7))
+    basis[:4, :4], basis[4:, 4:] = right(book.q), BIAS_UNIT * np.eye(3)
+    P = SCALE**2 * (basis.T @ book.P @ basis)
+    assert np.abs(P[0]).max() < 1e-12  # of the norm nothing is left
+    for i in range(6):
+        for j in range(i, 6):
+            assert x[f"p{i}{j}"] == pytest.approx(P[i + 1, j + 1], abs=1e-9)
+    assert wrapped(math.pi * x["heading_pi"] - book.psi) == pytest.approx(0.0, abs=1e-8)
+    assert math.pi * x["drift"] == pytest.approx(book.drift, abs=1e-9)
+
+
+def test_the_norm_of_the_printed_filter_hardly_matters() -> None:
+    """Printed, P keeps the norm's variance: it leaks into the rotation with every correction."""
+    u = motion(1, 800, calm=True)
+    apart = np.degrees(
+        wrapped(textbook_run(u, PARAMS)[0] - textbook_run(u, PARAMS, projected=False)[0])
+    )
+    assert 1e-5 < np.abs(apart[100:]).max() < 0.06
+
+
+def test_jacobians_are_unit_vectors() -> None:
+    """cos(theta) dphi = d_1, dtheta = d_2, cos(theta) dpsi = cos(theta) d_3 + sin(theta) d_1."""
+    rng = np.random.default_rng(2)
+    for phi, theta, psi in rng.uniform(-1.4, 1.4, (20, 3)):
+        r = Rotation.from_euler("ZYX", [psi, theta, phi])
+        d = 1e-6 * rng.normal(size=3)  # in axes turned by the heading
+        moved = Rotation.from_euler("Z", psi).apply(d)
+        after = (Rotation.from_rotvec(moved) * r).as_euler("ZYX")[::-1] - [phi, theta, psi]
+        wanted = [d[0] / math.cos(theta), d[1], d[2] + math.tan(theta) * d[0]]
+        assert after == pytest.approx(wanted, rel=1e-3, abs=1e-9)
+
+
+def still(roll: float, pitch: float, heading: float, steps: int = 400, e: float = 0.0) -> Any:
+    """Exact sensors at rest [deg]; the beam on the satellite but for ``e`` [rad]."""
+    attitude = Rotation.from_euler("ZYX", [heading, pitch, roll], degrees=True)
+    u = np.zeros((steps, 10))
+    u[:, 0] = DT
+    u[:, 4:7] = attitude.inv().apply([0.0, 0.0, -GRAVITY])
+    u[::5, 7], u[:, 8] = e, (heading + math.degrees(e)) / 180.0
+    u[::5, 9] = 1.0
+    u[0, 0], u[0, 9] = -DT, 0.0
+    return u
+
+
+@pytest.mark.parametrize("roll, pitch, heading", [(9, -6, 170), (-25, 20, -175), (30, 0, 60)])
+def test_finds_its_attitude_at_rest(roll: float, pitch: float, heading: float) -> None:
+    params = {"start_heading": ((heading + 3 + 180) % 360 - 180) / 180, "cutoff": 4.0}
+    out = float_run(still(roll, pitch, heading, e=0.01), params)
+    error = wrapped(out["angles"] - np.radians([roll, pitch, heading]))
+    assert np.abs(error[-1]).max() < math.radians(0.05)
+    assert not (out["status"][20:].astype(int) & 1).any()
+    q = rotation([out[f"q{a}"][-1] for a in "wxyz"])
+    assert out["angles"][-1] == pytest.approx(angles(np.roll(q.as_quat(), 1)), abs=1e-9)
+
+
+def test_rates_are_free_of_bias() -> None:
+    u = motion(1)
+    out = float_run(u, PARAMS)
+    for k, axis in enumerate("xyz"):
+        assert out[f"rate_{axis}"][1:] == pytest.approx(u[1:, 1 + k] - out[f"bias_{axis}"][:-1])
+
+
+@pytest.mark.parametrize(
+    "axis, level, flagged",
+    [(0, 0.19, False), (0, -0.21, True), (1, 0.21, True), (1, -0.19, False), (2, 0.49, False)]
+    + [(2, 0.51, True), (2, -0.51, True)],
+)
+def test_external_acceleration(axis: int, level: float, flagged: bool) -> None:
+    u = still(3.0, 0.0, 0.0)
+    out = float_run(u)
+    attitude = rotation([out[f"q{a}"][-1] for a in "wxyz"])
+    pushed = np.array([0.0, 0.0, -GRAVITY])
+    pushed[axis] += level
+    u[-1, 4:7] = attitude.inv().apply(pushed)
+    status = float_run(u)["status"].astype(int)
+    assert (status[-1] & 1, status[-2] & 1) == (int(flagged), 0)
+
+
+def test_what_was_printed_fails() -> None:
+    """The sign of the roll; the test of the vertical, which finds acceleration in rest."""
+    u = still(5.0, 2.0, 0.0)
+    roll = np.degrees(float_run(u, estimator=Satcom(roll="printed"))["angles"][-1, 0])
+    assert roll == pytest.approx(-5.0, abs=0.1)
+    out = float_run(u, {"tilt_known_sd": 1.0}, estimator=Satcom(detector="printed"))
+    assert (out["status"][2:].astype(int) & 1).all()
+    with pytest.raises(InputError, match=r"^satcom, roll: wanted one of corrected, printed, found"):
+        Satcom(roll="mirrored")
+    with pytest.raises(InputError, match=r"^satcom, detector: wanted one of"):
+        Satcom(detector="none")
+
+
+def test_status_of_tracking_samples() -> None:
+    u = motion(1, 300)
+    status = float_run(u, PARAMS)["status"].astype(int)
+    assert [status[1] & 6, status[10] & 6, status[155] & 6, status[260] & 6] == [2, 0, 2, 4]
+    assert set(STATUS_BITS) == {0, 1, 2, 3}
+
+
+def test_a_sample_beyond_the_gate_changes_nothing() -> None:
+    u = motion(1, 300)
+    without = u.copy()
+    without[260, 9] = 0.0
+    a, b = float_run(u, PARAMS), float_run(without, PARAMS)
+    assert (a["angles"] == b["angles"]).all()
+
+
+def test_a_tracking_error_beyond_the_beam_is_refused() -> None:
+    columns = {i.name: Column(np.zeros(3)) for i in Satcom.inputs if not i.flags}
+    columns["e_psi"] = Column(np.array([0.0, 0.6, 0.0]))
+    with pytest.raises(
+        InputError, match=r"e_psi\[1\]: wanted -0.5 to 0.5 rad, .* found 0.6"
+    ) as found:
+        feed(Satcom(), Record("log", columns))
+    assert "\n" not in str(found.value)
+
+
+def test_restart_forgets() -> None:
+    u = motion(1, 300)[:200]
+    once, twice = float_run(u, PARAMS), float_run(np.concatenate([motion(2, 300)[:100], u]), PARAMS)
+    assert (once["angles"][1:] == twice["angles"][101:]).all()
+    assert (once["heading_pi"][1:] == twice["heading_pi"][101:]).all()
+
+
+def compiled(u: Any, level: str, params: Any) -> Any:
+    return make_level(level, Build(Satcom(), params=[params])).run(u)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_fixed_point_is_float64(seed: int) -> None:
+    u = motion(seed, 15000, calm=True)
+    fixed, floating = compiled(u, "c", PARAMS), compiled(u, "float", PARAMS)
+    assert not fixed.saturated.any()
+    assert (fixed.outputs["status"] == floating.outputs["status"]).all()
+    for name, most, rms in (("roll", 5e-4, 2e-4), ("pitch", 5e-4, 2e-4), ("heading", 4e-3, 1e-3)):
+        apart = 180.0 * wrapped(math.pi * (fixed.outputs[name] - floating.outputs[name])) / math.pi
+        assert np.abs(apart).max() < most and np.sqrt(np.mean(apart**2)) < rms
+
+
+def hostile(mode: str, steps: int) -> Any:
+    """Records of a kind that no vehicle gives."""
+    rng = np.random.default_rng(5)
+    u = np.zeros((steps, 10))
+    u[:, 0] = rng.choice([0.02, 0.005, 0.2, 0.0], steps, p=[0.7, 0.1, 0.1, 0.1])
+    u[:, 1:4] = (np.cumsum(rng.normal(0.0, 0.05, (steps, 3)), axis=0) + 8.0) % 15.99 - 8.0
+    u[:, 4:7] = rng.normal(0.0, 20.0, (steps, 3)).clip(-64.0, 63.9)
+    u[:, 7] = rng.normal(0.0, 0.06, steps).clip(-0.5, 0.5)
+    u[:, 8] = rng.uniform(-1.0, 1.0, steps)
+    u[:, 9] = rng.random(steps) < 0.1
+    if mode == "spin":
+        u[:, 1:4] = [7.99, -8.0, 7.99]
+    elif mode == "fall":
+        u[:, 4:7] = 0.0
+    elif mode == "blind":  # at rest without tracking: the heading is not observed
+        u[:, 0], u[:, 9] = 0.02, 0.0
+        u[:, 1:4] = rng.normal(0.0, 1e-3, (steps, 3))
+        u[:, 4:7] = [0.0, 0.0, -GRAVITY] + rng.normal(0.0, 0.05, (steps, 3))
+    elif mode == "restarts":
+        u[rng.random(steps) < 0.02, 0] = -0.1
+    u[0, 0] = -0.1
+    return u
+
+
+#: All noises at their most, and no doubt of an external acceleration: what can grow does.
+NOTHING_KNOWN = {
+    **{"roll_sd": 1.0, "pitch_sd": 1.0, "heading_sd": 1.0, "adapt": 1000.0, "tilt_known_sd": 1.0},
+    **{"gyro_sd": 0.1, "bias_density": 0.01, "bias_p0_sd": 0.1, "delta_x": 0.01},
+}
+
+
+@pytest.mark.parametrize("mode", ["tumble", "spin", "fall", "blind", "restarts"])
+def test_covariance_is_positive_under_hostile_input(mode: str) -> None:
+    u = hostile(mode, 4000)
+    program = Satcom().compile()
+    model = CModel(program)
+    records = input_words(program, u[:, :, None])[:, :, 0]
+    for params in (
+        {},
+        {"p0_sd": 1.0, "bias_p0_sd": 0.1},
+        {"p0_sd": 1e-4, "bias_p0_sd": 1e-5, "gyro_sd": 0.0, "bias_density": 0.0},
+        {"gyro_sd": 0.1, "bias_density": 0.01, "adapt": 1.0, "scale": 64.0},
+        {"roll_sd": 3e-4, "pitch_sd": 3e-4, "heading_sd": 3e-4},
+        {"roll_sd": 1.0, "pitch_sd": 1.0, "heading_sd": 1.0, "adapt": 1000.0},
+        NOTHING_KNOWN,
+    ):
+        for number, word in param_words(program, Satcom().param_values(params)).items():
+            model.set_param(program.values[number].name, word)
+        model.reset()
+        _, saturated, words = model.trajectory(records)
+        assert not saturated.any()
+        place = {program.values[s].name: k for k, (s, _) in enumerate(program.states)}
+        P = np.zeros((len(u), 6, 6))
+        for i in range(6):
+            for j in range(i, 6):
+                P[:, i, j] = P[:, j, i] = words[:, place[f"p{i}{j}"]]
+        assert P[:, range(6), range(6)].min() > 0
+        assert np.linalg.eigvalsh(P[::3]).min() > 0, params
+
+
+def test_without_tracking_the_tilt_is_kept_for_ever() -> None:
+    """The heading's variance comes to its limit again and again; roll and pitch live on."""
+    u = hostile("blind", 15000)
+    u[:, 0] = 0.2
+    u[:, 1:4] += [0.01, -0.01, 0.02]
+    fixed = compiled(u, "c", {"gyro_sd": 0.05, "bias_density": 1e-3})
+    full = (fixed.outputs["status"].astype(int) & 8) != 0
+    assert 2 < full.sum() < 0.9 * len(u)
+    for name in ("roll", "pitch"):
+        assert np.sqrt(np.mean((180.0 * fixed.outputs[name][100:]) ** 2)) < 0.4
+
+
+@pytest.mark.parametrize("config, latency, interval", [("small", 720, 950), ("fast", 520, 500)])
+def test_cycles(config: str, latency: int, interval: int) -> None:
+    core = build_core(Satcom().compile(), config)
+    assert core.schedule.latency <= latency and core.schedule.interval <= interval
+
+
+def test_a_heading_at_its_limit_is_cut_by_half() -> None:
+    """Not by the noise of a sample that there was not: it would be believed."""
+    u = hostile("blind", 3000)
+    params = {"gyro_sd": 0.05, "bias_density": 1e-3}
+    program = with_params(Satcom().compile(), Satcom(), params)
+    words = CModel(program).trajectory(input_words(program, u[:, :, None])[:, :, 0])[2]
+    heading = [program.values[s].name for s, _ in program.states].index("p22")
+    variance = words[:, heading] / 2.0**31
+    reached = np.argmax(variance > 0.45)
+    assert 0 < reached < 2500 and variance[reached:].min() > 0.1
+
+
+def test_at_its_limit_the_covariance_does_not_grow() -> None:
+    u = hostile("blind", 2000)
+    u[1:, 0] = 0.2499
+    params = {**NOTHING_KNOWN, "scale": 64.0}
+    program = with_params(Satcom().compile(), Satcom(), params)
+    words = CModel(program).trajectory(input_words(program, u[:, :, None])[:, :, 0])[2]
+    names = [program.values[s].name for s, _ in program.states]
+    rotation = sum(words[:, names.index(f"p{k}{k}")] for k in range(3)) / 2.0**31
+    assert 0.45 < rotation[500:].max() < 0.6

@@ -1,0 +1,181 @@
+"""`satcom_pointing` against scipy's rotations, ECEF geometry, numerical rates, the known skew."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from boresight.gateware.core import build_core, build_shared_core
+from boresight.model.errors import InputError
+from boresight.model.linking import linked_estimators
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.registry import make_level
+from boresight.sim.records.feed import feed
+from boresight.sim.records.record import Column, Record
+from boresight.systems.satcom.estimator import Satcom
+from boresight.systems.satcom.pointing import SatcomPointing, direction
+
+A, F = 6378137.0, 1.0 / 298.257223563
+ORBIT = 42164.17e3
+SATELLITE = 110.5
+NAMES = [o.name for o in SatcomPointing.outputs]
+
+
+def ecef(latitude: Any, longitude: Any, height: Any) -> Any:
+    """Geodetic to earth-fixed axes [m], by the radii of the ellipse."""
+    phi, lam = np.radians(latitude), np.radians(longitude)
+    b = A * (1.0 - F)
+    n = A**2 / np.sqrt((A * np.cos(phi)) ** 2 + (b * np.sin(phi)) ** 2)
+    r = (n + height) * np.cos(phi)
+    return np.stack(
+        [r * np.cos(lam), r * np.sin(lam), (n * (b / A) ** 2 + height) * np.sin(phi)], -1
+    )
+
+
+def expected(attitude: Rotation, place: Any) -> Any:
+    """Azimuth, elevation, polarisation [rad] of (n, 3) places in degrees and metres."""
+    lam = np.radians(SATELLITE)
+    d = ORBIT * np.array([np.cos(lam), np.sin(lam), 0.0]) - ecef(*place.T)
+    # Earth-fixed to north-east-down: turn by longitude, then latitude.
+    frame = Rotation.from_euler("ZY", np.stack([place[:, 1], -90.0 - place[:, 0]], 1), degrees=True)
+    los = attitude.inv().apply(frame.inv().apply(d))
+    los /= np.linalg.norm(los, axis=1, keepdims=True)
+    pole = attitude.inv().apply(frame.inv().apply(np.tile([0.0, 0.0, 1.0], (len(place), 1))))
+    azimuth, elevation = np.arctan2(los[:, 1], los[:, 0]), np.arcsin(-los[:, 2])
+    antenna = Rotation.from_euler("ZY", np.stack([azimuth, elevation], 1))  # beam, right, down
+    inside = antenna.inv().apply(pole)
+    return np.stack([azimuth, elevation, np.arctan2(inside[:, 1], -inside[:, 2])], axis=1)
+
+
+def records(attitude: Rotation, rate: Any, place: Any) -> Any:
+    q = np.roll(attitude.as_quat(), 1, axis=1)
+    return np.concatenate([q, rate, place / [180.0, 180.0, 1.0]], axis=1)
+
+
+def draws(seed: int, n: int = 500) -> tuple[Rotation, Any, Any]:
+    rng = np.random.default_rng(seed)
+    attitude = Rotation.from_euler(
+        "ZYX", rng.uniform([-180, -30, -30], [180, 30, 30], (n, 3)), True
+    )
+    place = rng.uniform([-60, SATELLITE - 60, -400], [60, SATELLITE + 60, 9000], (n, 3))
+    return attitude, rng.uniform(-1.0, 1.0, (n, 3)), place
+
+
+def run(u: Any, level: str = "float") -> Any:
+    found = make_level(level, Build(SatcomPointing())).run(u)
+    assert found.saturated is None or not found.saturated.any()
+    return np.stack([found.outputs[name] for name in NAMES], axis=1)
+
+
+def wrapped(angle: Any) -> Any:
+    return (angle + math.pi) % (2.0 * math.pi) - math.pi
+
+
+def test_angles() -> None:
+    attitude, rate, place = draws(1)
+    out = run(records(attitude, rate, place))
+    assert np.abs(wrapped(math.pi * out[:, :3] - expected(attitude, place))).max() < 1e-7
+
+
+def test_rates_are_those_of_the_angles() -> None:
+    attitude, rate, place = draws(2)
+    step = 1e-4
+    before, after = (
+        expected(attitude * Rotation.from_rotvec(k * step * rate), place) for k in (-0.5, 0.5)
+    )
+    numerical = wrapped(after - before) / step
+    far = np.abs(before[:, 1]) < 1.4
+    found = run(records(attitude, rate, place))[:, 3:6]
+    assert far.sum() > 400
+    assert np.abs(found - numerical)[far].max() < 1e-4
+
+
+def test_skew_on_level_ground() -> None:
+    """atan(sin L / tan phi) of the textbooks, a satellite at infinity; to the left in the east."""
+    place = np.array(
+        [[phi, SATELLITE - east, 0.0] for phi in (20, 45, -35) for east in (-40, 0, 30)]
+    )
+    out = run(records(Rotation.identity(len(place)), np.zeros_like(place), place))
+    phi, east = np.radians(place[:, 0]), np.radians(SATELLITE - place[:, 1])
+    found = 180.0 * out[:, 2] + np.degrees(np.arctan2(np.sin(east), np.tan(phi)))
+    assert np.abs((found + 180.0) % 360.0 - 180.0).max() < 1.0
+
+
+def test_direction_at_known_places() -> None:
+    """Overhead below it; due south at a known elevation; symmetric in longitude."""
+    (north, east, down), *_ = direction(0.0, 0.5, 0.0, 0.5)
+    assert (north, east, ORBIT * down) == pytest.approx((0.0, 0.0, A - ORBIT))
+    (north, east, down), *_ = direction(0.25, 0.5, 0.0, 0.5)
+    assert east == 0.0 and math.degrees(math.atan2(-down, -north)) == pytest.approx(38.2, abs=0.1)
+    a, b = (np.array(direction(0.2, 0.5 + k, 500.0, 0.5)[0]) for k in (-0.1, 0.1))
+    assert a == pytest.approx(b * [1.0, -1.0, 1.0]) and a[1] > 0.0
+
+
+def test_horizon_and_keyhole() -> None:
+    place = np.array(
+        [[0.0, SATELLITE - 81.0, 0.0], [0.0, SATELLITE - 82.0, 0.0], [0.0, SATELLITE, 0.0]]
+    )
+    out = run(records(Rotation.identity(3), np.ones((3, 3)), place))
+    assert out[:, -1].tolist() == [0.0, 1.0, 2.0]
+    assert np.abs(out[:, 3:6]).max() <= 16.0
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_fixed_point_is_float64(seed: int) -> None:
+    u = records(*draws(seed, 4000))
+    fixed, floating = run(u, "c"), run(u)
+    far = np.abs(floating[:, 1]) < 0.45
+    apart = np.abs(fixed - floating)[far]
+    apart[:, :3] = np.minimum(apart[:, :3], 2.0 - apart[:, :3])
+    assert apart[:, :3].max() < 2e-8 and apart[:, 3:6].max() < 1e-6 and not apart[:, 6].any()
+
+
+def test_reads_the_attitude_of_the_filter() -> None:
+    """Linked in one core, no format changes on the way; the place comes with the record."""
+    attitude, pointing = linked_estimators([Satcom(), SatcomPointing()])
+    program = attitude.compile()
+    for i in pointing.inputs[:7]:
+        output = program.outputs[program.output_names.index(i.source.removeprefix("satcom."))]
+        frac = i.given.frac if i.given else None
+        assert frac in (None, program.format(output).frac)
+    assert not any(i.source for i in pointing.inputs[7:])
+    core = build_shared_core([attitude.compile(), pointing.compile()], "small")
+    assert [part.program.name for part in core.parts] == ["satcom", "satcom_pointing"]
+
+
+@pytest.mark.parametrize("config, interval", [("small", 270), ("fast", 250)])
+def test_cycles(config: str, interval: int) -> None:
+    assert build_core(SatcomPointing().compile(), config).schedule.interval <= interval
+
+
+def test_wherever_it_is_the_outputs_are_bounded() -> None:
+    """Below the horizon, at the poles, overhead: a flag, and finite angles and rates."""
+    rng = np.random.default_rng(3)
+    attitude = Rotation.random(3000, random_state=4)
+    place = rng.uniform([-90, -180, -500], [90, 180, 20e3], (3000, 3))
+    place[:3] = [[90.0, 0.0, 0.0], [-90.0, 0.0, 0.0], [0.0, SATELLITE, 0.0]]
+    out = run(records(attitude, rng.uniform(-7.9, 7.9, (3000, 3)), place), "c")
+    assert np.abs(out[:, :3]).max() <= 1.0 and np.abs(out[:, 3:6]).max() <= 16.0
+    frame = Rotation.from_euler("ZY", np.stack([place[:, 1], -90.0 - place[:, 0]], 1), degrees=True)
+    lam = np.radians(SATELLITE)
+    far = ORBIT * np.array([np.cos(lam), np.sin(lam), 0.0]) - ecef(*place.T)
+    below = (out[:, 6].astype(int) & 1) != 0
+    assert (below == (frame.inv().apply(far)[:, 2] > 0.0)).all() and 0.4 < below.mean() < 0.7
+
+
+@pytest.mark.parametrize(
+    "name, value, message",
+    [
+        ("latitude", 0.51, r"latitude\[1\]: wanted -0.5 to 0.5 ht, .* found 0.51"),
+        ("longitude", -1.2, r"longitude\[1\]: wanted -1 to 1 ht, .* found -1.2"),
+        ("height", 30e3, r"height\[1\]: wanted -500 to 20000 m, .* found 30000"),
+    ],
+)
+def test_no_place_on_earth(name: str, value: float, message: str) -> None:
+    columns = {i.name: Column(np.zeros(3)) for i in SatcomPointing.inputs}
+    columns[name] = Column(np.array([0.0, value, 0.0]))
+    with pytest.raises(InputError, match=message) as found:
+        feed(SatcomPointing(), Record("log", columns))
+    assert "\n" not in str(found.value)
