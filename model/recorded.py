@@ -90,7 +90,9 @@ def evaluate(
             values[e.number] = leaves[e.data[:2]]
             continue
         args = [
-            values[a.number] if noise is None or isinstance(a, Condition) else noise(values[a.number])
+            values[a.number]
+            if noise is None or isinstance(a, Condition)
+            else noise(values[a.number])
             for a in e.args
         ]
         values[e.number] = _COMPUTE[e.kind](*args, *e.data)
