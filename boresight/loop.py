@@ -145,7 +145,7 @@ def simulate_world(
         say(f"{plant.name} and {filter.name} on {name}")
         with make_level(name, build) as level:
             return close_loop(
-                plant, filter, level, steps=steps, progress=lambda n: say(f"{name}: {n:,} records")
+                plant, level, steps=steps, progress=lambda n: say(f"{name}: {n:,} records")
             )
 
     loop = close(on)

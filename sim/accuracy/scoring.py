@@ -64,12 +64,12 @@ class Scorer:
         work: Callable[[int, Run], _T],
     ) -> list[_T]:
         """``work`` on the run of every record in ``which``, in that order."""
-        values = self.estimator.param_values(params)
+        self.estimator.param_values(params)
 
         def one(index: int) -> _T:
             level, given = self._levels.get(), self.feeds[index]
             try:
-                level.set_params(values)
+                level.set_params(params)
                 level.reset()
                 return work(index, level.run(given.inputs))
             finally:

@@ -179,11 +179,10 @@ class Check:
         judges, counts = self._levels(Interpreted), [len(one) for one in given]
         for k in self.build.order:
             judge, outputs = judges[k], {n: run.outputs for n, run in runs.items()}
-            assert isinstance(judge, Interpreted)
             inputs = self.build.filled(k, given[k].inputs, outputs, counts)
             given[k] = dataclasses.replace(given[k], inputs=inputs)
-            judge.reset()
-            runs[k] = judge.run(inputs, None if shown is None else shown[k].states)
+            judge.shown = None if shown is None else shown[k].states
+            runs[k] = judge.run_anew(inputs)
         seconds = time.perf_counter() - start
         return judges, [runs[k] for k in range(len(judges))], seconds
 

@@ -79,14 +79,14 @@ def feed(estimator: Estimator, record: Record, *, linked: Collection[int] = ()) 
         clamp, samples at another rate than the estimator is made for.
     """
     _refuse_rate(estimator, record)
-    n = len(record)
     reader = InputReader(estimator, lambda row, _, name: record.place(row, name), linked=linked)
-    columns = {
-        i.name: _values(estimator, record, i)[:, None]
-        for k, i in enumerate(estimator.inputs)
-        if not i.flags and k not in linked
-    }
-    inputs, new = (table[:, 0] for table in reader.take(columns, n))
+    inputs, new = reader.take_rows(
+        {
+            i.name: _values(estimator, record, i)
+            for k, i in enumerate(estimator.inputs)
+            if not i.flags and k not in linked
+        }
+    )
     t = record.values("t", "s") if "t" in record.columns else None
     return Feed(
         record,
@@ -95,7 +95,9 @@ def feed(estimator: Estimator, record: Record, *, linked: Collection[int] = ()) 
         new,
         reader.clamped,
         _truth(estimator, record),
-        record.columns["mov"].values != 0.0 if "mov" in record.columns else np.ones(n, dtype=bool),
+        record.columns["mov"].values != 0.0
+        if "mov" in record.columns
+        else np.ones(len(record), dtype=bool),
         warnings_of(estimator, inputs, new),
     )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -65,7 +66,7 @@ class InputReader:
             self._low[k], self._high[k] = inputs[k].low, inputs[k].high
         self._last = np.full((runs, len(inputs)), np.nan)
 
-    def take(self, columns: Mapping[str, npt.ArrayLike], n: int = 1) -> tuple[FloatArray, BoolArray]:
+    def take(self, columns: Mapping[str, Any], n: int = 1) -> tuple[FloatArray, BoolArray]:
         """Read ``n`` rows.
 
         Parameters
@@ -106,6 +107,12 @@ class InputReader:
         self.rows += n
         return inputs, new
 
+    def take_rows(self, columns: Mapping[str, FloatArray]) -> tuple[FloatArray, BoolArray]:
+        """Read columns (n,) of one run: `take` without the axis of the runs."""
+        n = len(next(iter(columns.values())))
+        inputs, new = self.take({name: values[:, None] for name, values in columns.items()}, n)
+        return inputs[:, 0], new[:, 0]
+
     def number(self, name: str, value: object) -> FloatArray:
         """Values (runs,) of another column of the next row, NaN where there is none.
 
@@ -124,7 +131,8 @@ class InputReader:
         """A column as numbers that can be broadcast to a shape."""
         try:
             if value is not None:
-                return np.broadcast_to(np.asarray(value, dtype=np.float64), shape)
+                numbers: FloatArray = np.asarray(value, dtype=np.float64)
+                return np.broadcast_to(numbers, shape)
         except (TypeError, ValueError, OverflowError):
             pass
         raise self._error(0, 0, name, "a number", type(value).__name__)
