@@ -242,6 +242,7 @@ def test_worlds_of_installed_packages(
     assert capsys.readouterr().err.startswith("error: --on: wanted a world before it, found the ")
 
 
+@pytest.mark.pythons
 def test_a_constructor_that_raises_is_not_wrong_arguments(here: Path) -> None:
     (here / "w.py").write_text(
         "from boresight import World\n\n\nclass Odd(World):\n"
