@@ -12,7 +12,6 @@ import numpy.typing as npt
 
 from boresight.arguments import check_number
 from boresight.firmware.build import CModel
-from boresight.gateware.system.programs import FILTERS
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.estimators import FILTERS

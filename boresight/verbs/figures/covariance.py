@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from boresight.arguments import check_number
-from boresight.gateware.system.programs import FILTERS
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.estimators import FILTERS
