@@ -261,7 +261,8 @@ def _is_world(text: str, other: str | None) -> bool:
     An estimator stands alone or before a log, and runs on the board.
     """
     if ".py" not in text:
-        return text not in FILTERS and text in names_of_entry_points(WORLD_GROUP)
+        name = text.partition("(")[0]
+        return name not in FILTERS and name in names_of_entry_points(WORLD_GROUP)
     if other is not None and not other.endswith((".csv", ".npz")):
         return True
     try:

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
+from boresight.sim.accuracy.innovations import Innovations, innovations
 from boresight.sim.attitude.zyx import wrapped
 from boresight.sim.experiments.forms import differences_of, run_forms
 from boresight.sim.experiments.seeds import Runs
@@ -15,7 +16,6 @@ from boresight.sim.worlds.fleet import Loops, close_loops
 from boresight.systems.satcom.cases import Case
 from boresight.systems.satcom.estimator import INNOVATIONS
 from boresight.systems.satcom.estimator import Satcom as Filter
-from boresight.systems.satcom.innovations import Innovations, innovations
 from boresight.systems.satcom.world import Vehicles
 
 __all__ = ["ANGLES", "SETTLED_S", "figures_of", "fly"]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from boresight.systems.satcom.innovations import innovations, plot_innovations
+from boresight.sim.accuracy.innovations import innovations, plot_innovations
 
 
 def test_known_sequence() -> None:
