@@ -7,7 +7,7 @@ from typing import Any
 
 from boresight import core_files as module
 from boresight.core_files import core_files, project_files
-from boresight.gateware.integration.files import integration_names
+from boresight.gateware.texts.core import integration_names
 
 REGISTERS = {"registers.h", "registers.json", "registers.md", "registers.svd"}
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from boresight.cli import main
-from boresight.gateware.integration.files import integration_names
+from boresight.gateware.texts.core import integration_names
 from boresight.sim.rtl.simulators import available
 
 PAGE = Path(__file__).parents[2] / "docs" / "verilog.md"
