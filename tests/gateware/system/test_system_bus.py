@@ -6,8 +6,7 @@ from amaranth.sim import Simulator
 
 from boresight.gateware.bus.results import INDEX_BITS
 from boresight.gateware.registers.model import Access
-from boresight.gateware.system.conductor import RAWS
-from boresight.gateware.system.interface import IDENTIFICATION, system_registers
+from boresight.gateware.system.interface import IDENTIFICATION, Place, system_registers
 from boresight.gateware.system.plan import RAW
 from boresight.gateware.system.system_bus import COUNTERS, CSR, FEED, RESULTS, SystemBus
 
@@ -146,7 +145,7 @@ def test_inputs_and_orders_are_passed_on(bench: Bench) -> None:
 
 
 def test_nobody_writes_the_place_that_reads_0() -> None:
-    assert RAWS + len(RAW) <= (1 << INDEX_BITS) - 1
+    assert Place.RAWS + len(RAW) <= (1 << INDEX_BITS) - 1
 
 
 def test_counters(bench: Bench) -> None:

@@ -41,6 +41,15 @@ MODULES = {
 }
 
 
+def test_ports_of_the_core_behind_axi(one: Design) -> None:
+    text = (one[0] / "core_axi.v").read_text()
+    module = text[text.index("\nmodule core_axi(") :].partition("endmodule")[0]
+    found = re.findall(r"^  (input|output) (?:\[(\d+):0\] )?(\w+);$", module, re.M)
+    assert {(side, name, int(high or 0) + 1) for side, high, name in found} == set(axi_ports())
+    assert [name for _, name, _ in axi_ports()][:3] == ["aclk", "aresetn", "s_axis_tdata"]
+    assert "always @*" not in text and len(re.findall(r"^  core core \(", text, re.M)) == 1
+
+
 def test_names(one: Design, linked: Design) -> None:
     for (folder, build), target in ((one, "xc6slx9"), (linked, "generic")):
         found = {p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file()}

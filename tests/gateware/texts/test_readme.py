@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 from boresight.gateware.description import describe
+from boresight.gateware.texts.core import integration_files
 from boresight.sim.levels.build import Build
+from boresight.sim.levels.vectors import recorded
 
 Design = tuple[Path, Build]
 
@@ -73,3 +77,22 @@ def test_flags_are_those_of_the_register_map(one: Design) -> None:
         for bit in register.fields:
             assert f"| {register.address} | `{register.name}` | {bit.bit}" in text
             assert f"`{bit.name}`: {bit.meaning}" in text
+
+
+def test_area_and_clock_are_called_an_estimate(one: Design) -> None:
+    build = one[1]
+    used = SimpleNamespace(lut=1042, ff=900, dsp=8, ramb16=17.5)
+
+    def resources(fmax: float | None) -> str:
+        area: Any = SimpleNamespace(area=used, corner=lambda **_: SimpleNamespace(fmax_mhz=fmax))
+        texts = integration_files(
+            describe(build.core), recorded(build), generic=False, axi=False, area=area
+        )
+        return texts["README.md"].partition("## Resources\n\n")[2]
+
+    text = resources(124.6)
+    assert text.startswith(
+        f"1 lane(s), {len(build.core.image.rom)} microwords. **Estimate** for XC"
+    )
+    assert "not from ISE: 1042 LUT, 900 flip-flops, 8 DSP48A1, 17.5 RAMB16; clock 125 MHz" in text
+    assert "clock not known" in resources(None)

@@ -52,7 +52,7 @@ def test_ports_are_those_of_the_module(instances: bool, word: int) -> None:
 
 
 def test_generic() -> None:
-    """That it has the build identifier the bench beside it says (`gateware.integration`)."""
+    """That it has the build identifier the bench beside it says (`gateware.texts.core`)."""
     core = core_of("complementary", word=24)
     generic, simulated = (core.verilog(instances=False, identified=k) for k in (True, False))
     assert generic != simulated and "DSP48A1" not in generic and "LUT6" not in generic
