@@ -50,10 +50,12 @@ newest:                ## `make test` with the newest release of every dependenc
 	rm -rf $(VENV)-newest
 	$(MAKE) test VENV=$(VENV)-newest LOCK=
 
-oldest: $(VENV)/.lock  ## `make test` with the oldest that pyproject.toml allows
+oldest: $(VENV)/.lock  ## All tests with the oldest that pyproject.toml allows, on the oldest Python
 	rm -rf $(VENV)-oldest
 	$(UV) --extra test --python $(BIN)/python --resolution lowest-direct -o $(VENV)-oldest.txt
-	$(MAKE) test VENV=$(VENV)-oldest LOCK=$(VENV)-oldest.txt BUILD=
+	$(MAKE) develop VENV=$(VENV)-oldest LOCK=$(VENV)-oldest.txt BUILD=
+	@# Without types: those of old libraries say less.
+	$(VENV)-oldest/bin/pytest -n 2 --dist worksteal
 
 soak: develop          ## Long campaigns, of which `make test` runs a short form (README: cost)
 	$(BIN)/pytest -m 'soak or hypothesis' --hypothesis-profile=soak --timeout=14400 -n 2 --dist worksteal
