@@ -115,9 +115,7 @@ def lower(trace: Trace, arithmetic: Arithmetic) -> tuple[Program, dict[int, Node
         low.limit(node, state)
     with deep(len(graph.nodes)):
         outputs = tuple(low.word(node) for node in results)
-        replaced = tuple(
-            (s, low.replacing(node, s)) for s, node in zip(states, after, strict=True)
-        )
+        replaced = tuple((s, low.replacing(node, s)) for s, node in zip(states, after, strict=True))
     program, new = _pruned(
         Program(
             graph.name,

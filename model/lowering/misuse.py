@@ -21,10 +21,7 @@ _TRUTH = (
     "if, and, or, not, max, min of a traced value",
     "use ops.where(condition, yes, no), & | ~, ops.maximum, ops.minimum",
 )
-_KEY = (
-    "a traced value in a set, as a key, or in a cache",
-    "use its name, or its place in a list",
-)
+_KEY = ("a traced value in a set, as a key, or in a cache", "use its name, or its place in a list")
 NO_NUMBER: Refused = {
     ("__bool__",): _TRUTH,
     ("__hash__",): _KEY,

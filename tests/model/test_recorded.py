@@ -60,7 +60,9 @@ def test_ours_are_what_they_record(name: str) -> None:
 )
 @pytest.mark.parametrize("rows", [None, np.array([[0.5, -0.5], [0.5, 0.25], [-0.5, 0.25]])])
 def test_what_no_record_shows(function: Any, rows: Any) -> None:
-    with pytest.raises(InputError, match=r"line \d+, output y of own: wanted what step comp.* numpy"):
+    with pytest.raises(
+        InputError, match=r"line \d+, output y of own: wanted what step comp.* numpy"
+    ):
         check_recorded(Own(function), rows, {})
 
 
@@ -94,7 +96,9 @@ def test_nothing_is_kept(keep: Any) -> None:
     for ask in (check_recorded, Estimator.compile):
         estimator = Keeps(keep)
         estimator.trace()  # as somebody else did
-        with pytest.raises(InputError, match=r"line \d+: wanted a step that .* nothing kept in self"):
+        with pytest.raises(
+            InputError, match=r"line \d+: wanted a step that .* nothing kept in self"
+        ):
             ask(estimator)
 
 
@@ -111,9 +115,7 @@ def _computed(text: Text, last: FloatArray) -> FloatArray | None:
     with np.errstate(all="ignore"):
         rows = zip(last, INPUTS, strict=True)
         steps = [
-            estimator.step(
-                Values("state", {"s": s}), Values("input", {"a": u[0], "b": u[1]}), p
-            )
+            estimator.step(Values("state", {"s": s}), Values("input", {"a": u[0], "b": u[1]}), p)
             for s, u in rows
         ]
     computed = np.array([float(out["y0"]) for _, out in steps])
