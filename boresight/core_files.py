@@ -12,15 +12,16 @@ from boresight.gateware.core import Core
 from boresight.gateware.description import describe
 from boresight.gateware.synthesis.estimate import Estimate
 from boresight.gateware.system.attitude_system import AttitudeSystem, system_design
+from boresight.gateware.texts.bench import Recorded
 from boresight.gateware.texts.core import (
     REGISTER_FILES,
     integration_files,
     integration_names,
     register_files,
+    register_texts,
     verilog_head,
 )
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.vectors import recorded
 
 __all__ = ["TARGETS", "core_files", "project_files", "write_core", "write_system", "write_text"]
 
@@ -59,23 +60,17 @@ def project_files(board: str, *, system: bool) -> list[str]:
 
 def write_system(folder: Path, board: str, core: Core) -> AttitudeSystem:
     """Write the ISE project of a complete system, with its register map beside it."""
-    made: list[AttitudeSystem] = []
-    design = system_design(core)
-
-    def make(clock_hz: int) -> AttitudeSystem:
-        made.append(design(clock_hz))
-        return made[-1]
-
-    # 100 MHz whatever the oscillator.
-    write_ise_project(make, board, folder, clock_hz=SYSTEM_CLOCK_HZ)
-    for file, text in register_files(made[-1].map()).items():
+    system = system_design(core)(SYSTEM_CLOCK_HZ)
+    write_ise_project(lambda _: system, board, folder, clock_hz=SYSTEM_CLOCK_HZ)
+    for file, text in register_files(system.map()).items():
         write_text(folder / file, text)
-    return made[-1]
+    return system
 
 
 def write_core(
     folder: Path,
     build: Build,
+    records: Sequence[Recorded],
     *,
     area: Estimate | None = None,
     target: str = TARGETS[0],
@@ -88,7 +83,9 @@ def write_core(
     folder : Path
         Where.
     build : Build
-        What.
+        The core and its estimators.
+    records : sequence of Recorded
+        Records of every program for the bench (`sim.levels.vectors.recorded`).
     area : Estimate, optional
         Area and clock, for the README.
     target : str
@@ -98,15 +95,12 @@ def write_core(
     """
     core = build.core
     about = describe(core, {e.name: e.summary for e in build.estimators})
-    texts = {
-        **register_files(about),
-        **integration_files(
-            about, recorded(build), generic=target == "generic", axi=axi, area=area
-        ),
-    }
+    texts = {"registers.json": about.to_json()}
     for file, (instances, identified) in _VERILOG[target].items():
         head = verilog_head(about, instances=instances, identified=identified)
         texts[file] = head + core.verilog(instances=instances, identified=identified)
+    texts |= register_texts(about)
+    texts |= integration_files(about, records, generic=target == "generic", axi=axi, area=area)
     for number in range(len(core.parts)):
         texts |= _program_texts(core.select(number))
     for file, text in texts.items():

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Annotated, Any
 
 from boresight.gateware.core import Core
-from boresight.gateware.registers.core import ADDRESS_BITS, FIXED, STATUS, program_choice
+from boresight.gateware.registers.core import ADDRESS_BITS, CHOICE, FIXED, STATUS
 from boresight.gateware.registers.model import Access, Register
-from boresight.model.tools.c_names import unique
+from boresight.model.tools.c_names import identifier, unique
 from boresight.model.tools.typed import Within, typed
 from boresight.model.words.program import InPort, Program
 
@@ -196,6 +196,25 @@ class Description:
         names = unique(r.name for r in ordered)
         return {r.address: name for r, name in zip(ordered, names, strict=True)}
 
+    @property
+    def identifier(self) -> str:
+        """The name as a C identifier."""
+        return identifier(self.name)
+
+    @property
+    def named_records(self) -> list[tuple[str, str, list[tuple[str, Word]]]]:
+        """Of every record "input" or "output", its program, and its words by C identifiers."""
+        taken = set(self.identifiers.values())
+        records = []
+        for program in self.programs:
+            of = f"{identifier(program.program)}_" if len(self.programs) > 1 else ""
+            for title, words in (("input", program.inputs), ("output", program.outputs)):
+                kind = title.removesuffix("put").upper()
+                stems = unique((f"{of}{kind}_{word.name}" for word in words), taken=taken)
+                taken.update(stems)
+                records.append((title, program.program, list(zip(stems, words, strict=True))))
+        return records
+
     def to_json(self) -> str:
         """The register map as JSON, the same text for the same map."""
 
@@ -261,7 +280,7 @@ def describe(core: Core, summaries: Mapping[str, str] | None = None) -> Descript
         registers=(
             *(register for part in parts for register in _parameters(part, several)),
             *FIXED,
-            *([program_choice(core.names)] if several else []),
+            *([replace(CHOICE, names=core.names)] if several else []),
         ),
         programs=tuple(_records(part, lines.get(part.program.name, "")) for part in parts),
         configuration=core.machine.name,

@@ -24,13 +24,9 @@ UPDATES = Register("updates", FIRST + 1, Access.READ_ONLY, "completed updates, m
 BUILD_LOW = Register("build_low", FIRST + 2, Access.READ_ONLY, "build identifier, bits W-1 to 0")
 BUILD_HIGH = Register("build_high", FIRST + 3, Access.READ_ONLY, "build identifier, bits 2W-1 to W")
 FIXED = (STATUS, UPDATES, BUILD_LOW, BUILD_HIGH)
-#: Address of the register that says which program runs; with one program there is none.
-PROGRAM = FIRST + 4
+#: Number of the program that runs; a core of one program does not have it.
+CHOICE = Register("program", FIRST + 4, Access.READ_WRITE, "number of the program that runs")
+#: Its address, the last one of a core.
+PROGRAM = CHOICE.address
 #: Bits of a core's address.
 ADDRESS_BITS = PROGRAM.bit_length()
-
-
-def program_choice(names: tuple[str, ...]) -> Register:
-    """The register that says which program runs."""
-    meaning = "number of the program that runs"
-    return Register("program", PROGRAM, Access.READ_WRITE, meaning, names=names)

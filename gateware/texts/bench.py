@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import accumulate
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from boresight.gateware.description import Description
+from boresight.gateware.registers.core import BUILD_HIGH, BUILD_LOW, STATUS, UPDATES
 
 IntArray = npt.NDArray[np.int64]
 
@@ -91,3 +94,32 @@ def _expected_lines(core: Description, runs: Sequence[Recorded]) -> Iterator[str
 def _line(cycles: int, marks: int, value: int, word: int) -> str:
     digits = -(-word // 4)
     return f"{cycles:04x}_{marks:x}_{value & ((1 << word) - 1):0{digits}x}\n"
+
+
+def bench_context(core: Description, runs: Sequence[Recorded]) -> dict[str, Any]:
+    """What the bench must know beside the words."""
+    inputs, outputs = (
+        list(accumulate(words.size for words in side))
+        for side in ([run.inputs for run in runs], [run.outputs for run in runs])
+    )
+    rows = [
+        {
+            "number": run.number,
+            "name": core.programs[run.number].program,
+            "records": len(run.inputs),
+            "source": run.source,
+            "inputs": inputs[k],
+            "outputs": outputs[k],
+            "saturated": int(run.saturated[-1]),
+        }
+        for k, run in enumerate(runs)
+    ]
+    return {
+        "runs": rows,
+        "inputs": inputs[-1],
+        "outputs": outputs[-1],
+        "digits": -(-core.word // 4),
+        "patience": 4 * max(program.interval for program in core.programs) + 200,
+        "build": list(zip((BUILD_LOW.address, BUILD_HIGH.address), core.build, strict=True)),
+        **{"status": STATUS.address, "updates": UPDATES.address},
+    }

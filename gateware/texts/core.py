@@ -2,45 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from itertools import accumulate
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from boresight.gateware.bus.axi_core import AxiCore, axi_ports
-from boresight.gateware.description import Description, Pin, Records, Word
-from boresight.gateware.registers.core import BUILD_HIGH, BUILD_LOW, PROGRAM, STATUS, UPDATES
+from boresight.gateware.description import Description, Pin
+from boresight.gateware.registers.core import BUILD_HIGH, BUILD_LOW, PROGRAM
 from boresight.gateware.synthesis.estimate import Estimate
-from boresight.gateware.texts.bench import Recorded, expected_hex, input_hex
+from boresight.gateware.texts.bench import Recorded, bench_context, expected_hex, input_hex
 from boresight.gateware.texts.render import render
 from boresight.gateware.texts.wave import bus_drawing, record_drawing
 from boresight.gateware.verilog import to_verilog
 from boresight.model.declarations import EXACT_UNITS
-from boresight.model.tools.c_names import identifier, unique
-from boresight.model.words.fixed import Format
 
-#: What the README says of words in these units.
-_UNITS = {
-    "ht": "`ht`: half turns, 1 is 180 degrees; the word wraps as the angle does.",
-    "turn": "`turn`: turns from 0 to 1, the word read as an unsigned number.",
-    **{
-        unit: f"`{unit}`: the value is an integer, each of its bits for itself; its bit k is bit "
-        "k + W - I of the word."
-        for unit in EXACT_UNITS
-    },
-}
-#: What the README says of each file.
-_FILES = {
-    "core.v": "module `core`, for synthesis",
-    "core_sim.v": "the same, cycle by cycle, for simulation",
-    "core_axi.v": "module `core_axi`: AXI4-Stream and AXI4-Lite around `core`",
-    "registers.md": "registers, also as C header, SVD and JSON",
-    "integration/": "instances in Verilog, VHDL, Amaranth and LiteX",
-    "tb/": "a bench in plain Verilog with recorded words",
-    "core.core": "for FuseSoC",
-    "firmware/": "the same estimators in C, equal in every bit",
-    "report.json": "everything that is known about it",
-}
 REGISTER_FILES = ("registers.h", "registers.json", "registers.md", "registers.svd")
 
 
@@ -53,11 +28,16 @@ def verilog_head(core: Description, *, instances: bool, identified: bool) -> str
 
 def register_files(core: Description) -> dict[str, str]:
     """The register map by file name: C header, JSON, Markdown, CMSIS-SVD."""
+    return {"registers.json": core.to_json(), **register_texts(core)}
+
+
+def register_texts(core: Description) -> dict[str, str]:
+    """The register map for people and tools: C header, Markdown, CMSIS-SVD."""
+    context = _register_context(core)
     return {
         "registers.h": c_header(core),
-        "registers.json": core.to_json(),
-        "registers.md": render("registers.md", **_register_context(core)),
-        "registers.svd": render("registers.svd", **_register_context(core)),
+        "registers.md": render("registers.md", **context),
+        "registers.svd": render("registers.svd", **context),
     }
 
 
@@ -70,35 +50,17 @@ def c_header(core: Description) -> str:
 
 
 def _register_context(core: Description) -> dict[str, Any]:
-    name = identifier(core.name)
     last = max(register.address for register in core.registers)
-    built = dict(zip((BUILD_LOW.name, BUILD_HIGH.name), core.build, strict=True))
+    built = {BUILD_LOW.name: core.build[0], BUILD_HIGH.name: core.build[1]}
     resets = {r.address: built.get(r.name) if r.reset is None else r.reset for r in core.registers}
     masks = {r.address: core.mask_of(r) for r in core.registers}
     return {
         "core": core,
-        "name": name,
-        "macro": name.upper(),
         "several": len(core.programs) > 1,
-        "records": list(_named_records(core)),
         "resets": {k: None if word is None else word & masks[k] for k, word in resets.items()},
         "read_mask": max(masks.values()),
         "memory": 0x1000 if last < 1024 else 4 << last.bit_length(),
     }
-
-
-def _named_records(core: Description) -> Iterator[tuple[str, str, list[tuple[str, Word]]]]:
-    """Of every record whether it is input or output, its program, and its words by C names."""
-    taken = set(core.identifiers.values())
-    for program in core.programs:
-        of = f"{identifier(program.program)}_" if len(core.programs) > 1 else ""
-        for title, kind, words in (
-            ("input", "IN", program.inputs),
-            ("output", "OUT", program.outputs),
-        ):
-            stems = unique((f"{of}{kind}_{word.name}" for word in words), taken=taken)
-            taken.update(stems)
-            yield title, program.program, list(zip(stems, words, strict=True))
 
 
 def integration_names(*, axi: bool) -> list[str]:
@@ -137,13 +99,12 @@ def integration_files(
         Area and clock.
     """
     names = integration_names(axi=axi)
-    written = {"core_axi.v": axi, "core_sim.v": not generic}
     programs = ", ".join(program.program for program in core.programs)
     context = {
         **{"core": core, "word": core.word, "axi": axi, "generic": generic},
         **{"several": len(core.programs) > 1, "program": PROGRAM},
         "title": f"{programs}; configuration {core.configuration}, {core.word}-bit words.",
-        "vlnv": f"{identifier(core.name)}-{core.configuration}",
+        "vlnv": f"{core.identifier}-{core.configuration}",
         "simulated": "core.v" if generic else "core_sim.v",
         "benches": [Path(n).stem for n in names if n.startswith("tb/") and n.endswith(".v")],
         "records": sum(len(run.inputs) for run in runs),
@@ -152,9 +113,7 @@ def integration_files(
         "README.md": render(
             "readme.md",
             **context,
-            files=[(name, what) for name, what in _FILES.items() if written.get(name, True)],
-            units=_UNITS,
-            examples=[_example(program, core.word) for program in core.programs],
+            exact_units=EXACT_UNITS,
             drawings=[record_drawing(p, core.word).markdown() for p in core.programs],
             bus_drawing=bus_drawing(core).markdown(),
             area=area,
@@ -177,47 +136,9 @@ def integration_files(
             )
         around = module == "core_axi"
         name = "tb_axi" if around else "tb"
-        bench = {**context, **_bench(core, runs), "module": module, "name": name, "axi": around}
-        out[f"tb/{name}.v"] = render("tb.v", **bench)
+        bench = {"module": module, "name": name, "axi": around}
+        out[f"tb/{name}.v"] = render("tb.v", **{**context, **bench_context(core, runs), **bench})
     if axi:
         verilog = to_verilog(AxiCore(word=core.word), "core_axi", instances=False)
         out["core_axi.v"] = f"// AXI around the module core: see README.md.\n\n{verilog}"
     return out
-
-
-def _example(program: Records, word: int) -> str:
-    """A value of an input and its word."""
-    first = program.inputs[0]
-    real = (first.high or 0.0) / 2 or (first.low or 0.0) / 2
-    quantised = int(Format(word, first.frac).quantise(real)) & ((1 << word) - 1)
-    value = f"`{first.name}` = {real:g} {first.unit}".rstrip()
-    return f"{value} is the word `0x{quantised:0{-(-word // 4)}x}`"
-
-
-def _bench(core: Description, runs: Sequence[Recorded]) -> dict[str, Any]:
-    """What the bench must know beside the words."""
-    inputs, outputs = (
-        list(accumulate(words.size for words in side))
-        for side in ([run.inputs for run in runs], [run.outputs for run in runs])
-    )
-    rows = [
-        {
-            "number": run.number,
-            "name": core.programs[run.number].program,
-            "records": len(run.inputs),
-            "source": run.source,
-            "inputs": inputs[k],
-            "outputs": outputs[k],
-            "saturated": int(run.saturated[-1]),
-        }
-        for k, run in enumerate(runs)
-    ]
-    return {
-        "runs": rows,
-        "inputs": inputs[-1],
-        "outputs": outputs[-1],
-        "digits": -(-core.word // 4),
-        "patience": 4 * max(program.interval for program in core.programs) + 200,
-        "build": list(zip((BUILD_LOW.address, BUILD_HIGH.address), core.build, strict=True)),
-        **{"status": STATUS.address, "updates": UPDATES.address},
-    }

@@ -10,6 +10,7 @@ from xml.sax.saxutils import escape
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+from boresight.gateware.description import Word
 from boresight.gateware.registers.model import Register
 from boresight.model.tools.c_names import comment, identifier, unique
 from boresight.model.words.fixed import Format
@@ -44,6 +45,7 @@ def _environment() -> Environment:
         cell=_cell,
         comment=comment,
         default_value=_default_value,
+        example=_example,
         identifier=identifier,
         mhz=_mhz,
         number=_number,
@@ -95,6 +97,14 @@ def _table(rows: Sequence[Sequence[object]]) -> str:
         "  " + "  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip()
         for row in texts
     )
+
+
+def _example(word: Word, bits: int) -> str:
+    """A value of an input and the word of so many bits for it."""
+    real = (word.high or 0.0) / 2 or (word.low or 0.0) / 2
+    quantised = int(Format(bits, word.frac).quantise(real)) & ((1 << bits) - 1)
+    value = f"`{word.name}` = {real:g} {word.unit}".rstrip()
+    return f"{value} is the word `0x{quantised:0{-(-bits // 4)}x}`"
 
 
 def _cell(text: str) -> str:

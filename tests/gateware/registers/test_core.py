@@ -2,7 +2,7 @@
 
 import pytest
 
-from boresight.gateware.registers.core import FIXED, PROGRAM, STATUS, program_choice
+from boresight.gateware.registers.core import CHOICE, FIXED, PROGRAM, STATUS
 from boresight.gateware.registers.model import Access
 
 
@@ -27,6 +27,4 @@ def test_bits_of_the_status() -> None:
 
 
 def test_choice_of_the_program() -> None:
-    choice = program_choice(("slow", "fast"))
-    assert (choice.address, choice.access) == (PROGRAM, Access.READ_WRITE)
-    assert choice.names == ("slow", "fast")
+    assert (CHOICE.address, CHOICE.access) == (PROGRAM, Access.READ_WRITE)

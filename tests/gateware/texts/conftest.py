@@ -19,7 +19,7 @@ def _written(folder: Path, build: Build, target: str) -> tuple[Path, Build]:
     """24 records of each program, to be quick."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(vectors, "_RECORDS", (24, 24))
-        write_core(folder, build, target=target, axi=True)
+        write_core(folder, build, vectors.recorded(build), target=target, axi=True)
     return folder, build
 
 
