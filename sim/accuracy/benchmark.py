@@ -118,7 +118,7 @@ def _at_one_rate(
             near = tuple(differences(estimator.outputs, run.outputs, found))
             error = errors(estimator, given, found)
             floating.append(Result(estimator.name, "float", trial.name, error, seconds))
-        saturated = 0 if run.saturated is None else int(run.saturated.sum())
+        saturated = run.n_saturated
         error = errors(estimator, given, run.outputs)
         seconds = pace * len(given)
         fixed.append(Result(estimator.name, "fixed", trial.name, error, seconds, saturated, near))

@@ -50,6 +50,11 @@ class Run:
     interval_cycles: IntArray | None = field(default=None, repr=False)
     fault: str = ""
 
+    @property
+    def n_saturated(self) -> int:
+        """Updates in which an operation was clamped; 0 of a level that does not say."""
+        return 0 if self.saturated is None else int(self.saturated.sum())
+
 
 @dataclass(frozen=True)
 class Seen:

@@ -132,7 +132,7 @@ def _one(campaign: Campaign, seed: int) -> dict[str, Any]:
         "nees": nees,
         "freedom": freedom,
         "nis": [float(used.sum()), len(used)],
-        "saturated": 0 if run.saturated is None else int(run.saturated.sum()),
+        "saturated": run.n_saturated,
     }
 
 

@@ -58,13 +58,12 @@ def watch(world: TwoRadars, params: Mapping[str, float]) -> Watched:
     corrected = np.stack(
         [[loop.outputs[f"{a}{i}_corrected"] for a in AXES] for i in "12"]
     ).transpose(2, 0, 1)
-    assert again.saturated is not None
     return Watched(
         np.arange(len(found)) * np.float64(world.dt),
         (found - world.bias) / world.bias,
         world.reported.transpose(1, 0, 2) - world.place[:, None],
         corrected - world.place[:, None],
-        int(again.saturated.sum()),
+        again.n_saturated,
         float(np.abs(apart).max()),
     )
 
