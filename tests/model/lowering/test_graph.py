@@ -144,6 +144,12 @@ def test_a_larger_number_is_a_divisor(trace: Any) -> None:
 
 # -- intervals ------------------------------------------------------------------------------------
 
+
+def inverse(condition: Any) -> Any:
+    """``~``, which of a Python bool is another number."""
+    return not condition if isinstance(condition, bool) else ~condition
+
+
 BINARY: dict[str, Callable[..., Any]] = {
     "add": operator.add,
     "sub": operator.sub,
@@ -152,7 +158,7 @@ BINARY: dict[str, Callable[..., Any]] = {
     "max": ops.maximum,
     "pick": lambda a, b: ops.where(a < b, a, 0.5 * b),
     "flip": lambda a, b: ops.flip(a > b, b),
-    "both": lambda a, b: ops.where((a < 1.0) & ~(b < 0.0), a, b),
+    "both": lambda a, b: ops.where((a < 1.0) & inverse(b < 0.0), a, b),
     "over": lambda a, b: a / ops.clip(b, 0.5, 9.0),
 }
 UNARY: dict[str, Callable[..., Any]] = {
