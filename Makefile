@@ -7,10 +7,12 @@ BIN    := $(VENV)/bin
 OUT    ?= build
 # Versions that are installed; empty for the newest (`make newest`).
 LOCK   ?= constraints.txt
+# The same for what packages are built with.
+BUILD  ?= $(LOCK)
 # Its warnings are about caches in a closed home and about editable installs as such.
-PIP    := PYTHONWARNINGS=ignore PIP_CONSTRAINT="$(LOCK)" PIP_BUILD_CONSTRAINT="$(LOCK)" \
-          $(BIN)/python -m pip install -qq --disable-pip-version-check
-UV     := UV_CUSTOM_COMPILE_COMMAND="make lock" $(BIN)/uv pip compile -q --all-extras --no-annotate pyproject.toml
+PIP    := PYTHONWARNINGS=ignore PIP_CONSTRAINT="$(BUILD)" PIP_BUILD_CONSTRAINT="$(BUILD)" \
+          $(BIN)/python -m pip install -qq --disable-pip-version-check $(if $(LOCK),--constraint "$(LOCK)")
+UV     := UV_CUSTOM_COMPILE_COMMAND="make lock" $(BIN)/uv pip compile -q --no-annotate pyproject.toml
 SEED   ?= 1
 COUNT  ?= 40
 JOBS   ?= 2
@@ -48,10 +50,12 @@ newest:                ## `make test` with the newest release of every dependenc
 	rm -rf $(VENV)-newest
 	$(MAKE) test VENV=$(VENV)-newest LOCK=
 
-oldest: $(VENV)/.lock  ## `make test` with the oldest that pyproject.toml allows
+oldest: $(VENV)/.lock  ## All tests with the oldest that pyproject.toml allows, on the oldest Python
 	rm -rf $(VENV)-oldest
-	$(UV) --python $(BIN)/python --resolution lowest-direct -o $(VENV)-oldest.txt
-	$(MAKE) test VENV=$(VENV)-oldest LOCK=$(VENV)-oldest.txt
+	$(UV) --extra test --python $(BIN)/python --resolution lowest-direct -o $(VENV)-oldest.txt
+	$(MAKE) develop VENV=$(VENV)-oldest LOCK=$(VENV)-oldest.txt BUILD=
+	@# Without types: those of old libraries say less.
+	$(VENV)-oldest/bin/pytest -n 2 --dist worksteal
 
 soak: develop          ## Long campaigns, of which `make test` runs a short form (README: cost)
 	$(BIN)/pytest -m 'soak or hypothesis' --hypothesis-profile=soak --timeout=14400 -n 2 --dist worksteal
@@ -90,7 +94,7 @@ dist: $(VENV)/.release ## Wheel and source archive, and what checks them
 	$(BIN)/pyroma -n 8 $(OUT)/dist/*.tar.gz
 
 lock: $(VENV)/.lock    ## constraints.txt anew after pyproject.toml (LOCKFLAGS=--upgrade: all of it)
-	$(UV) --universal --python-version 3.11 --fork-strategy fewest -o constraints.txt $(LOCKFLAGS)
+	$(UV) --all-extras --universal --python-version 3.11 --fork-strategy fewest -o constraints.txt $(LOCKFLAGS)
 
 doctor: setup          ## Which tools are here, and what is missing
 	$(BIN)/boresight doctor

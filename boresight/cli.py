@@ -1,7 +1,7 @@
 """The command line: which verb, and what its end means for the exit code.
 
-0 good; 1 a check failed, or a tool is missing; 2 bad usage or bad input; 3 a bug of Boresight;
-130 ended by Ctrl-C; 141 the reader of standard output has gone.
+0 good; 1 a check failed, a tool is missing, a worker was killed, or memory ran out; 2 bad usage or
+bad input; 3 a bug of Boresight; 130 ended by Ctrl-C; 141 the reader of standard output has gone.
 """
 
 from __future__ import annotations

@@ -9,14 +9,19 @@ from boresight.firmware.emit import emit_c
 from boresight.firmware.names import identifier
 from boresight.gateware.boards.ise import write_ise_project
 from boresight.gateware.core import Core
-from boresight.gateware.core_text import core_text
-from boresight.gateware.integration.files import integration_files, integration_names
-from boresight.gateware.register_map import register_map_files
-from boresight.gateware.registers.files import files_of
+from boresight.gateware.description import describe
 from boresight.gateware.synthesis.estimate import Estimate
 from boresight.gateware.system.attitude_system import AttitudeSystem, system_design
+from boresight.gateware.texts.bench import Recorded
+from boresight.gateware.texts.core import (
+    REGISTER_FILES,
+    integration_files,
+    integration_names,
+    register_files,
+    register_texts,
+    verilog_head,
+)
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.vectors import recorded
 
 __all__ = ["TARGETS", "core_files", "project_files", "write_core", "write_system", "write_text"]
 
@@ -31,7 +36,6 @@ _VERILOG = {
     "xc6slx9": {"core.v": (True, True), "core_sim.v": (False, False)},
     "generic": {"core.v": (False, True)},
 }
-_REGISTERS = ("registers.h", "registers.json", "registers.md", "registers.svd")
 _PROJECT = (
     *("README.txt", "build.bat", "build.sh", "build_top.bat", "build_top.sh"),
     *("top.prj", "top.ucf", "top.v", "top.xst"),
@@ -40,7 +44,7 @@ _PROJECT = (
 
 def core_files(names: Sequence[str], *, target: str = TARGETS[0], axi: bool = False) -> list[str]:
     """Of a core with these estimators, by `write_core`, and its report."""
-    out = [*_VERILOG[target], "report.json", *_REGISTERS, *integration_names(axi=axi)]
+    out = [*_VERILOG[target], "report.json", *REGISTER_FILES, *integration_names(axi=axi)]
     for name in names:
         of = f"-{name}" if len(names) > 1 else ""
         out += [f"microcode{of}.lst", f"program{of}.json", f"schedule{of}.json"]
@@ -50,29 +54,23 @@ def core_files(names: Sequence[str], *, target: str = TARGETS[0], axi: bool = Fa
 
 def project_files(board: str, *, system: bool) -> list[str]:
     """Of the ISE project for a board; ``system``: of the complete system, with a register map."""
-    names = (*_PROJECT, *_REGISTERS) if system else _PROJECT
+    names = (*_PROJECT, *REGISTER_FILES) if system else _PROJECT
     return [f"ise-{board}/{name}" for name in names]
 
 
 def write_system(folder: Path, board: str, core: Core) -> AttitudeSystem:
     """Write the ISE project of a complete system, with its register map beside it."""
-    made: list[AttitudeSystem] = []
-    design = system_design(core)
-
-    def make(clock_hz: int) -> AttitudeSystem:
-        made.append(design(clock_hz))
-        return made[-1]
-
-    # 100 MHz whatever the oscillator.
-    write_ise_project(make, board, folder, clock_hz=SYSTEM_CLOCK_HZ)
-    for file, text in files_of(made[-1].map()).items():
+    system = system_design(core)(SYSTEM_CLOCK_HZ)
+    write_ise_project(lambda _: system, board, folder, clock_hz=SYSTEM_CLOCK_HZ)
+    for file, text in register_files(system.map()).items():
         write_text(folder / file, text)
-    return made[-1]
+    return system
 
 
 def write_core(
     folder: Path,
     build: Build,
+    records: Sequence[Recorded],
     *,
     area: Estimate | None = None,
     target: str = TARGETS[0],
@@ -85,7 +83,9 @@ def write_core(
     folder : Path
         Where.
     build : Build
-        What.
+        The core and its estimators.
+    records : sequence of Recorded
+        Records of every program for the bench (`sim.levels.vectors.recorded`).
     area : Estimate, optional
         Area and clock, for the README.
     target : str
@@ -94,37 +94,18 @@ def write_core(
         Also the core behind AXI.
     """
     core = build.core
+    about = describe(core, {e.name: e.summary for e in build.estimators})
+    texts = {"registers.json": about.to_json()}
     for file, (instances, identified) in _VERILOG[target].items():
-        head = core_text(core, instances=instances, identified=identified)
-        write_text(folder / file, head + core.verilog(instances=instances, identified=identified))
-    (folder / "firmware").mkdir()
+        head = verilog_head(about, instances=instances, identified=identified)
+        texts[file] = head + core.verilog(instances=instances, identified=identified)
+    texts |= register_texts(about)
+    texts |= integration_files(about, records, generic=target == "generic", axi=axi, area=area)
     for number in range(len(core.parts)):
-        _write_program(folder, core.select(number))
-    texts = integration_files(
-        core,
-        recorded(build),
-        summaries={e.name: e.summary for e in build.estimators},
-        generic=target == "generic",
-        axi=axi,
-        resources=_resources(core, area),
-    )
-    for file, text in {**register_map_files(core), **texts}.items():
+        texts |= _program_texts(core.select(number))
+    for file, text in texts.items():
         (folder / file).parent.mkdir(exist_ok=True)
         write_text(folder / file, text)
-
-
-def _resources(core: Core, area: Estimate | None) -> str:
-    """What is known about area and clock, as an estimate."""
-    known = f"{core.machine.lanes} lane(s), {len(core.image.rom)} microwords"
-    if area is None:
-        return f"{known}. Area and clock are not known: `boresight compile --synth` estimates them."
-    used, clock = area.area, area.corner(grade=2, nets="median").fmax_mhz
-    mhz = "not known" if clock is None else f"{clock:.0f} MHz"
-    return (
-        f"{known}. **Estimate** for XC6SLX9-2, from the netlist of yosys, not from ISE: {used.lut} "
-        f"LUT, {used.ff} flip-flops, {used.dsp} DSP48A1, {used.ramb16:g} RAMB16; clock {mhz} with "
-        "median nets."
-    )
 
 
 def write_text(file: Path, text: str) -> None:
@@ -132,11 +113,12 @@ def write_text(file: Path, text: str) -> None:
     file.write_text(text, encoding="utf-8", newline="\n")
 
 
-def _write_program(folder: Path, core: Core) -> None:
+def _program_texts(core: Core) -> dict[str, str]:
     """Microcode, program, schedule and C of the program at hand."""
     of = f"-{core.program.name}" if len(core.parts) > 1 else ""
-    write_text(folder / f"microcode{of}.lst", core.listing)
-    write_text(folder / f"program{of}.json", core.program.to_json() + "\n")
-    write_text(folder / f"schedule{of}.json", core.schedule.to_json() + "\n")
-    for file, text in emit_c(core.program).items():
-        write_text(folder / "firmware" / file, text)
+    return {
+        f"microcode{of}.lst": core.listing,
+        f"program{of}.json": core.program.to_json() + "\n",
+        f"schedule{of}.json": core.schedule.to_json() + "\n",
+        **{f"firmware/{file}": text for file, text in emit_c(core.program).items()},
+    }

@@ -7,12 +7,20 @@ from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias
 
 from boresight.disk.place import refuse_inputs
+from boresight.model.errors import InputError
 from boresight.model.resolve import Named
 from boresight.parameters import values_for
 from boresight.sharing import params_for_each
 from boresight.terminal import tell
 
-__all__ = ["Outcome", "model_options", "number_options", "params_of", "progress_of"]
+__all__ = [
+    "Outcome",
+    "model_options",
+    "number_options",
+    "params_of",
+    "progress_of",
+    "refuse_options",
+]
 
 #: Exit code, data for ``--json``, text for people.
 Outcome: TypeAlias = tuple[int, Any, str]
@@ -60,6 +68,42 @@ def params_of(args: Namespace, names: Sequence[Named]) -> dict[str, Any]:
     if len(names) > 1:
         return dict(params_for_each(names, args.params, args.param))
     return dict(values_for(names[0], args.params, args.param))
+
+
+def refuse_options(
+    args: Namespace,
+    add_arguments: Callable[[ArgumentParser], None],
+    names: Sequence[str],
+    *,
+    wanted: str,
+    found: str,
+    instead: str = "",
+) -> None:
+    """Refuse options of a verb that have no meaning beside others.
+
+    Parameters
+    ----------
+    add_arguments : callable
+        The verb's, for their defaults.
+    names : sequence of str
+        Names of the options in ``args``.
+    wanted, found : str
+        What the options belong to, and what is run.
+    instead : str
+        What else could be done, before "leave it out".
+
+    Raises
+    ------
+    InputError
+        One of them has another value than its default.
+    """
+    parser = ArgumentParser(add_help=False)
+    add_arguments(parser)
+    for name in names:
+        if getattr(args, name) != parser.get_default(name):
+            option = f"--{name.replace('_', '-')}"
+            fix = f"{instead}leave {option} out"
+            raise InputError.at(option, wanted=wanted, found=found, fix=fix)
 
 
 def progress_of(args: Namespace) -> Callable[[str], None] | None:

@@ -7,11 +7,11 @@ from pathlib import Path
 from boresight.firmware.soc.image import build_image, project_files
 from boresight.gateware.boards.ise import write_ise_project
 from boresight.gateware.core import Core
-from boresight.gateware.registers.files import files_of
 from boresight.gateware.soc.attitude_soc import RAM_WORDS, AttitudeSoc
 from boresight.gateware.soc.cpu import cpu_verilog
 from boresight.gateware.soc.memory import ram_verilog
 from boresight.gateware.system.attitude_system import AttitudeSystem
+from boresight.gateware.texts.core import register_files
 from boresight.gateware.verilog import to_verilog
 from boresight.sim.soc.board import attitude_files
 
@@ -49,7 +49,7 @@ def write_soc(folder: Path, board: str, core: Core) -> AttitudeSoc:
         clock_hz=SOC_CLOCK_HZ,
         files={"VexRiscv.v": cpu_verilog(), "ram.v": ram_verilog(), "firmware.hex": image.hex},
     )
-    for name, text in files_of(system.map()).items():
+    for name, text in register_files(system.map()).items():
         (folder / name).write_text(text, encoding="utf-8")
     place = folder / "firmware"
     place.mkdir()

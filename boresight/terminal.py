@@ -33,6 +33,8 @@ def say(text: str) -> None:
     except BrokenPipeError:
         raise ClosedPipe from None
     except OSError as error:
+        if sys.stdout is not None:
+            abandon(sys.stdout)
         raise InputError.at(
             "standard output",
             wanted="a place that can be written",

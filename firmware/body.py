@@ -61,20 +61,18 @@ class Body:
 
     def __init__(self, program: Program, *, prefix: str | None = None) -> None:
         check_complete(program)
+        self.params = program.of_kind(Kind.PARAM)
+        self.states = [state for state, _ in program.states]
         if prefix is not None and identifier(prefix) != prefix:
             raise ValueError(f"prefix must be a C identifier, not {prefix!r}")
         name = identifier(program.name) if prefix is None else prefix
         self.program = program
         self.name = f"{name}_program" if _TYPE_STEM.fullmatch(name) else name
-        self.params = program.of_kind(Kind.PARAM)
-        self.states = [state for state, _ in program.states]
-        self.input_members = unique(self._names(program.inputs))
-        self.param_members = unique(self._names(self.params))
-        self.state_members = unique(self._names(self.states))
+        names = [value.name for value in program.values]
+        self.input_members = unique(names[n] for n in program.inputs)
+        self.param_members = unique(names[n] for n in self.params)
+        self.state_members = unique(names[n] for n in self.states)
         self.output_members = unique(program.output_names, taken=["saturated"])
-
-    def _names(self, values: Iterable[int]) -> list[str]:
-        return [self.program.values[n].name for n in values]
 
     def head(self, suffix: str, brief: str) -> str:
         """First comment of a file."""

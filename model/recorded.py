@@ -21,7 +21,7 @@ from boresight.model.lowering.trace import Condition, Trace
 from boresight.model.places import place_of_function, placed
 from boresight.model.step import Values
 
-__all__ = ["check_recorded", "evaluate"]
+__all__ = ["check_recorded", "evaluate", "sample"]
 
 FloatArray = npt.NDArray[np.float64]
 #: Values of inputs, parameters and states, by kind and name, each (rows,).
@@ -62,8 +62,8 @@ _COMPUTE: dict[str, Callable[..., Any]] = {
     "tanh": ops.tanh,
 }
 #: Rows (a prime: no array of a step has that shape). All are computed as arrays, if the step takes
-#: arrays; one by one so many that together they have about so many expressions, and some at least.
-_ROWS, _EXPRESSIONS, _FEW = 997, 60_000, 32
+#: arrays; one by one so many that together they have about so many expressions, within limits.
+_ROWS, _EXPRESSIONS, _ALONE = 997, 40_000, (24, 401)
 #: Share of a value up to which the two may differ without a second look.
 _EQUAL = 1e-9
 #: That look: rows that get one, how often each is computed, and by how much, as a share, each
@@ -121,7 +121,7 @@ def check_recorded(
         explains, and what is infinite, counts as equal.
     """
     with np.errstate(all="ignore"):
-        _Comparison(estimator, _rows(estimator, inputs, params)).refuse_differences()
+        _Comparison(estimator, sample(estimator, inputs, params)).refuse_differences()
 
 
 class _Comparison:
@@ -141,7 +141,7 @@ class _Comparison:
         """Raise InputError where the two differ."""
         together = self._together()
         count = _EXPRESSIONS * (1 if together is not None else 4) // len(self.trace.needed)
-        few = range(min(self.rows, max(count, _FEW)))
+        few = range(min(self.rows, max(_ALONE[0], min(count, _ALONE[1]))))
         alone = np.stack([self._alone(row) for row in few], axis=1)
         for computed in (alone, *([] if together is None else [together])):
             apart = _apart(computed, self.expected[:, : computed.shape[1]]).max(axis=0)
@@ -197,6 +197,8 @@ class _Comparison:
         after, out = self.estimator.checked_step(x, u, p, arrays=bool(shape))
         results = [*(out[o.name] for o in self.estimator.outputs)]
         results += [after[s.name] for s in self.estimator.states]
+        if not shape:
+            return np.array([float(r) for r in results])
         return np.stack([np.broadcast_to(np.asarray(r, np.float64), shape) for r in results])
 
 
@@ -206,11 +208,24 @@ def _apart(a: FloatArray, b: FloatArray) -> FloatArray:
     return np.where(finite, np.abs(a - b) / np.maximum(np.abs(b), 1e-250), 0.0)
 
 
-def _rows(
-    estimator: Estimator, inputs: FloatArray | None, params: Mapping[str, float] | None
+def sample(
+    estimator: Estimator,
+    inputs: FloatArray | None = None,
+    params: Mapping[str, float] | None = None,
 ) -> Leaves:
-    """Values of all leaves: inputs spread over those that are there, others drawn."""
-    rows = _ROWS if inputs is None else min(len(inputs), _ROWS)
+    """Values of all leaves, (rows,) each, by kind and name; the same at each call.
+
+    Parameters
+    ----------
+    inputs : (n, n_inputs), optional
+        Inputs, of which rows are taken at even distances; by default, as states always, drawn.
+    params : mapping, optional
+        Parameters, with defaults for those that it lacks; by default drawn.
+    """
+    if inputs is None or not len(inputs):
+        inputs, rows = None, _ROWS
+    else:
+        rows = min(len(inputs), _ROWS)
     draw = np.random.default_rng(rows)
     leaves = {("state", s.name): _drawn(draw, s, s.initial, rows) for s in estimator.states}
     for k, i in enumerate(estimator.inputs):

@@ -5,26 +5,28 @@ from __future__ import annotations
 import os
 import stat
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from boresight.gateware.boards.frames import END, Decoder, Kind, encode
+from boresight.gateware.description import Description, Records
+from boresight.gateware.registers.model import Access, Register
 from boresight.gateware.system.attitude_frame import (
     FORMATS,
     OUTPUTS,
     WORDS,
     Update,
     attitude_of,
+    filter_of,
     parse_line,
     values_of,
 )
 from boresight.model.errors import InputError
-from boresight.register_file import read_registers
-from boresight.sim.records.reading import reason
-
-__all__ = ["BoardLine", "Listener", "Reply", "RegisterTable"]
+from boresight.model.tools.typed import Malformed
+from boresight.sim.records.reading import kind_of, read_json, reason
 
 #: Seconds without an answer after which an access is tried again, and how often.
 _ANSWER_S, _TRIES = 0.5, 3
@@ -92,7 +94,7 @@ class Listener:
     def _frame(self, piece: bytes) -> Update | Reply | None:
         for kind, words in Decoder(word=32).feed(piece):
             if kind is Kind.ATTITUDE and words:
-                outputs = self.others.get(words[0] >> 16 & 7)
+                outputs = self.others.get(filter_of(words[0] >> 16))
                 if outputs is not None and len(words) == 2 + len(outputs):
                     return values_of(words, outputs)
                 if outputs is None and len(words) == len(WORDS):
@@ -102,37 +104,65 @@ class Listener:
         return None
 
 
+#: What a register map has to be.
+_WANTED = "a registers.json of `boresight compile`"
+
+
 class RegisterTable:
-    """Registers by name, from the JSON of a register map; or by address, without one."""
+    """Registers by name, from a register map; or by address, without one.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or is no register map; the message says where.
+    """
 
     def __init__(self, path: str | Path | None = None) -> None:
         self.path = path
-        self.data: dict[str, Any] = {} if path is None else read_registers(path)
-        self._by_name = {r["name"]: r for r in self.data.get("registers", [])}
+        self.programs: tuple[Records, ...] = ()
+        registers: tuple[Register, ...] = ()
+        if path is not None:
+            try:
+                described = Description.from_json(read_json(path, _WANTED))
+                registers, self.programs = described.registers, described.programs
+                if self._clock_of(registers) < 1:
+                    raise Malformed(", clock_hz", 0)
+            except Malformed as error:
+                kind = kind_of(error.value)
+                raise InputError.at(
+                    f"{path}{error.place}",
+                    wanted=_WANTED,
+                    found=f"{kind} there" if error.place else kind,
+                    fix="give the file of this board's bitstream",
+                ) from None
+        self._by_name = {r.name: r for r in registers}
+        self.clock_hz = self._clock_of(registers)
 
-    @property
-    def clock_hz(self) -> float:
-        """Clock of the system; 100 MHz if nothing tells."""
-        return float(self._by_name.get("clock_hz", {}).get("reset", 100_000_000))
+    @staticmethod
+    def _clock_of(registers: Sequence[Register]) -> float:
+        """Clock of the system; 100 MHz if no register says."""
+        resets = [r.reset for r in registers if r.name == "clock_hz" and r.reset is not None]
+        return float(resets[0]) if resets else 100e6
 
     @property
     def formats(self) -> Mapping[int, tuple[int, int]]:
         """As `FORMATS`."""
-        found = {}
-        for number, program in enumerate(self.data.get("programs", [])):
-            frac = {port["name"]: port["frac"] for port in program["outputs"]}
-            if {"qw", "status"} <= frac.keys():
-                found[number] = (frac["qw"], frac["status"])
-        return found or FORMATS
+        formats = {}
+        for number, outputs in self._outputs.items():
+            if {"qw", "status"} <= outputs.keys():
+                formats[number] = (outputs["qw"], outputs["status"])
+        return formats or FORMATS
 
     @property
     def others(self) -> dict[int, dict[str, int]]:
         """Outputs of estimators that give no attitude: by number, fraction bits by name."""
-        programs = enumerate(self.data.get("programs", []))
-        outputs = {k: {o["name"]: o["frac"] for o in p["outputs"]} for k, p in programs}
-        return {k: found for k, found in outputs.items() if tuple(found) != OUTPUTS}
+        return {k: outputs for k, outputs in self._outputs.items() if tuple(outputs) != OUTPUTS}
 
-    def find(self, name: str) -> dict[str, Any]:
+    @property
+    def _outputs(self) -> dict[int, dict[str, int]]:
+        return {k: {w.name: w.frac for w in p.outputs} for k, p in enumerate(self.programs)}
+
+    def find(self, name: str) -> Register:
         """The register of a name or a number.
 
         Raises
@@ -141,90 +171,83 @@ class RegisterTable:
             There is none.
         """
         if name in self._by_name:
-            return dict(self._by_name[name])
-        try:
-            address = int(name, 0)
-        except ValueError:
-            wanted = (
-                f"a register of {self.path}"
-                if self.path
-                else "an address, or a name and --map registers.json"
-            )
-            raise InputError.at(
-                f"register {name}",
-                wanted=wanted,
-                found=repr(name),
-                fix="registers.md of the bitstream lists them",
-            ) from None
+            return self._by_name[name]
+        known = "an address, or a name and --map registers.json"
+        wanted = f"a register of {self.path}" if self.path else known
+        address, shown = -1, repr(name)
+        with suppress(ValueError):
+            address, wanted, shown = int(name, 0), "an address from 0 to 4095", name
         if not 0 <= address < 4096:
             raise InputError.at(
                 f"register {name}",
-                wanted="an address from 0 to 4095",
-                found=name,
+                wanted=wanted,
+                found=shown,
                 fix="registers.md of the bitstream lists them",
             )
         for register in self._by_name.values():
-            if register["address"] == address:
-                return dict(register)
-        return {"name": name, "address": address}
+            if register.address == address:
+                return register
+        return Register(name, address, Access.READ_WRITE, "")
 
-    def word_of(self, register: Mapping[str, Any], text: str) -> int:
-        """The word for a value: a number in the register's unit, or one of its names.
 
-        Raises
-        ------
-        InputError
-            The register cannot hold it.
-        """
-        where = f"--write {register['name']}"
-        if register.get("access") == "read-only":
-            raise InputError.at(
-                where,
-                wanted="a register that can be written",
-                found="read-only",
-                fix="choose another",
-            )
-        if text in register.get("names", ()):
-            return int(list(register["names"]).index(text))
-        frac = register.get("frac")
-        try:
-            word = int(text, 0) if frac is None else round(float(text) * 2.0**frac)
-        except (ValueError, OverflowError):
-            raise InputError.at(
-                where,
-                wanted=" or ".join(["a number", *register.get("names", ())]),
-                found=repr(text),
-                fix="give such a value",
-            ) from None
-        width, signed = register.get("width"), register.get("signed")
-        bits = width or 32  # without a map a word may be meant either way
-        low = register.get("minimum", -(1 << bits - 1) if signed or width is None else 0)
-        most = (1 << bits - bool(signed)) - 1
-        high = register.get(
-            "maximum", len(register["names"]) - 1 if register.get("names") else most
+def word_of(register: Register, text: str) -> int:
+    """The word for a value: a number in the register's unit, or one of its names.
+
+    Raises
+    ------
+    InputError
+        The register cannot hold it.
+    """
+    where = f"--write {register.name}"
+    if register.access is Access.READ_ONLY:
+        raise InputError.at(
+            where, wanted="a register that can be written", found="read-only", fix="choose another"
         )
-        if not low <= word <= high:
-            scale = 1.0 if frac is None else 2.0**-frac
-            raise InputError.at(
-                where,
-                wanted=f"{low * scale:g} to {high * scale:g}",
-                found=text,
-                fix="give a value inside the range",
-            )
-        return word
+    if text in register.names:
+        return register.names.index(text)
+    scale = 1.0 if register.frac is None else 2.0**-register.frac
+    try:
+        word = int(text, 0) if register.frac is None else round(float(text) / scale)
+    except (ValueError, OverflowError):
+        raise InputError.at(
+            where,
+            wanted=" or ".join(["a number", *register.names]),
+            found=repr(text),
+            fix="give such a value",
+        ) from None
+    low, high = _range_of(register)
+    if not low <= word <= high:
+        raise InputError.at(
+            where,
+            wanted=f"{low * scale:g} to {high * scale:g}",
+            found=text,
+            fix="give a value inside the range",
+        )
+    return word
 
-    def value_of(self, register: Mapping[str, Any], word: int) -> Any:
-        """What a word says: number in the register's unit, name, or fields."""
-        width = register.get("width") or 32
-        bits = word & (1 << width) - 1
-        if register.get("signed") and bits >> width - 1:
-            bits -= 1 << width
-        if register.get("fields"):
-            return {f["name"]: bits >> f["bit"] & (1 << f["width"]) - 1 for f in register["fields"]}
-        names = register.get("names", ())
-        if 0 <= bits < len(names):
-            return names[bits]
-        return bits if register.get("frac") is None else bits * 2.0 ** -register["frac"]
+
+def _range_of(register: Register) -> tuple[int, int]:
+    """Least and largest word; without a map a word may be meant either way."""
+    if register.minimum is not None and register.maximum is not None:
+        return register.minimum, register.maximum
+    bits = register.width or 32
+    low = -(1 << bits - 1) if register.signed or register.width is None else 0
+    if register.names:
+        return low, len(register.names) - 1
+    return low, (1 << bits - bool(register.signed)) - 1
+
+
+def value_of(register: Register, word: int) -> Any:
+    """What a word says: number in the register's unit, name, or fields."""
+    width = register.width or 32
+    bits = word & (1 << width) - 1
+    if register.signed and bits >> width - 1:
+        bits -= 1 << width
+    if register.fields:
+        return {field.name: field.of(bits) for field in register.fields}
+    if 0 <= bits < len(register.names):
+        return register.names[bits]
+    return bits if register.frac is None else bits * 2.0**-register.frac
 
 
 def _serial(source: str, baud: int) -> Any:

@@ -51,14 +51,18 @@ def clear(folder: Path) -> list[Path]:
     return sorted(folder.rglob("*"))
 
 
+#: Files that the manifest lists and that stay.
+_STAY = (State.CHANGED, State.UNREADABLE)
+
+
 def _clear(folder: Path) -> None:
     """What the manifest of one folder lists."""
     manifest = Manifest.load(folder)
     for name in list(manifest.files):
         path = folder / name
-        if path.is_symlink() or state(path.absolute()) is State.CHANGED:
+        if path.is_symlink() or (whose := state(path.absolute())) in _STAY:
             continue
-        if state(path.absolute()) is State.OURS:
+        if whose is State.OURS:
             path.unlink()
         del manifest.files[name]
     for name in sorted(manifest.folders, key=len, reverse=True):

@@ -27,6 +27,7 @@ class State(Enum):
     ABSENT = "absent"
     OURS = "as boresight wrote it"
     CHANGED = "changed since boresight wrote it"
+    UNREADABLE = "that cannot be read"
     FOREIGN = "not written by boresight"
 
 
@@ -143,7 +144,10 @@ def state(path: Path) -> State:
         if entry is None:
             continue
         listed = True
-        found = found or digest(path)
+        try:
+            found = found or digest(path)
+        except OSError:
+            return State.UNREADABLE
         if found in entry.sha256:
             return State.OURS
     return State.CHANGED if listed else State.FOREIGN

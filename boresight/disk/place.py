@@ -121,7 +121,7 @@ def require_ours(path: Path, option: str) -> None:
     found = state(path)
     if found is State.FOREIGN and path.is_symlink():
         found = state(Path(os.path.realpath(path)))
-    if found in (State.FOREIGN, State.CHANGED):
+    if found not in (State.ABSENT, State.OURS):
         raise InputError.at(
             shown(path),
             wanted="a free name, or a file as boresight wrote it",

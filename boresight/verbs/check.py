@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -13,7 +14,7 @@ from boresight.disk.output import OutputFile, free_name
 from boresight.model.errors import InputError
 from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
-from boresight.options import Outcome, model_options, params_of, progress_of
+from boresight.options import Outcome, model_options, params_of, progress_of, refuse_options
 from boresight.sharing import estimator_names, params_of_each
 from boresight.sim.answer import Answer, JsonObject, plain
 from boresight.sim.compare.check import EXACT, Check
@@ -21,7 +22,6 @@ from boresight.sim.compare.reproducer import load_reproducer, replay_reproducer
 from boresight.sim.compare.results import CheckResult, verdict
 from boresight.sim.levels.build import Build
 from boresight.sim.records.files import read_record, record_of
-from boresight.sim.records.reading import reason
 from boresight.sim.records.record import Record
 from boresight.terminal import say
 
@@ -80,15 +80,7 @@ def log_files(paths: Iterable[str | Path]) -> list[Path]:
     """
     out: list[Path] = []
     for path in paths:
-        try:
-            found = _logs_below(Path(path))
-        except OSError as error:
-            raise InputError.at(
-                str(path) or "''",
-                wanted="a log, or a folder of logs",
-                found=reason(error),
-                fix="check the path",
-            ) from None
+        found = _logs_below(Path(path))
         if not found:
             raise InputError.at(
                 str(path),
@@ -102,7 +94,7 @@ def log_files(paths: Iterable[str | Path]) -> list[Path]:
 
 def _logs_below(path: Path) -> list[Path]:
     """The path itself, or every log in that folder."""
-    if not path.is_dir():
+    if not os.path.isdir(path):  # `Path.is_dir` raises on some Pythons
         return [path]
     return sorted(p for p in path.rglob("*") if p.suffix in (".csv", ".npz"))
 
@@ -274,12 +266,22 @@ def call(args: Namespace) -> Outcome:
 
 
 def _replay(args: Namespace, levels: Sequence[str]) -> Outcome:
-    """Run reproducers; all are good before the first is run."""
-    check_machine(args.config, args.word)
+    """Run reproducers; all are good before the first is run. They hold their machine and inputs."""
+    refuse_options(
+        args,
+        add_arguments,
+        ("config", "word", "steps", "params", "param", "reproducer"),
+        wanted="an estimator and a log",
+        found="a reproducer, which holds its own",
+    )
     Check(Build(), levels=levels, simulator=args.simulator)  # refuses what it does not know
     files = [Path(file) for file in args.logs]
     for file in files:
         load_reproducer(file)
     simulator = args.simulator or "verilator"
-    lines = [line for file in files for line in replay_reproducer(file, simulator=simulator)]
+    lines = [
+        line
+        for file in files
+        for line in replay_reproducer(file, levels=levels, simulator=simulator)
+    ]
     return int(bool(lines)), {"differences": lines}, "\n".join(lines) or "no difference"

@@ -38,6 +38,7 @@ from boresight.sharing import estimator_names, params_of_each
 from boresight.sim.answer import JsonObject, plain
 from boresight.sim.compare.soundness import check_sound
 from boresight.sim.levels.build import Build
+from boresight.sim.levels.vectors import recorded
 from boresight.sim.report.data import report_data
 from boresight.soc_project import SOC_CLOCK_HZ, soc_verilog, write_soc
 
@@ -139,7 +140,7 @@ def compile(
             say("synthesis (yosys) and clock estimate")
             area = estimate_core(core)
         say(f"{', '.join(own)} for {config}: Verilog")
-        write_core(folder, build, area=area, target=target, axi=axi)
+        write_core(folder, build, recorded(build), area=area, target=target, axi=axi)
         system = None
         if board is not None:
             say(f"ISE project for {board}: {top}")

@@ -27,6 +27,7 @@ from boresight.sim.board.setup import REAL
 from boresight.sim.compare.check import Check
 from boresight.sim.compare.results import CheckResult, verdict
 from boresight.sim.levels.build import Build
+from boresight.sim.levels.vectors import recorded
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.files import read_record
 from boresight.sim.report.data import report_data
@@ -186,7 +187,7 @@ def demo(
             _require_runs(results)
             say("synthesis (yosys) and clock estimate")
             area = estimate_core(build.core)
-            write_core(place, build, area=area)
+            write_core(place, build, recorded(build), area=area)
             system = system_core(names, config=config, restarts=restarts)
             write_system(place / "ise-mimas", "mimas", system)
             if config == CONFIGS[0]:

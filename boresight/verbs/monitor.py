@@ -10,10 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from boresight.arguments import check_number
-from boresight.board.line import BoardLine, Listener, RegisterTable
+from boresight.board.line import BoardLine, Listener, RegisterTable, value_of, word_of
 from boresight.board.plot import plot_image
 from boresight.disk.output import OutputFile, apart
 from boresight.gateware.boards.frames import Kind
+from boresight.gateware.registers.model import Access, Register
 from boresight.gateware.system.attitude_frame import Attitude, Update, Values
 from boresight.model.errors import InputError
 from boresight.options import Outcome
@@ -221,19 +222,19 @@ def _nothing(source: str, bad: int) -> InputError:
     )
 
 
-def _words(table: RegisterTable, writes: Sequence[str]) -> list[tuple[dict[str, Any], int]]:
+def _words(table: RegisterTable, writes: Sequence[str]) -> list[tuple[Register, int]]:
     """Registers to write, and what."""
     to_write = [(table.find(name), value) for name, value in map(_assignment, writes)]
-    return [(register, table.word_of(register, value)) for register, value in to_write]
+    return [(register, word_of(register, value)) for register, value in to_write]
 
 
-def _readable(table: RegisterTable, reads: Sequence[str]) -> list[dict[str, Any]]:
+def _readable(table: RegisterTable, reads: Sequence[str]) -> list[Register]:
     """Registers to read."""
     to_read = [table.find(name) for name in reads]
     for register in to_read:
-        if register.get("access") == "write-only":
+        if register.access is Access.WRITE_ONLY:
             raise InputError.at(
-                f"--read {register['name']}",
+                f"--read {register.name}",
                 wanted="a register that can be read",
                 found="write-only",
                 fix="choose another",
@@ -241,12 +242,10 @@ def _readable(table: RegisterTable, reads: Sequence[str]) -> list[dict[str, Any]
     return to_read
 
 
-def _read(line: BoardLine, table: RegisterTable, register: dict[str, Any]) -> RegisterWord:
+def _read(line: BoardLine, register: Register) -> RegisterWord:
     """A register's word, its value and its unit."""
-    word = line.access(Kind.READ, [register["address"]])
-    return RegisterWord(
-        word & 0xFFFF_FFFF, table.value_of(register, word), register.get("unit", "")
-    )
+    word = line.access(Kind.READ, [register.address])
+    return RegisterWord(word & 0xFFFF_FFFF, value_of(register, word), register.unit)
 
 
 def _attitudes(
@@ -337,8 +336,8 @@ def monitor(
     accesses_only = bool(reads or writes) and count is None and csv is None and plot is None
     with BoardLine(source, baud=baud, listener=Listener(table.formats, table.others)) as line:
         for register, word in words:
-            line.access(Kind.WRITE, [register["address"], word])
-        registers = {register["name"]: _read(line, table, register) for register in to_read}
+            line.access(Kind.WRITE, [register.address, word])
+        registers = {register.name: _read(line, register) for register in to_read}
         attitudes = [] if accesses_only else _attitudes(line, count, silence_s, each)
         bad = line.listener.bad
         if not line.is_port and not attitudes:
@@ -354,7 +353,7 @@ def monitor(
         attitudes=tuple(attitudes),
         missing=track.missing,
         bad=bad,
-        written={r["name"]: word & 0xFFFF_FFFF for r, word in words},
+        written={r.name: word & 0xFFFF_FFFF for r, word in words},
         registers=registers,
     )
 

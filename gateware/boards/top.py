@@ -12,12 +12,13 @@ from amaranth.lib.wiring import In, Out
 from boresight.gateware.boards.board import Line
 from boresight.gateware.boards.dispatch import Dispatcher
 from boresight.gateware.boards.framer import Framer
-from boresight.gateware.boards.frames import Kind
+from boresight.gateware.boards.frames import Kind, word_bytes
 from boresight.gateware.boards.pack import Packer
-from boresight.gateware.boards.records_text import records_text
 from boresight.gateware.boards.unpack import Unpacker
 from boresight.gateware.core import Core
+from boresight.gateware.description import describe
 from boresight.gateware.engine.engine import Engine
+from boresight.gateware.registers.core import PROGRAM
 from boresight.gateware.serial.uart import Receiver, Transmitter, divisor_for
 from boresight.model.errors import InputError
 
@@ -100,9 +101,33 @@ class Top(wiring.Component):
             {"rx": In(1, init=1), "tx": Out(1, init=1), "heartbeat": Out(1), "saturated": Out(1)}
         )
 
-    def text(self) -> tuple[str, str]:
-        """Head and end of a project's README."""
-        return records_text(self.core, baud=self.baud)
+    readme = "board_records"
+
+    def facts(self) -> dict[str, Any]:
+        """What a project's README says of the core."""
+        core = describe(self.core)
+        first = core.programs[0]
+        return {
+            "core": core,
+            "baud": self.baud,
+            "choice": PROGRAM,
+            "inputs": len(first.inputs),
+            "outputs": len(first.outputs),
+            "intervals": sorted({program.interval for program in core.programs}),
+            "word_bytes": word_bytes(core.word),
+            "programs": [
+                ("number", "name", "cycles per update"),
+                *((k, p.program, p.interval) for k, p in enumerate(core.programs)),
+            ],
+            "words": [
+                [
+                    ("", "name", "f", "unit"),
+                    *(("in", w.name, w.frac, w.unit) for w in program.inputs),
+                    *(("out", w.name, w.frac, w.unit) for w in program.outputs),
+                ]
+                for program in core.programs
+            ],
+        }
 
     def elaborate(self, platform: Any) -> Module:
         """The parts in a row."""

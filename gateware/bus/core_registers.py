@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from functools import reduce
+from operator import or_
 from typing import Any
 
 from amaranth.hdl import Const, Module, Signal, Value
-from amaranth.lib import wiring
+from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
+from boresight.gateware.bus.csr import layout_of
 from boresight.gateware.bus.signature import BusSignature
 from boresight.gateware.machine import Machine
+from boresight.gateware.registers.core import BUILD_HIGH, BUILD_LOW, FIRST, PROGRAM, STATUS, UPDATES
 
-__all__ = ["Registers"]
+#: Bits of an address above the first fixed register's.
+_OFFSET = (PROGRAM - FIRST).bit_length()
 
 
 class Registers(wiring.Component):
@@ -21,13 +26,9 @@ class Registers(wiring.Component):
 
         0..511  parameters, write only: a word of the register file (`Machine.parameter_address`).
                 The write waits until the machine is idle; writes to states are ignored.
-        512     status: bit 0 saturated, bit 1 framing (sticky, write 1 to clear), bit 2 idle,
-                bit 3 parity
-        513     completed updates, modulo 2^W
-        514     build identifier, bits W-1:0
-        515     build identifier, bits 2W-1:W
-        516     number of the program that runs; a write waits as for parameters. Writes of numbers
-                that no program has are ignored; with a selector, all are.
+        512..   those of `gateware.registers.core`. A write of the program's number waits as for
+                parameters. Writes of numbers that no program has are ignored; with a selector, all
+                are.
 
     With a ``selector`` the program is chosen not by the bus but by a port, without the bus.
 
@@ -103,7 +104,7 @@ class Registers(wiring.Component):
         """Write decoding, flags, read multiplexer."""
         m = Module()
         bus, word = self.bus, self.machine.arithmetic.word
-        fixed = bus.addr[9]
+        fixed, offset = bus.addr[FIRST.bit_length() - 1], bus.addr[:_OFFSET]
         waits = Signal()
         m.d.comb += [
             waits.eq(~fixed & ~self._of_state()),
@@ -122,24 +123,29 @@ class Registers(wiring.Component):
                 m.d.sync += self.program.eq(self.choice)
         elif self.programs > 1:
             # Without bit 8 of the address no other lane's bank is written either.
-            with m.If(fixed & ~bus.addr[8] & (bus.addr[:3] == 4)):
+            with m.If(fixed & ~bus.addr[8] & (offset == PROGRAM - FIRST)):
                 m.d.comb += waits.eq(bus.w_data < self.programs)
             m.d.sync += self.switch.eq(fixed)
             with m.If(self.grant & self.switch):
                 m.d.sync += self.program.eq(bus.w_data)
 
-        saturated, framing, updates = self._flags(m, bus.w_stb & fixed & ~bus.addr[:3].any())
-        with m.Switch(bus.addr[:3]):
-            with m.Case(0):
-                m.d.sync += bus.r_data.eq(
-                    saturated | framing << 1 | self.idle << 2 | self.parity << 3
-                )
-            with m.Case(1):
-                m.d.sync += bus.r_data.eq(updates)
-            with m.Case(2):
-                m.d.sync += bus.r_data.eq(self.digest & ((1 << word) - 1))
-            with m.Case(3):
-                m.d.sync += bus.r_data.eq(self.digest >> word & ((1 << word) - 1))
+        saturated, framing, updates = self._flags(m, bus.w_stb & fixed & ~offset.any())
+        flags = {
+            **{"saturated": saturated, "framing": framing},
+            **{"idle": self.idle, "parity": self.parity},
+        }
+        # A shift by 0 would be a cell of its own.
+        bits = (flags[f.name] << f.bit if f.bit else flags[f.name] for f in STATUS.fields)
+        mask = (1 << word) - 1
+        with m.Switch(offset):
+            for register, value in (
+                (STATUS, reduce(or_, bits)),
+                (UPDATES, updates),
+                (BUILD_LOW, self.digest & mask),
+                (BUILD_HIGH, self.digest >> word & mask),
+            ):
+                with m.Case(register.address - FIRST):
+                    m.d.sync += bus.r_data.eq(value)
             with m.Default():
                 m.d.sync += bus.r_data.eq(self.program)
         return m
@@ -155,10 +161,13 @@ class Registers(wiring.Component):
         """Sticky flags, which a write clears, and the number of updates."""
         saturated, framing, pending = (Signal(name=n) for n in ("saturated", "framing", "pending"))
         updates = Signal(self.machine.arithmetic.word)
+        written: Any = data.View(
+            layout_of(STATUS.fields, width=len(self.bus.w_data)), self.bus.w_data
+        )
         with m.If(cleared):
             m.d.sync += [
-                saturated.eq(saturated & ~self.bus.w_data[0]),
-                framing.eq(framing & ~self.bus.w_data[1]),
+                saturated.eq(saturated & ~written.saturated),
+                framing.eq(framing & ~written.framing),
             ]
         with m.If(self.saturated):
             m.d.sync += [saturated.eq(1), pending.eq(1)]

@@ -2,24 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-from amaranth.hdl import Module, Signal
-from amaranth.lib import memory, wiring
+from amaranth.hdl import Cat, Const, Module, Signal, Value
+from amaranth.lib import data, memory, wiring
 from amaranth.lib.wiring import In, Out
 
-from boresight.gateware.registers.model import Access, Register
-
-__all__ = ["Csr", "is_live", "offset_bits"]
+from boresight.gateware.registers.model import Access, BitField, Register
 
 #: Bits of a bus word.
 WORD = 32
 
 
-def is_live(register: Register) -> bool:
-    """Whether its word comes from a port."""
-    return register.access is Access.READ_ONLY and register.reset is None
+def layout_of(fields: Sequence[BitField], *, width: int | None = None) -> data.Layout:
+    """The layout of a register with these fields, ``width`` bits or up to the last of them."""
+    size = width or max(field.bit + field.width for field in fields)
+    members = {f.name: data.Field(f.width, f.bit) for f in fields}
+    return data.FlexibleLayout(size, members)
+
+
+def packed(fields: Sequence[BitField], values: Mapping[str, Any], *, first: int = 0) -> Value:
+    """The word, from bit ``first`` on, that has these values in its fields and 0 between them."""
+    parts: list[Any] = []
+    end = first
+    for field in sorted(fields, key=lambda field: field.bit):
+        value = Value.cast(values[field.name])
+        parts += [Const(0, field.bit - end), value, Const(0, field.width - len(value))]
+        end = field.bit + field.width
+    return Cat(part for part in parts if len(part))
 
 
 def offset_bits(registers: Sequence[Register]) -> int:
@@ -88,7 +99,7 @@ class Csr(wiring.Component):
                     f"{register.name} must have 1 to {WORD} bits that hold its reset "
                     f"value, not {width} bits for {reset}"
                 )
-            if is_live(register):
+            if register.is_live:
                 ports[register.name] = In(width)
             elif register.access is Access.READ_WRITE:
                 ports[register.name] = Out(width, init=reset)
@@ -139,7 +150,7 @@ class Csr(wiring.Component):
         with m.Switch(low):
             for register in self.registers:
                 with m.Case(register.address - self.first):
-                    if is_live(register):
+                    if register.is_live:
                         m.d.sync += live.eq(getattr(self, register.name))
                     elif register.name in stored:
                         self._write(m, register, w_port.en, copy, stored[register.name])

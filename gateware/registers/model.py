@@ -1,18 +1,18 @@
-"""A register map, declared once; `gateware.registers.files` has its written forms.
+"""What a register is: address, access, format, range, bits with names.
 
 Addresses count words. Where a bridge puts the bus into a memory, word address k stands at byte 4 k,
-in the low W bits of 32; the SVD says so.
+in the low W bits of 32.
 """
 
 from __future__ import annotations
 
-import json
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from enum import StrEnum
+from typing import Annotated
 
-from boresight.model.tools.c_names import unique
+from boresight.model.tools.typed import Within
 
-__all__ = ["Access", "BitField", "Port", "Register", "RegisterMap", "Streams"]
+Whole = Annotated[int | None, Within(-(1 << 31), (1 << 32) - 1)]
 
 
 class Access(StrEnum):
@@ -28,34 +28,19 @@ class BitField:
     """Bits of a register, ``width`` from ``bit`` on. ``clear``: writing 1 clears it."""
 
     name: str
-    bit: int
+    bit: Annotated[int, Within(0, 31)]
     meaning: str
     clear: bool = False
-    width: int = 1
+    width: Annotated[int, Within(1, 32)] = 1
 
     @property
     def mask(self) -> int:
         """These bits of the register."""
         return ((1 << self.width) - 1) << self.bit
 
-
-@dataclass(frozen=True)
-class Port:
-    """One word of the input or output records: value = word * 2^-frac."""
-
-    name: str
-    frac: int
-    unit: str
-
-
-@dataclass(frozen=True)
-class Streams:
-    """The records of a program."""
-
-    program: str
-    digest: str
-    inputs: tuple[Port, ...]
-    outputs: tuple[Port, ...]
+    def of(self, word: int) -> int:
+        """The field's value in a register's word."""
+        return (word & self.mask) >> self.bit
 
 
 @dataclass(frozen=True)
@@ -72,19 +57,19 @@ class Register:
     """
 
     name: str
-    address: int
+    address: Annotated[int, Within(0, 4095)]
     access: Access
     meaning: str
     unit: str = ""
-    frac: int | None = None
+    frac: Annotated[int | None, Within(-128, 128)] = None
     low: float | None = None
     high: float | None = None
-    minimum: int | None = None
-    maximum: int | None = None
-    reset: int | None = None
+    minimum: Whole = None
+    maximum: Whole = None
+    reset: Whole = None
     fields: tuple[BitField, ...] = ()
     names: tuple[str, ...] = ()
-    width: int | None = None
+    width: Annotated[int | None, Within(1, 32)] = None
     signed: bool | None = None
 
     @property
@@ -92,71 +77,14 @@ class Register:
         """Whether it is a parameter of the estimator."""
         return self.minimum is not None
 
-
-@dataclass(frozen=True)
-class RegisterMap:
-    """All registers of a core, and for each program the words of its streams.
-
-    ``build`` holds the words that ``build_low`` and ``build_high`` read. With several programs the
-    parameters' names begin with the program's: ``mekf.gain``. ``title`` says what has them: a core,
-    or a system with more registers than the core's.
-    """
-
-    name: str
-    digest: str
-    word: int
-    build: tuple[int, int]
-    registers: tuple[Register, ...]
-    streams: tuple[Streams, ...]
-    title: str = "core"
-
-    def mask_of(self, register: Register) -> int:
-        """All bits of a register."""
-        return (1 << (register.width or self.word)) - 1
-
     @property
-    def mask(self) -> int:
-        """All bits of a word."""
-        return (1 << self.word) - 1
+    def is_live(self) -> bool:
+        """Whether its word comes from the hardware and is only read."""
+        return self.access is Access.READ_ONLY and self.reset is None
 
-    @property
-    def parameters(self) -> tuple[Register, ...]:
-        """The estimator's parameters."""
-        return tuple(r for r in self.registers if r.is_parameter)
-
-    def find(self, name: str) -> Register:
-        """The register called ``name``, a parameter before a fixed one; KeyError if none is."""
-        for register in self.registers:
-            if register.name == name:
-                return register
+    def field(self, name: str) -> BitField:
+        """The field called ``name``; KeyError if there is none."""
+        for field in self.fields:
+            if field.name == name:
+                return field
         raise KeyError(name)
-
-    @property
-    def identifiers(self) -> dict[int, str]:
-        """C identifier of every register, by address; unique even when case does not count."""
-        ordered = sorted(self.registers, key=lambda r: r.is_parameter)  # the fixed names first
-        names = unique(r.name for r in ordered)
-        return {r.address: name for r, name in zip(ordered, names, strict=True)}
-
-    def to_json(self) -> str:
-        """The map as JSON, the same text for the same map."""
-
-        def plain(register: Register) -> dict[str, object]:
-            kept = {k: v for k, v in asdict(register).items() if v is not None and v != ()}
-            return {**kept, "byte_offset": 4 * register.address}
-
-        return (
-            json.dumps(
-                {
-                    "name": self.name,
-                    "title": self.title,
-                    "digest": self.digest,
-                    "word": self.word,
-                    "build": self.build,
-                    "registers": [plain(r) for r in self.registers],
-                    "programs": [{"number": k, **asdict(s)} for k, s in enumerate(self.streams)],
-                },
-                indent=1,
-            )
-            + "\n"
-        )

@@ -32,14 +32,6 @@ CONSOLE = (
 )
 
 
-_FIRMWARE = """\
-SOFT CORE
-VexRiscv.v and ram.v are part of the project; firmware.hex is what the memory holds when the FPGA is
-configured. Its sources and build.sh are in the folder firmware: build there, copy firmware.hex
-here, and run this folder's build.sh again. The attitude system works without it.
-"""
-
-
 class AttitudeSoc(wiring.Component):
     """`AttitudeSystem`, its registers in the slot of a `Soc`, its updates as the interrupt.
 
@@ -94,14 +86,11 @@ class AttitudeSoc(wiring.Component):
             }
         )
 
-    def text(self) -> tuple[str, str]:
-        """Head and end of a project's README."""
-        head, body = self.system.text()
-        return (
-            f"{head}CPU      VexRiscv, {4 * self.words // 1024} KB of memory, console "
-            f"{self.console_baud:.0f} baud\n",
-            f"{body}\n{_FIRMWARE}",
-        )
+    readme = "board_soc"
+
+    def facts(self) -> dict[str, Any]:
+        """What a project's README says of the system and the soft core."""
+        return {**self.system.facts(), "memory": 4 * self.words, "console_baud": self.console_baud}
 
     def elaborate(self, platform: Any) -> Module:
         """Two parts and what is between them."""

@@ -14,8 +14,6 @@ attitude_text      what stands where in a line, degrees by additions
 attitude_frame     frames and lines in software
 bridge             the host's serial line
 system_bus         the address map
-system_registers   the declaration of the system's own registers
-system_map         everything on the bus
-system_text        what a project's README says of it
+interface          registers, result words, orders, events: declared once
 ================== ============================================================
 """

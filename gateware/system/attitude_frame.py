@@ -6,7 +6,7 @@ an attitude filter ten words in all.
 ==== ========= ==================================================================================
 word name      contents
 ==== ========= ==================================================================================
-0    header    bits 15:0 number of the update, modulo 2^16; 18:16 filter; the rest in `FLAGS`
+0    header    `gateware.system.interface.HEADER`, and above it `FRAME_FLAGS`
 1    stamp     clock cycle of the sample's data-ready edge, modulo 2^32
 2    pitch     half turns, 31 fraction bits
 3    roll      the same
@@ -32,21 +32,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-__all__ = [
-    "FLAGS",
-    "FORMATS",
-    "OUTPUTS",
-    "STAMP",
-    "WORDS",
-    "Attitude",
-    "Update",
-    "Values",
-    "angle_text",
-    "attitude_of",
-    "parse_line",
-    "text_line",
-    "values_of",
-]
+from boresight.gateware.system.interface import FRAME_FLAGS, HEADER
 
 #: Bits of a word.
 WORD = 32
@@ -57,35 +43,21 @@ FORMATS = {0: (29, 23), 1: (31, 27), 2: (31, 26), 3: (31, 25)}
 OUTPUTS = ("pitch", "roll", "heading", "qw", "qx", "qy", "qz", "status")
 #: Names of a frame's words.
 WORDS = ("header", "stamp", *OUTPUTS)
-#: Place of the time stamp.
-STAMP = 1
-#: Bits of the header's upper half, from bit 16 of the header on: name and meaning. The first three
-#: are the filter's number.
-FLAGS = (
-    ("filter", "number of the filter, bit 0"),
-    ("filter", "number of the filter, bit 1"),
-    ("filter", "number of the filter, bit 2"),
-    ("field_used", "the update had a fresh magnetic field"),
-    ("field_counts", "that field was made of magnetometer counts, not of a heading"),
-    ("restart", "the update restarted the filter"),
-    ("saturated", "a value of the filter was clamped"),
-    ("reserved", "0"),
-    ("inertial_fault", "the inertial sensor is not running"),
-    ("inertial_alarm", "an alarm of the inertial sensor"),
-    ("over_range", "a gyro or accelerometer is at full scale"),
-    ("overrun", "a sample of the inertial sensor was skipped"),
-    ("compass_stale", "no good line of the compass for a while"),
-    ("compass_fault", "the compass does not answer as it should"),
-    ("reserved", "0"),
-    ("reserved", "0"),
-)
+#: Fields of the header by name; those from bit 16 on are the flags.
+_HEADER = {field.name: field for field in (*HEADER, *FRAME_FLAGS)}
+_FLAGS = _HEADER["filter"].bit
 _HUNDREDTHS = 36_000  #: of a degree, in a turn
 _DEGREES = 180.0 / (1 << WORD - 1)  #: of a word's last bit
 
 
+def filter_of(flags: int) -> int:
+    """Number of the filter in the header's upper half."""
+    return _HEADER["filter"].of(flags << _FLAGS)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Update:
-    """One update: its number and flags, and its stamp where that is told."""
+    """One update: its number, the header's upper half, and its stamp where that is known."""
 
     number: int
     flags: int
@@ -94,12 +66,17 @@ class Update:
     @property
     def filter(self) -> int:
         """Number of the filter that ran."""
-        return self.flags & 7
+        return filter_of(self.flags)
 
     @property
     def flag_names(self) -> tuple[str, ...]:
         """Names of the flags that are set."""
-        return tuple(name for k, (name, _) in enumerate(FLAGS) if k > 2 and self.flags >> k & 1)
+        header = self.flags << _FLAGS
+        return tuple(f.name for f in _HEADER.values() if f.width == 1 and f.of(header))
+
+
+def _flags(header: int) -> int:
+    return header >> _FLAGS & 0xFFFF
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -141,8 +118,8 @@ def values_of(words: Sequence[int], outputs: Mapping[str, int]) -> Values:
     header, stamp, *rest = words
     parts = zip(outputs.items(), rest, strict=True)
     return Values(
-        number=header & 0xFFFF,
-        flags=header >> 16 & 0xFFFF,
+        number=_HEADER["number"].of(header),
+        flags=_flags(header),
         stamp=stamp & 0xFFFF_FFFF,
         values={name: word * 2.0**-frac for (name, frac), word in parts},
     )
@@ -166,13 +143,13 @@ def attitude_of(words: Sequence[int], formats: Mapping[int, tuple[int, int]] = F
     if len(words) != len(WORDS):
         raise ValueError(f"words must be {len(WORDS)}, not {len(words)}")
     named = dict(zip(WORDS, words, strict=True))
-    flags = named["header"] >> 16 & 0xFFFF
+    flags = _flags(named["header"])
     quaternion, status = None, None
-    if (bits := formats.get(flags & 7)) is not None:
+    if (bits := formats.get(filter_of(flags))) is not None:
         w, x, y, z = (named[n] / (1 << bits[0]) for n in ("qw", "qx", "qy", "qz"))
         quaternion, status = (w, x, y, z), named["status"] >> bits[1]
     return Attitude(
-        number=named["header"] & 0xFFFF,
+        number=_HEADER["number"].of(named["header"]),
         flags=flags,
         stamp=named["stamp"] & 0xFFFF_FFFF,
         status=status,
@@ -193,9 +170,10 @@ def angle_text(value: int) -> str:
 def text_line(words: Sequence[int]) -> str:
     """The line of text for the words of a frame, with its end."""
     named = dict(zip(WORDS, words, strict=True))
-    header, status = named["header"] & 0xFFFF_FFFF, named["status"] >> 20 & 0xFFF
+    number, flags = _HEADER["number"].of(named["header"]), _flags(named["header"])
+    status = named["status"] >> 20 & 0xFFF
     angles = " ".join(angle_text(named[n]) for n in ("heading", "pitch", "roll"))
-    return f"{angles} {header & 0xFFFF:04X} {header >> 16:04X} {status:03X}\r\n"
+    return f"{angles} {number:04X} {flags:04X} {status:03X}\r\n"
 
 
 def parse_line(line: str, formats: Mapping[int, tuple[int, int]] = FORMATS) -> Attitude | None:
@@ -209,7 +187,7 @@ def parse_line(line: str, formats: Mapping[int, tuple[int, int]] = FORMATS) -> A
         return None
     heading, pitch, roll = (float(part) for part in parts[:3])
     number, flags, bits = (int(part, 16) for part in parts[3:])
-    form = formats.get(flags & 7)
+    form = formats.get(filter_of(flags))
     return Attitude(
         number=number,
         heading=heading,

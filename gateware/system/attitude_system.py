@@ -7,14 +7,15 @@ from collections.abc import Callable
 from typing import Any
 
 from amaranth.hdl import Cat, Module, Signal
-from amaranth.lib import wiring
+from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.boards.board import Line
 from boresight.gateware.bus.arbiter import BusArbiter
+from boresight.gateware.bus.csr import layout_of, packed
 from boresight.gateware.bus.wishbone import WishboneSignature, WishboneSlave
 from boresight.gateware.core import Core
-from boresight.gateware.registers.model import RegisterMap
+from boresight.gateware.description import Description, describe
 from boresight.gateware.sensors.adis16385 import Adis16385
 from boresight.gateware.sensors.adis16385_flags import FLAG_MEANINGS
 from boresight.gateware.sensors.hmr3300 import FLAGS as COMPASS_FLAGS
@@ -23,11 +24,15 @@ from boresight.gateware.system.attitude_core import AttitudeCore
 from boresight.gateware.system.attitude_frame import OUTPUTS
 from boresight.gateware.system.attitude_output import AttitudeOutput
 from boresight.gateware.system.bridge import Bridge
+from boresight.gateware.system.interface import (
+    FRAME_FLAGS,
+    ORDERS,
+    TAKE_FEED,
+    system_map,
+    system_registers,
+)
 from boresight.gateware.system.programs import core_plan
 from boresight.gateware.system.system_bus import ADDRESS_BITS, SystemBus
-from boresight.gateware.system.system_map import system_map
-from boresight.gateware.system.system_registers import system_registers
-from boresight.gateware.system.system_text import system_text
 from boresight.model.errors import InputError
 
 __all__ = ["AttitudeSystem", "system_design"]
@@ -162,7 +167,7 @@ class AttitudeSystem(wiring.Component):
         )
         return int(hashlib.sha256(configuration.encode()).hexdigest()[:16], 16)
 
-    def map(self) -> RegisterMap:
+    def map(self) -> Description:
         """All registers of the system."""
         return system_map(
             self.core, registers=self.registers, events=self.events, feed=self.plan.feed.registers
@@ -177,16 +182,24 @@ class AttitudeSystem(wiring.Component):
         """Data-ready at the pin to a whole, checked sample: nine frames on the SPI."""
         return self._inertial.burst_cycles
 
-    def text(self) -> tuple[str, str]:
-        """Head and end of a project's README."""
-        return system_text(
-            self.plan,
-            self.core.machine,
-            build=self.build,
-            baud=self.host_baud,
-            clock_hz=self.clock_hz,
-            latency_cycles=[self.latency_cycles(k) for k in range(self.plan.filters)],
-        )
+    readme = "board_system"
+
+    def facts(self) -> dict[str, Any]:
+        """What a project's README says of the system, with each filter's latency."""
+        cycles = [self.latency_cycles(k) for k in range(self.plan.filters)]
+        return {
+            "core": describe(self.core),
+            "build": self.build,
+            "baud": self.host_baud,
+            "filters": self.plan.filters,
+            "latencies": [
+                ("number", "filter", "cycles", "microseconds"),
+                *(
+                    (k, self.plan.names[k], n, f"{1e6 * n / self.clock_hz:.2f}")
+                    for k, n in enumerate(cycles)
+                ),
+            ],
+        }
 
     def elaborate(self, platform: Any) -> Module:
         """The parts, and who is connected to whom."""
@@ -209,7 +222,7 @@ class AttitudeSystem(wiring.Component):
         m.d.comb += [
             bus.time.eq(time),
             bus.events.eq(Cat(part.events for _, part in self._sources)),
-            bus.clear.eq(bus.order[2]),
+            bus.clear.eq(self._order(bus).clear_counters),
             self.probe_sample.eq(inertial.sample),
             self.probe_running.eq(inertial.flags.running),
             self.probe_updated.eq(attitude.updated),
@@ -221,13 +234,18 @@ class AttitudeSystem(wiring.Component):
         ]
         return m
 
+    def _order(self, bus: SystemBus) -> Any:
+        """What a write of register ``order`` does in this cycle, by name."""
+        fields = (*ORDERS, TAKE_FEED) if self.plan.feed.registers else ORDERS
+        return data.View(layout_of(fields), bus.order)
+
     def _sensors(self, m: Module, bus: SystemBus, time: Signal) -> None:
         """Readers to their registers."""
         inertial, compass, csr = self._inertial, self._compass, bus
         m.d.comb += [
             inertial.time.eq(time),
             inertial.enable.eq(1),
-            inertial.restart.eq(csr.order[1]),
+            inertial.restart.eq(self._order(bus).restart_inertial),
             inertial.msc_ctrl.eq(csr.inertial_msc_ctrl),
             inertial.smpl_prd.eq(csr.inertial_smpl_prd),
             inertial.sens_avg.eq(csr.inertial_sens_avg),
@@ -263,12 +281,12 @@ class AttitudeSystem(wiring.Component):
             attitude.run.eq(bus.run),
             attitude.filter.eq(bus.filter),
             attitude.source.eq(bus.magnetic_source),
-            attitude.restart.eq(bus.order[0]),
+            attitude.restart.eq(self._order(bus).restart_filter),
         ]
         if self.plan.feed.registers:
             m.d.comb += [
                 *(getattr(attitude, n).eq(getattr(bus, n)) for n in _FEED),
-                attitude.feed_take.eq(bus.order[3]),
+                attitude.feed_take.eq(self._order(bus).take_feed),
                 bus.feed_busy.eq(attitude.feed_busy),
             ]
 
@@ -282,13 +300,17 @@ class AttitudeSystem(wiring.Component):
             output.mode.eq(bus.output_mode),
             output.divider.eq(bus.output_divider),
             output.flags.eq(
-                Cat(
-                    ~inertial.running,
-                    inertial.alarm,
-                    inertial.over_range,
-                    inertial.overrun,
-                    compass.stale,
-                    compass.paused,
+                packed(
+                    FRAME_FLAGS,
+                    {
+                        "inertial_fault": ~inertial.running,
+                        "inertial_alarm": inertial.alarm,
+                        "over_range": inertial.over_range,
+                        "overrun": inertial.overrun,
+                        "compass_stale": compass.stale,
+                        "compass_fault": compass.paused,
+                    },
+                    first=FRAME_FLAGS[0].bit,
                 )
             ),
             attitude.ports[1].take.eq(~bus.results_hold),

@@ -8,27 +8,14 @@ from amaranth.hdl import Cat, Const, Module, Mux, Signal, Value
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
+from boresight.gateware.bus.csr import packed
 from boresight.gateware.bus.feed_registers import FeedRegisters
 from boresight.gateware.bus.results import ResultPort, Results
 from boresight.gateware.engine.engine import word_layout
-from boresight.gateware.system.conductor_words import (
-    HEADER,
-    OUTPUTS,
-    RAWS,
-    RECORDS,
-    STAMP,
-    Job,
-    State,
-    Step,
-    Words,
-    header_layout,
-    last_words,
-    table,
-)
-from boresight.gateware.system.feed import first_word
+from boresight.gateware.system.conductor_words import Job, State, Step, Words, last_words, table
+from boresight.gateware.system.feed import reset_word
+from boresight.gateware.system.interface import HEADER
 from boresight.gateware.system.plan import Plan
-
-__all__ = ["HEADER", "OUTPUTS", "RAWS", "RECORDS", "STAMP", "Conductor", "header_layout"]
 
 
 class Conductor(wiring.Component):
@@ -93,7 +80,7 @@ class Conductor(wiring.Component):
     last_output : Out(4)
         Number of the last output word of the update that ``updated`` tells of.
     ports : In(ResultPort) array
-        Readers of the results (`HEADER`, `OUTPUTS`, `RECORDS`, `RAWS`, `STAMP`).
+        Readers of the results (`gateware.system.interface.Place`).
     events : Out
         One-cycle pulses, by `EVENTS`.
     feed_en : In(1), feed_index : In(5), feed_data : In(W), feed_take : In(1), feed_busy : Out(1)
@@ -339,7 +326,7 @@ class Conductor(wiring.Component):
         if not registers:
             return Const(0)
         m.submodules.registers = unit = FeedRegisters(
-            word=self.plan.word, init=[first_word(value) for value in registers.values()]
+            word=self.plan.word, init=[reset_word(value) for value in registers.values()]
         )
         m.d.comb += [
             unit.w_en.eq(self.feed_en),
@@ -374,14 +361,16 @@ class Conductor(wiring.Component):
             self.i.payload.last.eq(s.ends | s.state[2]),
             self.i.payload.data.eq(words.offered(m)),
         ]
-        header = Cat(
-            self.number,
-            s.running,
-            Const(0, 3 - len(s.running)),
-            s.use_field,
-            s.field_counts & s.use_field,
-            s.restarting,
-            self.saturated | s.clamped,
+        header = packed(
+            HEADER,
+            {
+                "number": self.number,
+                "filter": s.running,
+                "field_used": s.use_field,
+                "field_counts": s.field_counts & s.use_field,
+                "restart": s.restarting,
+                "saturated": self.saturated | s.clamped,
+            },
         )
         words.put_away(m, results, header)
 

@@ -7,53 +7,13 @@ from enum import Enum
 from typing import Any
 
 from amaranth.hdl import Cat, Const, Module, Mux, Signal, Value
-from amaranth.lib import data, memory
+from amaranth.lib import memory
 
 from boresight.gateware.bus.results import Results
 from boresight.gateware.engine.bitwise import Bitwise, multiplex
-from boresight.gateware.system.feed import FIELD, HELD, REGISTERS, Fed, first_word
+from boresight.gateware.system.feed import FIELD, HELD, REGISTERS, Fed, reset_word
+from boresight.gateware.system.interface import Place
 from boresight.gateware.system.plan import RAW, Plan
-
-__all__ = [
-    "HEADER",
-    "OUTPUTS",
-    "RAWS",
-    "RECORDS",
-    "STAMP",
-    "Job",
-    "State",
-    "Step",
-    "Words",
-    "header_layout",
-    "last_words",
-    "table",
-]
-
-#: Places in the result memory: the header, the filter's output record, the input record that it
-#: had, and the raw words that this came from.
-HEADER, OUTPUTS, RECORDS, RAWS = 0x00, 0x10, 0x20, 0x30
-#: The time stamp: beside the header, not among the raw words.
-STAMP = 0x01
-
-
-def header_layout() -> data.StructLayout:
-    """Word 0 of the results.
-
-    ``number`` counts updates, 1 the first; one that was never completed leaves a gap. ``filter``:
-    which one made it. ``field_used``: the record had a fresh field, ``field_counts``: from
-    magnetometer counts, not from a heading. ``restart``: the time step was negative. ``saturated``:
-    a value of the filter was clamped.
-    """
-    return data.StructLayout(
-        {
-            "number": 16,
-            "filter": 3,
-            "field_used": 1,
-            "field_counts": 1,
-            "restart": 1,
-            "saturated": 1,
-        }
-    )
 
 
 class State(Enum):
@@ -185,7 +145,7 @@ class Words:
         init = [0] * depth
         mask = (1 << self.plan.word) - 1
         for k, value in enumerate(feed.registers.values()):
-            init[REGISTERS + k] = first_word(value) & mask
+            init[REGISTERS + k] = reset_word(value) & mask
         for k, constant in enumerate(feed.constants):
             init[HELD + k] = constant & mask
         m.submodules.calibrated = words = memory.Memory(
@@ -295,10 +255,10 @@ class Words:
                     results.w_en.eq(
                         i.valid & i.ready & ~s.job[1] & ((s.job == Job.INERTIAL) | s.last)
                     ),
-                    region.eq(Mux(is_filter, RECORDS >> 4, RAWS >> 4)),
+                    region.eq(Mux(is_filter, Place.INPUTS >> 4, Place.RAWS >> 4)),
                 ]
             with m.Case(State.COLLECT):
-                m.d.comb += [results.w_en.eq(is_filter & o.valid), region.eq(OUTPUTS >> 4)]
+                m.d.comb += [results.w_en.eq(is_filter & o.valid), region.eq(Place.OUTPUTS >> 4)]
             with m.Case(State.FINISH):
                 m.d.comb += results.w_en.eq(is_filter)
         m.submodules.put = put = Bitwise(function=_put, inputs=5, width=results.word)
@@ -306,7 +266,9 @@ class Words:
         m.d.comb += [
             results.w_index.eq(
                 Mux(
-                    (region == RAWS >> 4) & (count == RAW.index("stamp")), STAMP, Cat(count, region)
+                    (region == Place.RAWS >> 4) & (count == RAW.index("stamp")),
+                    Place.STAMP,
+                    Cat(count, region),
                 )
             ),
             results.w_data.eq(

@@ -23,7 +23,7 @@ __all__ = [
     "Fed",
     "Feed",
     "feed_of",
-    "first_word",
+    "reset_word",
 ]
 
 #: Places: gyro, accelerometer, time step; the field; a zero; constants; registers.
@@ -145,7 +145,7 @@ class _Maker:
         return list(self.registers).index(value.name)
 
 
-def first_word(value: Value) -> int:
+def reset_word(value: Value) -> int:
     """What an input register holds at first: 0, or what of its range is nearest to it."""
     nearest = min(max(0.0, value.low), value.high)
     return int(Format(32, value.frac).quantise(nearest))

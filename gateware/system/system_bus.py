@@ -33,7 +33,7 @@ class SystemBus(wiring.Component):
 
     ::
 
-        0x000..0x204  the core, as `gateware.bus.core_registers` says
+        0x000..0x204  the core, as `gateware.registers.core` says
         0x400..       registers of the system (`Csr`)
         0x500..0x53F  results (`gateware.bus.results`)
         0x600..       counters of events

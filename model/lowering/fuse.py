@@ -72,12 +72,15 @@ class Fusion:
         """Hold ``node``, which replaces a state, in that state's range and format.
 
         It is limited there in any case. Of several states the widest counts; a node whose interval
-        lies inside keeps its own, finer format.
+        has as fine a format keeps it.
         """
         said = self.groups.values[state]
         known = self._limits.get(node.number)
         inside = said.low <= node.low and node.high <= said.high
-        if not inside and (known is None or said.frac < known.frac):
+        if inside or node.kind == "saturated" or not math.isfinite(node.low + node.high):
+            return
+        own = Format.for_range(self.groups.arith.word, node.low, node.high)
+        if own.frac < said.frac and (known is None or said.frac < known.frac):
             self._limits[node.number] = said
 
     def replacing(self, node: Node, state: int) -> int:
@@ -158,7 +161,7 @@ class Fusion:
             frac = word - 1 - binary_exponent(node.high)
             return self.groups.group(form, target, frac=frac, exact=True)
         target = Target(node.label, node.low, node.high, node.source, node.unit, line=node.line)
-        if (said := self._limits.get(node.number)) is not None and node.kind != "saturated":
+        if (said := self._limits.get(node.number)) is not None:
             low, high = (min(max(edge, said.low), said.high) for edge in (node.low, node.high))
             target = replace(target, low=low, high=high)
             return self.groups.group(form, target, frac=said.frac if frac is None else frac)

@@ -9,21 +9,36 @@ from boresight.model.declarations import EXACT_UNITS
 from boresight.model.errors import InputError
 from boresight.model.lowering.graph import Node
 from boresight.model.places import placed
-from boresight.model.words.program import Kind, Op, Program, Scale
+from boresight.model.words.program import Kind, Op, Program, Scale, Term, Value
 
-__all__ = ["check_resolution"]
+__all__ = ["check_resolution", "limits"]
 
 
 #: Share of its bits that what reaches a state has to leave it.
 _LEFT = 0.25
 
 
+def limits(program: Program) -> Iterator[tuple[int, float, str]]:
+    """How far each output, then each next state, may be off: its value, by how much, and why.
+
+    An output by its tolerance, by anything where it has none or is compared bit by bit; a state by
+    what leaves it a quarter of its bits.
+    """
+    for number, port in zip(program.outputs, program.ports, strict=True):
+        judged = port.tolerance and port.unit not in EXACT_UNITS
+        limit = port.tolerance if judged and port.tolerance else math.inf
+        yield number, limit, f"the tolerance of output {port.name}"
+    spare = math.floor(program.arithmetic.word * (1.0 - _LEFT))
+    for state, after in program.states:
+        limit = math.ldexp(1.0, spare - program.values[state].frac)
+        yield after, limit, f"a quarter of the bits of state {program.values[state].name}"
+
+
 def check_resolution(program: Program, nodes: Mapping[int, Node]) -> None:
     """Refuse words whose last bit is too coarse for what is made of them.
 
-    That is one that reaches an output, as a copy, a term of a sum, a side of a selection or times a
-    constant, with more than the output's tolerance; and one that so reaches the next value of a
-    state and leaves it less than a quarter of its bits.
+    That is one that reaches an output or a next state, as a copy, a term of a sum, a side of a
+    selection or times a constant, with more than that may be off (`limits`).
 
     Parameters
     ----------
@@ -35,49 +50,51 @@ def check_resolution(program: Program, nodes: Mapping[int, Node]) -> None:
     InputError
         See above; with the line that computes the word.
     """
-    walk = _Walk(program)
-    for number, port in zip(program.outputs, program.ports, strict=True):
-        if port.tolerance and port.unit not in EXACT_UNITS:
-            walk.refuse(number, port.tolerance, f"the tolerance of output {port.name}", nodes)
-    spare = math.floor(program.arithmetic.word * (1.0 - _LEFT))
-    for state, after in program.states:
-        limit = math.ldexp(1.0, spare - program.values[state].frac)
-        said = f"a quarter of the bits of state {program.values[state].name}"
-        walk.refuse(after, limit, said, nodes)
+    walk = _Walk(program, nodes)
+    for number, limit, of in limits(program):
+        walk.refuse(number, limit, of)
 
 
 class _Walk:
     """From a value to all that it is made of by sums, selections, constant factors and states."""
 
-    def __init__(self, program: Program) -> None:
-        self.program = program
+    def __init__(self, program: Program, nodes: Mapping[int, Node]) -> None:
+        self.program, self.nodes = program, nodes
         self.op_of = {op.dest: op for op in program.ops}
         self.after = dict(program.states)
-        self.constants = {n for n, v in enumerate(program.values) if v.kind is Kind.CONST}
-        for op in program.ops:  # what is chosen among constants is not rounded either
-            if self.constants.issuperset({n for t in op.terms for n in (t.a, t.b)}):
-                self.constants.add(op.dest)
+        values = program.values
+        #: What is not rounded, and how often two divides its words: constants, and what is chosen
+        #: or summed of them.
+        self.exact = {n: _twos(v.initial) for n, v in enumerate(values) if v.kind is Kind.CONST}
+        for op in program.ops:
+            if self.exact.keys() >= {n for t in op.terms for n in (t.a, t.b)}:
+                twos = [
+                    self.exact[t.a] + self.exact[t.b or 0] + self._power(op, t) for t in op.terms
+                ]
+                least = min(twos) + values[op.dest].frac
+                if least >= 0 and self._is_whole(op):
+                    self.exact[op.dest] = least
 
-    def refuse(self, number: int, limit: float, of: str, nodes: Mapping[int, Node]) -> None:
+    def refuse(self, number: int, limit: float, of: str) -> None:
         """Raise InputError if a last bit reaches a value with more than ``limit``."""
         for value, share in self._parts(number):
             said = self.program.values[value]
             last = math.ldexp(1.0, -said.frac)
             if last * share > limit:
-                line = nodes[value].line if value in nodes else ""
-                computed = said.kind is Kind.OP
+                span = self.nodes.get(value, said)
+                line = self.nodes[value].line if value in self.nodes else ""
                 raise InputError.at(
                     placed(line, f"{self.program.name}, value {said.name}"),
                     wanted=f"a last bit of at most {limit / share:.3g}, for {of}",
-                    found=f"{last:.3g}, of [{said.low:.4g}, {said.high:.4g}]",
+                    found=f"{last:.3g}, for an interval [{span.low:.4g}, {span.high:.4g}]",
                     fix="limit it, or what it is made of, with ops.bounded or ops.clip"
-                    if computed
+                    if said.kind is Kind.OP
                     else "narrow its range, or widen the tolerance",
                 )
 
     def _parts(self, number: int) -> Iterator[tuple[int, float]]:
         """Values that reach one, each once, and how much of an error of theirs does."""
-        ahead, seen = [(number, 1.0)], set(self.constants)
+        ahead, seen = [(number, 1.0)], {*self.exact}
         for value, share in ahead:
             if value not in seen:
                 seen.add(value)
@@ -88,12 +105,31 @@ class _Walk:
                     ahead.append((self.after[value], share))
 
     def _terms(self, op: Op, share: float) -> Iterator[tuple[int, float]]:
-        values, guard = self.program.values, self.program.arithmetic.guard
+        values = self.program.values
         for term in op.terms:
             if term.b is None or term.scale is not Scale.NONE or term.fraction_a:
                 continue
             for number, factor in ((term.a, term.b), (term.b, term.a)):
                 if values[factor].kind is Kind.CONST:
                     size = abs(values[factor].initial) * share
-                    exponent = values[number].frac - term.shift - guard - values[op.dest].frac
-                    yield number, math.ldexp(size, exponent)
+                    yield number, math.ldexp(size, values[number].frac + self._power(op, term))
+
+    def _power(self, op: Op, term: Term) -> int:
+        """The power of two that the product of a term's words is counted in."""
+        return -term.shift - self.program.arithmetic.guard - self.program.values[op.dest].frac
+
+    def _is_whole(self, op: Op) -> bool:
+        """Whether no term of a sum was too small for its word."""
+        values, node = self.program.values, self.nodes.get(op.dest)
+        pairs = [(values[t.a], values[t.b or 0], self._power(op, t)) for t in op.terms]
+        size = sum(math.ldexp(_size(a) * _size(b), a.frac + b.frac + p) for a, b, p in pairs)
+        return node is not None and size >= _size(node)
+
+
+def _size(x: Value | Node) -> float:
+    return max(abs(x.low), abs(x.high))
+
+
+def _twos(word: int) -> int:
+    """How often two divides a word; of zero, more often than any word's."""
+    return (word & -word).bit_length() - 1 if word else 64

@@ -118,7 +118,7 @@ def _at_one_rate(
             error = errors(estimator, given, found)
             floating.append(Result(estimator.name, "float", trial.name, error, seconds))
         error = errors(estimator, given, run.outputs)
-        saturated = int(run.saturated_updates)
+        saturated = run.n_saturated
         fixed.append(Result(estimator.name, "fixed", trial.name, error, wall_s, saturated, near))
     return fixed + floating
 

@@ -185,7 +185,7 @@ def covariance_trial(
                 some = p[::every]
                 least = min(least, float(np.linalg.eigvalsh(some).min()))
                 checked += len(some)
-                saturated += int(run.saturated_updates)
+                saturated += run.n_saturated
                 done += count
             total += done
             if progress is not None:

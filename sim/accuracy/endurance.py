@@ -109,7 +109,7 @@ def endurance(
             bits = np.rint(run.outputs[name]).astype(np.int64)
             for k in range(int(bits.max()).bit_length()):
                 found.counts[name][k] += np.count_nonzero(bits >> k & 1)
-        found.saturated += int(run.saturated_updates)
+        found.saturated += run.n_saturated
         skipped = first - found.records
         rows_kept = slice(skipped if skipped >= 0 else skipped % every, None, every)
         kept.append({n: values[rows_kept].copy() for n, values in run.outputs.items()})

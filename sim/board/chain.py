@@ -21,7 +21,7 @@ from boresight.gateware.system.feed import (
     Fed,
     Feed,
     feed_of,
-    first_word,
+    reset_word,
 )
 from boresight.gateware.system.plan import FRONT_NAMES, chain_of
 from boresight.model.front.inertial import STAMP_BITS
@@ -183,8 +183,8 @@ def _memory(front: Sequence[Program], feed: Feed, samples: Samples) -> _Memory:
     words |= {HELD + k: np.full(n, c) for k, c in enumerate(feed.constants)}
     words[ZERO] = np.zeros(n, dtype=np.int64)
     for k, (name, value) in enumerate(feed.registers.items()):
-        words[REGISTERS + k] = column = np.full(n, first_word(value))
-        column[samples.new_feed :] = samples.feed.get(name, first_word(value))
+        words[REGISTERS + k] = column = np.full(n, reset_word(value))
+        column[samples.new_feed :] = samples.feed.get(name, reset_word(value))
     new_set = (np.arange(n) == samples.new_feed) & bool(samples.feed)
     dt = calibrated[:, inertial.output_names.index("dt")]
     return _Memory(words, dt, samples.line != NO_LINE, new_set)

@@ -11,6 +11,7 @@ import numpy as np
 
 from boresight.gateware.boards.frames import Decoder, Kind, encode
 from boresight.gateware.system.attitude_frame import WORDS
+from boresight.gateware.system.interface import HEADER, TAKE_FEED
 from boresight.model.errors import InputError
 from boresight.model.words.fixed import IntArray
 from boresight.sim.board.build import Board, board_parameters, board_sources
@@ -35,8 +36,6 @@ __all__ = [
     "writes",
 ]
 
-#: Bit of register ``order``: the input registers are taken.
-TAKE_FEED = 8
 #: Word of TEMP_OUT, 27.5 degC; it follows nothing.
 _TEMPERATURE_CODE = 37
 
@@ -114,7 +113,7 @@ def writes(board: Board, values: Mapping[str, int], *, start: int = 2_000) -> st
     if len(orders) < len(values):
         # No sample is used before the set of input registers is whole.
         feed = [(name, value) for name, value in values.items() if name not in orders]
-        pairs = [("run", 0), *pairs, *feed, ("order", TAKE_FEED), ("run", 1)]
+        pairs = [("run", 0), *pairs, *feed, ("order", TAKE_FEED.mask), ("run", 1)]
     for name, value in pairs:
         frame = encode(Kind.WRITE, [registers.find(name).address, value], word=32)
         for byte in frame:
@@ -332,11 +331,11 @@ def _compare(
 ) -> Judgement:
     frames, n = run.frames, len(samples)
     mismatches, first = 0, ""
-    numbers = frames[:, WORDS.index("header")] & 0xFFFF
+    numbers = frames[:, WORDS.index("header")] & HEADER[0].mask
     offset = int(frames[0, 1] - samples.stamp[numbers[0] - 1]) % (1 << 32) if len(frames) else 0
     for frame, number in zip(frames, numbers, strict=True):
         k = int(number) - 1
-        header = int(frame[0]) & 0xFFFF_FFFF
+        header = int(frame[0])
         expected = {
             "stamp": (int(samples.stamp[k]) + offset) % (1 << 32),
             **{name: int(v) for name, v in zip(names, chain.outputs[k], strict=False)},
@@ -349,11 +348,7 @@ def _compare(
         found = {
             "stamp": int(frame[1]) % (1 << 32),
             **{name: int(v) for name, v in zip(names, frame[2:], strict=True)},
-            "filter": header >> 16 & 7,
-            "field_used": header >> 19 & 1,
-            "field_counts": header >> 20 & 1,
-            "restart": header >> 21 & 1,
-            "saturated": header >> 22 & 1,
+            **{field.name: field.of(header) for field in HEADER},
         }
         for name, value in expected.items():
             if found[name] != value:

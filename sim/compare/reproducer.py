@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -105,8 +106,16 @@ class _Saved(Build):
         self.programs = [program]
 
 
-def replay_reproducer(path: Path, *, simulator: str = "verilator") -> list[str]:
-    """Run a reproducer on every level; a line per level that differs (none: it is mended)."""
+def replay_reproducer(
+    path: Path, *, levels: Sequence[str] | None = None, simulator: str = "verilator"
+) -> list[str]:
+    """Run a reproducer on these levels, by default on every exact one.
+
+    Returns
+    -------
+    list of str
+        A line for each level that differs.
+    """
     data = load_reproducer(path)
     program: Program = data["program"]
     build = _Saved(program, data["config"])
@@ -114,7 +123,8 @@ def replay_reproducer(path: Path, *, simulator: str = "verilator") -> list[str]:
     wanted = np.array(data["outputs"], dtype=np.int64)
     record = np.stack([program.format(n).real(given[:, k]) for k, n in enumerate(program.inputs)])
     lines = []
-    for kind in (level for level in LEVELS.values() if level.exact):
+    chosen = [name for name, level in LEVELS.items() if level.exact] if levels is None else levels
+    for kind in (LEVELS[name] for name in chosen):
         tool = simulator if simulator in kind.tools else None
         try:
             with kind(build, tool=tool) as level:

@@ -2,36 +2,108 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
-from boresight.model.lowering.resolution import check_resolution
-from boresight.model.recorded import check_recorded
+from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator, param_words
+from boresight.model.lowering.graph import Node
+from boresight.model.lowering.resolution import check_resolution, limits
+from boresight.model.places import placed
+from boresight.model.recorded import check_recorded, evaluate, sample
+from boresight.model.words.interpreter import Interpreter
+from boresight.model.words.program import Program
+from boresight.sim.compare.twin import Twin
 from boresight.sim.levels.build import Build
 
 __all__ = ["check_sound"]
 
+FloatArray = npt.NDArray[np.float64]
 
-def check_sound(build: Build, inputs: Sequence[npt.NDArray[np.float64]] | None = None) -> None:
-    """Refuse estimators whose record is not their step, or whose words cannot hold what is declared.
+#: Rows on which words have to move, fewest of them without a saturation, share of those on which
+#: float64 has to be elsewhere before a word that does not is refused, and by how many limits.
+_ROWS, _CLEAN, _SHARE, _LIMITS = 128, 16, 0.1, 4.0
+
+
+def check_sound(build: Build, inputs: Sequence[FloatArray] | None = None) -> None:
+    """Refuse estimators whose record is not their step, or whose words cannot hold what they are.
 
     Parameters
     ----------
     build : Build
     inputs : sequence of (rows, n_inputs), optional
-        Of each estimator, in their units, for its parameters as chosen; by default all are drawn
-        from the declared ranges.
+        Of each estimator, in their units, for its parameters as chosen; by default drawn from the
+        declared ranges.
 
     Raises
     ------
     InputError
-        See `model.recorded.check_recorded` and `model.lowering.resolution.check_resolution`.
+        See `model.recorded.check_recorded` and `model.lowering.resolution.check_resolution`. Or the
+        word of an output or next state stands still where float64 moves by more than it may be off:
+        in updates of drawn states in which nothing saturates.
     """
     for k, estimator in enumerate(build.estimators):
-        if inputs is None:
-            check_recorded(estimator)
-        else:
-            check_recorded(estimator, inputs[k], build.params[k] or {})
+        own, chosen = None if inputs is None else inputs[k], build.params[k] or {}
+        check_recorded(estimator, own, None if own is None else chosen)
         check_resolution(build.programs[k], build.nodes[k])
+        _check_moving(estimator, build.programs[k], build.nodes[k], sample(estimator, own, chosen))
+
+
+def _check_moving(
+    estimator: Estimator,
+    program: Program,
+    nodes: dict[int, Node],
+    leaves: Mapping[tuple[str, str], FloatArray],
+) -> None:
+    """Raise InputError where a word stands still that moves in float64."""
+    leaves = {name: values[:_ROWS] for name, values in leaves.items()}
+    rows = len(next(iter(leaves.values())))
+    machine = Interpreter(program, rows)
+    chosen = {p.name: float(leaves["param", p.name][0]) for p in estimator.params}
+    machine.params = param_words(program, chosen)
+    for (number, _), state in zip(program.states, estimator.states, strict=True):
+        machine.values[number] = program.format(number).quantise(leaves["state", state.name])
+    inputs = [
+        program.format(number).quantise(leaves["input", i.name])
+        for number, i in zip(program.inputs, estimator.inputs, strict=True)
+    ]
+    clean = ~machine.update(np.stack(inputs))[1]
+    if np.count_nonzero(clean) < _CLEAN:
+        return
+    twin = Twin(program, nodes, [words[clean] for words in machine.values_before_commit()])
+    trace = estimator.trace()
+    results = [*trace.outputs.values(), *(after for _, _, after in trace.states)]
+    with np.errstate(all="ignore"):
+        values = evaluate(trace, leaves)
+        for (number, limit, of), result in zip(limits(program), results, strict=True):
+            exact = np.broadcast_to(values[result.number], rows)[clean]
+            form = program.format(number)
+            apart = np.abs(np.clip(exact, form.min, form.max) - twin.real(number))
+            if _still(twin, number) and np.mean(apart > _LIMITS * limit) > _SHARE:
+                lost = next(_lost(twin, number), number)
+                said, line = program.values[lost], nodes[lost].line if lost in nodes else ""
+                raise InputError.at(
+                    placed(line, f"{program.name}, value {said.name}"),
+                    wanted=f"a last bit that holds what it moves by, for {of}",
+                    found=f"{program.format(lost).lsb:.3g}, for an interval {nodes[lost].range}",
+                    fix="limit what it is made of with ops.bounded or ops.clip",
+                )
+
+
+def _still(twin: Twin, number: int) -> bool:
+    words = twin.words[number]
+    return bool((words == words[0]).all())
+
+
+def _lost(twin: Twin, number: int) -> Iterator[int]:
+    """Values that a value is made of which stand still though their arguments move, first first."""
+    needed = {number}
+    for op in reversed(twin.program.ops):
+        if op.dest in needed:
+            needed.update(op.operands())
+    for op in twin.program.ops:
+        part = op.dest in needed and op.dest in twin.nodes and _still(twin, op.dest)
+        if part and np.ptp(twin.computed(twin.nodes[op.dest])) > 0.0:
+            yield op.dest

@@ -20,7 +20,7 @@ from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Program, Value
 from boresight.sim.compare.difference import around
 
-__all__ = ["CHUNK", "Rounding", "Twin", "outside", "rounding_errors", "twins"]
+__all__ = ["CHUNK", "Rounding", "Twin", "becomes", "outside", "rounding_errors", "twins"]
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -131,8 +131,9 @@ class Twin:
         return outside(self.real(value), said)
 
     def declared(self, value: int) -> int:
-        """The state that a value becomes; the value itself where it becomes none."""
-        return next((state for state, after in self.program.states if after == value), value)
+        """The state that a value becomes, or a copy of it; the value itself where it becomes none."""
+        state = becomes(self.program, self.nodes, value)
+        return value if state is None else state
 
     def parts(self, node: Node) -> list[Node]:
         """The node and those that are computed as part of it, arguments first."""
@@ -188,6 +189,13 @@ def rounding_errors(
                 here = Rounding(float(seen.max(initial=0.0)), float(np.sum(seen**2)), len(seen))
                 out[op.dest] = out.get(op.dest, Rounding()).joined(here)
     return out
+
+
+def becomes(program: Program, nodes: dict[int, Node], value: int) -> int | None:
+    """The state that a value, or a copy of it, replaces; None if there is none."""
+    node = nodes.get(value)
+    same = {value, *(n for n, other in nodes.items() if other is node)}
+    return next((state for state, after in program.states if after in same), None)
 
 
 def outside(values: FloatArray, said: Value) -> BoolArray:

@@ -15,7 +15,7 @@ from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
 from boresight.sim.compare.culprit import find_culprit
 from boresight.sim.compare.difference import Difference, differences
-from boresight.sim.compare.twin import outside
+from boresight.sim.compare.twin import becomes, outside
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import words_of
 from boresight.sim.levels.level import Run
@@ -130,7 +130,7 @@ def judge(
     inputs = words_of(program, records)
     states = CModel(program).trajectory(inputs)[2] if run.states is None else run.states
     left = _beyond_declared(program, states)
-    saturated = int(run.saturated_updates)
+    saturated = run.n_saturated
     if not saturated and not left and all(d.good for d in apart):
         return Accuracy(apart, 0, {}, (), clamped, "")
     seen = CModel(program).observe(inputs)
@@ -145,26 +145,27 @@ def judge(
     first = next(filter(None, tried), None)
     culprit = str(first) if first else _coarse(program, nodes, seen, states)
     # What saturates is said already.
-    texts = tuple(text for _, after, text in left if not seen.saturations[after])
+    named = {becomes(program, nodes, n) for n, count in enumerate(seen.saturations) if count}
+    texts = tuple(text for _, state, text in left if state not in named)
     return Accuracy(apart, saturated, names, texts, clamped, culprit)
 
 
 def _beyond_declared(program: Program, states: IntArray) -> list[tuple[int, int, str]]:
-    """States that left their declared ranges: first step, the value that they become, text."""
+    """States that left their declared ranges: first step, the state, text."""
     out = []
-    for k, (state, after) in enumerate(program.states):
+    for k, (state, _) in enumerate(program.states):
         value, reals = program.values[state], program.format(state).real(states[:, k])
         wrong = outside(reals, value)
         if wrong.any():
             step = int(np.argmax(wrong))
             said = f"state {value.name} is {reals[step]:.6g} in step {step}, BEYOND its declared "
-            out.append((step, after, f"{said}range [{value.low:g}, {value.high:g}]: widen it"))
+            out.append((step, state, f"{said}range [{value.low:g}, {value.high:g}]: widen it"))
     return out
 
 
 def _named(program: Program, nodes: dict[int, Node], value: int) -> str:
-    state = next((s for s, after in program.states if after == value), None)
-    if state is not None and value not in program.outputs:
+    state = becomes(program, nodes, value)
+    if state is not None:
         return f"state {program.values[state].name}"
     line = nodes[value].line if value in nodes else ""
     return program.values[value].name + (f", {line}" if line else "")

@@ -53,10 +53,9 @@ class Run:
     fault: str = ""
 
     @property
-    def saturated_updates(self) -> IntArray:
-        """How many updates saturated, shape () or (runs,); 0 for floating point."""
-        none = np.zeros((), dtype=np.int64)
-        return none if self.saturated is None else np.asarray(self.saturated.sum(axis=0))
+    def n_saturated(self) -> int:
+        """Updates in which an operation was clamped, of all runs; 0 in floating point."""
+        return 0 if self.saturated is None else int(self.saturated.sum())
 
     @classmethod
     def stacked(cls, runs: Sequence[Run]) -> Run:

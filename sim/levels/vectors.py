@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 import numpy.typing as npt
 
-from boresight.gateware.integration.bench import Recorded
+from boresight.gateware.texts.bench import Recorded
 from boresight.model.errors import InputError
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter

@@ -132,7 +132,7 @@ def _one(campaign: Campaign, seed: int) -> dict[str, Any]:
         "nees": nees,
         "freedom": freedom,
         "nis": [float(used.sum()), len(used)],
-        "saturated": int(run.saturated_updates),
+        "saturated": run.n_saturated,
     }
 
 

@@ -57,7 +57,7 @@ def _point(check: CheckResult, width: int) -> dict[str, Any]:
     except InputError as error:
         return {"good": False, "error": str(error), "saturated_updates": None, "outputs": []}
     found = differences(build.estimators[0].outputs, run.outputs, check.floating.outputs)
-    saturated = int(run.saturated_updates)
+    saturated = run.n_saturated
     return {
         "good": not saturated and all(d.good for d in found),
         "error": "",

@@ -13,16 +13,16 @@ from boresight.firmware.emit import emit_c
 from boresight.firmware.floating.emit import emit_float_c, float_prefix
 from boresight.firmware.soc.filter import filter_header
 from boresight.firmware.soc.image import Image, build_image, source
-from boresight.firmware.soc.records import records_header, sizes
 from boresight.gateware.core import Core
-from boresight.gateware.registers.header import to_header
 from boresight.gateware.soc.attitude_soc import AttitudeSoc
 from boresight.gateware.soc.cpu import cpu_verilog
 from boresight.gateware.soc.layout import soc_header
 from boresight.gateware.soc.memory import ram_verilog
 from boresight.gateware.system.attitude_system import AttitudeSystem
-from boresight.gateware.system.conductor_words import OUTPUTS, RECORDS
+from boresight.gateware.system.interface import Place
 from boresight.gateware.system.system_bus import RESULTS
+from boresight.gateware.texts.core import c_header
+from boresight.gateware.texts.records import records_header
 from boresight.gateware.verilog import to_verilog
 from boresight.model.estimator import Estimator
 from boresight.sim.board.build import Board, board_parameters, make_board
@@ -78,12 +78,15 @@ def attitude_files(
         prefix = float_prefix(software) if single else next(iter(made)).removesuffix(".h")
         files |= made
         sources.append(f"{prefix}.c")
-    programs = [p.program for p in system.core.parts[: system.plan.filters]]
+    about = system.map()
+    programs = about.programs[: system.plan.filters]
     number = 0 if software is None else system.plan.names.index(software.name)
     files |= {
         "filter.h": filter_header(prefix, single=single, number=number),
-        "records.h": records_header(programs, outputs=RESULTS + OUTPUTS, inputs=RESULTS + RECORDS),
-        "registers.h": to_header(system.map()),
+        "records.h": records_header(
+            programs, outputs=RESULTS + Place.OUTPUTS, inputs=RESULTS + Place.INPUTS
+        ),
+        "registers.h": c_header(about),
         "soc_registers.h": soc_header(),
     }
     return files, sources
@@ -151,12 +154,6 @@ class BoardBench:
     compiled: Compiled
     ram: int
 
-    @property
-    def _sizes(self) -> tuple[int, int]:
-        """Most inputs and outputs of a record."""
-        plan = self.board.system.plan
-        return sizes([p.program for p in self.board.core.parts[: plan.filters]])
-
     def run(
         self,
         image: Image,
@@ -205,13 +202,19 @@ class BoardBench:
         return BoardSocRun(
             cycles("S"),
             cycles("U"),
-            _watched(said["A"], *self._sizes),
-            _watched(said["B"], *self._sizes),
+            _watched(said["A"], *_sizes(self.board)),
+            _watched(said["B"], *_sizes(self.board)),
             console,
             len(said["W"]),
             done.cycles,
             done.seconds,
         )
+
+
+def _sizes(board: Board) -> tuple[int, int]:
+    """Most inputs and most outputs of a record."""
+    programs = [part.program for part in board.core.parts[: board.system.plan.filters]]
+    return max(len(p.streamed) for p in programs), max(len(p.outputs) for p in programs)
 
 
 def _watched(rows: Sequence[Sequence[str]], inputs: int, outputs: int) -> Watched:
@@ -272,8 +275,7 @@ def soc_board(
         Bytes of the soft core's memory.
     """
     board = make_board(setup, core=core, filters=filters, wishbone=True)
-    estimators = board.core.parts[: board.system.plan.filters]
-    words = _OUTPUTS + sum(sizes([p.program for p in estimators]))
+    words = _OUTPUTS + sum(_sizes(board))
     soc = AttitudeSoc(
         system=board.system,
         words=ram // 4,

@@ -76,7 +76,7 @@ def fly(case: Case, seeds: Sequence[int], seconds: float = SECONDS) -> Flight:
         apart = 180.0 * off[:, :, SETTLED:]
         own["fixed_float_deg"] = np.abs(apart).max(axis=(1, 2))
         own["fixed_float_rms_deg"] = _rms(apart, (1, 2))
-        own["saturated"] = np.array([float(r.saturated_updates) for r in c])
+        own["saturated"] = np.array([float(r.n_saturated) for r in c])
         own["norm"] = np.array([r.outputs.get("norm", [1.0])[-1] for r in c])
     truth = np.stack([d.euler for d in decks], axis=1)
     return Flight(decks, wrapped(np.degrees(angles_of(q) - truth), 360.0), q, own)

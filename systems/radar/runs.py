@@ -62,7 +62,7 @@ def watch(world: TwoRadars, params: Mapping[str, float]) -> Watched:
         (found - world.bias) / world.bias,
         world.reported.transpose(1, 0, 2) - world.place[:, None],
         corrected - world.place[:, None],
-        int(loop.run.saturated_updates),
+        loop.run.n_saturated,
         float(np.abs(apart).max()),
     )
 

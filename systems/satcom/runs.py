@@ -8,6 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
+from boresight.sim.accuracy.innovations import Innovations, innovations
 from boresight.sim.attitude.zyx import wrapped
 from boresight.sim.experiments.forms import differences_of, run_forms
 from boresight.sim.experiments.seeds import Runs
@@ -17,7 +18,6 @@ from boresight.sim.worlds.loop import Loop, close_loop
 from boresight.systems.satcom.cases import Case
 from boresight.systems.satcom.estimator import INNOVATIONS
 from boresight.systems.satcom.estimator import Satcom as Filter
-from boresight.systems.satcom.innovations import Innovations, innovations
 from boresight.systems.satcom.world import Vehicles
 
 __all__ = ["ANGLES", "SETTLED_S", "figures_of", "fly"]
@@ -43,6 +43,7 @@ def figures_of(case: Case, fleet: Vehicles, loops: Loop) -> Runs:
     Shown of the first run: errors of angles and bias (n, 3), loss (n,) [dB]. Kept of each run:
     `Innovations` of roll, pitch and heading.
     """
+    assert loops.run.saturated is not None
     begun = round(SETTLED_S * case.rate_hz)
     out, truth = loops.outputs, fleet.drive.ride.euler / math.pi
     truth = np.stack([*truth[:, :2].T, *2 * [fleet.heading / math.pi]], axis=1)
@@ -65,7 +66,7 @@ def figures_of(case: Case, fleet: Vehicles, loops: Loop) -> Runs:
         "tracking_used": ((status & 6) == 0).mean(axis=0),
         "loss_db_99_max": np.quantile(loss[begun:], 0.99, axis=0),
         "loss_db_max": loss[begun:].max(axis=0),
-        "saturated_sum": loops.run.saturated_updates.astype(float),
+        "saturated_sum": loops.run.saturated.sum(axis=0).astype(float),
     }
     filter = Filter(**case.options, innovations=True)
     (floats,) = run_forms(

@@ -18,8 +18,8 @@ import pytest
 from amaranth.back import rtlil
 
 from boresight.gateware.boards.top import Top
+from boresight.gateware.bus.axi_core import AxiCore
 from boresight.gateware.core import Core, build_shared_core
-from boresight.gateware.integration.axi_core import AxiCore
 from boresight.gateware.machine import CONFIGS
 from boresight.gateware.schedule.search import schedule
 from boresight.gateware.soc.attitude_soc import AttitudeSoc

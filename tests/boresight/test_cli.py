@@ -40,7 +40,7 @@ def refused(capsys, *argv):
         (GOOD.replace(",mz\n", "\n").replace(",-40\n", "\n"), "a column mz [uT]"),
         (HEADER + ROW.format(t="zero"), "zero"),
         (HEADER + ROW.format(t=0).replace("9.8", "nan"), "nan"),
-        (HEADER + ROW.format(t=1) + ROW.format(t=0), "increas"),
+        (HEADER + ROW.format(t=1) + ROW.format(t=0), "a time above 1.0"),
         (HEADER, "row"),
         ("", "empty"),
     ],
@@ -49,12 +49,12 @@ def test_bad_logs(tmp_path, capsys, text, message):
     path = tmp_path / "bad.csv"
     path.write_text(text)
     error = refused(capsys, "run", "complementary", path, "-o", tmp_path / "out.csv")
-    assert message in error and "bad.csv" in error
+    assert message in error.replace(str(tmp_path), "") and "bad.csv" in error
     assert not (tmp_path / "out.csv").exists()
 
 
 def test_bad_names_and_widths(log, capsys, tmp_path):
-    assert "complementary" in refused(capsys, "run", "kalman", log)
+    assert "boresight list" in refused(capsys, "run", "kalman", log)
     assert "mimas" in refused(
         capsys, "compile", "complementary", "--board", "arty", "-o", tmp_path / "x"
     )

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-from typing import Any
-
-from boresight import core_files as module
 from boresight.core_files import core_files, project_files
-from boresight.gateware.integration.files import integration_names
+from boresight.gateware.texts.core import integration_names
 
 REGISTERS = {"registers.h", "registers.json", "registers.md", "registers.svd"}
 
@@ -46,20 +42,3 @@ def test_only_the_system_has_registers_of_its_own() -> None:
     assert system - records == {f"ise-papilio_pro/{name}" for name in REGISTERS}
     assert records < system and len(records) == 9
     assert {name.partition("/")[0] for name in system} == {"ise-papilio_pro"}
-
-
-def test_area_and_clock_are_called_an_estimate() -> None:
-    core: Any = SimpleNamespace(
-        machine=SimpleNamespace(lanes=2), image=SimpleNamespace(rom=[0] * 77)
-    )
-    area = SimpleNamespace(lut=1042, ff=900, dsp=8, ramb16=17.5)
-
-    def of(fmax: float | None) -> Any:
-        return SimpleNamespace(area=area, corner=lambda **_: SimpleNamespace(fmax_mhz=fmax))
-
-    known = "2 lane(s), 77 microwords. "
-    assert module._resources(core, None).startswith(f"{known}Area and clock are not known")
-    said = module._resources(core, of(124.6))
-    assert said.startswith(f"{known}**Estimate** for XC6SLX9-2") and "not from ISE" in said
-    assert "1042 LUT, 900 flip-flops, 8 DSP48A1, 17.5 RAMB16; clock 125 MHz" in said
-    assert "clock not known" in module._resources(core, of(None))

@@ -263,6 +263,7 @@ def test_worlds_of_installed_packages(
     assert capsys.readouterr().err.startswith("error: --on: wanted a world before it, found the ")
 
 
+@pytest.mark.pythons
 def test_a_constructor_that_raises_is_not_wrong_arguments(here: Path) -> None:
     (here / "w.py").write_text(
         "from boresight import World\n\n\nclass Odd(World):\n"
@@ -270,9 +271,10 @@ def test_a_constructor_that_raises_is_not_wrong_arguments(here: Path) -> None:
     )
     with pytest.raises(boresight.InputError) as raised:
         world_of("w.py:Odd")
-    assert str(raised.value) == (
+    assert re.fullmatch(
         "w.py:Odd, w.py, line 6: wanted a constructor that returns, found "
-        "ZeroDivisionError: float division by zero; correct it, or the arguments"
+        "ZeroDivisionError: .*; correct it, or the arguments",
+        str(raised.value),
     )
     with pytest.raises(boresight.InputError, match="^w.py:Odd.m=1.: wanted arguments that Odd tak"):
         world_of("w.py:Odd(m=1)")

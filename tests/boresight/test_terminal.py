@@ -78,6 +78,7 @@ def shell(line: str, tmp_path: Path) -> tuple[int, str]:
     return done.returncode, done.stderr
 
 
+@pytest.mark.pythons
 @pytest.mark.usefixtures("buffered")
 @pytest.mark.parametrize(
     ("line", "code", "words"),

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from boresight.cli import main
-from boresight.gateware.integration.files import integration_names
+from boresight.gateware.texts.core import integration_names
 from boresight.sim.rtl.simulators import available
 
 PAGE = Path(__file__).parents[2] / "docs" / "verilog.md"
@@ -36,7 +36,7 @@ def test_every_block(
                 assert main([*words, "--quiet"]) == 0
                 continue
             if program == "make":
-                words.append("MODES=2005")  # all of them: tests/gateware/integration
+                words.append("MODES=2005")  # all of them: tests/gateware/texts
             done = subprocess.run([program, *words], capture_output=True, text=True, check=True)
             said = done.stdout
             if program == "make":

@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 from boresight.gateware.core import Core
-from boresight.gateware.core_text import core_text
+from boresight.gateware.description import describe
 from boresight.gateware.microcode.assemble import decode
 from boresight.gateware.registers.core import PROGRAM
+from boresight.gateware.texts.core import verilog_head
 from boresight.model.estimators import estimator
 from boresight.model.words.interpreter import Interpreter
 from boresight.sim.levels.build import Build
@@ -157,7 +158,8 @@ def scenario(core: Core, seed: int) -> Host:
 def core_sim(name: str) -> str:
     """The text as `boresight compile` writes it."""
     core = core_of(name)
-    return core_text(core, instances=False) + core.verilog(instances=False)
+    head = verilog_head(describe(core), instances=False, identified=False)
+    return head + core.verilog(instances=False)
 
 
 def files(folder: Path, name: str, host: Host) -> None:

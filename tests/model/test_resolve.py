@@ -134,6 +134,7 @@ def test_a_file_is_imported_once_for_each_content(write: Write) -> None:
     assert type(estimator_of("sub/f.py")) is not type(first)  # another place is another file
 
 
+@pytest.mark.pythons
 @pytest.mark.parametrize(
     "text, call, message",
     [
@@ -157,11 +158,11 @@ def test_a_file_is_imported_once_for_each_content(write: Write) -> None:
         (ONE, ":Mine(-1)", "f.py:Mine(-1), f.py, line 9: wanted a constructor that returns, found "
          "ValueError: n is negative; correct it, or the arguments"),
         (ONE, ":Mine(name='a b')", "f.py, line 4, estimator a b: wanted estimator names of "),
-        ("x = (\n", "", "f.py, line 1: wanted a file that imports, found SyntaxError: '(' was nev"),
+        ("x = (\n", "", "f.py, line 1: wanted a file that imports, found SyntaxError: "),
         ("import os\n\n1 / 0\n", "", "f.py, line 3: wanted a file that imports, found "
-         "ZeroDivisionError: division by zero; correct it"),
+         "ZeroDivisionError: "),
         ("import no_such_thing\n", "", "f.py, line 1: wanted a file that imports, found "
-         "ModuleNotFoundError: No module named 'no_such_thing'; "),
+         "ModuleNotFoundError: "),
         ("raise SystemExit(3)\n", "", "f.py, line 1: wanted a file that imports, found SystemExit"),
         ("def f():\n    import json\n    json.loads('')\n\n\nf()\n", "", "f.py, line 3: wanted a "
          "file that imports, found JSONDecodeError: "),
@@ -177,8 +178,8 @@ def test_files_that_are_refused(write: Write, text: str, call: str, message: str
 def test_a_fault_in_a_module_beside_the_file_is_not_put_on_the_files_line(write: Write) -> None:
     write("\n\n\n\nx = (\n", "broken_of_mine.py")
     found = refused(write("import os\nimport broken_of_mine\n"))
-    assert found.startswith("f.py, line 2: wanted a file that imports, found SyntaxError: '(' ")
-    assert found.endswith("closed (broken_of_mine.py, line 5); correct it")
+    assert found.startswith("f.py, line 2: wanted a file that imports, found SyntaxError: ")
+    assert found.endswith(" (broken_of_mine.py, line 5); correct it")
 
 
 def test_a_file_that_failed_is_tried_again(write: Write) -> None:

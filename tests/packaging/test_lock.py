@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import tomllib
 
+import yaml
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
@@ -40,6 +41,14 @@ def test_every_dependency_is_in_it_with_a_version_that_is_allowed() -> None:
 def test_one_version_for_every_python() -> None:
     several = {name for name, lines in locked().items() if len(lines) > 1}
     assert not several
+
+
+def test_every_python_that_is_declared_is_tested() -> None:
+    workflow = yaml.safe_load((ROOT / ".github/workflows/tests.yml").read_text(encoding="utf-8"))
+    start = "Programming Language :: Python :: 3."
+    declared = [c.removeprefix(start[:-2]) for c in PROJECT["classifiers"] if c.startswith(start)]
+    assert workflow["jobs"]["test"]["strategy"]["matrix"]["python"] == declared
+    assert PROJECT["requires-python"] == f">={declared[0]}"
 
 
 def test_it_names_no_place() -> None:

@@ -69,7 +69,7 @@ def test_citation_is_of_this_version(tree: Path) -> None:
 def test_the_source_archive_is_the_repository(sdist: Path) -> None:
     with tarfile.open(sdist) as archive:
         names = {name.partition("/")[2] for name in archive.getnames()}
-    wanted = {"Makefile", "CHANGELOG.md", "CITATION.cff", "LICENSE", "examples/kalman.csv"}
+    wanted = {"Makefile", "constraints.txt", "CHANGELOG.md", "CITATION.cff", "LICENSE"}
     assert (
         wanted | {"docs/learn/first.md", "docs/images/overview.svg", "tests/conftest.py"} <= names
     )
@@ -98,6 +98,7 @@ def test_list(installed) -> None:
     text = installed.run(installed.program, "list")
     assert text == installed.run(installed.python, "-m", "boresight", "list")
     assert "complementary" in text and "mekf" in text
+    assert "registration" in text and "experiments: array, ma2014, mls, radar, satcom" in text
 
 
 def test_new(installed) -> None:

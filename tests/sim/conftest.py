@@ -128,7 +128,7 @@ def check(checked: CheckResult, core: Core) -> CheckResult:
     """With an RTL level that nobody ran."""
     latency, interval = core.schedule.latency, core.schedule.interval
     cycles = {"cycles_predicted": latency, "cycles_min": latency, "cycles_max": latency}
-    intervals = {"interval_predicted": interval, "interval_max": interval}
+    intervals = {f"interval_{name}": interval for name in ("predicted", "min", "max")}
     rtl = LevelResult("rtl", "verilator", STEPS, 0, 3.5, **cycles, **intervals)
     return dataclasses.replace(checked, levels=(checked.levels[1], rtl))
 

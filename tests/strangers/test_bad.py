@@ -88,7 +88,7 @@ def test_the_culprit_is_named(name: str, tmp_path, capsys, monkeypatch) -> None:
     assert said in first
     place = re.search(r"bad\.py, line (\d+)", first)
     assert place is not None and int(place.group(1)) in _lines(name), first
-    assert text.splitlines()[-1] == "FAILED"
+    assert text.splitlines()[-1].startswith("FAILED: ")
     assert main([*line, "--json"]) == 1
     (result,) = json.loads(capsys.readouterr().out)["results"]
     assert result["exact"] and not result["good"]  # all levels agree on what is wrong

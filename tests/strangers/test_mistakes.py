@@ -53,14 +53,14 @@ INSIDE = {
     "condition of a number": ("y = ops.where(u.a, 1.0, 0.0)  #!", "found a number", "compare it"),
     "condition as a number": ("y = u.a + (u.b > 1.0)  #!", "a condition as a number", "ops.where("),
     "remainder": ("y = u.a % 2.0  #!", "% or //", "ops.wrap_ht"),
-    "len": ("y = u.a * len(u.b)  #!", "TypeError: object of type", "without elements"),
-    "element": ("y = u.a[0]  #!", "not subscriptable", "without elements"),
+    "len": ("y = u.a * len(u.b)  #!", "TypeError: ", "without elements"),
+    "element": ("y = u.a[0]  #!", "TypeError: ", "without elements"),
     "forgotten *": ("y = u.a(1.0 - u.b)  #!", "not callable", "write a * before"),
     "typo in an input": ("y = u.aa  #!", "'aa'", "declared inputs: a, b"),
     "typo in a state": ("y = x.poss  #!", "'poss'", "declared states: pos"),
     "typo in a parameter": ("y = p.gian * u.a  #!", "'gian'", "declared parameters: gain"),
     "typo in ops": ("y = ops.cosine(u.a)  #!", "no attribute 'cosine'", "correct the name"),
-    "name": ("y = 2.0 * a  #!", "NameError: name 'a' is not defined", "correct the name"),
+    "name": ("y = 2.0 * a  #!", "NameError: ", "correct the name"),
     "exit": ("raise SystemExit(0)  #!", "SystemExit: 0", "a step of wrong that computes"),
     "exception": ("y = {}['gain']  #!", "KeyError: 'gain'", "a step of wrong that computes"),
     "random": ("y = u.a * random.random()  #!", "another expression the second", "no random numb"),
@@ -92,7 +92,7 @@ INSIDE = {
                         "more than 63 bits",
                         "narrow the ranges"),
     "limits out of order": ("y = ops.clip(u.a, 1.0, -1.0)  #!", "(1.0, -1.0)", "in order"),
-    "root of a number": ("y = u.a * ops.sqrt(-2.0)  #!", "ValueError: math domain error", "a step"),
+    "root of a number": ("y = u.a * ops.sqrt(-2.0)  #!", "ValueError: ", "a step"),
     "bound of a value": ("y = ops.bounded(u.a, 0.0, u.b, 'x')  #!", "of a traced value", "ops.max"),
     "bound out of order": ("y = ops.bounded(u.a, 1.0, -1.0, 'x')  #!", "(1.0, -1.0)",
                            "finite and ordered"),
@@ -139,9 +139,9 @@ DECLARED = {
     "syntax": ("def step(self, x, u, p):  #0", "def step(self, x, u, p)  #!", "SyntaxError",
                "correct it"),
     "import": ("import math, random\n", "import math, random, nosuch  #!\n",
-               "No module named 'nosuch'", "correct"),
+               "ModuleNotFoundError: ", "correct"),
     "argument": ('4.0, "m"),)', '4.0, "m", init=1.0),)  #!',
-                 "unexpected keyword argument 'init'", "correct it"),
+                 "TypeError: ", "correct it"),
 }  # fmt: skip
 
 
@@ -175,6 +175,7 @@ def check(text: str, words: tuple[str, ...], capsys: pytest.CaptureFixture[str])
         assert word in found, found
 
 
+@pytest.mark.pythons
 @pytest.mark.parametrize("name", INSIDE)
 def test_inside_step(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     body, *words = INSIDE[name]
@@ -188,6 +189,7 @@ def test_what_step_returns(name: str, capsys: pytest.CaptureFixture[str]) -> Non
     check(f"{HEAD}{step}        y = 0.5 * x.pos\n        {text}\n", tuple(words), capsys)
 
 
+@pytest.mark.pythons
 @pytest.mark.parametrize("name", DECLARED)
 def test_declarations(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     old, new, *words = DECLARED[name]

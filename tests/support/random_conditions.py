@@ -78,7 +78,7 @@ class Text:
 
 
 def random_text(seed: int, *, depth: int = 5, odd: float = 0.04) -> Text:
-    """A random expression; each of its parts is one that a record may not show with share ``odd``."""
+    """A random expression; a share ``odd`` of its parts is what a record may not show."""
     rng = random.Random(seed)
 
     def make(kind: str, left: int) -> str:

@@ -5,71 +5,48 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Iterable
-from typing import Any
 
 from boresight.gateware.boards.frames import Decoder, Kind, encode
+from boresight.gateware.description import Description
+from boresight.gateware.registers.model import Access, BitField, Register
 
 __all__ = ["REGISTERS", "SerialBoard", "frames", "words_of"]
 
-#: As `boresight compile` writes it, a register of each kind.
-REGISTERS: dict[str, Any] = {
-    "programs": [],
-    "registers": [
-        {
-            "name": "clock_hz",
-            "address": 1026,
-            "access": "read-only",
-            "width": 32,
-            "reset": 50_000_000,
-        },
-        {
-            "name": "filter",
-            "address": 1041,
-            "access": "read-write",
-            "width": 2,
-            "reset": 0,
-            "names": ["slow", "fast"],
-        },
-        {
-            "name": "gain",
-            "address": 3,
-            "access": "write-only",
-            "frac": 30,
-            "unit": "1/s",
-            "minimum": -(2**30),
-            "maximum": 2**30,
-            "low": -1.0,
-            "high": 1.0,
-        },
-        {
-            "name": "temperature",
-            "address": 1038,
-            "access": "read-only",
-            "width": 16,
-            "signed": True,
-            "unit": "0.0678 degC",
-        },
-        {
-            "name": "result_pitch",
-            "address": 1296,
-            "access": "read-only",
-            "width": 32,
-            "frac": 31,
-            "signed": True,
-            "unit": "ht",
-        },
-        {
-            "name": "flags",
-            "address": 1033,
-            "access": "read-only",
-            "width": 8,
-            "fields": [
-                {"name": "running", "bit": 0, "width": 1},
-                {"name": "rate", "bit": 4, "width": 3},
-            ],
-        },
-    ],
-}
+_READ, _WRITE, _BOTH = Access.READ_ONLY, Access.WRITE_ONLY, Access.READ_WRITE
+#: A register of each kind.
+REGISTERS = Description(
+    "board",
+    "",
+    32,
+    (0, 0),
+    (
+        Register("clock_hz", 1026, _READ, "", width=32, reset=50_000_000),
+        Register("filter", 1041, _BOTH, "", width=2, reset=0, names=("slow", "fast")),
+        Register(
+            "gain",
+            3,
+            _WRITE,
+            "",
+            unit="1/s",
+            frac=30,
+            low=-1.0,
+            high=1.0,
+            minimum=-(2**30),
+            maximum=2**30,
+        ),
+        Register("temperature", 1038, _READ, "", unit="0.0678 degC", width=16, signed=True),
+        Register("result_pitch", 1296, _READ, "", unit="ht", frac=31, width=32, signed=True),
+        Register(
+            "flags",
+            1033,
+            _READ,
+            "",
+            width=8,
+            fields=(BitField("running", 0, ""), BitField("rate", 4, "", width=3)),
+        ),
+    ),
+    (),
+)
 
 
 def words_of(number: int, stamp: int, *, heading: int = 1 << 29, filter: int = 0) -> list[int]:

@@ -22,7 +22,9 @@ def documented() -> set[str]:
         for kind, name in _DIRECTIVE.findall(page.read_text(encoding="utf-8")):
             names.add(name)
             if kind == "module":
-                names |= {f"{name}.{own}" for own in import_module(name).__all__}
+                module = import_module(name)
+                own = getattr(module, "__all__", [n for n in vars(module) if n[0] != "_"])
+                names |= {f"{name}.{n}" for n in own}
     return names
 
 

@@ -17,7 +17,7 @@ from boresight.filters import chosen, params_by_estimator
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import Named, estimator_of
-from boresight.options import Outcome, number_options, progress_of
+from boresight.options import Outcome, number_options, progress_of, refuse_options
 from boresight.results.accuracy import (
     AccuracyLog,
     AccuracyNear,
@@ -363,6 +363,13 @@ def call(args: Namespace) -> Outcome:
 
 
 def _call_protocol(args: Namespace) -> Outcome:
+    refuse_options(
+        args,
+        add_arguments,
+        ("no_float", "comparison"),
+        wanted="logs alone",
+        found="a protocol, which runs float64 and needs truth",
+    )
     result = accuracy_protocol(
         args.protocol,
         args.estimators,

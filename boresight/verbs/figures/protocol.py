@@ -115,7 +115,8 @@ def accuracy_protocol(
         **summary(cases, runs),
     }
     data["worse"] = [explained(campaign, cases, runs, name) for name in texts if data["rival"]]
-    data["good"] = all(f["good"] for f in data["fixed"])
+    ran_nothing = {r["filter"] for r in data["refused"] if r["runs"] == r["of"]}
+    data["good"] = all(f["good"] for f in data["fixed"]) and ran_nothing.isdisjoint(texts)
     table.write(json.dumps(data, allow_nan=False) + "\n")
     page.write(render_page(data))
     return ProtocolResult.of(data, folder / f"accuracy-{protocol}.html")

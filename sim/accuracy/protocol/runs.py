@@ -9,9 +9,11 @@ from __future__ import annotations
 import hashlib
 import inspect
 import os
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +23,7 @@ import numpy.typing as npt
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import estimator_of
+from boresight.sim.accuracy import figures
 from boresight.sim.accuracy.figures import attitude_errors, gives_attitude
 from boresight.sim.accuracy.peers import dip_rad, peer, run_peer
 from boresight.sim.accuracy.protocol import plan, variants
@@ -37,6 +40,7 @@ from boresight.sim.processes import dispatch
 from boresight.sim.records.feed import feed, fitted
 from boresight.sim.records.files import read_record
 from boresight.sim.records.nine_axis import NineAxis
+from boresight.sim.worlds import road, ship
 from boresight.sim.worlds.carriers import logs as carriers
 
 __all__ = [
@@ -88,13 +92,14 @@ class Campaign:
 
     def identity(self) -> dict[str, Any]:
         """What the figures depend on, as plain data."""
-        sources = "".join(inspect.getsource(m) for m in (plan, variants, carriers))
+        modules = (plan, variants, figures, carriers, road, ship, sys.modules[__name__])
+        sources = "".join(map(inspect.getsource, modules))
         return {
             "protocol": self.protocol,
             "cases": hashlib.sha256(sources.encode()).hexdigest(),
             "trials": {name_of(t): _digest(t) for t in self.trials},
             "estimators": {name: _levels(self, name)[0].program.digest for name in self.estimators},
-            "peers": list(self.peers),
+            "peers": {name: version(peer(name).package) for name in self.peers},
             "params": {name: dict(values) for name, values in self.params},
             "word": self.word,
         }
@@ -204,7 +209,7 @@ def _ours(campaign: Campaign, name: str, log: NineAxis) -> list[dict[str, Any]]:
         "good": all(d.good for d in near),
         "apart_deg": largest_turn_deg(*q),
         "changed": changed,
-        "saturated": int(runs[0].saturated_updates),
+        "saturated": runs[0].n_saturated,
     }
     return [
         {"estimator": name, "level": "fixed", **figures_of(log, q[0]), **more},

@@ -36,7 +36,8 @@ def summary(cases: Sequence[Case], runs: Sequence[Mapping[str, Any]]) -> dict[st
     ``filters``: labels, in order. ``groups``: for each group of cases ``rows`` by label, with the
     mean of every figure over trials and cases, the median time to settle with the share that never
     did, the ratio of means to `RIVAL` and the worst single one. ``trials``: mean of the judged
-    figure by trial, group and label. ``fixed``: how far fixed point is from float64.
+    figure by trial, group and label. ``fixed``: how far fixed point is from float64. ``refused``:
+    filters without figures of some runs, of how many, and why of the first.
     """
     judged = {case.group: case.judged for case in cases}
     group_of = {case.name: case.group for case in cases}
@@ -56,6 +57,7 @@ def summary(cases: Sequence[Case], runs: Sequence[Mapping[str, Any]]) -> dict[st
         "groups": groups,
         "trials": _by_trial(runs, group_of, judged, filters),
         "fixed": _fixed(runs),
+        "refused": _refused(runs, filters),
     }
 
 
@@ -144,6 +146,19 @@ def _fixed(runs: Sequence[Row]) -> list[dict[str, Any]]:
     return [{"estimator": name, **kept} for name, kept in found.items()]
 
 
+def _refused(runs: Sequence[Row], filters: Sequence[str]) -> list[dict[str, Any]]:
+    """Filters that could not run every case; no figure counts those runs."""
+    found = []
+    for name in filters:
+        rows = [row for run in runs for row in run["rows"] if label(row) == name]
+        reasons = [row["refused"] for row in rows if "refused" in row]
+        if reasons:
+            found.append(
+                {"filter": name, "runs": len(reasons), "of": len(rows), "reason": reasons[0]}
+            )
+    return found
+
+
 def _deg(x: float | None) -> str:
     return f"{'-' if x is None else f'{x:.2f}':>9s}"
 
@@ -192,4 +207,6 @@ def text(data: Mapping[str, Any]) -> str:
             f"{f['apart_deg']:.6f} deg ({f['where']}); {f['changed']} status words differ, "
             f"{f['saturated']} updates saturated{'' if f['good'] else ': BEYOND'}",
         ]
+    for r in data["refused"]:
+        lines += ["", f"{r['filter']}: {r['runs']} of {r['of']} runs FAILED: {r['reason']}"]
     return "\n".join(lines)

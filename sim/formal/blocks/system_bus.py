@@ -9,8 +9,8 @@ from amaranth.hdl import Array, Assert, Assume, Const, Elaboratable, Module, Mux
 
 from boresight.gateware.registers.core import PROGRAM
 from boresight.gateware.registers.model import Access, Register
+from boresight.gateware.system.interface import system_registers
 from boresight.gateware.system.system_bus import ADDRESS_BITS, COUNTERS, RESULTS, SystemBus
-from boresight.gateware.system.system_registers import system_registers
 from boresight.sim.formal.harness import after_start, before, fixed, reached, unknown
 from boresight.sim.formal.inside import Inside
 from boresight.sim.formal.prove import Proof

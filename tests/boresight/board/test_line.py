@@ -9,17 +9,24 @@ from pathlib import Path
 import pytest
 
 import boresight
-from boresight.board.line import BoardLine, Listener, RegisterTable, Reply
+from boresight.board.line import BoardLine, Listener, RegisterTable, Reply, value_of, word_of
 from boresight.gateware.boards.frames import END, Kind, encode
+from boresight.gateware.description import Records, Word
+from boresight.gateware.registers.model import Access, BitField, Register
 from boresight.gateware.system.attitude_frame import FORMATS, Attitude, text_line
 from boresight.model.errors import InputError
 from tests.support.serial_board import REGISTERS, SerialBoard, frames, words_of
 
 
+def register(**given) -> Register:
+    usual = {"name": "r", "address": 0, "access": Access.READ_WRITE, "meaning": ""}
+    return Register(**{**usual, **given})
+
+
 @pytest.fixture
 def table(tmp_path: Path) -> RegisterTable:
     path = tmp_path / "registers.json"
-    path.write_text(json.dumps(REGISTERS))
+    path.write_text(REGISTERS.to_json())
     return RegisterTable(path)
 
 
@@ -76,27 +83,49 @@ def test_a_byte_at_a_time() -> None:
 
 def test_formats_of_a_map(table: RegisterTable) -> None:
     assert table.clock_hz == 50e6 and table.formats[1] == (31, 27)
-    table.data["programs"] = [
-        {"outputs": [{"name": "qw", "frac": 20}, {"name": "status", "frac": 10}]}
-    ]
+    table.programs = (Records("a", "", (), (Word("qw", 20), Word("status", 10))),)
     assert table.formats == {0: (20, 10)}
-    table.data["programs"] = [{"outputs": [{"name": "qw", "frac": 20}]}]
+    table.programs = (Records("a", "", (), (Word("qw", 20),)),)
     assert table.formats == FORMATS
     assert RegisterTable().clock_hz == 100e6 and RegisterTable().formats == FORMATS
 
 
 def test_registers_by_name_or_address(table: RegisterTable) -> None:
-    assert table.find("gain")["address"] == table.find("3")["address"] == 3
-    assert table.find("0x3")["name"] == "gain"
-    assert table.find("4095") == {"name": "4095", "address": 4095}
+    assert table.find("gain").address == table.find("3").address == 3
+    assert table.find("0x3").name == "gain"
+    assert table.find("4095") == register(name="4095", address=4095)
     for name, found in (("-1", "found -1"), ("0x1000", "found 0x1000"), ("gians", "found 'gians'")):
         with pytest.raises(InputError, match=f"^register {name}: wanted .*, {found}; registers.md"):
             table.find(name)
-    assert RegisterTable().find("7") == {"name": "7", "address": 7}
+    assert RegisterTable().find("7") == register(name="7", address=7)
 
 
 @pytest.mark.parametrize(
-    ("register", "text", "word"),
+    ("data", "message"),
+    [
+        ([], "registers.json: wanted a registers.json of `boresight compile`, found a list; give"),
+        ({}, "registers.json, name: wanted .*, found nothing there; give the file of this board"),
+        ({"registers": [1]}, r"registers.json, registers\[0\]: wanted .*, found 1 there;"),
+        ({"word": True}, "registers.json, word: wanted .*, found true there;"),
+    ],
+)
+def test_what_is_no_register_map(data: object, message: str, tmp_path: Path) -> None:
+    path = tmp_path / "registers.json"
+    whole = json.loads(REGISTERS.to_json())
+    path.write_text(json.dumps({**whole, **data} if isinstance(data, dict) and data else data))
+    with pytest.raises(InputError, match=message):
+        RegisterTable(path)
+
+
+def test_a_clock_of_zero_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "registers.json"
+    path.write_text(REGISTERS.to_json().replace("50000000", "0"))
+    with pytest.raises(InputError, match=r"registers.json, clock_hz: wanted .*, found 0 there;"):
+        RegisterTable(path)
+
+
+@pytest.mark.parametrize(
+    ("given", "text", "word"),
     [
         ({"width": 8}, "255", 255),
         ({"width": 8, "signed": True}, "-128", -128),
@@ -105,51 +134,55 @@ def test_registers_by_name_or_address(table: RegisterTable) -> None:
         ({}, "0x7fffffff", 2**31 - 1),
         ({}, "0xffffffff", 2**32 - 1),
         ({}, "-2147483648", -(2**31)),
-        ({"width": 2, "names": ["slow", "fast"]}, "fast", 1),
-        ({"width": 2, "names": ["slow", "fast"]}, "0", 0),
+        ({"width": 2, "names": ("slow", "fast")}, "fast", 1),
+        ({"width": 2, "names": ("slow", "fast")}, "0", 0),
         ({"minimum": -5, "maximum": 5}, "-5", -5),
     ],
 )
-def test_words_of_values(register: dict, text: str, word: int) -> None:
-    assert RegisterTable().word_of({"name": "r", **register}, text) == word
+def test_words_of_values(given: dict, text: str, word: int) -> None:
+    assert word_of(register(**given), text) == word
 
 
 @pytest.mark.parametrize(
-    ("register", "text", "message"),
+    ("given", "text", "message"),
     [
         ({"width": 8}, "256", "wanted 0 to 255, found 256"),
         ({"width": 8}, "-1", "wanted 0 to 255, found -1"),
         ({"width": 8, "signed": True}, "-129", "wanted -128 to 127, found -129"),
         ({"width": 8, "signed": True}, "128", "wanted -128 to 127, found 128"),
         ({"frac": 1, "minimum": -4, "maximum": 4}, "2.5", "wanted -2 to 2, found 2.5"),
-        ({"width": 2, "names": ["slow", "fast"]}, "2", "wanted 0 to 1, found 2"),
-        ({"names": ["slow"]}, "fast", "wanted a number or slow, found 'fast'"),
+        ({"width": 2, "names": ("slow", "fast")}, "2", "wanted 0 to 1, found 2"),
+        ({"names": ("slow",)}, "fast", "wanted a number or slow, found 'fast'"),
         ({"frac": 4}, "inf", "wanted a number, found 'inf'"),
         ({"frac": 4}, "nan", "wanted a number, found 'nan'"),
         ({}, "1.5", "wanted a number, found '1.5'"),
-        ({"access": "read-only"}, "1", "wanted a register that can be written, found read-only"),
+        (
+            {"access": Access.READ_ONLY},
+            "1",
+            "wanted a register that can be written, found read-only",
+        ),
     ],
 )
-def test_values_that_no_word_is(register: dict, text: str, message: str) -> None:
+def test_values_that_no_word_is(given: dict, text: str, message: str) -> None:
     with pytest.raises(InputError, match=f"^--write r: {re.escape(message)}; "):
-        RegisterTable().word_of({"name": "r", **register}, text)
+        word_of(register(**given), text)
 
 
 @pytest.mark.parametrize(
-    ("register", "word", "value"),
+    ("given", "word", "value"),
     [
         ({}, 0xFFFFFFFF, 0xFFFFFFFF),
         ({"width": 8}, 0x1FF, 0xFF),
         ({"width": 8, "signed": True}, 0x80, -128),
         ({"width": 8, "signed": True}, 0x7F, 127),
         ({"frac": 4, "signed": True}, 2**32 - 8, -0.5),
-        ({"names": ["slow", "fast"]}, 1, "fast"),
-        ({"names": ["slow", "fast"]}, 2, 2),
-        ({"fields": [{"name": "a", "bit": 4, "width": 3}]}, 0xF5F, {"a": 5}),
+        ({"names": ("slow", "fast")}, 1, "fast"),
+        ({"names": ("slow", "fast")}, 2, 2),
+        ({"fields": (BitField("a", 4, "", width=3),)}, 0xF5F, {"a": 5}),
     ],
 )
-def test_values_of_words(register: dict, word: int, value: object) -> None:
-    assert RegisterTable().value_of(register, word) == value
+def test_values_of_words(given: dict, word: int, value: object) -> None:
+    assert value_of(register(**given), word) == value
 
 
 def test_only_the_answer_to_this_write_counts() -> None:

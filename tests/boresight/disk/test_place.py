@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from boresight.disk import manifest
+from boresight.disk.clear import clear
 from boresight.disk.output import OutputFile
 from boresight.disk.place import (
     absolute,
@@ -95,7 +97,7 @@ def test_only_what_boresight_wrote_is_overwritten(here: Path) -> None:
         InputError, match="^ours: wanted a file that can be written, found a write-"
     ):
         require_ours(here / "ours", "-o")
-    (here / "ours").chmod(0o200)  # any of the three permissions will do
+    (here / "ours").chmod(0o466)  # any of the three permissions will do
     require_ours(here / "ours", "-o")
     (here / "ours").chmod(0o644)
     (here / "ours").write_text("edited")
@@ -105,6 +107,19 @@ def test_only_what_boresight_wrote_is_overwritten(here: Path) -> None:
             InputError, match=f"^{name}: wanted a free name, or .* found a file .*-o"
         ):
             require_ours(here / name, "-o")
+
+
+def test_what_cannot_be_read_is_not_overwritten(here: Path, monkeypatch) -> None:
+    """Its owner may have forbidden it; root reads all the same."""
+    OutputFile(here / "ours", "run").write("text")
+
+    def unreadable(path: Path) -> str:
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(path))
+
+    monkeypatch.setattr(manifest, "digest", unreadable)
+    with pytest.raises(InputError, match="^ours: wanted a free .* a file that cannot be read;"):
+        require_ours(here / "ours", "-o")
+    assert (here / "ours") in clear(here) and (here / "ours").exists()
 
 
 def test_folders_and_links_that_hold_no_file(here: Path) -> None:

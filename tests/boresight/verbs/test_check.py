@@ -72,7 +72,11 @@ def test_a_shared_log_must_feed_all(logs: list[str], capsys: pytest.CaptureFixtu
     assert [r.estimator for r in results] == ["kalman", "pi"]
     assert results.good and len(results[:1]) == 1 and results.to_json()["good"] is True
     bad = replace(results, results=(results[0], replace(results[1], levels=())))
-    assert not bad.good and str(bad).endswith("\nFAILED") and bad.to_json()["good"] is False
+    assert (
+        not bad.good
+        and str(bad).endswith("\nFAILED: pi on record: no level was run")
+        and bad.to_json()["good"] is False
+    )
     text = str(results).splitlines()
     assert text[0] == "kalman on record, small, W = 32" and text[-1] == "good"
     page = results._repr_html_()

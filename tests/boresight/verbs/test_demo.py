@@ -5,10 +5,14 @@ from __future__ import annotations
 import json
 from importlib import import_module
 from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
 
 import boresight
 from boresight.cli import main
 from boresight.gateware.synthesis.estimate import Estimate
+from boresight.sim.compare.results import LevelResult
 
 
 def test_demo_proves_every_filter_on_one_core(tmp_path, monkeypatch):
@@ -45,3 +49,20 @@ def test_demo_proves_every_filter_on_one_core(tmp_path, monkeypatch):
     ]
     assert (tmp_path / "board" / "board.html").is_file()
     assert main(["demo", "--steps", "0", "-o", str(tmp_path)]) == 2
+
+
+def test_what_cannot_run_is_told_before_anything_else(tmp_path, monkeypatch, capsys) -> None:
+    module = import_module("boresight.verbs.demo")
+    line = ["demo", "--steps", "20", "-o", str(tmp_path / "out"), "-q"]
+    failed = LevelResult("rtl", "verilator", None, None, 0.0, error="no libpython")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("boresight.sim.rtl.simulators._missing", lambda name: f"no {name}")
+        patch.setattr(module, "Build", lambda *args, **options: pytest.fail("has begun"))
+        assert main(line) == 1
+    assert capsys.readouterr().err == "error: no verilator\n"
+    check = SimpleNamespace(run=lambda record: [SimpleNamespace(levels=[failed])] * 4)
+    monkeypatch.setattr(module, "Check", lambda build, **options: check)
+    monkeypatch.setattr(module, "estimate_core", lambda core: pytest.fail("has gone on"))
+    assert main(line) == 1
+    assert capsys.readouterr().err == "error: rtl in verilator: no libpython\n"
+    assert not (tmp_path / "out").exists()

@@ -6,6 +6,7 @@ import csv
 import json
 import os
 import random
+from dataclasses import replace
 
 import pytest
 from amaranth.hdl import Module
@@ -17,6 +18,7 @@ from boresight.cli import main
 from boresight.gateware.boards.framer import Framer
 from boresight.gateware.boards.frames import Kind, encode
 from boresight.gateware.bus.results import Results
+from boresight.gateware.description import Records, Word
 from boresight.gateware.system.attitude_frame import OUTPUTS, Attitude, attitude_of
 from boresight.gateware.system.attitude_output import AttitudeOutput, OutputMode
 from boresight.verbs.monitor import RegisterWord, track_of
@@ -26,7 +28,7 @@ from tests.support.serial_board import REGISTERS, SerialBoard, frames, words_of
 @pytest.fixture
 def registers(tmp_path):
     path = tmp_path / "registers.json"
-    path.write_text(json.dumps(REGISTERS))
+    path.write_text(REGISTERS.to_json())
     return path
 
 
@@ -242,12 +244,12 @@ def test_track() -> None:
 
 def test_outputs_of_another_estimator(tmp_path, capsys) -> None:
     """By the names and formats of the map; attitudes of a filter beside it stay attitudes."""
-    programs = [
-        {"outputs": [{"name": name, "frac": 30} for name in OUTPUTS]},
-        {"outputs": [{"name": "azimuth", "frac": 31}, {"name": "rate", "frac": 20}]},
-    ]
+    programs = (
+        Records("mekf", "", (), tuple(Word(name, 30) for name in OUTPUTS)),
+        Records("pointing", "", (), (Word("azimuth", 31), Word("rate", 20))),
+    )
     path = tmp_path / "registers.json"
-    path.write_text(json.dumps({**REGISTERS, "programs": programs}))
+    path.write_text(replace(REGISTERS, programs=programs).to_json())
     capture = tmp_path / "capture.bin"
     made = [[k | 1 << 16, 100_000 * k, -(1 << 30) + k, 3 << 19] for k in range(1, 6)]
     capture.write_bytes(b"\xc0" + b"".join(encode(Kind.ATTITUDE, w, word=32) for w in made))

@@ -45,23 +45,20 @@ def test_page_and_json_of_the_same_figures(tmp_path: Path, capsys) -> None:
 
 
 @pytest.mark.parametrize(
-    ("levels", "verdict", "code"), [([True, True], True, 0), ([True, False], True, 1),
-                                    ([True, True], False, 1)]
-)  # fmt: skip
-def test_all_of_it_has_to_be_good(levels, verdict, code, monkeypatch, capsys) -> None:
+    ("verdict", "code", "lines"),
+    [("good", 0, ["report.html"]), ("FAILED: why", 1, ["report.html", "FAILED: why"])],
+)
+def test_all_of_it_has_to_be_good(verdict, code, lines, monkeypatch, capsys) -> None:
     asked = {}
 
     def report(name: str, *logs: str, **options: object) -> ReportResult:
         asked.update(options, name=name, logs=logs)
-        data = {
-            "verification": [{"good": good} for good in levels],
-            "accuracy": {"verdict": {"good": verdict}},
-        }
-        return ReportResult(Path("report.html"), data)
+        return ReportResult(Path("report.html"), {}, verdict)
 
     monkeypatch.setattr(module, "report", report)
     words = ["report", "mekf", "a.csv", "b.csv", "--comparison", "--widths", "--against", "r.json"]
     assert main([*words, "--word", "24", "-q"]) == code
+    assert capsys.readouterr().out.splitlines() == lines
     assert asked | {"params": {}} == {
         **{
             "name": "mekf",

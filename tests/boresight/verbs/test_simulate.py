@@ -46,7 +46,7 @@ def test_figures_and_page(small, tmp_path) -> None:
 @pytest.mark.parametrize(
     "arguments, message",
     [
-        (["kalman"], "error: estimator: wanted one of complementary, "),
+        (["kalman"], "error: estimator: wanted one of array_attitude, "),
         (["mekf", "--source", "gps"], "error: source: wanted one of counts, heading, found 'gps'"),
         (["mekf", "--seconds", "0"], "error: seconds: wanted 0.05 to 20, found 0"),
         (["mekf", "--seconds", "nan"], "error: seconds: wanted 0.05 to 20, found nan"),

@@ -8,8 +8,10 @@ from pathlib import Path
 import pytest
 
 from boresight.firmware.soc.image import source
-from boresight.firmware.soc.records import records_header
+from boresight.gateware.description import describe
+from boresight.gateware.texts.records import records_header
 from boresight.model.estimators import estimator
+from boresight.sim.levels.build import Build
 
 FLAGS = (
     "-std=c99",
@@ -55,9 +57,8 @@ static inline uint32_t core_reg_field(uint32_t bits, unsigned lsb, unsigned widt
 
 
 #: Two filters whose records are the same.
-RECORDS = records_header(
-    [estimator("mekf").compile(), estimator("complementary").compile()], outputs=16, inputs=32
-)
+FILTERS = Build(estimator("mekf"), estimator("complementary"), restarts=0).core
+RECORDS = records_header(describe(FILTERS).programs, outputs=16, inputs=32)
 
 
 def run(main: str, files: tuple[str, ...], folder: Path) -> list[str]:

@@ -20,6 +20,7 @@ from boresight.gateware.boards.pack import Packer
 from boresight.gateware.boards.top import Top
 from boresight.gateware.boards.unpack import Unpacker
 from boresight.gateware.bus.arbiter import BusArbiter
+from boresight.gateware.bus.axi_core import AxiCore
 from boresight.gateware.bus.axi_lite import AxiLiteSignature, AxiLiteSlave
 from boresight.gateware.bus.axi_stream import AxiStreamSignature, StreamFromAxi, StreamToAxi
 from boresight.gateware.bus.core_registers import Registers
@@ -39,7 +40,6 @@ from boresight.gateware.engine.multiplier import Multiplier
 from boresight.gateware.engine.operands import Operands
 from boresight.gateware.engine.sequencer import Sequencer
 from boresight.gateware.engine.shifter import Shifter
-from boresight.gateware.integration.axi_core import AxiCore
 from boresight.gateware.sensors.adis16385 import Adis16385
 from boresight.gateware.sensors.adis16385_flags import FLAG_MEANINGS
 from boresight.gateware.sensors.hmr3300 import FLAGS, Hmr3300

@@ -7,7 +7,8 @@ import pytest
 
 from boresight.gateware.core import Core
 from boresight.gateware.registers.core import PROGRAM
-from boresight.gateware.system.conductor import HEADER, OUTPUTS, RAWS, RECORDS, STAMP, Conductor
+from boresight.gateware.system.conductor import Conductor
+from boresight.gateware.system.interface import HEADER, Place
 from boresight.gateware.system.programs import core_plan, system_core
 from boresight.model.estimators import FILTERS
 from boresight.model.words.fixed import IntArray
@@ -49,17 +50,21 @@ def programs(core: Core) -> list:
 def check_words(core: Core, given: Samples, played: Played) -> None:
     chain = run_chain(programs(core), given)
     assert len(played.results) == len(given)
-    assert (played.words(RECORDS, 10) == chain.records).all()
-    assert (played.words(OUTPUTS, 8) == chain.outputs).all()
-    assert (played.words(STAMP, 1)[:, 0] == wrapped(given.stamp)).all()
-    assert (played.words(RAWS, 6) >> 16 == given.counts).all()
-    header = played.words(HEADER, 1)[:, 0]
-    assert (header & 0xFFFF == np.arange(1, len(given) + 1)).all()
-    assert (header >> 16 & 7 == given.filter).all()
-    assert (header >> 19 & 1 == (given.line != NO_LINE)).all()
-    assert (header >> 20 & 1 == (given.line == COUNTS)).all()
-    assert (header >> 21 & 1 == chain.restart).all()
-    assert (header >> 22 & 1 == chain.saturated).all()
+    assert (played.words(Place.INPUTS, 10) == chain.records).all()
+    assert (played.words(Place.OUTPUTS, 8) == chain.outputs).all()
+    assert (played.words(Place.STAMP, 1)[:, 0] == wrapped(given.stamp)).all()
+    assert (played.words(Place.RAWS, 6) >> 16 == given.counts).all()
+    header = played.words(Place.HEADER, 1)[:, 0]
+    wanted = {
+        "number": np.arange(1, len(given) + 1),
+        "filter": given.filter,
+        "field_used": given.line != NO_LINE,
+        "field_counts": given.line == COUNTS,
+        "restart": chain.restart,
+        "saturated": chain.saturated,
+    }
+    for field in HEADER:
+        assert (field.of(header) == wanted[field.name]).all(), field.name
     assert len(played.named("field_used")) == np.count_nonzero(given.line)
     assert len(played.named("restart")) == np.count_nonzero(chain.restart)
     for name in ("sample_dropped", "field_dropped", "framing", "watchdog"):
@@ -129,10 +134,10 @@ def test_the_host_writes_and_reads_meanwhile(cores) -> None:
     before = run_chain(programs(core), given)
     later = system_core(FILTERS, params={"calibrate_inertial": {"gyro_bias_z": 0.25}}, restarts=0)
     after = run_chain(programs(later), given)
-    records = played.words(RECORDS, 10)
+    records = played.words(Place.INPUTS, 10)
     assert (records[:30] == before.records[:30]).all()
     assert (records[30:] == after.records[30:]).all()
-    assert (played.words(OUTPUTS, 8)[:30] == before.outputs[:30]).all()
+    assert (played.words(Place.OUTPUTS, 8)[:30] == before.outputs[:30]).all()
     assert len({word for address, word in played.reads if address == 515}) == 1
     assert not played.named("framing") + played.named("watchdog")
 
@@ -147,9 +152,10 @@ def test_an_update_that_is_held_stays(cores) -> None:
         if line in ("n 5", "n 9", "n 12"):
             script += ["w 100", "q"]
     played = play(core, script)
-    assert [words[HEADER] & 0xFFFF for words in played.taken] == [3, 3, 3]
+    assert [words[Place.HEADER] & 0xFFFF for words in played.taken] == [3, 3, 3]
     assert all(
-        words[OUTPUTS : OUTPUTS + 8] == played.results[2][OUTPUTS : OUTPUTS + 8]
+        words[Place.OUTPUTS : Place.OUTPUTS + 8]
+        == played.results[2][Place.OUTPUTS : Place.OUTPUTS + 8]
         for words in played.taken
     )
 

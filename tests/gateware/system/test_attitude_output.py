@@ -10,8 +10,9 @@ from amaranth.sim import Simulator
 
 from boresight.gateware.boards.frames import Kind
 from boresight.gateware.bus.results import Results
-from boresight.gateware.system.attitude_frame import OUTPUTS, STAMP, text_line
+from boresight.gateware.system.attitude_frame import OUTPUTS, text_line
 from boresight.gateware.system.attitude_output import AttitudeOutput, OutputMode
+from boresight.gateware.system.interface import Place
 
 #: Words of an attitude's frame.
 PLACES = 2 + len(OUTPUTS)
@@ -36,7 +37,8 @@ class Bench:
         ctx.set(results.begin, 1)
         await ctx.tick()
         ctx.set(results.begin, 0)
-        places = (0, STAMP, *range(0x10, 0x0E + len(words)))
+        first = Place.OUTPUTS
+        places = (Place.HEADER, Place.STAMP, *range(first, first - 2 + len(words)))
         for k, (place, word) in enumerate(zip(places, words, strict=True)):
             ctx.set(results.w_en, 1)
             ctx.set(results.w_index, place)

@@ -17,10 +17,10 @@ from boresight.gateware.sensors.adis16385 import Adis16385
 from boresight.gateware.sensors.hmr3300 import Hmr3300
 from boresight.gateware.system import attitude_system
 from boresight.gateware.system.attitude_core import AttitudeCore
-from boresight.gateware.system.attitude_frame import FLAGS
 from boresight.gateware.system.attitude_output import AttitudeOutput
 from boresight.gateware.system.attitude_system import AttitudeSystem
 from boresight.gateware.system.bridge import Bridge
+from boresight.gateware.system.interface import FRAME_FLAGS
 from boresight.gateware.system.programs import system_core
 from boresight.gateware.system.system_bus import RESULTS, SystemBus
 
@@ -417,7 +417,7 @@ def test_flags_of_a_frame(bench: Bench) -> None:
             if chosen in flags and chosen != "inertial_fault":
                 ctx.set(flags[chosen], 1)
             raised = ctx.get(bench.output.flags)
-            names = [name for k, (name, _) in enumerate(FLAGS[8:]) if raised >> k & 1]
+            names = [flag.name for flag in FRAME_FLAGS if flag.of(raised << 24)]
             assert names == [chosen] * (chosen is not None)
 
     bench.run(test)

@@ -6,16 +6,9 @@ from dataclasses import replace
 import pytest
 from amaranth.sim import Simulator
 
-from boresight.gateware.system.conductor import (
-    HEADER,
-    OUTPUTS,
-    RAWS,
-    RECORDS,
-    STAMP,
-    Conductor,
-    header_layout,
-)
+from boresight.gateware.system.conductor import Conductor
 from boresight.gateware.system.feed import HELD, PLACES, REGISTERS, ZERO, Fed, Feed
+from boresight.gateware.system.interface import HEADER, Place
 from boresight.gateware.system.plan import FRONT_NAMES, RAW, Plan
 from boresight.model.estimators.nine_axis import INPUTS
 from boresight.model.words.program import Kind, Value
@@ -39,16 +32,11 @@ PLAN = Plan(
 RECORDS_IN = (10, 10, 10, 8, 3, 3)
 RECORDS_OUT = (8, 8, 8, 7, 3, 3)
 MASK = (1 << 32) - 1
-#: Words of `HEADER` by name.
-BITS = {
-    name: (field.offset, field.shape if isinstance(field.shape, int) else 1)
-    for name, field in header_layout()
-}
+FIELDS = {field.name: field for field in HEADER}
 
 
 def field_of(header: int, name: str) -> int:
-    offset, width = BITS[name]
-    return header >> offset & ((1 << width) - 1)
+    return FIELDS[name].of(header)
 
 
 class Bench:
@@ -235,12 +223,12 @@ def test_a_sample_goes_through_calibration_and_filter() -> None:
         assert raw == [*counts, 0x87656321, 0]
         calibrated = [4000 + 30 + k for k in range(6)]
         assert record == [839, *calibrated[:3], 0, 0, 0, *calibrated[3:]]
-        assert words[RAWS : RAWS + 6] == counts
-        assert words[RAWS + RAW.index("restart")] == 0
-        assert words[STAMP] == 0x87656321
-        assert words[RECORDS : RECORDS + len(RECORD)] == record
-        assert words[OUTPUTS : OUTPUTS + 8] == [3000 + 40 + k for k in range(8)]
-        header = words[HEADER]
+        assert words[Place.RAWS : Place.RAWS + 6] == counts
+        assert words[Place.RAWS + RAW.index("restart")] == 0
+        assert words[Place.STAMP] == 0x87656321
+        assert words[Place.INPUTS : Place.INPUTS + len(RECORD)] == record
+        assert words[Place.OUTPUTS : Place.OUTPUTS + 8] == [3000 + 40 + k for k in range(8)]
+        header = words[Place.HEADER]
         assert [field_of(header, n) for n in ("number", "filter", "field_used", "restart")] == [
             2,
             2,
@@ -268,7 +256,7 @@ def test_restarts() -> None:
     bench = Bench()
 
     async def flags(ctx) -> tuple[int, int]:
-        header = (await bench.results(ctx))[HEADER]
+        header = (await bench.results(ctx))[Place.HEADER]
         inertial = [r for p, r in bench.records if p == 3][-1]
         return inertial[7] >> 31, field_of(header, "restart")
 
@@ -317,20 +305,20 @@ def test_a_field_is_used_once(counts: int) -> None:
     async def test(ctx):
         await bench.line(ctx, (5, -6, 7), counts)
         await bench.sample(ctx)
-        assert field_of((await bench.results(ctx))[HEADER], "field_used") == 0
+        assert field_of((await bench.results(ctx))[Place.HEADER], "field_used") == 0
         await bench.until(ctx, lambda: len(bench.records) == 3)
         await ctx.tick().repeat(60)
         assert bench.records[2] == (program, [5 << 16, (-6 & 0xFFFF) << 16, 7 << 16])
         field = [1000 * (program + 1) + 30 + k for k in range(3)]
         await bench.sample(ctx)
         words = await bench.results(ctx)
-        assert bench.records[-1][1][4:7] == field == words[RECORDS + 4 : RECORDS + 7]
-        assert field_of(words[HEADER], "field_used") == 1
-        assert field_of(words[HEADER], "field_counts") == counts
+        assert bench.records[-1][1][4:7] == field == words[Place.INPUTS + 4 : Place.INPUTS + 7]
+        assert field_of(words[Place.HEADER], "field_used") == 1
+        assert field_of(words[Place.HEADER], "field_counts") == counts
         await bench.sample(ctx)
         words = await bench.results(ctx)
-        assert bench.records[-1][1][4:7] == [0, 0, 0] == words[RECORDS + 4 : RECORDS + 7]
-        assert field_of(words[HEADER], "field_used") == 0
+        assert bench.records[-1][1][4:7] == [0, 0, 0] == words[Place.INPUTS + 4 : Place.INPUTS + 7]
+        assert field_of(words[Place.HEADER], "field_used") == 0
         assert bench.events.count("field_used") == 1
 
     bench.run(test)
@@ -374,13 +362,13 @@ def test_a_line_in_the_midst_of_another_never_mixes(delay: int) -> None:
         for _ in range(3):
             await bench.sample(ctx)
             words = await bench.results(ctx)
-            if field_of(words[HEADER], "field_used"):
-                number = words[RECORDS + 4] % 1000 // 10
+            if field_of(words[Place.HEADER], "field_used"):
+                number = words[Place.INPUTS + 4] % 1000 // 10
                 program, record = bench.records[number - 1]
-                assert program == words[RECORDS + 4] // 1000 - 1
+                assert program == words[Place.INPUTS + 4] // 1000 - 1
                 assert len(set(record)) == 1, "two lines mixed"
                 assert record[0] >> 16 == (1 if program == PLAN.field else 2)
-                assert field_of(words[HEADER], "field_counts") == (program == PLAN.field)
+                assert field_of(words[Place.HEADER], "field_counts") == (program == PLAN.field)
                 used.append(record[0] >> 16)
             await ctx.tick().repeat(120)
         assert used[-1:] == [2]
@@ -409,9 +397,9 @@ def test_a_line_in_the_cycle_in_which_another_is_begun(early: int) -> None:
             for _ in range(3):
                 await bench.sample(ctx)
                 words = await bench.results(ctx)
-                if field_of(words[HEADER], "field_used"):
-                    program, record = bench.records[words[RECORDS + 4] % 1000 // 10 - 1]
-                    kind = field_of(words[HEADER], "field_counts")
+                if field_of(words[Place.HEADER], "field_used"):
+                    program, record = bench.records[words[Place.INPUTS + 4] % 1000 // 10 - 1]
+                    kind = field_of(words[Place.HEADER], "field_counts")
                     assert program == (PLAN.field if kind else PLAN.compass)
                     assert record == [(1 if kind else 2) << 16] * 3
                 await bench.pause(ctx, 120)
@@ -445,7 +433,7 @@ def test_a_sample_too_early_is_dropped_and_told(delay: int) -> None:
         assert bench.updates == 1
         assert bench.events.count("sample_dropped") == 1
         await bench.sample(ctx)
-        assert field_of((await bench.results(ctx))[HEADER], "number") == 2
+        assert field_of((await bench.results(ctx))[Place.HEADER], "number") == 2
 
     bench.run(test)
 
@@ -583,12 +571,12 @@ def test_a_chain_runs_what_it_reads() -> None:
             assert [p for p, _ in bench.records[before:]] == programs
             words = await bench.results(ctx)
             number, record = bench.records[-1]
-            assert words[RECORDS : RECORDS + len(record)] == record
+            assert words[Place.INPUTS : Place.INPUTS + len(record)] == record
             at = len(bench.records)
             out = [1000 * (number + 1) + 10 * at + k for k in range(CHAINS.outputs[filter])]
-            assert words[OUTPUTS : OUTPUTS + len(out)] == out
+            assert words[Place.OUTPUTS : Place.OUTPUTS + len(out)] == out
             assert ctx.get(bench.dut.last_output) == len(out) - 1
-            assert field_of(words[HEADER], "filter") == filter
+            assert field_of(words[Place.HEADER], "filter") == filter
         assert bench.events.count("update") == 3
 
     bench.run(test)
@@ -603,7 +591,7 @@ def test_a_chain_tells_every_saturation() -> None:
             bench.clamps = clamps
             await bench.sample(ctx)
             words = await bench.results(ctx)
-            assert field_of(words[HEADER], "saturated") == bool(clamps), clamps
+            assert field_of(words[Place.HEADER], "saturated") == bool(clamps), clamps
 
     bench.run(test)
 
@@ -702,7 +690,7 @@ def test_words_that_come_before_the_record_ends() -> None:
             await bench.sample(ctx)
             words = await bench.results(ctx)
             at = len(bench.records)
-            assert words[OUTPUTS : OUTPUTS + 2] == [3000 + 10 * at, 3000 + 10 * at + 1]
-            assert words[RECORDS : RECORDS + 5] == bench.records[-1][1]
+            assert words[Place.OUTPUTS : Place.OUTPUTS + 2] == [3000 + 10 * at, 3000 + 10 * at + 1]
+            assert words[Place.INPUTS : Place.INPUTS + 5] == bench.records[-1][1]
 
     bench.run(test)

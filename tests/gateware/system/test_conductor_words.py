@@ -7,40 +7,13 @@ import pytest
 from amaranth.hdl import Const, Module, Signal
 from amaranth.sim import Simulator
 
-from boresight.gateware.system.conductor_words import (
-    HEADER,
-    OUTPUTS,
-    RAWS,
-    RECORDS,
-    STAMP,
-    Job,
-    Step,
-    header_layout,
-    last_words,
-    table,
-)
+from boresight.gateware.system.conductor_words import Job, Step, last_words, table
 
 
 def comb(m: Module, bench) -> None:
     simulator = Simulator(m)
     simulator.add_testbench(bench)
     simulator.run()
-
-
-def test_bits_of_the_header() -> None:
-    """As the frames to the host have them (`gateware.system.attitude_frame.FLAGS`)."""
-    assert {name: (f.offset, f.width) for name, f in header_layout()} == {
-        "number": (0, 16),
-        "filter": (16, 3),
-        "field_used": (19, 1),
-        "field_counts": (20, 1),
-        "restart": (21, 1),
-        "saturated": (22, 1),
-    }
-
-
-def test_places_of_sixteen_words_each() -> None:
-    assert (HEADER, STAMP, OUTPUTS, RECORDS, RAWS) == (0x00, 0x01, 0x10, 0x20, 0x30)
 
 
 @pytest.mark.parametrize("entries", [[5], [1, 2], [7, 7, 7], [3, 1, 4, 1, 5]])

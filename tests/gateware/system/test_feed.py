@@ -12,7 +12,7 @@ from boresight.gateware.system.feed import (
     Fed,
     Feed,
     feed_of,
-    first_word,
+    reset_word,
 )
 from boresight.model.declarations import Input, Output
 from boresight.model.estimator import Estimator
@@ -81,7 +81,7 @@ def test_registers_are_shared_by_name() -> None:
     feed = feed_of([one, two])
     assert list(feed.registers) == ["x", "y", "z"]
     assert feed.records[1] == (Fed(REGISTERS + 2), Fed(REGISTERS))
-    assert [first_word(v) / 2**v.frac for v in feed.registers.values()] == [0.0, 2.0, -1.5]
+    assert [reset_word(v) / 2**v.frac for v in feed.registers.values()] == [0.0, 2.0, -1.5]
     wrong = replace(two.values[two.inputs[1]], frac=20)
     values = tuple(wrong if v.name == "x" else v for v in two.values)
     with pytest.raises(ValueError, match=r"^register x must have one format"):

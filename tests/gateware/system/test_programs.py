@@ -5,9 +5,10 @@ import pytest
 
 from boresight.firmware.build import CModel
 from boresight.gateware.core import build_core
+from boresight.gateware.description import describe
 from boresight.gateware.microcode.emulator import Emulator
-from boresight.gateware.register_map import register_map, register_map_files
 from boresight.gateware.system.programs import system_core, system_estimators
+from boresight.gateware.texts.core import register_files
 from boresight.model.declarations import Input, Output
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
@@ -49,9 +50,9 @@ def test_all_fit(config: str) -> None:
     core = system_core(FILTERS, config=config, restarts=0)
     assert core.names == (*FILTERS, "calibrate_inertial", "calibrate_field", "compass_field")
     assert sum(len(p.program.states) for p in core.parts) <= 128
-    files = register_map_files(core)
+    files = register_files(describe(core))
     assert "calibrate_inertial.gyro_xx" in files["registers.json"]
-    addresses = [r.address for r in register_map(core).parameters]
+    addresses = [r.address for r in describe(core).parameters]
     assert len(set(addresses)) == len(addresses)
 
 

@@ -4,13 +4,11 @@ import pytest
 from amaranth.hdl import Module, Mux, Signal
 from amaranth.sim import Simulator
 
-from boresight.gateware.bus.csr import is_live
 from boresight.gateware.bus.results import INDEX_BITS
 from boresight.gateware.registers.model import Access
-from boresight.gateware.system.conductor import RAWS
+from boresight.gateware.system.interface import IDENTIFICATION, Place, system_registers
 from boresight.gateware.system.plan import RAW
 from boresight.gateware.system.system_bus import COUNTERS, CSR, FEED, RESULTS, SystemBus
-from boresight.gateware.system.system_registers import IDENTIFICATION, system_registers
 
 REGISTERS = system_registers(
     filters=("one", "two", "three"),
@@ -128,7 +126,7 @@ def test_every_address_takes_writes(bench: Bench) -> None:
 def test_inputs_and_orders_are_passed_on(bench: Bench) -> None:
     async def test(ctx):
         dut = bench.dut
-        for register in filter(is_live, REGISTERS):
+        for register in (r for r in REGISTERS if r.is_live):
             ctx.set(getattr(dut, register.name), (1 << register.width) - 1)
             assert await bench.read(ctx, register.address) == (1 << register.width) - 1
         ctx.set(dut.bus.addr, ADDRESS["order"])
@@ -147,7 +145,7 @@ def test_inputs_and_orders_are_passed_on(bench: Bench) -> None:
 
 
 def test_nobody_writes_the_place_that_reads_0() -> None:
-    assert RAWS + len(RAW) <= (1 << INDEX_BITS) - 1
+    assert Place.RAWS + len(RAW) <= (1 << INDEX_BITS) - 1
 
 
 def test_counters(bench: Bench) -> None:

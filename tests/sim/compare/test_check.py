@@ -16,6 +16,7 @@ from boresight.model.estimator import Estimator, Input, Output, State
 from boresight.model.estimators import estimator
 from boresight.sim.compare.check import EXACT, Check
 from boresight.sim.compare.reproducer import load_reproducer, replay_reproducer
+from boresight.sim.compare.results import verdict
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import CModel
 from boresight.sim.records.bundled import bundled
@@ -189,8 +190,9 @@ def test_missing_simulator_fails(log, monkeypatch):
     for result in results:
         assert not result.good
         assert result.levels[0].error == "icarus not found: install it"
-        assert result.levels[0].line().endswith("FAILED    icarus not found: install it")
+        assert (result.levels[0].n_total, result.levels[0].n_mismatch) == (None, None)
     assert len(results) == 2
+    assert verdict(results) == "FAILED: rtl in icarus: icarus not found: install it"
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ import pytest
 
 from boresight.gateware.core import Core
 from boresight.model.estimators.complementary import Complementary
-from boresight.sim.compare.results import CheckResult, LevelResult, compare
+from boresight.sim.compare.results import CheckResult, LevelResult, compare, verdict
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import Emitted
 from boresight.sim.levels.level import Run, run_of_words
@@ -86,27 +86,37 @@ def test_every_output_must_come_in_its_cycle(
     for output in range(rtl_run.outputs.shape[1]):
         late = level._run_of(changed(rtl_run, "latency_cycles", (2, output), by))
         result = compare(level, late, wanted)
-        assert not result.good and result.n_mismatch == 0
-        assert result.error == "output cycles differ from the schedule"
+        assert not result.good and result.first_wrong is None
+        assert result.failure == result.error == "output cycles differ from the schedule"
+        assert (result.n_total, result.n_mismatch) == (None, None)
 
 
-def test_an_update_may_not_take_longer(level: Simulated, rtl_run: RtlRun, wanted: Run) -> None:
-    late = level._run_of(changed(rtl_run, "interval_cycles", 4, 1))
-    assert not compare(level, late, wanted).good
+@pytest.mark.parametrize("by", [-1, 1])
+def test_every_interval_is_the_predicted_one(
+    level: Simulated, rtl_run: RtlRun, wanted: Run, by: int
+) -> None:
+    other = level._run_of(changed(rtl_run, "interval_cycles", 4, by))
+    assert compare(level, other, wanted).failure.startswith("interval predicted ")
 
 
 def test_a_level_that_proves_nothing_fails() -> None:
-    good = LevelResult("rtl", "icarus", 5, 0, 1.0, 9, 9, 9, 12, 12)
+    good = LevelResult("rtl", "icarus", 5, 0, 1.0, 9, 9, 9, 12, 12, 12)
     assert good.good
-    for wrong in (
-        {"cycles_max": 10}, {"cycles_min": 8}, {"interval_max": 13}, {"n_total": 0},
-        {"n_mismatch": 1}, {"error": "why"},
-    ):  # fmt: skip
-        assert not dataclasses.replace(good, **wrong).good
+    for wrong, failure in (
+        ({"cycles_max": 10}, "cycles predicted 9, counted 9..10"),
+        ({"cycles_min": 8}, "cycles predicted 9, counted 8..9"),
+        ({"interval_max": 13}, "interval predicted 12, counted 12..13"),
+        ({"interval_min": 11}, "interval predicted 12, counted 11..12"),
+        ({"n_total": 0}, "no update was compared"),
+        ({"n_mismatch": 1}, "1 of 5 updates differ"),
+        ({"error": "why", "n_total": None, "n_mismatch": None}, "why"),
+    ):
+        result = dataclasses.replace(good, **wrong)
+        assert not result.good and result.failure == failure
 
 
 def test_lines() -> None:
-    good = LevelResult("rtl", "icarus", 5, 0, 1.0, 9, 9, 9, 12, 12)
+    good = LevelResult("rtl", "icarus", 5, 0, 1.0, 9, 9, 9, 12, 12, 12)
     said = "rtl      icarus       [0/5] mismatches   cycles predicted 9, counted 9; interval "
     assert good.line() == said + "predicted 12, counted 12   1.0 s"
     late = dataclasses.replace(good, cycles_max=10, divergence="c: first").line()
@@ -115,6 +125,22 @@ def test_lines() -> None:
         LevelResult("c", "gcc", 5, 2, 0.0).line()
         == "c        gcc          [2/5] mismatches   0.0 s"
     )
+
+
+def test_verdict(checked: CheckResult) -> None:
+    """The same cause is told once, another one with its name."""
+    assert verdict([checked, checked]) == "good"
+    missing = LevelResult("rtl", "verilator", None, None, 0.0, error="no libpython")
+    assert missing.line() == "rtl      verilator    FAILED"
+    wrong = LevelResult("c", "gcc", 5, 2, 0.0)
+    one, other = (dataclasses.replace(checked, levels=(level,)) for level in (missing, wrong))
+    assert verdict([one, one]) == "FAILED: rtl in verilator: no libpython"
+    assert str(one).splitlines()[-1] == verdict([one]) and str(one).count("libpython") == 1
+    assert verdict([checked, other]) == (
+        "FAILED: complementary on synthetic_60s: c in gcc: 2 of 5 updates differ"
+    )
+    none = dataclasses.replace(checked, levels=())
+    assert verdict([none]) == "FAILED: no level was run"
 
 
 def test_no_level_is_no_proof(checked: CheckResult) -> None:

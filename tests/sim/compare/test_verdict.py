@@ -33,7 +33,7 @@ def test_good() -> None:
 
 
 def test_saturation_is_no_success_though_it_be_near() -> None:
-    made = judge(Sums(), [4.0, 0.0, 4.0, 0.0])
+    made = judge(Sums(), [4.0, 0.0, 4.0, 4.0])
     assert not made.good and made.saturated_updates == 2
     assert made.saturated == {"state y": 2}
     first = made.culprit.partition(":")[0]

@@ -129,7 +129,7 @@ def test_unpacker(old: str, new: str, mutant) -> None:
         ("bus.w_ack.eq(bus.w_stb & (~waits | self.grant)),", "bus.w_ack.eq(~waits | self.grant),"),
         ("self.request.eq(bus.w_stb & waits & ~self.grant)", "self.request.eq(bus.w_stb & waits)"),
         ("waits.eq(bus.w_data < self.programs)", "waits.eq(1)"),
-        ("bus.r_data.eq(updates)", "bus.r_data.eq(updates + self.commit)"),
+        ("(UPDATES, updates)", "(UPDATES, updates + self.commit)"),
     ],
 )
 def test_registers(old: str, new: str, mutant) -> None:

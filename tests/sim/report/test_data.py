@@ -183,17 +183,19 @@ def test_levels_that_failed_are_warned_about(core: Core, check: CheckResult) -> 
     rtl = check.levels[1]
     levels = (
         LevelResult("c", "gcc", 9, 2, 1.0),
-        LevelResult("rtl", "icarus", 9, 0, 1.0, error="not found"),
+        LevelResult("rtl", "icarus", None, None, 1.0, error="not found"),
         dataclasses.replace(rtl, cycles_max=core.schedule.latency + 1),
         LevelResult("fixed", "interpreter", 0, 0, 0.0),
     )
     data = report_data(core, dataclasses.replace(check, levels=levels))
     assert [v["good"] for v in data["verification"]] == [False] * 4
+    assert data["verification"][1]["n_total"] is data["verification"][1]["n_mismatch"] is None
     latency = core.schedule.latency
     for text in (
-        "verification: c (gcc) failed, 2 of 9 updates differ",
+        "verification: c (gcc) failed: 2 of 9 updates differ",
         "verification: rtl (icarus) failed: not found",
-        "verification: rtl (verilator) failed",
+        f"verification: rtl (verilator) failed: cycles predicted {latency}, counted {latency}.."
+        f"{latency + 1}",
         f"cycles: predicted {latency}, counted {latency} to {latency + 1}",
     ):
         assert text in data["warnings"]

@@ -148,9 +148,12 @@ def test_truth_and_comparison_have_their_names(html: str, report: dict[str, Any]
 def test_failures_and_tight_formats_are_marked(core: Core, report: dict[str, Any]) -> None:
     data = copy.deepcopy(report)
     data["verification"][0] |= {"good": False, "n_mismatch": 2, "divergence": "first <here>"}
+    never = {"n_total": None, "n_mismatch": None, "cycles": None, "failure": "no <tool>"}
+    data["verification"][1] |= {"good": False, **never}
     data["numerics"][0] |= {"state": "saturated", "saturations": 5}
     page = Page(render_html(data))
-    assert "failed first <here>" in " ".join(page.text.split())
+    text = " ".join(page.text.split())
+    assert "failed first <here>" in text and "failed no <tool>" in text and "None" not in text
     rows = [a.get("class") for tag, a in page.tags if tag == "tr"]
     assert "saturated" in rows
 

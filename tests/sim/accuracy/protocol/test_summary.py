@@ -40,6 +40,13 @@ RUNS = [
 ]
 
 
+def test_a_run_that_failed_has_no_figure() -> None:
+    data = summary(CASES, RUNS)
+    assert data["refused"] == [{"filter": "vqf_online", "runs": 1, "of": 6, "reason": "no"}]
+    assert text(data).splitlines()[-1] == "vqf_online: 1 of 6 runs FAILED: no"
+    assert summary(CASES, RUNS[:-1])["refused"] == []
+
+
 def test_means_ratios_and_the_worst() -> None:
     data = summary(CASES, RUNS)
     assert (

@@ -1,0 +1,353 @@
+"""What a compiled core is: ports, rules, registers, and the words of its records.
+
+One object says it. The texts about a core (`gateware.texts`), the bench beside it, the register map
+of a complete system (`gateware.system.interface`) and the host that reads a board all take it from
+here; ``registers.json`` is its written form.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, replace
+from typing import Annotated, Any
+
+from boresight.gateware.core import Core
+from boresight.gateware.registers.core import ADDRESS_BITS, CHOICE, FIXED, STATUS
+from boresight.gateware.registers.model import Access, Register
+from boresight.model.tools.c_names import identifier, unique
+from boresight.model.tools.typed import Within, typed
+from boresight.model.words.program import InPort, Program
+
+STREAMS = """\
+a word passes at the rising edge of clk at which valid and ready are both 1. Keep valid
+and payload until then. ready does not wait for valid, nor valid for ready. Bit {last} of a payload,
+`last`, is 1 with the last word of a record and 0 with the others. If `last` comes too early or
+is missing, the update is dropped and bit {bit} of the status register is set; words after a missing
+`last` are swallowed up to the next one. While an input word is missing or an output word is not
+taken the whole core stands still."""
+
+BUS = """\
+drive addr, w_data and w_stb, and keep them until the cycle in which w_ack is 1; the write
+is done at its rising edge. Writes of parameters and of the program's number wait for the first
+word of a record to be due, so they never change an update at work. r_data is the word at the
+addr of the cycle before. Status flags are cleared by writing 1 (address {status})."""
+
+RESET = """\
+rst is synchronous, active high; one cycle is enough. i__ready is 1 three cycles after it.
+It abandons the update at work, unless that one's last cycle is the first one of rst, clears
+flags and the count of updates, and selects program 0. States stay as the last complete update
+left them, and parameters as they were written. Power-up (configuration; time 0 in simulation)
+gives states their initial words and parameters their defaults; a reset after it is not needed.
+To start an estimator anew, use what its inputs offer for that, or configure again."""
+
+
+@dataclass(frozen=True)
+class Pin:
+    """A port of the module ``core``; ``direction`` is "input" or "output"."""
+
+    direction: str
+    name: str
+    bits: int
+    meaning: str = ""
+
+
+def core_pins(word: int) -> tuple[Pin, ...]:
+    """Ports of the module ``core`` with words of so many bits, in their order."""
+    payload = f"put record: bit {word} last, below it a word"
+    clamped = "a result of the last complete update was clamped"
+    return (
+        Pin("input", "clk", 1, "clock; everything happens at its rising edge"),
+        Pin("input", "rst", 1, "reset, synchronous, active high"),
+        Pin("input", "i__payload", word + 1, f"in{payload}"),
+        Pin("input", "i__valid", 1, "the word is there"),
+        Pin("output", "i__ready", 1, "the word is taken"),
+        Pin("output", "o__payload", word + 1, f"out{payload}"),
+        Pin("output", "o__valid", 1, "the word is there"),
+        Pin("input", "o__ready", 1, "the word is taken"),
+        Pin("input", "bus__addr", ADDRESS_BITS, "word address of a register (registers.md)"),
+        Pin("input", "bus__w_data", word, "word to write"),
+        Pin("input", "bus__w_stb", 1, "write"),
+        Pin("output", "bus__w_ack", 1, "the write is done with this cycle"),
+        Pin("output", "bus__r_data", word, "word at the addr of the cycle before"),
+        Pin("output", "saturated_update", 1, clamped),
+    )
+
+
+@dataclass(frozen=True)
+class Word:
+    """One word of a record: value = word * 2^-frac, in ``unit``.
+
+    A register map holds these three alone. ``cycle`` is that in which the word passes, where the
+    record's first one passes in cycle 1 and the core never stands still. ``missing`` says what an
+    input reads where there is no new sample; empty where each record needs one.
+    """
+
+    name: str
+    frac: Annotated[int, Within(-128, 128)]
+    unit: str = ""
+    meaning: str = ""
+    low: float | None = None
+    high: float | None = None
+    missing: str = ""
+    cycle: int | None = None
+
+
+@dataclass(frozen=True)
+class Records:
+    """The records of a program.
+
+    ``interval`` is the number of cycles from the first word of a record to that of the next;
+    ``links`` are the inputs that another program gives: name, that program, its output.
+    """
+
+    program: str
+    digest: str
+    inputs: tuple[Word, ...]
+    outputs: tuple[Word, ...]
+    summary: str = ""
+    interval: int = 0
+    links: tuple[tuple[str, str, str], ...] = ()
+
+    @property
+    def latencies(self) -> tuple[int, ...]:
+        """Cycles from the first input word to each output word, both counted."""
+        return tuple(word.cycle or 0 for word in self.outputs)
+
+    @property
+    def units(self) -> set[str]:
+        """Units of all words."""
+        return {word.unit for word in (*self.inputs, *self.outputs)}
+
+
+@dataclass(frozen=True)
+class Description:
+    """A core, or a system around one, as seen from outside.
+
+    Attributes
+    ----------
+    name, digest : str
+        Of all programs.
+    word : int
+        W, bits of a word.
+    build : tuple of int
+        The words that ``build_low`` and ``build_high`` read.
+    registers : tuple of Register
+        With several programs the parameters' names begin with the program's: ``mekf.gain``.
+    programs : tuple of Records
+        By their numbers.
+    title : str
+        What it is: a core, or a system with more registers than the core's.
+    configuration, lanes, microwords
+        Of the machine; not part of the register map.
+    """
+
+    name: str
+    digest: str
+    word: int
+    build: tuple[int, int]
+    registers: tuple[Register, ...]
+    programs: tuple[Records, ...]
+    title: str = "core"
+    configuration: str = ""
+    lanes: int = 0
+    microwords: int = 0
+
+    @property
+    def pins(self) -> tuple[Pin, ...]:
+        """Ports of the module ``core``, in their order."""
+        return core_pins(self.word)
+
+    @property
+    def rules(self) -> Mapping[str, str]:
+        """How its streams, its bus and its reset behave, in lines of at most 97 characters."""
+        bit = STATUS.field("framing").bit
+        return {
+            "streams": STREAMS.format(last=self.word, bit=bit),
+            "bus": BUS.format(status=STATUS.address),
+            "reset": RESET,
+        }
+
+    @property
+    def mask(self) -> int:
+        """All bits of a word."""
+        return (1 << self.word) - 1
+
+    def mask_of(self, register: Register) -> int:
+        """All bits of a register."""
+        return (1 << (register.width or self.word)) - 1
+
+    @property
+    def parameters(self) -> tuple[Register, ...]:
+        """The estimators' parameters."""
+        return tuple(r for r in self.registers if r.is_parameter)
+
+    def find(self, name: str) -> Register:
+        """The register called ``name``, a parameter before a fixed one; KeyError if none is."""
+        for register in self.registers:
+            if register.name == name:
+                return register
+        raise KeyError(name)
+
+    @property
+    def identifiers(self) -> dict[int, str]:
+        """C identifier of every register, by address; unique even when case does not count."""
+        ordered = sorted(self.registers, key=lambda r: r.is_parameter)  # the fixed names first
+        names = unique(r.name for r in ordered)
+        return {r.address: name for r, name in zip(ordered, names, strict=True)}
+
+    @property
+    def identifier(self) -> str:
+        """The name as a C identifier."""
+        return identifier(self.name)
+
+    @property
+    def named_records(self) -> list[tuple[str, str, list[tuple[str, Word]]]]:
+        """Of every record "input" or "output", its program, and its words by C identifiers."""
+        taken = set(self.identifiers.values())
+        records = []
+        for program in self.programs:
+            of = f"{identifier(program.program)}_" if len(self.programs) > 1 else ""
+            for title, words in (("input", program.inputs), ("output", program.outputs)):
+                kind = title.removesuffix("put").upper()
+                stems = unique((f"{of}{kind}_{word.name}" for word in words), taken=taken)
+                taken.update(stems)
+                records.append((title, program.program, list(zip(stems, words, strict=True))))
+        return records
+
+    def to_json(self) -> str:
+        """The register map as JSON, the same text for the same map."""
+
+        def plain(register: Register) -> dict[str, object]:
+            values = {k: v for k, v in asdict(register).items() if v is not None and v != ()}
+            return {**values, "byte_offset": 4 * register.address}
+
+        def words(record: tuple[Word, ...]) -> list[dict[str, object]]:
+            return [{"name": w.name, "frac": w.frac, "unit": w.unit} for w in record]
+
+        data = {
+            "name": self.name,
+            "title": self.title,
+            "digest": self.digest,
+            "word": self.word,
+            "build": self.build,
+            "registers": [plain(r) for r in self.registers],
+            "programs": [
+                {
+                    "number": k,
+                    "program": p.program,
+                    "digest": p.digest,
+                    "inputs": words(p.inputs),
+                    "outputs": words(p.outputs),
+                }
+                for k, p in enumerate(self.programs)
+            ],
+        }
+        return json.dumps(data, indent=1) + "\n"
+
+    @classmethod
+    def from_json(cls, data: Any) -> Description:
+        """Inverse of `to_json`, from data as `json.loads` gives them.
+
+        Raises
+        ------
+        Malformed
+            They are something else; the error says where.
+        """
+        description: Description = typed(cls, data)
+        return description
+
+
+def describe(core: Core, summaries: Mapping[str, str] | None = None) -> Description:
+    """The description of a compiled core.
+
+    Parameters
+    ----------
+    core : Core
+        The core.
+    summaries : mapping, optional
+        A line about each program, by its name.
+    """
+    word, several = core.machine.arithmetic.word, len(core.parts) > 1
+    mask = (1 << word) - 1
+    parts = [core.select(number) for number in range(len(core.parts))]
+    lines = summaries or {}
+    return Description(
+        name=core.name,
+        digest=core.digest,
+        word=word,
+        build=(core.image.digest & mask, core.image.digest >> word & mask),
+        registers=(
+            *(register for part in parts for register in _parameters(part, several)),
+            *FIXED,
+            *([replace(CHOICE, names=core.names)] if several else []),
+        ),
+        programs=tuple(_records(part, lines.get(part.program.name, "")) for part in parts),
+        configuration=core.machine.name,
+        lanes=core.machine.lanes,
+        microwords=len(core.image.rom),
+    )
+
+
+def _parameters(core: Core, several: bool) -> Iterator[Register]:
+    """Registers of the parameters of the core's program at hand."""
+    program = core.program
+    for name, address in core.parameter_addresses.items():
+        number = program.find(name)
+        value, form = program.values[number], program.format(number)
+        yield Register(
+            f"{program.name}.{name}" if several else name,
+            address,
+            Access.WRITE_ONLY,
+            value.meaning or "parameter",
+            unit=value.unit,
+            frac=value.frac,
+            low=value.low,
+            high=value.high,
+            minimum=int(form.quantise(value.low)),
+            maximum=int(form.quantise(value.high)),
+            reset=value.initial,
+        )
+
+
+def _records(core: Core, summary: str) -> Records:
+    """Records of the core's program at hand."""
+    program, plan = core.program, core.schedule
+    return Records(
+        program.name,
+        program.digest,
+        tuple(_inputs(program, [cycle - plan.gets[0] + 1 for cycle in plan.gets])),
+        tuple(_outputs(program, plan.latencies)),
+        summary or program.name,
+        plan.interval,
+        tuple(
+            (program.values[number].name, link.program, link.output)
+            for number, link in program.linked.items()
+        ),
+    )
+
+
+def _inputs(program: Program, cycles: list[int]) -> Iterator[Word]:
+    ports = dict(zip(program.inputs, program.in_ports, strict=False))
+    for number, cycle in zip(program.streamed, cycles, strict=True):
+        value, port = program.values[number], ports.get(number, InPort())
+        missing = "" if port.missing is None else str(port.missing)
+        meaning = port.meaning
+        if port.flags:
+            missing = "0"
+            meaning = meaning or f"1: new sample of {', '.join(port.flags)}"
+        if missing == "hold":
+            missing = "the last word again"
+        yield Word(
+            value.name, value.frac, value.unit, meaning, value.low, value.high, missing, cycle
+        )
+
+
+def _outputs(program: Program, cycles: tuple[int, ...]) -> Iterator[Word]:
+    ports = {port.name: port for port in program.ports}
+    outputs = zip(program.output_names, program.outputs, cycles, strict=True)
+    for name, number, cycle in outputs:
+        value, port = program.values[number], ports.get(name)
+        unit = value.unit if port is None else port.unit
+        meaning = "" if port is None else port.meaning
+        yield Word(name, value.frac, unit, meaning, value.low, value.high, cycle=cycle)

@@ -1,1 +1,0 @@
-"""What takes a core into a design: texts, a bench, AXI."""

@@ -1,1 +1,0 @@
-"""Templates of the files beside a core (`gateware.integration.files`)."""

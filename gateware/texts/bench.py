@@ -1,0 +1,125 @@
+"""Words for the plain bench: what it feeds, what must come, and when."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import accumulate
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.gateware.description import Description
+from boresight.gateware.registers.core import BUILD_HIGH, BUILD_LOW, STATUS, UPDATES
+
+IntArray = npt.NDArray[np.int64]
+
+#: Marks of an input line, beside its word.
+LAST, PAUSES, COMPARES, SATURATED = 1, 2, 4, 8
+
+
+@dataclass(frozen=True, eq=False)
+class Recorded:
+    """Records of one program of a core, from its power-up on, and the integer model's answers.
+
+    Attributes
+    ----------
+    number : int
+        The program's.
+    inputs : int (n, n_inputs)
+        The words of its input records.
+    outputs : int (n, n_outputs)
+        The words of its output records.
+    saturated : bool (n,)
+        Whether a result of the update was clamped.
+    source : str
+        Where the inputs are from.
+    """
+
+    number: int
+    inputs: IntArray
+    outputs: IntArray
+    saturated: npt.NDArray[np.bool_]
+    source: str
+
+    @property
+    def unhurried(self) -> int:
+        """Leading records that are fed and taken without a pause: their cycles are compared."""
+        return (len(self.inputs) + 1) // 2
+
+
+def input_hex(core: Description, runs: Sequence[Recorded]) -> str:
+    """A line ``cycles_marks_word`` for each input word, in the order of the runs.
+
+    ``cycles`` are those since the first word of the record before, in the first word of a record;
+    0 says that they are not compared. Of the marks 1 is the last word of the record, 2 that pauses
+    are made, 4 that the update before is complete and 8 that it saturated.
+    """
+    return "".join(_input_lines(core, runs))
+
+
+def expected_hex(core: Description, runs: Sequence[Recorded]) -> str:
+    """A line ``cycles_marks_word`` for each output word, in the order of the runs.
+
+    ``cycles`` are those since the first word of the input record, both counted; 0 says that they
+    are not compared. The mark is 1 in the last word of the record.
+    """
+    return "".join(_expected_lines(core, runs))
+
+
+def _input_lines(core: Description, runs: Sequence[Recorded]) -> Iterator[str]:
+    for run in runs:
+        interval = core.programs[run.number].interval
+        last = run.inputs.shape[1] - 1
+        for k, record in enumerate(run.inputs):
+            for n, value in enumerate(record):
+                marks = LAST * (n == last) + PAUSES * (k >= run.unhurried)
+                if n == 0 and k:
+                    marks += COMPARES + SATURATED * bool(run.saturated[k - 1])
+                timed = n == 0 and 0 < k < run.unhurried
+                yield _line(interval if timed else 0, marks, int(value), core.word)
+
+
+def _expected_lines(core: Description, runs: Sequence[Recorded]) -> Iterator[str]:
+    for run in runs:
+        latencies = core.programs[run.number].latencies
+        for k, record in enumerate(run.outputs):
+            for n, value in enumerate(record):
+                timed = k < run.unhurried
+                marks = LAST * (n == len(latencies) - 1)
+                yield _line(latencies[n] if timed else 0, marks, int(value), core.word)
+
+
+def _line(cycles: int, marks: int, value: int, word: int) -> str:
+    digits = -(-word // 4)
+    return f"{cycles:04x}_{marks:x}_{value & ((1 << word) - 1):0{digits}x}\n"
+
+
+def bench_context(core: Description, runs: Sequence[Recorded]) -> dict[str, Any]:
+    """What the bench must know beside the words."""
+    inputs, outputs = (
+        list(accumulate(words.size for words in side))
+        for side in ([run.inputs for run in runs], [run.outputs for run in runs])
+    )
+    rows = [
+        {
+            "number": run.number,
+            "name": core.programs[run.number].program,
+            "records": len(run.inputs),
+            "source": run.source,
+            "inputs": inputs[k],
+            "outputs": outputs[k],
+            "saturated": int(run.saturated[-1]),
+        }
+        for k, run in enumerate(runs)
+    ]
+    return {
+        "runs": rows,
+        "inputs": inputs[-1],
+        "outputs": outputs[-1],
+        "digits": -(-core.word // 4),
+        "patience": 4 * max(program.interval for program in core.programs) + 200,
+        "build": list(zip((BUILD_LOW.address, BUILD_HIGH.address), core.build, strict=True)),
+        **{"status": STATUS.address, "updates": UPDATES.address},
+    }

@@ -1,0 +1,144 @@
+"""The texts about a core: head of its Verilog, register map, README, instances, bench."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from boresight.gateware.bus.axi_core import AxiCore, axi_ports
+from boresight.gateware.description import Description, Pin
+from boresight.gateware.registers.core import BUILD_HIGH, BUILD_LOW, PROGRAM
+from boresight.gateware.synthesis.estimate import Estimate
+from boresight.gateware.texts.bench import Recorded, bench_context, expected_hex, input_hex
+from boresight.gateware.texts.render import render
+from boresight.gateware.texts.wave import bus_drawing, record_drawing
+from boresight.gateware.verilog import to_verilog
+from boresight.model.declarations import EXACT_UNITS
+
+REGISTER_FILES = ("registers.h", "registers.json", "registers.md", "registers.svd")
+
+
+def verilog_head(core: Description, *, instances: bool, identified: bool) -> str:
+    """Comment for the head of `Core.verilog` with the same arguments."""
+    names = ", ".join(program.program for program in core.programs)
+    text = render("core.v", core=core, names=names, instances=instances, identified=identified)
+    return "".join(f"// {line}".rstrip() + "\n" for line in text.splitlines()) + "\n"
+
+
+def register_files(core: Description) -> dict[str, str]:
+    """The register map by file name: C header, JSON, Markdown, CMSIS-SVD."""
+    return {"registers.json": core.to_json(), **register_texts(core)}
+
+
+def register_texts(core: Description) -> dict[str, str]:
+    """The register map for people and tools: C header, Markdown, CMSIS-SVD."""
+    context = _register_context(core)
+    return {
+        "registers.h": c_header(core),
+        "registers.md": render("registers.md", **context),
+        "registers.svd": render("registers.svd", **context),
+    }
+
+
+def c_header(core: Description) -> str:
+    """The register map as a C99 header: addresses, formats, ranges, bits, accessors.
+
+    It goes together with the header of `firmware.emit.emit_c` for the same program.
+    """
+    return render("registers.h", **_register_context(core))
+
+
+def _register_context(core: Description) -> dict[str, Any]:
+    last = max(register.address for register in core.registers)
+    built = {BUILD_LOW.name: core.build[0], BUILD_HIGH.name: core.build[1]}
+    resets = {r.address: built.get(r.name) if r.reset is None else r.reset for r in core.registers}
+    masks = {r.address: core.mask_of(r) for r in core.registers}
+    return {
+        "core": core,
+        "several": len(core.programs) > 1,
+        "resets": {k: None if word is None else word & masks[k] for k, word in resets.items()},
+        "read_mask": max(masks.values()),
+        "memory": 0x1000 if last < 1024 else 4 << last.bit_length(),
+    }
+
+
+def integration_names(*, axi: bool) -> list[str]:
+    """Names of `integration_files`, known before any is made."""
+    modules = ("core", "core_axi") if axi else ("core",)
+    return [
+        *("README.md", "core.core"),
+        *(f"integration/{module}_instance{end}" for module in modules for end in (".v", ".vhd")),
+        *("integration/core_amaranth.py", "integration/core_litex.py"),
+        *("tb/Makefile", "tb/tb.v", "tb/input.hex", "tb/expected.hex"),
+        *(("core_axi.v", "tb/tb_axi.v") if axi else ()),
+    ]
+
+
+def integration_files(
+    core: Description,
+    runs: Sequence[Recorded],
+    *,
+    generic: bool,
+    axi: bool,
+    area: Estimate | None = None,
+) -> dict[str, str]:
+    """What takes a core into a design, by file name: README, instances, bench, FuseSoC, AXI.
+
+    Parameters
+    ----------
+    core : Description
+        The core.
+    runs : sequence of Recorded
+        Records of every program, in the order in which the bench runs them.
+    generic : bool
+        ``core.v`` is without vendor primitives, and there is no ``core_sim.v``.
+    axi : bool
+        With ``core_axi.v`` and its bench.
+    area : Estimate, optional
+        Area and clock.
+    """
+    names = integration_names(axi=axi)
+    programs = ", ".join(program.program for program in core.programs)
+    context = {
+        **{"core": core, "word": core.word, "axi": axi, "generic": generic},
+        **{"several": len(core.programs) > 1, "program": PROGRAM},
+        "title": f"{programs}; configuration {core.configuration}, {core.word}-bit words.",
+        "vlnv": f"{core.identifier}-{core.configuration}",
+        "simulated": "core.v" if generic else "core_sim.v",
+        "benches": [Path(n).stem for n in names if n.startswith("tb/") and n.endswith(".v")],
+        "records": sum(len(run.inputs) for run in runs),
+    }
+    out = {
+        "README.md": render(
+            "readme.md",
+            **context,
+            exact_units=EXACT_UNITS,
+            drawings=[record_drawing(p, core.word).markdown() for p in core.programs],
+            bus_drawing=bus_drawing(core).markdown(),
+            area=area,
+            clock_mhz=None if area is None else area.corner(grade=2, nets="median").fmax_mhz,
+        ),
+        "core.core": render("core.core", **context),
+        "integration/core_amaranth.py": render("amaranth.py", **context),
+        "integration/core_litex.py": render("litex.py", **context),
+        "tb/Makefile": render("Makefile", **context),
+        "tb/input.hex": input_hex(core, runs),
+        "tb/expected.hex": expected_hex(core, runs),
+    }
+    ports = {"core": core.pins, "core_axi": tuple(Pin(*port) for port in axi_ports())}
+    for module in ("core", "core_axi") if axi else ("core",):
+        clock, reset, *others = ports[module]
+        parts = {"module": module, "clock": clock.name, "reset": reset.name, "ports": others}
+        for end in ("v", "vhd"):
+            out[f"integration/{module}_instance.{end}"] = render(
+                f"instance.{end}", **context, **parts
+            )
+        around = module == "core_axi"
+        name = "tb_axi" if around else "tb"
+        bench = {"module": module, "name": name, "axi": around}
+        out[f"tb/{name}.v"] = render("tb.v", **{**context, **bench_context(core, runs), **bench})
+    if axi:
+        verilog = to_verilog(AxiCore(word=core.word), "core_axi", instances=False)
+        out["core_axi.v"] = f"// AXI around the module core: see README.md.\n\n{verilog}"
+    return out

@@ -1,0 +1,228 @@
+"""The description of a core: parameters with ranges, words of records, and the way to JSON."""
+
+import json
+
+import pytest
+from amaranth.sim import Simulator
+
+from boresight.firmware.build import CModel
+from boresight.gateware.core import Core, build_core
+from boresight.gateware.description import Description, describe
+from boresight.gateware.engine.engine import Engine
+from boresight.gateware.registers.core import FIXED
+from boresight.gateware.registers.model import Access
+from boresight.model import ops
+from boresight.model.estimator import Estimator, Input, Output, Param, State
+from boresight.model.estimators.complementary import Complementary
+from boresight.model.tools.typed import Malformed
+
+
+class Awkward(Estimator):
+    """Names and ranges that are hard to write down."""
+
+    name = "awkward"
+    summary = "y' = y + a u"
+    inputs = (Input("u", -1.0, 1.0, "m|s"),)
+    params = (
+        Param("status", -0.5, -1.0, 1.0, "a*/b", "named as a register of every core | and more"),
+        Param("STATUS", -0.25, -3.0, -0.25, "", "the same, but for the case"),
+        Param("in_u", 1e-3, 0.0, 4e-3, "1/s", 'named as an input\'s constant; <small> & "fine"'),
+        Param("int", 3e5, 0.0, 1e6, "?\\", "a word of C; large"),
+    )
+    states = (State("y", -4.0, 4.0, ""),)
+    outputs = (Output("y", "m"),)
+    urgent = 1
+
+    def step(self, x, u, p):
+        gain = ops.saturated(p.status + p.STATUS + p.in_u + p.int, 1.0)
+        y = ops.saturated(x.y + gain * u.u, 4.0)
+        return {"y": y}, {"y": y}
+
+
+def awkward(word: int) -> Core:
+    return build_core(Awkward().compile(word=word), "small", restarts=2)
+
+
+@pytest.fixture(scope="module")
+def complementary() -> Core:
+    return build_core(Complementary().compile(), "fast", restarts=2)
+
+
+def test_every_parameter_is_there_with_its_range(complementary: Core) -> None:
+    found = describe(complementary)
+    assert [r.name for r in found.parameters] == [p.name for p in Complementary.params]
+    for param, register in zip(Complementary.params, found.parameters, strict=True):
+        assert register.address == complementary.parameter_addresses[param.name]
+        assert (register.low, register.high) == (param.low, param.high)
+        assert (register.unit, register.meaning) == (param.unit, param.meaning)
+        assert register.access is Access.WRITE_ONLY
+        lsb = 2.0**-register.frac
+        for word, value in (
+            (register.minimum, param.low),
+            (register.maximum, param.high),
+            (register.reset, param.default),
+        ):
+            assert abs(word * lsb - value) <= lsb / 2
+        assert register.minimum <= register.reset <= register.maximum
+
+
+def test_words_of_the_records(complementary: Core) -> None:
+    (records,) = describe(complementary, {"complementary": "a line"}).programs
+    plan = complementary.schedule
+    assert records.summary == "a line" and records.interval == plan.interval
+    assert describe(complementary).programs[0].summary == "complementary"
+    for word, declared in zip(records.inputs, Complementary.inputs, strict=True):
+        assert (word.name, word.unit) == (declared.name, declared.unit)
+        assert (word.low, word.high) == (declared.low, declared.high)
+    for word, output in zip(records.outputs, Complementary.outputs, strict=True):
+        assert (word.name, word.unit) == (output.name, output.unit)
+        assert word.meaning.startswith(output.meaning)
+    assert records.latencies == plan.latencies
+    assert [w.cycle for w in records.inputs] == [cycle - plan.gets[0] + 1 for cycle in plan.gets]
+
+
+@pytest.mark.parametrize("word", [18, 32])
+def test_the_core_answers_at_these_addresses(word: int) -> None:
+    core = awkward(word)
+    found = describe(core)
+    dut = Engine(machine=core.machine, image=core.image)
+    words = [r.minimum // 2 + r.maximum // 4 for r in found.parameters[:3]] + [3]
+    model = CModel(core.program)
+    for register, given in zip(found.parameters, words, strict=True):
+        model.set_param(register.name, given)
+
+    async def read(ctx, name: str) -> int:
+        ctx.set(dut.bus.addr, found.find(name).address)
+        await ctx.tick()
+        return ctx.get(dut.bus.r_data)
+
+    async def write(ctx, address: int, word: int) -> None:
+        ctx.set(dut.bus.addr, address)
+        ctx.set(dut.bus.w_data, word & found.mask)
+        ctx.set(dut.bus.w_stb, 1)
+        await ctx.tick().until(dut.bus.w_ack)
+        ctx.set(dut.bus.w_stb, 0)
+
+    async def put(ctx, word: int, last: int) -> None:
+        ctx.set(dut.i.payload, {"data": word & found.mask, "last": last})
+        ctx.set(dut.i.valid, 1)
+        await ctx.tick().until(dut.i.ready)
+        ctx.set(dut.i.valid, 0)
+
+    status = FIXED[0]  # the program's "status" is another register
+    bits = {field.name: 1 << field.bit for field in status.fields}
+    one = int(core.program.format(core.program.inputs[0]).quantise(1.0))
+
+    async def bench(ctx):
+        async def flags():
+            ctx.set(dut.bus.addr, status.address)
+            await ctx.tick()
+            return ctx.get(dut.bus.r_data)
+
+        ctx.set(dut.o.ready, 1)
+        await ctx.tick().repeat(5)
+        assert (await read(ctx, "build_low"), await read(ctx, "build_high")) == found.build
+        assert await read(ctx, "updates") == 0
+        assert await flags() == bits["idle"]
+        assert [r.name for r in found.parameters] == ["status", "STATUS", "in_u", "int"]
+        for register, given in zip(found.parameters, words, strict=True):
+            await write(ctx, register.address, given)
+        await put(ctx, one, last=1)
+        (output,) = await ctx.tick().sample(dut.o.payload.data).until(dut.o.valid)
+        assert output == model.update([[one]])[0][0, 0] & found.mask
+        await ctx.tick().repeat(20)
+        assert await read(ctx, "updates") == 1
+        assert await flags() == bits["idle"] | bits["parity"]
+        await put(ctx, one, last=0)
+        await put(ctx, one, last=1)
+        await ctx.tick().repeat(5)
+        assert await flags() & bits["framing"]
+        for field in status.fields:
+            if field.clear:
+                await write(ctx, status.address, 1 << field.bit)
+                assert not await flags() & 1 << field.bit
+        assert await read(ctx, "updates") == 1
+
+    sim = Simulator(dut)
+    sim.add_clock(1e-8)
+    sim.add_testbench(bench)
+    sim.run()
+
+
+def test_json(complementary: Core) -> None:
+    found = describe(complementary)
+    text = found.to_json()
+    assert text == describe(complementary).to_json()
+    data = json.loads(text)
+    assert data["word"] == 32 and data["digest"] == complementary.program.digest
+    assert len(data["registers"]) == len(Complementary.params) + len(FIXED)
+    gain = next(r for r in data["registers"] if r["name"] == "ki_pitch_per_s2")
+    assert gain["low"] == 0.0 and gain["high"] == 1.0 and gain["access"] == "write-only"
+    assert gain["byte_offset"] == 4 * gain["address"]
+    assert [r["address"] for r in data["registers"]] == sorted(
+        r["address"] for r in data["registers"]
+    )
+
+
+def test_json_is_read_back(complementary: Core) -> None:
+    """All that a register map holds: registers as they are, words by name, format and unit."""
+    description = describe(complementary)
+    found = Description.from_json(json.loads(description.to_json()))
+    assert found.registers == description.registers and found.build == description.build
+    assert found.to_json() == description.to_json()
+    (records,) = found.programs
+    assert [w.frac for w in records.inputs] == [w.frac for w in description.programs[0].inputs]
+
+
+@pytest.mark.parametrize(
+    ("change", "place"),
+    [
+        ({"registers": {}}, ", registers"),
+        ({"word": "32"}, ", word"),
+        ({"programs": [{"program": "x", "digest": "", "inputs": []}]}, ", programs[0], outputs"),
+    ],
+)
+def test_what_is_no_description(change: dict, place: str, complementary: Core) -> None:
+    data = json.loads(describe(complementary).to_json())
+    with pytest.raises(Malformed) as error:
+        Description.from_json({**data, **change})
+    assert error.value.place == place
+
+
+@pytest.mark.parametrize(
+    ("key", "values"),
+    [
+        ("name", (None, 5)),
+        ("address", (None, 4096, -1, True)),
+        ("access", ("", 1)),
+        ("frac", (-129, 129, 1.0)),
+        ("width", (0, 33)),
+        ("minimum", (-(2**31) - 1,)),
+        ("maximum", (2**32,)),
+        ("reset", ("0", 2**32)),
+        ("signed", (1,)),
+        ("names", ("ab", [1])),
+        ("fields", ({}, [{"bit": 0, "meaning": ""}])),
+    ],
+)
+def test_what_a_register_may_not_be(key: str, values: tuple, complementary: Core) -> None:
+    for value in values:
+        data = json.loads(describe(complementary).to_json())
+        data["registers"][1][key] = value
+        with pytest.raises(Malformed) as error:
+            Description.from_json(data)
+        assert error.value.place.startswith(f", registers[1], {key}")
+
+
+def test_identifiers_are_unique() -> None:
+    names = describe(awkward(32)).identifiers
+    assert [names[r.address] for r in FIXED] == [r.name for r in FIXED]
+    assert [names[k] for k in range(4)] == ["status_2", "STATUS_3", "in_u", "int"]
+    assert len({name.upper() for name in names.values()}) == len(names)
+
+
+def test_find() -> None:
+    found = describe(awkward(32))
+    assert found.find("updates").address == 513
+    with pytest.raises(KeyError):
+        found.find("nothing")

@@ -1,0 +1,44 @@
+"""How far each result may be off, and which words are too coarse for it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from boresight.model import ops
+from boresight.model.errors import InputError
+from boresight.model.lowering.resolution import check_resolution, limits
+from boresight.model.words.program import Port, Program
+from tests.support.traced import Traced
+
+
+def judged(t: Traced, tolerance: float | None, unit: str = "") -> Program:
+    """The program, with this tolerance of its only output."""
+    return replace(t.program, ports=(Port("y", unit, tolerance),))
+
+
+def test_limits() -> None:
+    t = Traced(lambda x: 2.0 * x, [(-1.0, 1.0)])
+    number = t.program.outputs[0]
+    said = "the tolerance of output y"
+    assert [*limits(judged(t, 0.25))] == [(number, 0.25, said)]
+    for program in (judged(t, None), judged(t, 0.0), judged(t, 0.25, "flags")):
+        assert [*limits(program)] == [(number, math.inf, said)]
+
+
+@pytest.mark.parametrize(
+    "function, share",
+    [
+        (lambda x: x + 0.5, 1.0),
+        (lambda x: 8.0 * ops.clip(x, -1.0, 1.0), 8.0),
+        (lambda x: ops.where(x < 0.0, 0.25, -0.3 * ops.clip(x, -1.0, 1.0)), 0.3),
+    ],
+)
+def test_a_word_that_is_just_too_coarse(function: object, share: float) -> None:
+    """The input's last bit is 2^-11, whatever the result's is."""
+    t = Traced(function, [(-2.0**20, 2.0**19)])  # type: ignore[arg-type]
+    check_resolution(judged(t, share * 2.0**-11 * 1.001), {})
+    with pytest.raises(InputError, match=r"a last bit of at most 0\.00048\d, for the tolerance of"):
+        check_resolution(judged(t, share * 2.0**-11 * 0.999), {})
