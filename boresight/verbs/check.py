@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import os
 from argparse import ArgumentParser, Namespace
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, overload
@@ -21,11 +20,11 @@ from boresight.sim.compare.check import EXACT, Check
 from boresight.sim.compare.reproducer import load_reproducer, replay_reproducer
 from boresight.sim.compare.results import CheckResult, verdict
 from boresight.sim.levels.build import Build
-from boresight.sim.records.files import read_record, record_of
+from boresight.sim.records.files import log_files, read_logs, record_of
 from boresight.sim.records.record import Record
 from boresight.terminal import say
 
-__all__ = ["CheckResults", "add_arguments", "call", "check", "log_files", "read_logs"]
+__all__ = ["CheckResults", "add_arguments", "call", "check"]
 
 #: Where a difference is kept, unless said otherwise.
 REPRODUCER = "reproducer.json"
@@ -68,56 +67,6 @@ class CheckResults(Answer, Sequence[CheckResult]):
 
     def _repr_html_(self) -> str:
         return "\n".join(result._repr_html_() for result in self.results)
-
-
-def log_files(paths: Iterable[str | Path]) -> list[Path]:
-    """Logs named by paths; a folder stands for every .csv and .npz below it.
-
-    Raises
-    ------
-    InputError
-        A folder without logs.
-    """
-    out: list[Path] = []
-    for path in paths:
-        found = _logs_below(Path(path))
-        if not found:
-            raise InputError.at(
-                str(path),
-                wanted="a log, or a folder with .csv or .npz logs",
-                found="a folder without any",
-                fix="name a log file",
-            )
-        out += found
-    return out
-
-
-def _logs_below(path: Path) -> list[Path]:
-    """The path itself, or every log in that folder."""
-    if not os.path.isdir(path):  # `Path.is_dir` raises on some Pythons
-        return [path]
-    return sorted(p for p in path.rglob("*") if p.suffix in (".csv", ".npz"))
-
-
-def read_logs(logs: Iterable[Any]) -> list[tuple[Record, Path | None]]:
-    """Records with their paths; of data in memory (`Record.of`) None.
-
-    Those in memory without a name are ``record``, ``record2``, ...
-
-    Raises
-    ------
-    InputError
-        A bad log, or a folder without any.
-    """
-    out: list[tuple[Record, Path | None]] = []
-    unnamed = 0
-    for log in logs:
-        if isinstance(log, str | Path):
-            out += [(read_record(path), path) for path in log_files([log])]
-            continue
-        unnamed += not isinstance(log, Record)
-        out.append((Record.of(log, name=f"record{unnamed if unnamed > 1 else ''}"), None))
-    return out
 
 
 def _shared_and_own(logs: Sequence[Any], names: Sequence[str]) -> tuple[list[Any], dict[str, Any]]:

@@ -24,11 +24,11 @@ from boresight.sim.answer import Answer, JsonObject
 from boresight.sim.compare.check import Check
 from boresight.sim.compare.results import verdict
 from boresight.sim.levels.build import Build
+from boresight.sim.records.files import log_files, read_logs
 from boresight.sim.report.against import read_report
 from boresight.sim.report.data import report_data
 from boresight.sim.report.html import render_html
 from boresight.sim.report.widths import width_section
-from boresight.verbs.check import log_files, read_logs
 from boresight.verbs.compile import estimate_core
 
 __all__ = ["ReportResult", "add_arguments", "call", "links_of", "report"]

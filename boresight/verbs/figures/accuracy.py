@@ -34,9 +34,9 @@ from boresight.sim.accuracy.tuning import means
 from boresight.sim.compare.difference import Difference
 from boresight.sim.records.bundled import bundled, bundled_names, is_comparison
 from boresight.sim.records.feed import feed, fitted
+from boresight.sim.records.files import log_files, read_logs
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
-from boresight.verbs.check import log_files, read_logs
 from boresight.verbs.figures.protocol import accuracy_protocol
 
 __all__ = ["accuracy", "add_arguments", "call", "read_trials"]

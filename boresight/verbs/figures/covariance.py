@@ -20,8 +20,7 @@ from boresight.sim.accuracy.covariance import CovarianceTrial, covariance_of, co
 from boresight.sim.accuracy.manoeuvres import hostile
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
-from boresight.sim.records.files import read_record
-from boresight.verbs.check import read_logs
+from boresight.sim.records.files import read_logs, read_record
 
 __all__ = ["P0", "add_arguments", "call", "covariance", "initial_covariances"]
 

@@ -20,8 +20,8 @@ from boresight.sim.accuracy.protocol.summary import summary
 from boresight.sim.accuracy.protocol.worse import explained
 from boresight.sim.campaign import Journal, complete
 from boresight.sim.records.bundled import bundled, bundled_names, is_comparison
+from boresight.sim.records.files import log_files
 from boresight.sim.worlds.carriers.logs import CARRIERS
-from boresight.verbs.check import log_files
 
 __all__ = ["accuracy_protocol", "own_trials"]
 

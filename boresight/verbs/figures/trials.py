@@ -12,7 +12,7 @@ from boresight.sim.accuracy.figures import units_of
 from boresight.sim.accuracy.protocol.cells import cells
 from boresight.sim.records.bundled import is_comparison
 from boresight.sim.records.feed import Feed, feed
-from boresight.verbs.check import read_logs
+from boresight.sim.records.files import read_logs
 
 __all__ = ["Trials", "trials_of"]
 

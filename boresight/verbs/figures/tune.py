@@ -30,7 +30,7 @@ from boresight.sim.accuracy.protocol.plan import PROTOCOLS
 from boresight.sim.accuracy.scoring import Scorer
 from boresight.sim.accuracy.search import Tuned, deal_named, tunable
 from boresight.sim.accuracy.tuning import Fold, Objective, Tuning, detuned, means, weights_of
-from boresight.verbs.check import log_files
+from boresight.sim.records.files import log_files
 from boresight.verbs.figures.trials import trials_of
 
 __all__ = ["add_arguments", "call", "tune"]

@@ -13,7 +13,6 @@ import pytest
 
 import boresight
 from boresight.cli import main
-from boresight.model.errors import InputError
 from tests.support.strangers import STRANGERS, csv, program
 
 #: The function has the module's name.
@@ -105,16 +104,3 @@ def test_check_prints_a_line_per_level(log, capsys):
     text = capsys.readouterr().out
     assert len(re.findall(r"\[0/20\] mismatches", text)) == 2
     assert text.rstrip().endswith("good")
-
-
-def test_a_folder_stands_for_its_logs(tmp_path: Path) -> None:
-    for name in ("b.csv", "a.npz", "notes.txt", "deep/c.csv"):
-        (tmp_path / name).parent.mkdir(exist_ok=True)
-        (tmp_path / name).touch()
-    found = module.log_files([tmp_path / "notes.txt", tmp_path])
-    assert [p.relative_to(tmp_path).as_posix() for p in found] == [
-        *("notes.txt", "a.npz", "b.csv", "deep/c.csv")
-    ]
-    (tmp_path / "empty").mkdir()
-    with pytest.raises(InputError, match="empty: wanted a log, or a folder with .* without any; "):
-        module.log_files([tmp_path / "empty"])

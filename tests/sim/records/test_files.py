@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from boresight.model.errors import InputError
-from boresight.sim.records.files import content_of, read_record, record_of
+from boresight.sim.records.files import content_of, log_files, read_record, record_of
 from boresight.sim.records.record import Column, Record
 
 pytestmark = pytest.mark.pythons
@@ -53,3 +53,16 @@ def test_of_paths_and_of_memory(tmp_path: Path) -> None:
         assert found.name == "walk"
         assert found.columns["z"].values.tolist() == [1.5] and found.columns["z"].unit == "m"
     assert record_of(found) is found and record_of({"z": [1.0]}, name="mine").name == "mine"
+
+
+def test_a_folder_stands_for_its_logs(tmp_path: Path) -> None:
+    for name in ("b.csv", "a.npz", "notes.txt", "deep/c.csv"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).touch()
+    found = log_files([tmp_path / "notes.txt", tmp_path])
+    assert [p.relative_to(tmp_path).as_posix() for p in found] == [
+        *("notes.txt", "a.npz", "b.csv", "deep/c.csv")
+    ]
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(InputError, match="empty: wanted a log, or a folder with .* without any; "):
+        log_files([tmp_path / "empty"])
