@@ -174,7 +174,12 @@ CONDITIONS: list[Callable[[Any, Any, Any], Any]] = [
 def test_conditions_of_conditions(function: Callable[..., Any], word: int) -> None:
     """Ties too, and comparisons that ranges decide; a difference of two is one operation."""
     points = np.array(np.meshgrid(*3 * [[-1.0, -0.25, 0.0, 0.25, 1.0]])).reshape(3, -1)
-    for first in (lambda x, y: x < y, lambda x, y: x < 2.0, lambda x, y: y < -2.0):
+    for first in (
+        lambda x, y: x < y,
+        lambda x, y: x < 2.0,
+        lambda x, y: y < -2.0,
+        lambda x, y: x >= x,
+    ):
 
         def chosen(x: Any, y: Any, z: Any, first: Callable[..., Any] = first) -> Any:
             parts = (first(x, y), y >= z, z < 0.0)
