@@ -4,17 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-__all__ = [
-    "CONTROL",
-    "CONTROL_BASE",
-    "INTERRUPTS",
-    "KICK",
-    "SLOT_BASE",
-    "SLOT_WORDS",
-    "ControlRegister",
-    "soc_header",
-]
-
 #: Byte addresses. From 0x8000_0000 on the processor's caches are bypassed.
 CONTROL_BASE = 0x8000_0000
 SLOT_BASE = 0x8000_4000
