@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
@@ -13,6 +13,7 @@ from boresight.disk.output import OutputFile
 from boresight.model.resolve import Named, estimator_of, load
 from boresight.sim.answer import Answer
 from boresight.sim.compare.difference import Difference, differences
+from boresight.sim.compare.verdict import judge
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import LEVELS, make_level
 from boresight.sim.records.files import content_of
@@ -37,7 +38,8 @@ class LoopResult(Answer):
     world, estimator, on, against : str
         Names, and the two levels.
     good : bool
-        Integer levels do not part, and the outputs are as near to float64 as accepted.
+        Integer levels do not part, the outputs are as near to float64 as accepted, nothing
+        saturates and no state leaves its declared range.
     records : int
         Of the first loop.
     records_per_s : int
@@ -48,6 +50,11 @@ class LoopResult(Answer):
         Outputs from float64 on the same records, and from the world's truths.
     clamped : mapping of str to int
         Samples beyond the range of inputs that are declared to be clamped.
+    saturated_updates : int
+        Updates of the first loop in which an operation was clamped.
+    causes : sequence of str
+        Values that saturated, states beyond their ranges, and the first failing operation, one line
+        each.
     """
 
     world: str
@@ -61,6 +68,8 @@ class LoopResult(Answer):
     accuracy: tuple[Difference, ...]
     truth: tuple[Difference, ...]
     clamped: Mapping[str, int]
+    saturated_updates: int
+    causes: Sequence[str]
 
     def __str__(self) -> str:
         lines = [
@@ -82,7 +91,7 @@ class LoopResult(Answer):
                 for d in found
                 if math.isfinite(d.largest)
             ]
-        return "\n".join([*lines, "good" if self.good else "FAILED"])
+        return "\n".join([*lines, *self.causes, "good" if self.good else "FAILED"])
 
 
 def world_of(what: NamedWorld) -> World:
@@ -145,13 +154,13 @@ def simulate_world(
         say(f"{plant.name} and {filter.name} on {name}")
         with make_level(name, build) as level:
             return close_loop(
-                plant, filter, level, steps=steps, progress=lambda n: say(f"{name}: {n:,} records")
+                plant, level, steps=steps, progress=lambda n: say(f"{name}: {n:,} records")
             )
 
     loop = close(on)
     apart = None if against == on else parting(filter, loop, close(against))
-    reference = make_level("float", build).run(loop.inputs).outputs
-    near = differences(filter.outputs, loop.outputs, reference)
+    reference = make_level("float", build).run(loop.inputs)
+    accuracy = judge(build, 0, loop.inputs, loop.run, reference, loop.clamped)
     if target is not None:
         target.write(content_of(str(output), loop.record(filter, plant.name)))
     floats = {"numpy", "float"} & {on, against}
@@ -160,11 +169,13 @@ def simulate_world(
         estimator=filter.name,
         on=on,
         against=against,
-        good=(apart is None or bool(floats)) and all(d.good for d in near),
+        good=(apart is None or bool(floats)) and accuracy.good,
         records=len(loop.inputs),
         records_per_s=round(loop.records_per_s),
         parting=None if apart is None else apart.line(),
-        accuracy=tuple(near),
+        accuracy=accuracy.differences,
         truth=tuple(differences(filter.outputs, loop.outputs, loop.truth, judged=False)),
         clamped=loop.clamped,
+        saturated_updates=accuracy.saturated_updates,
+        causes=accuracy.causes(),
     )

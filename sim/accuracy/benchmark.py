@@ -60,7 +60,8 @@ class Result:
     """One estimator, at one level, on one record.
 
     ``level``: "fixed", "float", or "package" for a peer. ``errors``: `sim.accuracy.figures`, empty
-    where the record has no truth of its outputs. ``saturated`` counts updates in which an
+    where the record has no truth of its outputs. ``seconds``: of its own run, by the clock on the
+    wall, whatever runs beside it. ``saturated`` counts updates in which an
     operation saturated; ``near`` compares every sample of fixed point with float64; both belong to
     fixed point.
     """
@@ -103,25 +104,22 @@ def _at_one_rate(
 ) -> list[Result]:
     """One of our estimators on records that one build of it takes."""
     feeds = [t.fed(estimator) for t in trials]
-    start = time.perf_counter()
     runs = Scorer(estimator, feeds, word=word, jobs=jobs).runs(params)
-    pace = (time.perf_counter() - start) / sum(map(len, feeds))
     level = CompiledFloat(Build(estimator, params=[params])) if with_float else None
     fixed, floating = [], []
-    for trial, given, run in zip(trials, feeds, runs, strict=True):
+    for trial, given, (run, wall_s) in zip(trials, feeds, runs, strict=True):
         near: tuple[Difference, ...] = ()
         if level is not None:
-            start = time.perf_counter()
             level.reset()
+            start = time.perf_counter()
             found = level.run(given.inputs).outputs
             seconds = time.perf_counter() - start
             near = tuple(differences(estimator.outputs, run.outputs, found))
             error = errors(estimator, given, found)
             floating.append(Result(estimator.name, "float", trial.name, error, seconds))
-        saturated = run.n_saturated
         error = errors(estimator, given, run.outputs)
-        seconds = pace * len(given)
-        fixed.append(Result(estimator.name, "fixed", trial.name, error, seconds, saturated, near))
+        saturated = run.n_saturated
+        fixed.append(Result(estimator.name, "fixed", trial.name, error, wall_s, saturated, near))
     return fixed + floating
 
 

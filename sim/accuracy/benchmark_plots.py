@@ -122,7 +122,6 @@ def _dots(
     of: Callable[[Mapping[str, Any]], float | None],
     label: str,
     *,
-    salt: str,
     floor: float = 0.0,
     style: Mapping[str, Mapping[str, Any]],
 ) -> tuple[Any, Any]:
@@ -179,7 +178,7 @@ def trial_plot(
 ) -> str:
     """Total RMSE of every estimator on every trial."""
     with settings():
-        figure, axes = _dots(rows, trials, total_of, label, salt=salt, style=style_of(rows))
+        figure, axes = _dots(rows, trials, total_of, label, style=style_of(rows))
         _plain_log_axis(axes)
         return svg(figure, salt)
 
@@ -194,7 +193,6 @@ def difference_plot(rows: Sequence[Row], trials: Sequence[str], *, salt: str) ->
             trials,
             lambda trial: trial["vs_float"].get(ATTITUDE),
             "largest angle between fixed point and float64, deg",
-            salt=salt,
             floor=1e-7,
             style=style,
         )

@@ -15,17 +15,16 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from boresight.firmware.build import CModel
 from boresight.model.errors import InputError
-from boresight.model.estimator import Estimator, param_words
+from boresight.model.estimator import Estimator
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
 from boresight.sim.answer import Answer, JsonObject
 from boresight.sim.compare.difference import ATTITUDE, Difference, differences
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
-from boresight.sim.levels.integer import words_of
-from boresight.sim.levels.level import outputs_of
+from boresight.sim.levels.integer import Emitted
+from boresight.sim.levels.level import Run
 
 __all__ = ["Covariance", "CovarianceTrial", "covariance_of", "covariance_trial"]
 
@@ -161,34 +160,33 @@ def covariance_trial(
         See `covariance_of`.
     """
     covariance = covariance_of(estimator)
-    program = estimator.compile(word=word)
     share = max(1, updates // (len(records) * len(params)))
     total = negative = checked = saturated = 0
     least, drift = np.inf, dict[str, float]()
-    model, floating = CModel(program), CompiledFloat(Build(estimator))
+    build = Build(estimator, word=word)
+    level, floating = Emitted(build), CompiledFloat(build)
     for values in params:
         floating.set_params(values)
-        for number, value in param_words(program, estimator.param_values(values)).items():
-            model.set_param(program.values[number].name, value)
+        level.set_params(values)
         for name, real in records.items():
-            words = words_of(program, real)
-            model.reset()
+            level.reset()
             done = 0
             while done < share:
-                at = done % len(words)
-                out, sat, states = model.trajectory(words[at : at + min(chunk, share - done)])
+                at = done % len(real)
+                run = level.run(real[at : at + min(chunk, share - done)])
+                assert run.states is not None
+                count = len(run.states)
                 if done == 0:
-                    head = outputs_of(program, out[:compared])
-                    for d in _ends(estimator, floating, real[: len(out)][:compared], head):
+                    for d in _ends(estimator, floating, real[:count][:compared], run):
                         key = f"{d.output} {d.unit}".rstrip()
                         drift[key] = max(drift.get(key, 0.0), d.largest)
-                p = covariance.of_words(program, states)
+                p = covariance.of_words(level.program, run.states)
                 negative += int((np.diagonal(p, axis1=1, axis2=2) < 0).any(axis=1).sum())
                 some = p[::every]
                 least = min(least, float(np.linalg.eigvalsh(some).min()))
                 checked += len(some)
-                saturated += int(sat.sum())
-                done += len(out)
+                saturated += run.n_saturated
+                done += count
             total += done
             if progress is not None:
                 progress(f"{estimator.name} {name} {dict(values)}: {total} of {updates}")
@@ -198,16 +196,10 @@ def covariance_trial(
 
 
 def _ends(
-    estimator: Estimator,
-    floating: CompiledFloat,
-    inputs: FloatArray,
-    found: Mapping[str, FloatArray],
+    estimator: Estimator, floating: CompiledFloat, inputs: FloatArray, run: Run
 ) -> list[Difference]:
-    """Differences to float64 over the last tenth of the inputs."""
+    """Differences of a run to float64 over the last tenth of the inputs."""
     tail = slice(len(inputs) - max(1, len(inputs) // 10), len(inputs))
-    floating.reset()
-    wanted = floating.run(inputs).outputs
-    every = differences(
-        estimator.outputs, *({n: x[tail] for n, x in side.items()} for side in (found, wanted))
-    )
+    sides = run.outputs, floating.run_anew(inputs).outputs
+    every = differences(estimator.outputs, *({n: x[tail] for n, x in s.items()} for s in sides))
     return [d for d in every if d.output == ATTITUDE] or every

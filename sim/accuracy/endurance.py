@@ -13,15 +13,13 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from boresight.firmware.build import CModel
 from boresight.model.words.fixed import IntArray
 from boresight.sim.accuracy.covariance import covariance_of
 from boresight.sim.compare.difference import differences
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.floating import CompiledFloat
-from boresight.sim.levels.integer import words_of
-from boresight.sim.levels.level import outputs_of
-from boresight.sim.levels.stream import fed
+from boresight.sim.levels.registry import make_level
+from boresight.sim.records.reader import InputReader
+from boresight.sim.records.record import index_place
 
 __all__ = ["Endurance", "endurance"]
 
@@ -31,7 +29,7 @@ _WORD = 32  #: bits of an output ``bits`` that are counted.
 
 @dataclass(eq=False)
 class Endurance:
-    """What a long run gave.
+    """Result of a long run.
 
     Attributes
     ----------
@@ -70,6 +68,8 @@ def endurance(
 
     Parameters
     ----------
+    pieces : iterable of mapping
+        Columns (n,) by input name. There is no ``t``, so a ``dt`` is a column.
     first, every : int
         Of the records from ``first`` on each ``every`` is kept.
     compared : names of outputs
@@ -80,50 +80,40 @@ def endurance(
     Raises
     ------
     InputError
-        See `fed` and `covariance_of`.
+        See `InputReader.take` and `covariance_of`.
     """
     estimator, program = build.estimators[0], build.programs[0]
-    model, reference = CModel(program), CompiledFloat(build) if compared else None
+    level, reference = make_level("c", build), make_level("float", build) if compared else None
     covariance = None if watched is None else covariance_of(estimator)
-    kept: list[IntArray] = []
+    place = index_place("stream")
+    reader = InputReader(estimator, lambda row, _, name: place(row, name))
+    kept: list[dict[str, FloatArray]] = []
     flags = [o.name for o in estimator.outputs if o.unit == "bits"]
     found = Endurance(counts={n: np.zeros(_WORD, dtype=np.int64) for n in flags})
     square = dict.fromkeys(compared, 0.0)
-    for inputs in fed(estimator, pieces):
-        words, saturated, states = _updates(model, words_of(program, inputs), watched)
-        outputs = outputs_of(program, words)
-        if covariance is not None:
-            least = np.linalg.eigvalsh(covariance.of_words(program, states)).min()
-            found.least_eigenvalue = min(found.least_eigenvalue, float(least))
+    for piece in pieces:
+        inputs, _ = reader.take_rows(piece)
+        run, count = level.run(inputs), len(inputs)
+        assert run.states is not None
+        if covariance is not None and watched is not None:
+            rows = {*range(watched - 1, count, watched), count - 1}
+            p = covariance.of_words(program, run.states[sorted(rows)])
+            least = float(np.linalg.eigvalsh(p).min())
+            found.least_eigenvalue = min(found.least_eigenvalue, least)
         if reference is not None:
             beside = reference.run(inputs).outputs
-            for d in differences(estimator.outputs, outputs, {n: beside[n] for n in compared}):
+            for d in differences(estimator.outputs, run.outputs, {n: beside[n] for n in compared}):
                 square[d.output] += d.rms**2 * d.samples
                 found.most[d.output] = max(found.most.get(d.output, 0.0), d.largest)
         for name in flags:
-            bits = np.rint(outputs[name]).astype(np.int64)
+            bits = np.rint(run.outputs[name]).astype(np.int64)
             for k in range(int(bits.max()).bit_length()):
                 found.counts[name][k] += np.count_nonzero(bits >> k & 1)
-        found.saturated += int(saturated.sum())
+        found.saturated += run.n_saturated
         skipped = first - found.records
-        kept.append(words[skipped if skipped >= 0 else skipped % every :: every])
-        found.records += len(inputs)
-    found.outputs = outputs_of(program, np.concatenate(kept))
+        rows_kept = slice(skipped if skipped >= 0 else skipped % every, None, every)
+        kept.append({n: values[rows_kept].copy() for n, values in run.outputs.items()})
+        found.records += count
+    found.outputs = {n: np.concatenate([part[n] for part in kept]) for n in kept[0]}
     found.square = {n: total / found.records for n, total in square.items()}
     return found
-
-
-def _updates(
-    model: CModel, words: IntArray, every: int | None
-) -> tuple[IntArray, npt.NDArray[np.bool_], IntArray]:
-    """Outputs and saturations of all updates, states after each ``every`` and after the last."""
-    parts, states = [], []
-    step = every or len(words)
-    for begin in range(0, len(words), step):
-        some = words[begin : begin + step]
-        parts.append(model.update(some[:-1]))
-        out, clamped, after = model.trajectory(some[-1:])
-        parts.append((out, clamped))
-        states.append(after)
-    outputs, saturated = (np.concatenate(part) for part in zip(*parts, strict=True))
-    return outputs, saturated, np.concatenate(states)

@@ -8,6 +8,7 @@ so that they run side by side.
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from queue import SimpleQueue
@@ -61,17 +62,19 @@ class Scorer:
         self,
         which: Sequence[int],
         params: Mapping[str, float] | None,
-        work: Callable[[int, Run], _T],
+        work: Callable[[int, Run, float], _T],
     ) -> list[_T]:
-        """``work`` on the run of every record in ``which``, in that order."""
-        values = self.estimator.param_values(params)
+        """``work`` on the run of every record in ``which`` and its seconds, in that order."""
+        self.estimator.param_values(params)
 
         def one(index: int) -> _T:
             level, given = self._levels.get(), self.feeds[index]
             try:
-                level.set_params(values)
+                level.set_params(params)
                 level.reset()
-                return work(index, level.run(given.inputs))
+                start = time.perf_counter()
+                run = level.run(given.inputs)
+                return work(index, run, time.perf_counter() - start)
             finally:
                 self._levels.put(level)
 
@@ -80,9 +83,9 @@ class Scorer:
         with ThreadPoolExecutor(self.jobs) as pool:
             return list(pool.map(one, which))
 
-    def runs(self, params: Mapping[str, float] | None = None) -> list[Run]:
-        """Run every record with these parameters (defaults for those not named)."""
-        return self._each(range(len(self.feeds)), params, lambda _, run: run)
+    def runs(self, params: Mapping[str, float] | None = None) -> list[tuple[Run, float]]:
+        """Run every record with these parameters (defaults for those not named); with seconds."""
+        return self._each(range(len(self.feeds)), params, lambda _, *timed: timed)
 
     def scores(
         self, params: Mapping[str, float] | None = None, which: Sequence[int] | None = None
@@ -95,7 +98,7 @@ class Scorer:
             Unknown or illegal parameter; a record without truth.
         """
 
-        def score(index: int, run: Run) -> dict[str, float]:
+        def score(index: int, run: Run, _: float) -> dict[str, float]:
             given = self.feeds[index]
             if not units_of(self.estimator, given):
                 raise InputError.at(

@@ -14,7 +14,7 @@ from boresight.sim.compare.divergence import first_divergence, program_at
 from boresight.sim.compare.reproducer import write_reproducer
 from boresight.sim.compare.results import CheckResult, LevelResult, compare
 from boresight.sim.compare.soundness import check_sound
-from boresight.sim.compare.verdict import judge_accuracy
+from boresight.sim.compare.verdict import judge
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.integer import Interpreted
@@ -137,7 +137,7 @@ class Check:
             levels = [self._judged(x, k, one, wanted, reproducer) for x in attempts]
             if Interpreted.name in self.levels or wanted.fault:
                 levels.insert(0, compare(judges[k], wanted, wanted, seconds))
-            accuracy = judge_accuracy(self.build, k, one, wanted, reference)
+            accuracy = judge(self.build, k, one.inputs, wanted, reference, one.clamped)
             results.append(
                 CheckResult(self.build, k, one, tuple(levels), accuracy, wanted, reference)
             )
@@ -182,11 +182,10 @@ class Check:
         judges, counts = self._levels(Interpreted), [len(one) for one in given]
         for k in self.build.order:
             judge, outputs = judges[k], {n: run.outputs for n, run in runs.items()}
-            assert isinstance(judge, Interpreted)
             inputs = self.build.filled(k, given[k].inputs, outputs, counts)
             given[k] = dataclasses.replace(given[k], inputs=inputs)
-            judge.reset()
-            runs[k] = judge.run(inputs, None if shown is None else shown[k].states)
+            judge.shown = None if shown is None else shown[k].states
+            runs[k] = judge.run_anew(inputs)
         seconds = time.perf_counter() - start
         return judges, [runs[k] for k in range(len(judges))], seconds
 

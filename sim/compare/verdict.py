@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from boresight.firmware.build import CModel, WordRanges
 from boresight.model.lowering.graph import LEAVES, Node
@@ -15,10 +17,12 @@ from boresight.sim.compare.culprit import find_culprit
 from boresight.sim.compare.difference import Difference, differences
 from boresight.sim.compare.twin import becomes, outside
 from boresight.sim.levels.build import Build
+from boresight.sim.levels.integer import words_of
 from boresight.sim.levels.level import Run
-from boresight.sim.records.feed import Feed
 
-__all__ = ["Accuracy", "judge_accuracy"]
+__all__ = ["Accuracy", "judge"]
+
+FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -74,7 +78,11 @@ class Accuracy:
 
     def faults(self) -> list[str]:
         """What is wrong, one line each; empty if `good`."""
-        out = [d.line() for d in self.differences if not d.good]
+        return [d.line() for d in self.differences if not d.good] + self.causes()
+
+    def causes(self) -> list[str]:
+        """`faults` without the differences: saturations, ranges, the first failing operation."""
+        out = []
         if self.saturated_updates:
             names = ", ".join(f"{name} ({n})" for name, n in self.saturated.items())
             out.append(f"{self.saturated_updates} updates SATURATED: {names}")
@@ -90,29 +98,41 @@ class Accuracy:
         if self.clamped:
             names = ", ".join(f"{name} ({n})" for name, n in self.clamped.items())
             out.append(f"inputs clamped, as declared: {names}")
-        return out + self.faults()[sum(not d.good for d in self.differences) :]
+        return out + self.causes()
 
 
-def judge_accuracy(build: Build, number: int, given: Feed, run: Run, reference: Run) -> Accuracy:
-    """Judge a fixed-point run of one of a build's estimators.
+def judge(
+    build: Build,
+    number: int,
+    records: FloatArray,
+    run: Run,
+    reference: Run,
+    clamped: Mapping[str, int],
+) -> Accuracy:
+    """Judge a run of one of a build's estimators, of a log or a closed loop.
 
     Parameters
     ----------
-    given : Feed
-        What it was run on.
+    records : float64 (n, n_inputs)
+        Inputs that it was run on, from a reset on.
     run : Run
-        The interpreter's, with states.
+        Of any level; in floating point nothing saturates, and only differences are judged. States
+        that a level does not show are those of the C.
     reference : Run
         That of float64.
+    clamped : mapping of str to int
+        Samples beyond the range of inputs that are declared to be clamped.
     """
-    program, nodes = build.programs[number], build.nodes[number]
-    inputs = given.words(program)
-    assert run.saturated is not None and run.states is not None
+    program, nodes, clamped = build.programs[number], build.nodes[number], dict(clamped)
     apart = tuple(differences(build.estimators[number].outputs, run.outputs, reference.outputs))
-    left = _beyond_declared(program, run.states)
-    saturated = int(run.saturated.sum())
+    if run.words is None:
+        return Accuracy(apart, 0, {}, (), clamped, "")
+    inputs = words_of(program, records)
+    states = CModel(program).trajectory(inputs)[2] if run.states is None else run.states
+    left = _beyond_declared(program, states)
+    saturated = run.n_saturated
     if not saturated and not left and all(d.good for d in apart):
-        return Accuracy(apart, 0, {}, (), given.clamped, "")
+        return Accuracy(apart, 0, {}, (), clamped, "")
     seen = CModel(program).observe(inputs)
     names = {
         _named(program, nodes, n): int(count) for n, count in enumerate(seen.saturations) if count
@@ -121,13 +141,13 @@ def judge_accuracy(build: Build, number: int, given: Feed, run: Run, reference: 
     steps |= {int(np.argmax(run.saturated))} if saturated else set()
     steps |= {d.first_beyond for d in apart if d.first_beyond is not None}
     ends = [step + 1 for step in sorted(steps)]
-    tried = (find_culprit(program, nodes, inputs[:n], run.states[:n]) for n in ends)
+    tried = (find_culprit(program, nodes, inputs[:n], states[:n]) for n in ends)
     first = next(filter(None, tried), None)
-    culprit = str(first) if first else _coarse(program, nodes, seen, run.states)
+    culprit = str(first) if first else _coarse(program, nodes, seen, states)
     # What saturates is said already.
-    clamped = {becomes(program, nodes, n) for n, count in enumerate(seen.saturations) if count}
-    texts = tuple(text for _, state, text in left if state not in clamped)
-    return Accuracy(apart, saturated, names, texts, given.clamped, culprit)
+    named = {becomes(program, nodes, n) for n, count in enumerate(seen.saturations) if count}
+    texts = tuple(text for _, state, text in left if state not in named)
+    return Accuracy(apart, saturated, names, texts, clamped, culprit)
 
 
 def _beyond_declared(program: Program, states: IntArray) -> list[tuple[int, int, str]]:

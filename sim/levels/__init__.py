@@ -8,7 +8,6 @@ level    the protocol: `reset`, `step` for closed loops, `run` for records; what
 floating float64 with numpy (the reference as written), and compiled from C
 integer  the integer interpreter, and the emitted C
 rtl      the core's Verilog, for records and for closed loops
-stream   records by the million, piece by piece
 registry levels by name, as found in the modules of this room
 ======== =========================================================================================
 """

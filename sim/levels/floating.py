@@ -33,20 +33,20 @@ class NumpyFloat(Level):
         """Set the states to their start values."""
         self._state = {s.name: np.float64(s.initial) for s in self.estimator.states}
 
-    def step(self, record: FloatArray) -> dict[str, float]:
-        """One update."""
+    def _update(self, record: FloatArray) -> list[float]:
+        """One update: outputs in their order."""
         names = (i.name for i in self.estimator.inputs)
         u = Values("input", {n: np.float64(v) for n, v in zip(names, record, strict=True)})
         with np.errstate(all="ignore"):
             state, out = self.estimator.checked_step(Values("state", self._state), u, self._params)
         self._state = {name: np.float64(value) for name, value in state.items()}
-        outputs = self.estimator.outputs
-        return told({o.name: float(out[o.name]) for o in outputs}, outputs)
+        return [float(out[o.name]) for o in self.estimator.outputs]
 
     def run(self, records: FloatArray) -> Run:
         """Updates, one after the other."""
-        rows = [self.step(record) for record in records]
-        return Run({o.name: np.array([r[o.name] for r in rows]) for o in self.estimator.outputs})
+        outputs = self.estimator.outputs
+        table = np.array([self._update(record) for record in records]).reshape(-1, len(outputs))
+        return Run(told({o.name: table[:, k] for k, o in enumerate(outputs)}, outputs))
 
 
 class CompiledFloat(Level):

@@ -8,12 +8,13 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.firmware.build import CModel
-from boresight.model.estimator import input_words, param_words
+from boresight.firmware.many import ManyCModels
+from boresight.model.estimator import param_words
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Program
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.level import Level, Run, Seen, run_of_words
+from boresight.sim.levels.level import Level, Run, Seen, formats_of, run_of_words
 from boresight.sim.records.segments import interpret
 
 __all__ = ["LEVELS", "Emitted", "Interpreted", "words_of"]
@@ -25,8 +26,8 @@ _LONG = 16
 
 
 def words_of(program: Program, records: FloatArray) -> IntArray:
-    """Input words (n, n_inputs) of records in their units; beyond the word they clamp."""
-    return input_words(program, records[:, :, None])[:, :, 0]
+    """Input words (..., n_inputs) of records in their units; beyond the word they clamp."""
+    return formats_of(program, program.inputs).quantise(records)
 
 
 class Interpreted(Level):
@@ -42,9 +43,10 @@ class Interpreted(Level):
         """Set the states to their start words."""
         self._machine, self._fresh = Interpreter(self.program), True
 
-    def run(self, records: FloatArray, states: IntArray | None = None) -> Run:
-        """Updates, one after the other; ``states`` of another level: see `interpret`."""
+    def run(self, records: FloatArray) -> Run:
+        """Updates, one after the other."""
         words, program, fault = words_of(self.program, records), self.program, ""
+        states, self.shown = self.shown, None
         fresh, self._fresh = self._fresh, False
         if fresh and len(words) >= _LONG:
             found = interpret(program, words, states=states)
@@ -78,8 +80,9 @@ class Emitted(Level):
         super().__init__(build, number, tool)
         self._model = CModel(self.program)
 
-    def set_params(self, values: Mapping[str, float]) -> None:
-        """Write every parameter register; it stays so over a reset."""
+    def set_params(self, params: Mapping[str, float] | None) -> None:
+        """Take these parameter values, and the defaults of the others; they outlast a reset."""
+        values = self.build.estimators[self.number].param_values(params)
         for number, word in param_words(self.program, values).items():
             self._model.set_param(self.program.values[number].name, word)
 
@@ -92,6 +95,11 @@ class Emitted(Level):
         words, saturated, states = self._model.trajectory(words_of(self.program, records))
         return run_of_words(self.program, words, saturated, states=states)
 
+    @classmethod
+    def batch(cls, build: Build, runs: int, number: int = 0) -> Level:
+        """Runs side by side, of which one call updates all; without states."""
+        return _EmittedBatch(build, runs, number)
+
     def words_of_update(self, records: FloatArray) -> Sequence[Seen]:
         """Every word of the last update."""
         self.reset()
@@ -100,6 +108,26 @@ class Emitted(Level):
             self._model.update(np.array(before))
         found = self._model.values_of_update(last)
         return [Seen(op.dest, found[op.dest]) for op in self.program.ops]
+
+
+class _EmittedBatch(Level):
+    """The emitted C of several runs."""
+
+    name, tools = Emitted.name, Emitted.tools
+
+    def __init__(self, build: Build, runs: int, number: int) -> None:
+        super().__init__(build, number)
+        self.runs, self._models = runs, ManyCModels(self.program, runs)
+
+    def reset(self) -> None:
+        """Set the states of every run to their start words."""
+        self._models.reset()
+
+    def run(self, records: FloatArray) -> Run:
+        """Updates of every run: inputs (n, runs, n_inputs)."""
+        words = words_of(self.program, records).astype(np.int32)
+        outputs, saturated = zip(*(self._models.update(row) for row in words), strict=True)
+        return run_of_words(self.program, np.stack(outputs).astype(np.int64), np.stack(saturated))
 
 
 #: What `sim.levels.registry` finds here.

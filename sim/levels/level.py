@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -12,11 +12,11 @@ import numpy.typing as npt
 
 from boresight.gateware.schedule.slots import Schedule
 from boresight.model.declarations import Output
-from boresight.model.words.fixed import IntArray
+from boresight.model.words.fixed import Format, IntArray
 from boresight.model.words.program import Port, Program
 from boresight.sim.levels.build import Build
 
-__all__ = ["Level", "Run", "Seen", "outputs_of", "run_of_words", "told"]
+__all__ = ["Level", "Run", "Seen", "formats_of", "outputs_of", "run_of_words", "told"]
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -25,6 +25,8 @@ BoolArray = npt.NDArray[np.bool_]
 @dataclass(frozen=True, eq=False)
 class Run:
     """What a level made of records.
+
+    Of a level with several runs side by side every shape has the runs behind n: (n, runs), ...
 
     Attributes
     ----------
@@ -52,8 +54,20 @@ class Run:
 
     @property
     def n_saturated(self) -> int:
-        """Updates in which an operation was clamped; 0 of a level that does not say."""
+        """Updates in which an operation was clamped, of all runs; 0 in floating point."""
         return 0 if self.saturated is None else int(self.saturated.sum())
+
+    @classmethod
+    def stacked(cls, runs: Sequence[Run]) -> Run:
+        """Runs of one level side by side, as one of arrays (n, runs, ...)."""
+        parts = {f.name: [getattr(run, f.name) for run in runs] for f in fields(cls)}
+        outputs = {n: np.stack([x[n] for x in parts["outputs"]], axis=1) for n in runs[0].outputs}
+        arrays = {
+            name: None if values[0] is None else np.stack(values, axis=1)
+            for name, values in parts.items()
+            if name not in ("outputs", "fault")
+        }
+        return cls(outputs, **arrays, fault=next(filter(None, parts["fault"]), ""))
 
 
 @dataclass(frozen=True)
@@ -83,11 +97,16 @@ class Level(ABC):
     """
 
     #: Name of the form.
-    name: ClassVar[str]
+    name: str
     #: What may run it.
     tools: ClassVar[tuple[str, ...]]
     #: Whether it computes words, which must be those of the integer interpreter.
     exact: ClassVar[bool] = True
+    #: Runs side by side, each with states of its own (`batch`); None: one, without that axis.
+    runs: int | None = None
+    #: States (n, n_states) that another level had in the records of the next run. A level may use
+    #: them to compute parts of it side by side (`sim.records.segments`), never to believe them.
+    shown: IntArray | None = None
 
     def __init__(self, build: Build, number: int = 0, tool: str | None = None) -> None:
         self.build, self.number, self.tool = build, number, tool or self.tools[0]
@@ -125,9 +144,14 @@ class Level(ABC):
         self.reset()
         return self.run(records)
 
-    def step(self, record: FloatArray) -> dict[str, float]:
-        """One update: inputs (n_inputs,) in their units to outputs by name in theirs."""
-        return {name: float(v[0]) for name, v in self.run(record[None, :]).outputs.items()}
+    def step(self, record: FloatArray) -> Run:
+        """One update of inputs (n_inputs,) in their units: a run of n = 1."""
+        return self.run(record[None])
+
+    @classmethod
+    def batch(cls, build: Build, runs: int, number: int = 0) -> Level:
+        """The level with several runs side by side: inputs (n, runs, n_inputs)."""
+        return Batch([cls(build, number) for _ in range(runs)])
 
     def words_of_update(self, records: FloatArray) -> Sequence[Seen]:
         """Words of the last of these updates from a reset on, in the order in which they came.
@@ -162,18 +186,48 @@ class Level(ABC):
         self.close()
 
 
+class Batch(Level):
+    """Several runs of one estimator side by side, each on a level of its own."""
+
+    def __init__(self, levels: Sequence[Level]) -> None:
+        self.levels, self.runs, self.name = levels, len(levels), levels[0].name
+        super().__init__(levels[0].build, levels[0].number, levels[0].tool)
+
+    def reset(self) -> None:
+        """Set the states of every run to their start values."""
+        for level in self.levels:
+            level.reset()
+
+    def run(self, records: FloatArray) -> Run:
+        """Updates of every run: inputs (n, runs, n_inputs)."""
+        return Run.stacked([x.run(records[:, k]) for k, x in enumerate(self.levels)])
+
+    def step(self, record: FloatArray) -> Run:
+        """One update of every run: inputs (runs, n_inputs)."""
+        return Run.stacked([x.step(record[k]) for k, x in enumerate(self.levels)])
+
+    def close(self) -> None:
+        """Give back what the levels hold."""
+        for level in self.levels:
+            level.close()
+
+
 def run_of_words(program: Program, words: IntArray, saturated: BoolArray, **more: object) -> Run:
     """A run of a level that computes words; ``more`` of `Run`'s attributes."""
     return Run(outputs_of(program, words), words, saturated, **more)  # type: ignore[arg-type]
 
 
+def formats_of(program: Program, values: Sequence[int]) -> Format:
+    """The formats of several values as one, for arrays whose last axis they are."""
+    frac = np.array([program.format(value).frac for value in values])
+    return Format(program.arithmetic.word, frac)  # type: ignore[arg-type]
+
+
 def outputs_of(program: Program, words: IntArray) -> dict[str, FloatArray]:
-    """Output words (n, n_outputs) as real values (n,) by name."""
-    found = {
-        name: program.format(value).real(words[:, k])
-        for k, (name, value) in enumerate(zip(program.output_names, program.outputs, strict=True))
-    }
-    return told(found, program.ports)
+    """Output words (..., n_outputs) as real values (...) by name."""
+    real = formats_of(program, program.outputs).real(words)
+    named = {name: real[..., k] for k, name in enumerate(program.output_names)}
+    return told(named, program.ports)
 
 
 def told(outputs: dict[str, Any], declared: Iterable[Port | Output]) -> dict[str, Any]:

@@ -32,13 +32,16 @@ def level_of(name: str) -> type[Level]:
     """One of `LEVELS`; InputError if there is none of that name."""
     if name not in LEVELS:
         raise InputError.at(
-            "level", wanted=f"one of {', '.join(LEVELS)}", found=repr(name), fix="choose of these"
+            "level",
+            wanted=f"one of {', '.join(LEVELS)}",
+            found=repr(name),
+            fix="choose one of these",
         )
     return LEVELS[name]
 
 
-def make_level(name: str, build: Build, number: int = 0) -> Level:
-    """One of `LEVELS`, ready to run.
+def make_level(name: str, build: Build, number: int = 0, runs: int | None = None) -> Level:
+    """One of `LEVELS`, ready to run; with ``runs`` as many side by side (`Level.batch`).
 
     Raises
     ------
@@ -47,4 +50,5 @@ def make_level(name: str, build: Build, number: int = 0) -> Level:
     ToolMissing
         A compiler or simulator is not installed.
     """
-    return level_of(name)(build, number)
+    kind = level_of(name)
+    return kind(build, number) if runs is None else kind.batch(build, runs, number)

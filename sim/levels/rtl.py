@@ -109,7 +109,7 @@ class Simulated(Level):
             fault="output cycles differ from the schedule" if late else "",
         )
 
-    def step(self, record: FloatArray) -> dict[str, float]:
+    def step(self, record: FloatArray) -> Run:
         """One update.
 
         Raises
@@ -130,7 +130,7 @@ class Simulated(Level):
         run = self._run_of(replayed)
         if run.fault:
             raise SimulationFailed(f"rtl: {run.fault}")
-        return {name: float(value[0]) for name, value in run.outputs.items()}
+        return run
 
     def words_of_update(self, records: FloatArray) -> Sequence[Seen]:
         """What the lanes write into their registers in the last update; the program runs alone.

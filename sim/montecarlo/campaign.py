@@ -97,7 +97,7 @@ def _one(campaign: Campaign, seed: int) -> dict[str, Any]:
     """
     world, estimator, level = made(campaign)
     world.draw(seed)
-    loop = close_loop(world, estimator, level, steps=campaign.steps)
+    loop = close_loop(world, level, steps=campaign.steps)
     if not loop.truth:
         raise InputError.at(
             f"world {world.name}",
@@ -105,7 +105,7 @@ def _one(campaign: Campaign, seed: int) -> dict[str, Any]:
             found="none",
             fix="give NAME_true with the records",
         )
-    run = level.run_anew(loop.inputs)
+    run = loop.run
     n = len(loop.inputs)
     marks = np.unique(np.linspace(0, n - 1, min(n, MOST_MARKS)).round().astype(int))
     units = {o.name: o.unit for o in estimator.outputs}

@@ -14,6 +14,7 @@ from boresight.model.estimator import Estimator, input_words
 from boresight.model.words.program import Program
 from boresight.sim.records.nine_axis import check_norm, truth_names
 from boresight.sim.records.plausible import warnings_of
+from boresight.sim.records.reader import InputReader
 from boresight.sim.records.record import Record
 
 __all__ = ["Feed", "feed", "fitted"]
@@ -78,39 +79,25 @@ def feed(estimator: Estimator, record: Record, *, linked: Collection[int] = ()) 
         clamp, samples at another rate than the estimator is made for.
     """
     _refuse_rate(estimator, record)
-    n = len(record)
-    inputs = np.empty((n, len(estimator.inputs)))
-    new = np.ones((n, len(estimator.inputs)), dtype=np.bool_)
-    clamped: dict[str, int] = {}
-    place = {i.name: k for k, i in enumerate(estimator.inputs)}
-    for k, declared in enumerate(estimator.inputs):
-        if declared.flags:
-            continue
-        if k in linked:
-            inputs[:, k] = 0.0
-            continue
-        values = _values(estimator, record, declared)
-        new[:, k] = ~np.isnan(values)
-        values = _filled(record, declared, values)
-        inside = np.clip(values, declared.low, declared.high)
-        if (beyond := int(np.count_nonzero(inside != values))) and not declared.clamp:
-            _refuse_range(record, declared, values, beyond)
-        elif beyond:
-            clamped[declared.name] = beyond
-        inputs[:, k] = inside
-    for k, declared in enumerate(estimator.inputs):
-        if declared.flags:
-            new[:, k] = new[:, [place[name] for name in declared.flags]].all(axis=1)
-            inputs[:, k] = np.clip(new[:, k].astype(np.float64), declared.low, declared.high)
+    reader = InputReader(estimator, lambda row, _, name: record.place(row, name), linked=linked)
+    inputs, new = reader.take_rows(
+        {
+            i.name: _values(estimator, record, i)
+            for k, i in enumerate(estimator.inputs)
+            if not i.flags and k not in linked
+        }
+    )
     t = record.values("t", "s") if "t" in record.columns else None
     return Feed(
         record,
         t,
         inputs,
         new,
-        clamped,
+        reader.clamped,
         _truth(estimator, record),
-        record.columns["mov"].values != 0.0 if "mov" in record.columns else np.ones(n, dtype=bool),
+        record.columns["mov"].values != 0.0
+        if "mov" in record.columns
+        else np.ones(len(record), dtype=bool),
         warnings_of(estimator, inputs, new),
     )
 
@@ -164,38 +151,6 @@ def _values(estimator: Estimator, record: Record, declared: Input) -> FloatArray
             fix="add it, or rename the one that holds it",
         )
     return record.values(declared.name, declared.unit)
-
-
-def _filled(record: Record, declared: Input, values: FloatArray) -> FloatArray:
-    gap = np.isnan(values)
-    if not gap.any():
-        return values
-    first = int(np.argmax(gap))
-    if declared.missing is None or (declared.missing == "hold" and first == 0):
-        raise InputError.at(
-            record.place(first, declared.name),
-            wanted="a number" + ("" if declared.missing is None else " in the first row"),
-            found="no value",
-            fix="complete the log"
-            if declared.missing
-            else f"complete the log, or declare Input({declared.name!r}, ..., missing=...)",
-        )
-    if declared.missing == "hold":
-        last = np.maximum.accumulate(np.where(gap, 0, np.arange(len(values))))
-        return values[last]
-    return np.where(gap, float(declared.missing), values)
-
-
-def _refuse_range(record: Record, declared: Input, values: FloatArray, count: int) -> None:
-    outside = (values < declared.low) | (values > declared.high)
-    row = int(np.argmax(outside))
-    raise InputError.at(
-        record.place(row, declared.name),
-        wanted=f"{declared.low:g} to {declared.high:g} {declared.unit}".rstrip()
-        + ", the declared range",
-        found=f"{values[row]:.6g}" + (f", and {count - 1} more beyond it" if count > 1 else ""),
-        fix="correct the unit in the header, or the range; clamp=True would clamp it",
-    )
 
 
 def _truth(estimator: Estimator, record: Record) -> dict[str, FloatArray]:

@@ -56,9 +56,8 @@ def _point(check: CheckResult, width: int) -> dict[str, Any]:
         run = Emitted(build).run_anew(check.given.inputs)
     except InputError as error:
         return {"good": False, "error": str(error), "saturated_updates": None, "outputs": []}
-    assert run.saturated is not None
     found = differences(build.estimators[0].outputs, run.outputs, check.floating.outputs)
-    saturated = int(run.saturated.sum())
+    saturated = run.n_saturated
     return {
         "good": not saturated and all(d.good for d in found),
         "error": "",

@@ -3,9 +3,7 @@
 ====== ============================================================================================
 module what it holds
 ====== ============================================================================================
-world  what a world is
-loop   a world and a level, step by step; several levels, and where their loops part
-fleet  many draws of one world at once, on the integer C
-road   a vehicle on a road; dish: an antenna and its link
+world  plant models, batched plants, playbacks and chunked sources
+loop   a plant model drives a level record by record; where two loops differ first
 ====== ============================================================================================
 """

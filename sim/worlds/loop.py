@@ -1,30 +1,34 @@
-"""A world and a level, step by step; several levels, and where their loops part."""
+"""Closed loops: a plant model drives a level record by record; where two loops differ first."""
 
 from __future__ import annotations
 
 import time
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
-from boresight.sim.levels.level import Level
+from boresight.sim.levels.level import Level, Run
+from boresight.sim.records.reader import InputReader
 from boresight.sim.records.record import TRUTH, Column, Record, index_place
-from boresight.sim.worlds.intake import Intake
 from boresight.sim.worlds.world import World
 
 __all__ = ["Loop", "Parting", "close_loop", "parting"]
 
 FloatArray = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
 class Loop:
     """What happened between a world and a level.
+
+    Of a level with several runs side by side every shape has the runs behind n: (n, runs), ...
 
     Attributes
     ----------
@@ -33,12 +37,12 @@ class Loop:
         Records that the level saw, in the inputs' units.
     new : bool (n, n_inputs)
         Where the world gave a new sample.
-    outputs : dict of str to float64 (n,)
-        What it answered, in the outputs' units.
+    run : Run
+        Outputs, words, saturated updates and states of the level.
     truth : dict of str to float64 (n,)
-        Truths that the world told, by output name; NaN where it told none.
+        True values that the world gave, by output name; NaN where it gave none.
     clamped : dict of str to int
-        See `Intake`.
+        Samples beyond the range of inputs that are declared to be clamped.
     records_per_s : float
         Of the whole loop.
     """
@@ -46,10 +50,15 @@ class Loop:
     level: str
     inputs: FloatArray
     new: npt.NDArray[np.bool_]
-    outputs: dict[str, FloatArray]
+    run: Run
     truth: dict[str, FloatArray]
     clamped: dict[str, int]
     records_per_s: float
+
+    @property
+    def outputs(self) -> dict[str, FloatArray]:
+        """Outputs of the level (n,), in their units."""
+        return self.run.outputs
 
     def record(self, estimator: Estimator, name: str) -> Record:
         """What the level saw as a record, with truths: any level can be run on it again.
@@ -99,70 +108,131 @@ class Parting:
 
 def close_loop(
     world: World,
-    estimator: Estimator,
     level: Level,
     *,
     steps: int | None = None,
+    keep: Collection[str] | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Loop:
     """Run a world on a level until the world ends, or for ``steps`` records.
 
+    Parameters
+    ----------
+    world : World
+    level : Level
+        With as many runs side by side as the world (`sim.levels.registry.make_level`).
+    keep : names of outputs, optional
+        Outputs and true values that are kept, without words and states; by default everything.
+    progress : callable, optional
+        Called with the number of records after each 1000.
+
     Raises
     ------
     InputError
-        The world raises, gives no record at all, or one that the estimator cannot take.
+        The world raises, gives no record at all, or one that the estimator cannot take; it has
+        another number of runs than the level.
     """
-    intake = Intake(estimator, f"world {world.name}")
+    estimator, runs = level.build.estimators[level.number], world.runs
+    if level.runs != runs and (level.runs, runs) != (None, 1):
+        raise InputError.at(
+            f"world {world.name}",
+            wanted=f"as many runs as the level has, {level.runs or 1}",
+            found=f"{runs or 1}",
+            fix="make the level with runs=world.runs",
+        )
+
+    def place(row: int, run: int, name: str) -> str:
+        return f"world {world.name}, step {row}, " + (f"run {run}, " * bool(runs)) + name
+
+    reader = InputReader(
+        estimator, place, runs=runs or 1, fix="correct the record that the world returns"
+    )
+    history = _History([o.name for o in estimator.outputs if keep is None or o.name in keep], keep)
     _guarded(world, world.start)
     level.reset()
-    rows: list[FloatArray] = []
-    new: list[npt.NDArray[np.bool_]] = []
-    answers: list[list[float]] = []
-    truths: list[dict[str, float]] = []
-    names = [o.name for o in estimator.outputs]
-    outputs: dict[str, float] | None = None
+    outputs: dict[str, Any] | None = None
     start = time.perf_counter()
-    while steps is None or len(rows) < steps:
+    while steps is None or reader.rows < steps:
         record = _guarded(world, world.record, outputs)
         if record is None:
             break
         if not isinstance(record, Mapping):
             raise InputError.at(
-                f"world {world.name}, step {len(rows)}",
+                f"world {world.name}, step {reader.rows}",
                 wanted="a record: values by input name, or None at the end",
                 found=type(record).__name__,
                 fix="return a dictionary",
             )
-        told = {
-            n: intake.number(n + TRUTH, record[n + TRUTH]) for n in names if n + TRUTH in record
+        truth = {
+            n: reader.number(n + TRUTH, record[n + TRUTH])
+            for n in history.names
+            if n + TRUTH in record
         }
-        row = intake.take(record)
-        outputs = level.step(row)
-        rows.append(row)
-        new.append(intake.new)
-        answers.append([outputs[name] for name in names])
-        truths.append(told)
-        if progress is not None and len(rows) % 1000 == 0:
-            progress(len(rows))
+        row, new = (table[0] for table in reader.take(record))
+        run = level.step(row[0] if level.runs is None else row)
+        if runs is None:
+            outputs = {name: float(value[0]) for name, value in run.outputs.items()}
+        else:
+            outputs = {name: value.reshape(runs) for name, value in run.outputs.items()}
+        history.add(row, new, run, truth)
+        if progress is not None and reader.rows % 1000 == 0:
+            progress(reader.rows)
     seconds = time.perf_counter() - start
-    if not rows:
+    if not reader.rows:
         raise InputError.at(
             f"world {world.name}",
             wanted="at least one record",
             found="none",
             fix="let record() return None only at the end",
         )
-    table = np.array(answers)
-    known = [n for n in names if any(n in t for t in truths)]
-    return Loop(
-        level.name,
-        np.array(rows),
-        np.array(new),
-        {n: table[:, k] for k, n in enumerate(names)},
-        {n: np.array([t.get(n, np.nan) for t in truths]) for n in known},
-        intake.clamped,
-        len(rows) / seconds,
-    )
+    return history.loop(level, reader.clamped, reader.rows / seconds)
+
+
+class _History:
+    """Records, outputs and true values of a loop, row by row.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Outputs that are kept.
+    keep : collection of str or None
+        None: words and states are kept too.
+    """
+
+    def __init__(self, names: Sequence[str], keep: Collection[str] | None) -> None:
+        self.names, self.keep = names, keep
+        self.rows: list[tuple[FloatArray, BoolArray]] = []
+        self.runs: list[tuple[Any, ...]] = []
+        self.truths: list[dict[str, FloatArray]] = []
+
+    def add(self, row: FloatArray, new: BoolArray, run: Run, truth: dict[str, FloatArray]) -> None:
+        """Add one record (runs, n_inputs), and what the level and the world gave."""
+        whole = (run.words, run.states) if self.keep is None else (None, None)
+        self.rows.append((row, new))
+        self.runs.append(([run.outputs[n] for n in self.names], run.saturated, *whole))
+        self.truths.append(truth)
+
+    def loop(self, level: Level, clamped: dict[str, int], records_per_s: float) -> Loop:
+        """Everything as arrays."""
+        runs = self.rows[0][0].shape[:1]
+        at = 0 if level.runs is None else slice(None)
+        inputs, new = (np.stack(part)[:, at] for part in zip(*self.rows, strict=True))
+        outputs, *rest = zip(*self.runs, strict=True)
+        table = np.array(outputs)[:, :, 0]
+        saturated, words, states = (
+            None if part[0] is None else np.concatenate(part) for part in rest
+        )
+        gap = np.full(runs, np.nan)
+        known = [n for n in self.names if any(n in truth for truth in self.truths)]
+        return Loop(
+            level.name,
+            inputs,
+            new,
+            Run({n: table[:, k] for k, n in enumerate(self.names)}, words, saturated, states),
+            {n: np.array([t.get(n, gap) for t in self.truths])[:, at] for n in known},
+            clamped,
+            records_per_s,
+        )
 
 
 def parting(estimator: Estimator, first: Loop, second: Loop) -> Parting | None:

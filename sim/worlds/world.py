@@ -1,8 +1,9 @@
-"""What a world is: it is asked for the next record and told the last outputs."""
+"""Plant models: each maps the last outputs of an estimator to its next record."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,18 +14,23 @@ __all__ = ["Played", "Streamed", "World"]
 
 
 class World:
-    """Base class of closed loops.
+    """Base class of plant models.
 
-    A world gives records to an estimator and hears what it answered. It is deterministic: after
-    `start` the same answers give the same records, bit by bit, so that levels can be compared.
+    A world gives records to an estimator and gets its outputs. It is deterministic: after `start`
+    the same outputs give the same records, bit by bit, so that levels can be compared.
 
     Attributes
     ----------
     name : str
         By default the class's name in lower case.
+    runs : int or None
+        Of a batched plant, which simulates several runs at once: how many. Its values, and the
+        outputs that it gets, are arrays (runs,) in place of numbers; a value of one element is that
+        of all runs.
     """
 
     name: str = "world"
+    runs: int | None = None
 
     def __init_subclass__(cls) -> None:
         if "name" not in vars(cls):
@@ -33,14 +39,14 @@ class World:
     def start(self) -> None:
         """Begin anew: whatever the world remembers goes back to its start."""
 
-    def record(self, outputs: Mapping[str, float] | None) -> Mapping[str, float] | None:
+    def record(self, outputs: Mapping[str, Any] | None) -> Mapping[str, Any] | None:
         """The next record.
 
         Parameters
         ----------
         outputs : mapping of str to float, or None
-            What the estimator answered to the last record, by output name, in the outputs' units;
-            None before the first.
+            The estimator's outputs for the last record, by name, in the outputs' units; None before
+            the first.
 
         Returns
         -------
@@ -71,7 +77,7 @@ class World:
 
 
 class Played(World):
-    """A world that hears nothing: records that are there, one after the other."""
+    """A playback: existing records, one after the other, whatever the outputs are."""
 
     def __init__(self, records: Sequence[Mapping[str, float]]) -> None:
         self.records = records
@@ -80,13 +86,13 @@ class Played(World):
         """Begin anew."""
         self._left = iter(self.records)
 
-    def record(self, outputs: Mapping[str, float] | None) -> Mapping[str, float] | None:
+    def record(self, outputs: Mapping[str, Any] | None) -> Mapping[str, Any] | None:
         """The next record; see `World`."""
         return next(self._left, None)
 
 
 class Streamed(World):
-    """A world that hears nothing, of very many records: it makes them piece by piece, as arrays."""
+    """A chunked source: millions of records in pieces, as arrays, whatever the outputs are."""
 
     def pieces(self) -> Iterator[Mapping[str, npt.NDArray[np.float64]]]:
         """All records from the start on: columns (n,) by name, as in `World.record`."""
@@ -101,6 +107,6 @@ class Streamed(World):
             for row in np.stack([*piece.values()], axis=1).tolist():
                 yield dict(zip(piece, row, strict=True))
 
-    def record(self, outputs: Mapping[str, float] | None) -> Mapping[str, float] | None:
+    def record(self, outputs: Mapping[str, Any] | None) -> Mapping[str, Any] | None:
         """The next record; see `World`."""
         return next(self._rows, None)

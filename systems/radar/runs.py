@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from boresight.sim.experiments.forms import run_forms
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.worlds.loop import close_loop
@@ -50,8 +49,8 @@ class Watched:
 def watch(world: TwoRadars, params: Mapping[str, float]) -> Watched:
     """Run a world on the integer C, and on float64."""
     build = Build(Registration(), params=[params])
-    loop = close_loop(world, build.estimators[0], make_level("c", build))
-    (again,), (reference,) = run_forms(Registration(), [loop.inputs], params=params)
+    loop = close_loop(world, make_level("c", build))
+    reference = make_level("float", build).run(loop.inputs)
     names = [f"{b}_bias" for b in BIASES]
     found = np.stack([loop.outputs[n] for n in names], axis=1)
     apart = (found[-1] - [reference.outputs[n][-1] for n in names]) / world.bias
@@ -63,7 +62,7 @@ def watch(world: TwoRadars, params: Mapping[str, float]) -> Watched:
         (found - world.bias) / world.bias,
         world.reported.transpose(1, 0, 2) - world.place[:, None],
         corrected - world.place[:, None],
-        again.n_saturated,
+        loop.run.n_saturated,
         float(np.abs(apart).max()),
     )
 

@@ -12,7 +12,9 @@ from boresight.sim.accuracy.innovations import Innovations, innovations
 from boresight.sim.attitude.zyx import wrapped
 from boresight.sim.experiments.forms import differences_of, run_forms
 from boresight.sim.experiments.seeds import Runs
-from boresight.sim.worlds.fleet import Loops, close_loops
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.registry import make_level
+from boresight.sim.worlds.loop import Loop, close_loop
 from boresight.systems.satcom.cases import Case
 from boresight.systems.satcom.estimator import INNOVATIONS
 from boresight.systems.satcom.estimator import Satcom as Filter
@@ -29,16 +31,19 @@ BIASES = tuple(f"bias_{axis}" for axis in "xyz")
 
 def fly(case: Case, seeds: range) -> Runs:
     """Fly a case with these seeds."""
-    fleet, keep = case.fleet(seeds), (*ANGLES, "heading_pi", *BIASES, "status")
-    return figures_of(case, fleet, close_loops(fleet, Filter(**case.options), case.params, keep))
+    fleet, build = case.fleet(seeds), Build(Filter(**case.options), params=[case.params])
+    level = make_level("c", build, runs=fleet.runs)
+    keep = (*ANGLES, "heading_pi", *BIASES, "status")
+    return figures_of(case, fleet, close_loop(fleet, level, keep=keep))
 
 
-def figures_of(case: Case, fleet: Vehicles, loops: Loops) -> Runs:
+def figures_of(case: Case, fleet: Vehicles, loops: Loop) -> Runs:
     """Figures of each run after half a minute, in degrees and degrees per second.
 
     Shown of the first run: errors of angles and bias (n, 3), loss (n,) [dB]. Kept of each run:
     `Innovations` of roll, pitch and heading.
     """
+    assert loops.run.saturated is not None
     begun = round(SETTLED_S * case.rate_hz)
     out, truth = loops.outputs, fleet.drive.ride.euler / math.pi
     truth = np.stack([*truth[:, :2].T, *2 * [fleet.heading / math.pi]], axis=1)
@@ -61,7 +66,7 @@ def figures_of(case: Case, fleet: Vehicles, loops: Loops) -> Runs:
         "tracking_used": ((status & 6) == 0).mean(axis=0),
         "loss_db_99_max": np.quantile(loss[begun:], 0.99, axis=0),
         "loss_db_max": loss[begun:].max(axis=0),
-        "saturated_sum": loops.saturated.astype(float),
+        "saturated_sum": loops.run.saturated.sum(axis=0).astype(float),
     }
     filter = Filter(**case.options, innovations=True)
     (floats,) = run_forms(
@@ -75,7 +80,7 @@ def figures_of(case: Case, fleet: Vehicles, loops: Loops) -> Runs:
 
 
 def _beside_float(
-    loops: Loops, run: int, reference: Mapping[str, FloatArray], begun: int
+    loops: Loop, run: int, reference: Mapping[str, FloatArray], begun: int
 ) -> tuple[dict[str, float], list[Innovations]]:
     """Float64 on the records of a run: how far it is, and its innovations."""
     outputs = {n: values[:, run] for n, values in loops.outputs.items()}

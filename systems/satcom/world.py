@@ -2,7 +2,7 @@
 
 The antenna is turned to where the satellite ought to be by the last attitude, led on with the last
 rate; the receiver finds how far off the beam is, and whether there is a signal at all; that goes
-into the next record. `Vehicles` runs many draws at once, `OnTheMove` one of them as a `World`.
+into the next record. `Vehicles` runs many draws at once, `OnTheMove` one of them on any level.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from boresight import InputError
+from boresight import InputError, World
 from boresight.model.algebra.quaternion import matrix, multiply, turn
 from boresight.sim.attitude.rotation import (
     quaternion_conjugate,
@@ -22,7 +22,6 @@ from boresight.sim.attitude.rotation import (
     rotate,
     rotation_vector_to_quaternion,
 )
-from boresight.sim.worlds.fleet import Fleet, Single
 from boresight.systems.satcom.dish import Link
 from boresight.systems.satcom.drive import Drive, drive
 from boresight.systems.satcom.pointing import direction
@@ -48,7 +47,7 @@ class SensorErrors:
 
 
 @dataclass
-class Vehicles(Fleet):
+class Vehicles(World):
     """Many vehicles on one drive, each with errors and noise of its own.
 
     Parameters
@@ -82,7 +81,7 @@ class Vehicles(Fleet):
     losses_db: list[FloatArray] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.name, self.runs = "satcom", len(self.seeds)
+        self.runs = len(self.seeds)
         rate = self.drive.ride.rate_hz
         latitude, longitude, satellite = (angle / 180.0 for angle in self.place)
         toward = np.array(direction(latitude, longitude, 0.0, satellite)[0])
@@ -126,11 +125,11 @@ class Vehicles(Fleet):
         self._toward = rotate(quaternion_conjugate(self.truth), self._up)
         self.losses_db.clear()
         self.receiver.reset()
-        self._level = np.repeat([[1.0], *3 * [[0.0]]], self.runs, axis=1)
+        self._level = np.repeat([[1.0], *3 * [[0.0]]], len(self.seeds), axis=1)
         self._k = 0
 
     def record(self, outputs: Mapping[str, FloatArray] | None) -> dict[str, FloatArray] | None:
-        """See `Fleet.record`; truths besides."""
+        """See `World.record`; with true values."""
         k = self._k
         if k >= len(self.truth):
             return None
@@ -144,7 +143,7 @@ class Vehicles(Fleet):
         right, above = (y * north - x * east) / level, (ahead * down - z) / level
         off = np.where(ahead > 0.0, np.hypot(right, above), 1.0)
         self.losses_db.append(-10.0 * np.log10(np.maximum(self.link.pattern(off), 1e-9)))
-        error = np.full(self.runs, np.nan)
+        error = np.full(len(self.seeds), np.nan)
         if self.tracking_hz:
             loss = 10.0 ** (-self.drive.loss_db[k] / 10.0)
             found = self.receiver.sample(right, above, ahead, loss, self._radio[k])
@@ -172,7 +171,7 @@ class Vehicles(Fleet):
         return np.stack(multiply(q, [np.cos(half), x * share, y * share, z * share]))
 
 
-class OnTheMove(Single):
+class OnTheMove(Vehicles):
     """One vehicle, ``OnTheMove("city", seed=3, tracking_hz=1.0)``: see `drive` and `Vehicles`."""
 
     name = "on_the_move"
@@ -185,4 +184,4 @@ class OnTheMove(Single):
         beam: str = BEAMS[0],
         rate_hz: float = 50.0,
     ) -> None:
-        super().__init__(Vehicles(drive(on, rate_hz), (seed,), tracking_hz, beam))
+        super().__init__(drive(on, rate_hz), (seed,), tracking_hz, beam)

@@ -20,7 +20,7 @@ from boresight.loop import LoopResult, simulate_world, world_of
 from boresight.sim.levels.integer import Emitted
 
 FILES = """
-from boresight import Estimator, Input, Output, State, World
+from boresight import Estimator, Input, Output, State, World, ops
 
 
 class Plant(World):
@@ -46,6 +46,12 @@ class Filter(Estimator):
     def step(self, x, u, p):
         total = x.sum + 0.01 * u.z
         return {"sum": total}, {"u": -0.7 * u.z - 0.1 * total, "shown": total}
+
+
+class Clamping(Filter):
+    def step(self, x, u, p):
+        state, out = super().step(x, u, p)
+        return state, out | {"shown": ops.bounded(4.0 * u.z, -1.0, 1.0, "wrongly")}
 
 
 class Strict(Filter):
@@ -119,8 +125,9 @@ def test_integer_levels_that_part_are_a_failure(monkeypatch: pytest.MonkeyPatch)
 
         def step(self, record: Any) -> Any:
             self.count += 1
-            out = super().step(record)
-            return {**out, "u": out["u"] + 2.0**-20} if self.count == 9 else out
+            run = super().step(record)
+            wrong = {**run.outputs, "u": run.outputs["u"] + 2.0**-20}
+            return replace(run, outputs=wrong) if self.count == 9 else run
 
         def close(self) -> None:
             self.closed = True
@@ -146,6 +153,20 @@ def test_beyond_the_tolerance_is_a_failure() -> None:
     assert data.parting is None and not data.good
     assert not data.accuracy[0].good
     assert not simulated(estimator="f.py:Strict", against="float").good
+
+
+@pytest.mark.parametrize("level", ["c", "fixed", "rtl"])
+def test_saturation_is_a_failure(level: str) -> None:
+    """Of an output without a tolerance too; ``check`` of the same records fails alike."""
+    steps = 20 if level == "rtl" else None
+    data = simulated(estimator="f.py:Clamping", on=level, steps=steps, output="loop.csv")
+    assert data.parting is None and all(d.good for d in data.accuracy) and not data.good
+    assert 0 < data.saturated_updates <= data.records
+    assert data.causes[0].startswith(f"{data.saturated_updates} updates SATURATED: ")
+    assert data.causes[0] in str(data).splitlines() and str(data).endswith("FAILED")
+    (checked,) = boresight.check("f.py:Clamping", "loop.csv", levels=["fixed"]).results
+    assert checked.accuracy.causes() == data.causes
+    assert simulated(estimator="f.py:Clamping", on="numpy").good
 
 
 def test_levels_are_closed_when_a_world_raises(monkeypatch: pytest.MonkeyPatch) -> None:

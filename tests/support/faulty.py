@@ -11,7 +11,8 @@ from boresight.model import ops
 from boresight.model.estimator import Estimator, Input, Output, State
 from boresight.model.words.fixed import IntArray
 from boresight.sim.compare.culprit import Culprit, find_culprit
-from boresight.sim.compare.verdict import Accuracy, judge_accuracy
+from boresight.sim.compare.verdict import Accuracy
+from boresight.sim.compare.verdict import judge as judge_run
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.integer import Interpreted, words_of
@@ -145,4 +146,4 @@ def judge(
     given = feed(estimator, Record.of({"u": np.array(inputs)}))
     given = dataclasses.replace(given, clamped=clamped or {})
     run, reference = (level(build).run(given.inputs) for level in (Interpreted, CompiledFloat))
-    return judge_accuracy(build, 0, given, run, reference)
+    return judge_run(build, 0, given.inputs, run, reference, given.clamped)

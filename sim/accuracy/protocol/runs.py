@@ -204,13 +204,12 @@ def _ours(campaign: Campaign, name: str, log: NineAxis) -> list[dict[str, Any]]:
         for o in made.outputs
         if o.unit == "bits"
     )
-    saturated = runs[0].saturated
     near = differences(made.outputs, runs[0].outputs, runs[1].outputs)
     more = {
         "good": all(d.good for d in near),
         "apart_deg": largest_turn_deg(*q),
         "changed": changed,
-        "saturated": 0 if saturated is None else int(saturated.sum()),
+        "saturated": runs[0].n_saturated,
     }
     return [
         {"estimator": name, "level": "fixed", **figures_of(log, q[0]), **more},

@@ -62,9 +62,9 @@ class Third(Estimator):
 def test_double_precision_throughout() -> None:
     z, k = 1.1, 0.3
     level = CompiledFloat(Build(Third(), params=[{"k": k}]))
-    assert level.step(np.array([z])) == {"y": 0.7 * z, "sum": 0.1 + k * z}
+    assert level.step(np.array([z])).outputs == {"y": 0.7 * z, "sum": 0.1 + k * z}
     level.reset()  # keeps the parameters
-    assert level.step(np.array([z]))["sum"] == 0.1 + k * z
-    assert CompiledFloat(Build(Third())).step(np.array([z]))["sum"] == 0.1 + z * (1.0 / 3.0)
+    assert level.step(np.array([z])).outputs["sum"] == 0.1 + k * z
+    assert CompiledFloat(Build(Third())).step(np.array([z])).outputs["sum"] == 0.1 + z * (1.0 / 3.0)
     with pytest.raises(ValueError, match=r"^inputs must have shape \(n, 1\), not \(3, 2\)$"):
         FloatCModel(Third(), precision=DOUBLE).update(np.zeros((3, 2)))

@@ -59,10 +59,9 @@ def test_steps_are_a_run_and_reset_starts_anew(name: str) -> None:
     assert (level.run_anew(RECORDS).outputs["y"] == whole["y"]).all()
     level.reset()
     steps = [level.step(record) for record in RECORDS]
-    assert all(isinstance(value, float) for step in steps for value in step.values())
     for output, values in whole.items():
-        assert [step[output] for step in steps] == values.tolist()
-    assert level.step(RECORDS[0]) == {o: v[0] for o, v in gone_on.items()}
+        assert [step.outputs[output].tolist() for step in steps] == [[v] for v in values]
+    assert level.step(RECORDS[0]).outputs == {o: v[:1] for o, v in gone_on.items()}
     level.reset()
     halves = [level.run(RECORDS[:3]), level.run(RECORDS[3:])]
     for output, values in whole.items():
@@ -74,7 +73,7 @@ def test_two_of_a_kind_share_nothing() -> None:
     for name in QUICK:
         one, other = (make_level(name, Build(Leaky())) for _ in range(2))
         one.run(RECORDS)
-        assert other.step(RECORDS[0])["y"] == 1.0
+        assert other.step(RECORDS[0]).outputs["y"] == 1.0
 
 
 def test_words_with_their_cycles() -> None:
@@ -95,7 +94,8 @@ def test_words_with_their_cycles() -> None:
 
 def test_parameters_reach_every_level() -> None:
     for name in QUICK:
-        assert make_level(name, Build(Leaky(), params=[{"rate": 0.0}])).step(RECORDS[1])["y"] == 1.0
+        level = make_level(name, Build(Leaky(), params=[{"rate": 0.0}]))
+        assert level.step(RECORDS[1]).outputs["y"] == 1.0
         with pytest.raises(InputError, match="^parameter rate: wanted 0 to 1"):
             make_level(name, Build(Leaky(), params=[{"rate": 2.0}]))
 
@@ -126,4 +126,25 @@ def test_turns_are_told_from_zero_to_one(name: str) -> None:
     assert found["phase"].tolist() == [0.75, 0.5, 0.75, 0.0]
     assert found["half"].tolist() == [-0.5, -1.0, -0.5, 0.0]
     level.reset()
-    assert level.step(np.array([-0.125]))["phase"] == 0.875
+    assert level.step(np.array([-0.125])).outputs["phase"] == 0.875
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_runs_side_by_side(name: str) -> None:
+    """Each is a run of its own; one update of all of them is a step."""
+    build = Build(Leaky(), params=[{"rate": 0.25}])
+    level, alone = make_level(name, build, runs=3), make_level(name, build)
+    records = np.stack([RECORDS, -RECORDS, 4.0 * RECORDS.clip(-0.5, 0.5)], axis=1)
+    whole = level.run_anew(records)
+    level.reset()
+    steps = [level.step(row) for row in records]
+    assert (level.name, level.runs) == (name, 3)
+    for k in range(3):
+        wanted = alone.run_anew(records[:, k])
+        for output, values in wanted.outputs.items():
+            assert whole.outputs[output][:, k].tolist() == values.tolist()
+            assert [s.outputs[output][0, k] for s in steps] == values.tolist()
+        for part in ("words", "saturated"):
+            array = getattr(wanted, part)
+            assert array is None or (getattr(whole, part)[:, k] == array).all()
+    level.close()

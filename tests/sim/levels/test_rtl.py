@@ -43,11 +43,14 @@ def test_steps_and_records() -> None:
         level.close()  # nothing to close yet
         for _ in range(2):  # the second time after a reset in the middle
             for k in range(20):
-                assert level.step(RECORDS[k]) == {n: v[k] for n, v in wanted.outputs.items()}
+                assert level.step(RECORDS[k]).outputs == {
+                    n: v[k] for n, v in wanted.outputs.items()
+                }
             level.reset()
         found = [level.step(record) for record in RECORDS]
         for name, values in wanted.outputs.items():
-            assert [step[name] for step in found] == values.tolist()
+            assert [step.outputs[name][0] for step in found] == values.tolist()
+        assert [bool(step.saturated[0]) for step in found] == wanted.saturated.tolist()
         assert level._process is not None
         process = level._process.process
     assert process.poll() is not None and level._process is None

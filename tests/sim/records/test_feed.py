@@ -1,4 +1,4 @@
-"""Records as inputs: units, steps, missing samples, flags and ranges, and closed loops' intake."""
+"""Records as inputs: units, steps, truths, rates (the rest: test_reader.py)."""
 
 from __future__ import annotations
 
@@ -8,14 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output
 from boresight.sim.records.feed import Feed, feed, fitted
 from boresight.sim.records.record import Column, Record
-from boresight.sim.worlds.intake import Intake
 
 pytestmark = pytest.mark.pythons
 
@@ -52,64 +49,6 @@ def fed(estimator: Estimator, units: dict[str, str] | None = None, **columns: An
     return feed(estimator, Record("walk", held))
 
 
-def naive(rows: list[tuple[float, float, float]]) -> tuple[list[Any], list[Any], int]:
-    """What `Probe` reads, as one would say it."""
-    out, new, clamped, held = [], [], 0, NAN
-    for z, c, plain in rows:
-        has_z, has_c = z == z, c == c
-        held = z if has_z else held
-        value = c if has_c else 0.5
-        clamped += not -1.0 <= value <= 3.0
-        value = max(-1.0, min(3.0, value))
-        out.append([float(has_z and has_c), held, value, plain, float(has_z)])
-        new.append([has_z and has_c, has_z, has_c, True, has_z])
-    return out, new, clamped
-
-
-gap = st.just(NAN)
-rows = st.tuples(
-    st.floats(-2.0, 2.0),
-    st.lists(
-        st.tuples(st.floats(-2.0, 2.0) | gap, st.floats(-9.0, 9.0) | gap, st.floats(-4.0, 4.0)),
-        min_size=1,
-        max_size=12,
-    ),
-).map(lambda pair: [(pair[0], *pair[1][0][1:]), *pair[1][1:]])
-
-
-@settings(max_examples=150)
-@given(rows)
-def test_as_a_plain_loop_has_it(samples: list[tuple[float, float, float]]) -> None:
-    z, c, plain = zip(*samples, strict=True)
-    found = fed(Probe(), z=z, c=c, plain=plain)
-    inputs, new, clamped = naive(samples)
-    assert found.inputs.tolist() == inputs
-    assert found.new.tolist() == new
-    assert found.clamped == ({"c": clamped} if clamped else {})
-    assert len(found) == len(samples) and found.t is None
-
-    intake = Intake(Probe(), "world w")
-    for k, (z1, c1, plain1) in enumerate(samples):
-        assert intake.take({"z": z1, "c": c1, "plain": plain1}).tolist() == inputs[k]
-        assert intake.new.tolist() == new[k]
-    assert intake.clamped == found.clamped
-
-
-@pytest.mark.parametrize(
-    "low, high, valid, missed",
-    [(0.0, 1.0, 1.0, 0.0), (-1.0, 1.0, 1.0, 0.0), (0.0, 2.0, 1.0, 0.0), (0.0, 0.5, 0.5, 0.0),
-     (0.25, 4.0, 1.0, 0.25)],
-)  # fmt: skip
-def test_flags_are_one_and_nothing(low: float, high: float, valid: float, missed: float) -> None:
-    class Flagged(Estimator):
-        inputs = (Input("z", 0.0, 1.0, "", missing=0.0), Input("f", low, high, "", valid_of="z"))
-        outputs = (Output("y"),)
-
-    assert fed(Flagged(), z=[1.0, NAN]).inputs[:, 1].tolist() == [valid, missed]
-    intake = Intake(Flagged(), "w")
-    assert [intake.take({"z": z})[1] for z in (1.0, NAN)] == [valid, missed]
-
-
 def test_units_of_the_header() -> None:
     found = fed(
         Probe(),
@@ -133,6 +72,8 @@ def test_units_of_the_header() -> None:
     assert found.inputs == pytest.approx(
         np.array([[1.0, 1.5, 0.5, math.pi, 1.0], [0.0, 1.5, 0.5, -math.pi / 2, 0.0]])
     )
+    assert found.new.tolist() == [[True] * 5, [False, False, False, True, False]]
+    assert len(found) == 2 and found.clamped == {}
     assert found.t is not None and found.t.tolist() == [0.0, 0.5]
     assert found.truth["y"] == pytest.approx([1.5, NAN], nan_ok=True)
     assert found.truth["h"] == pytest.approx([0.5, -0.25])

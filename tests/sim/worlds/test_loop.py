@@ -10,9 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from boresight.model import ops
 from boresight.model.errors import InputError
-from boresight.model.estimator import Estimator, Input, Output, State
+from boresight.model.estimator import Estimator, Input, Output, Param, State
 from boresight.sim.levels.build import Build
+from boresight.sim.levels.level import Run
 from boresight.sim.levels.registry import make_level
 from boresight.sim.records.feed import feed
 from boresight.sim.records.text import format_csv, parse_csv
@@ -60,7 +62,7 @@ class Plant(World):
 
 
 def closed(world: World, level: str = "numpy", **options: Any) -> Loop:
-    return close_loop(world, Half(), make_level(level, Build(Half())), **options)
+    return close_loop(world, make_level(level, Build(Half())), **options)
 
 
 def test_by_hand() -> None:
@@ -81,6 +83,7 @@ def test_by_hand() -> None:
     assert found.truth["u"][::2].tolist() == [1.0, 3.0, 5.0]
     assert np.isnan(found.truth["u"][1::2]).all() and list(found.truth) == ["u"]
     assert found.clamped == {"c": 5}
+    assert found.run.words is None and found.run.saturated is None
     assert (found.level, found.records_per_s > 0) == ("numpy", True)
     assert plant.heard[0] is None
     assert plant.heard[1:] == [
@@ -105,8 +108,8 @@ def test_what_it_saw_is_a_log() -> None:
 
 def test_a_loop_starts_both_anew() -> None:
     plant, level = Plant(), make_level("numpy", Build(Half()))
-    first = close_loop(plant, Half(), level)
-    second = close_loop(plant, Half(), level)
+    first = close_loop(plant, level)
+    second = close_loop(plant, level)
     assert np.array_equal(first.inputs, second.inputs)
     assert parting(Half(), first, second) is None
 
@@ -138,9 +141,11 @@ class Odd(Plant):
     [
         (lambda o, r: 5, "world odd, step 2: wanted a record: values by input name, or None at the "
          "end, found int; return a dictionary"),
+        (lambda o, r: {**r, "c": np.inf}, "world odd, step 2, c: wanted a finite number, found an"),
         (lambda o, r: {"z": 1.0}, "world odd, step 2, c: wanted a value for every input of half, "
          "found none; "),
-        (lambda o, r: {**r, "z": 9.0}, "world odd, step 2, z: wanted -8 to 8 m, found 9; "),
+        (lambda o, r: {**r, "z": 9.0}, "world odd, step 2, z: wanted -8 to 8 m, the "
+         "declared range, found 9; correct the record that the world returns"),
         (lambda o, r: {**r, "u_true": "much"}, "world odd, step 2, u_true: wanted a number, found "
          "str; "),
         (lambda o, r: {**r, "u_true": np.inf}, "world odd, step 2, u_true: wanted a finite number"),
@@ -187,7 +192,7 @@ def test_worlds_without_records() -> None:
 def loop_of(level: str, inputs: Any, **outputs: Any) -> Loop:
     table = np.array(inputs, dtype=np.float64)
     named = {n: np.array(v, dtype=np.float64) for n, v in outputs.items()}
-    return Loop(level, table, np.ones(table.shape, dtype=np.bool_), named, {}, {}, 1.0)
+    return Loop(level, table, np.ones(table.shape, dtype=np.bool_), Run(named), {}, {}, 1.0)
 
 
 SAME = [[1.0, 1.0, 0.0], [2.0, 1.0, 0.0], [3.0, 1.0, 0.0]]
@@ -232,10 +237,95 @@ def test_integer_levels_never_part_and_floats_do() -> None:
             return state, {**out, "u": -u.z / 3.0}
 
     loops = {
-        n: close_loop(Plant(40), Third(), make_level(n, Build(Third())))
-        for n in ("fixed", "c", "float")
+        n: close_loop(Plant(40), make_level(n, Build(Third()))) for n in ("fixed", "c", "float")
     }
     assert parting(Third(), loops["fixed"], loops["c"]) is None
     near = parting(Third(), loops["c"], loops["float"])
     assert near is not None and near.same_records and (near.step, near.what) == (0, "output u")
     assert near.values[0] != near.values[1] == -4.0 / 3.0
+
+
+class Follow(Estimator):
+    """A position that follows what is measured; its sum passes its word beyond 1."""
+
+    inputs = (
+        Input("dt", 0.0, 0.1, "s", clamp=True),
+        Input("z", -4.0, 4.0, "m", missing=0.0),
+        Input("valid", 0.0, 1.0, "", valid_of=("z",)),
+    )
+    params = (Param("gain", 0.5, 0.0, 1.0, "", "share of the innovation taken"),)
+    states = (State("pos", -8.0, 8.0, "m"), State("sum", -1.0, 1.0, "m"))
+    outputs = (Output("pos", "m"), Output("late", "m"), Output("phase", "turn"))
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        pos = x.pos + p.gain * u.valid * (u.z - x.pos) + u.dt
+        total = ops.bounded(x.sum + 0.03 * u.z, -1.0, 0.999, "wrongly")
+        phase = ops.wrap_turns(0.3 * pos)
+        return {"pos": pos, "sum": total}, {"pos": pos, "late": x.pos, "phase": phase}
+
+
+class Pursuit(World):
+    """Positions that move away from the estimated ones; every third sample is missing."""
+
+    def __init__(self, seeds: tuple[int, ...], steps: int = 40, **wrong: Any) -> None:
+        self.seeds, self.runs, self.steps, self.wrong = seeds, len(seeds), steps, wrong
+
+    def start(self) -> None:
+        self.k, self.at = 0, np.array(self.seeds) / 10.0
+
+    def record(self, outputs: Mapping[str, Any] | None) -> Mapping[str, Any] | None:
+        if self.k == self.steps:
+            return None
+        self.k += 1
+        pos = 0.0 if outputs is None else outputs["pos"]
+        self.at = np.clip(self.at + 0.1 * np.sign(self.at - pos), -3.9, 3.9)
+        z = np.where((self.k + np.array(self.seeds)) % 3 == 0, np.nan, self.at)
+        true = {"late_true": self.at, "pos_true": 0.5}
+        return {"dt": np.full(1, 0.05 * self.k), "z": z, **true, **self.wrong}
+
+
+def pursued(seeds: tuple[int, ...], level: str = "c", runs: int | None = 3, **more: Any) -> Loop:
+    keep = more.pop("keep", None)
+    build = Build(Follow(), params=[{"gain": 0.25}])
+    return close_loop(Pursuit(seeds, **more), make_level(level, build, runs=runs), keep=keep)
+
+
+@pytest.mark.parametrize("level", ["c", "fixed", "float"])
+def test_each_run_of_a_batched_plant_is_a_loop_of_its_own(level: str) -> None:
+    loops = pursued((1, -2, 39), level)
+    for k, seed in enumerate((1, -2, 39)):
+        one = pursued((seed,), level, None)
+        assert (one.inputs == loops.inputs[:, k]).all() and len(one.inputs) == 40
+        assert (one.new == loops.new[:, k]).all()
+        for name in ("pos", "late", "phase"):
+            assert (one.outputs[name] == loops.outputs[name][:, k]).all()
+        for name in ("late", "pos"):
+            assert (one.truth[name] == loops.truth[name][:, k]).all()
+        if level != "float":
+            assert (one.run.words == loops.run.words[:, k]).all()
+            assert (one.run.saturated == loops.run.saturated[:, k]).all()
+    assert (loops.inputs[2:, 0, 0] == 0.1).all() and loops.clamped == {"dt": 38 * 3}
+    assert (loops.outputs["phase"] > 0.5).any() and (loops.outputs["phase"] >= 0.0).all()
+    some = pursued((1, -2, 39), level, keep=("late",))
+    assert list(some.outputs) == ["late"] == list(some.truth) and some.run.words is None
+    assert (some.outputs["late"] == loops.outputs["late"]).all()
+
+
+def test_a_loop_knows_flags_and_states() -> None:
+    """They are those of the level on the records that it saw."""
+    for name in ("c", "fixed"):
+        loop = pursued((39,), name, None)
+        again = make_level(name, Build(Follow(), params=[{"gain": 0.25}])).run(loop.inputs)
+        assert 0 < loop.run.saturated.sum() < 40
+        assert (loop.run.saturated == again.saturated).all()
+        assert (loop.run.words == again.words).all() and (loop.run.states == again.states).all()
+
+
+def test_records_of_batched_plants_are_checked() -> None:
+    with pytest.raises(InputError, match=r"^world pursuit, step 0, run 1, z: wanted -4 to 4 m, .*"):
+        pursued((1, 2, 3), z=np.array([0.0, 4.5, 0.0]))
+    with pytest.raises(InputError, match="^world pursuit: wanted as many runs as the level has, 3, "
+                       "found 2; make the level with runs=world.runs"):  # fmt: skip
+        pursued((1, 2))
+    with pytest.raises(InputError, match="^world pursuit: wanted as many runs as the level has, 1"):
+        pursued((1, 2), runs=None)

@@ -5,7 +5,7 @@ import pytest
 
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
-from boresight.sim.levels.stream import fed
+from boresight.sim.records.reader import InputReader
 from boresight.systems.array.estimator import ArrayAttitude
 from boresight.systems.array.world import ALIGNED, ERECTED, TurningArray
 
@@ -13,7 +13,8 @@ from boresight.systems.array.world import ALIGNED, ERECTED, TurningArray
 def same(world: TurningArray, config: str, parts: list[slice]) -> np.ndarray:
     """Run both on parts of a world's records; the status of each record."""
     build = Build(ArrayAttitude(), config=config)
-    records = np.concatenate(list(fed(build.estimators[0], world.pieces(truth=False))))
+    reader = InputReader(build.estimators[0], lambda *at: f"record {at}")
+    records = np.concatenate([reader.take_rows(p)[0] for p in world.pieces(truth=False)])
     some = np.concatenate([records[part] for part in parts])
     rtl, c = (make_level(name, build).run_anew(some) for name in ("rtl", "c"))
     np.testing.assert_array_equal(rtl.words, c.words)

@@ -14,7 +14,7 @@ from boresight.systems.mls.world import SCAN_DEG, SCAN_DEG_S, Landing, OnDeck, a
 
 def fly(world: Landing, name: str = "c", config: str = "small", steps: int | None = None) -> Loop:
     with make_level(name, Build(ArrayPhases(world.array.elements), config=config)) as level:
-        return close_loop(world, ArrayPhases(world.array.elements), level, steps=steps)
+        return close_loop(world, level, steps=steps)
 
 
 def test_the_beam_stays_on_the_receiver() -> None:
@@ -66,7 +66,7 @@ def test_ten_thousand_records_of_the_loop(config: str) -> None:
 def test_on_deck() -> None:
     """Truths beside the records; after its start the filter is near them."""
     world = OnDeck("rolling", 4, 0.6, 170.0)
-    loop = close_loop(world, MlsAttitude(), make_level("c", Build(MlsAttitude())))
+    loop = close_loop(world, make_level("c", Build(MlsAttitude())))
     assert len(loop.inputs) == 600
     for name in ("roll", "pitch", "heading"):
         apart = 180.0 * ((loop.outputs[name] - loop.truth[name] + 1.0) % 2.0 - 1.0)
@@ -95,7 +95,7 @@ def test_more_elements_than_the_estimator_has_outputs() -> None:
     world = Landing("sea_5", seconds=1.1, beams=8)
     message = r"^landing, elements: wanted as many as the estimator has phases, 16, found 64"
     with pytest.raises(InputError, match=message):
-        close_loop(world, ArrayPhases(16), make_level("c", Build(ArrayPhases(16))))
+        close_loop(world, make_level("c", Build(ArrayPhases(16))))
 
 
 def test_angle_from_times() -> None:

@@ -79,7 +79,7 @@ def test_the_loop_with_the_filter() -> None:
     """Open loop: the same records whatever is answered, with the truth beside them."""
     world = TwoRadars("crossing", seconds=30.0, drawn=(50.0, 0.5), missed=0.1)
     level = make_level("c", Build(Registration()))
-    loop = close_loop(world, Registration(), level)
+    loop = close_loop(world, level)
     assert len(loop.inputs) == 301 and loop.clamped == {"dt": 0} or not loop.clamped
     assert loop.truth["azimuth_1_bias"][5] == world.bias[2]
     error = loop.outputs["azimuth_1_bias"][-1] - world.bias[2]

@@ -5,7 +5,9 @@ import dataclasses
 import pytest
 
 from boresight.sim.experiments.seeds import Runs
-from boresight.sim.worlds.fleet import Loops, close_loops
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.registry import make_level
+from boresight.sim.worlds.loop import Loop, close_loop
 from boresight.systems.satcom.cases import CASES, Case
 from boresight.systems.satcom.drive import Drive
 from boresight.systems.satcom.estimator import Satcom as Filter
@@ -24,19 +26,20 @@ def shortened(case: Case, seeds: range, seconds: float = SECONDS) -> Vehicles:
     return dataclasses.replace(fleet, drive=Drive(ride, whole.loss_db[:n]), losses_db=[])
 
 
-def flown(name: str, seeds: range) -> tuple[Vehicles, Loops]:
+def flown(name: str, seeds: range) -> tuple[Vehicles, Loop]:
     case = CASES[name]
     fleet = shortened(case, seeds)
-    return fleet, close_loops(fleet, Filter(**case.options), case.params)
+    build = Build(Filter(**case.options), params=[case.params])
+    return fleet, close_loop(fleet, make_level("c", build, runs=fleet.runs))
 
 
 @pytest.fixture(scope="session")
-def adaptive() -> tuple[Vehicles, Loops]:
+def adaptive() -> tuple[Vehicles, Loop]:
     return flown("adaptive", range(1, 3))
 
 
 @pytest.fixture(scope="session")
-def runs(adaptive: tuple[Vehicles, Loops]) -> dict[str, Runs]:
+def runs(adaptive: tuple[Vehicles, Loop]) -> dict[str, Runs]:
     """Figures by case: accelerations before and after half a minute."""
     found = {"adaptive": figures_of(CASES["adaptive"], *adaptive)}
     for name in ("fixed_r", "printed_roll", "declared"):

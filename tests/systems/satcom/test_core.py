@@ -93,7 +93,7 @@ def test_ten_thousand_records_in_closed_loop(config: str) -> None:
     loops = []
     for name in ("rtl", "c"):
         with make_level(name, build) as level:
-            loops.append(close_loop(world, Satcom(), level, steps=10_000))
+            loops.append(close_loop(world, level, steps=10_000))
     assert len(loops[0].inputs) == 10_000 and parting(Satcom(), *loops) is None
 
 

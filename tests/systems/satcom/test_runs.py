@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from boresight.sim.worlds.fleet import close_loops
+from boresight.sim.levels.level import Run
 from boresight.systems.satcom import runs as flight
 from boresight.systems.satcom.cases import CASES
 from boresight.systems.satcom.estimator import Satcom
@@ -56,7 +56,8 @@ def test_figures_of_known_errors(adaptive, monkeypatch) -> None:
     fleet = dataclasses.replace(fleet, losses_db=[])
     fleet.start()
     fleet.losses_db.extend(np.linspace(0.0, 1.0, n)[:, None] * [1.0, 2.0])
-    known = dataclasses.replace(loops, outputs=outputs, saturated=np.array([3, 4]))
+    saturated = np.arange(n)[:, None] < [3, 4]
+    known = dataclasses.replace(loops, run=Run(outputs, saturated=saturated))
     monkeypatch.setattr(flight, "_beside_float", lambda *a: ({"apart": 1.0}, []))
     found = figures_of(CASES["adaptive"], fleet, known).figures
     assert found["roll_rms"] == pytest.approx([3.0, 3.0])
@@ -82,7 +83,8 @@ def test_float64_is_run_beside(adaptive) -> None:
     bent["roll"][100, 1] += 0.5 / 180.0
     bent["status"] = loops.outputs["status"].copy()
     bent["status"][[3, 5, 8], 0] += 4.0
-    found = figures_of(CASES["adaptive"], fleet, dataclasses.replace(loops, outputs=bent)).figures
+    told = dataclasses.replace(loops, run=dataclasses.replace(loops.run, outputs=bent))
+    found = figures_of(CASES["adaptive"], fleet, told).figures
     assert found["fixed_float_max"] == pytest.approx([honest["fixed_float_max"][0], 0.5], abs=5e-3)
     assert found["status_differs_sum"].tolist() == [3.0, 0.0]
     assert found["status_share"].tolist() == [3.0 / len(loops.inputs), 0.0]
@@ -94,13 +96,14 @@ def test_fly(monkeypatch, adaptive) -> None:
     """The case's own filter, parameters and vehicles."""
     asked = []
 
-    def close(fleet, estimator, params, keep):
-        asked.append((estimator.printed_roll, dict(params), fleet.seeds))
-        return close_loops.__name__
+    def close(fleet, level, keep):
+        build = level.build
+        asked.append((build.estimators[0].printed_roll, dict(build.params[0]), fleet.seeds))
+        return level.name
 
-    monkeypatch.setattr(flight, "close_loops", close)
+    monkeypatch.setattr(flight, "close_loop", close)
     monkeypatch.setattr(flight, "figures_of", lambda case, fleet, loops: (case.meaning, loops))
-    assert fly(CASES["fixed_r"], range(4, 6)) == ("R fixed", "close_loops")
+    assert fly(CASES["fixed_r"], range(4, 6)) == ("R fixed", "c")
     fly(CASES["printed_roll"], range(1))
     assert asked == [(False, {"adapt": 1.0}, range(4, 6)), (True, {}, range(1))]
     assert Satcom(roll="printed").printed_roll

@@ -1,0 +1,107 @@
+"""What results depend on besides their arguments: source files, with what they import, and versions.
+
+A campaign that was interrupted continues only where this is unchanged.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import importlib.util
+import sys
+import sysconfig
+from collections.abc import Iterator, Sequence
+from functools import cache
+from importlib import metadata
+from pathlib import Path
+from types import ModuleType
+
+__all__ = ["identity"]
+
+
+def identity(*things: object, packages: Sequence[str] = ()) -> str:
+    """Digest of the source files of modules, classes and functions, and of all that they import.
+
+    Of an installed distribution its version counts, of everything else the text of each file; of
+    Python's own modules nothing does. Imports inside functions count, those for type checkers only
+    do not.
+
+    Parameters
+    ----------
+    things : module, class, function or object
+        An object stands for its class.
+    packages : sequence of str
+        Modules of installed distributions whose versions count too, imported or not.
+    """
+    here = Path()
+    names = [(name, here) for name in (*map(_module_of, things), *packages)]
+    parts: dict[str, str] = {}
+    while names:
+        name, beside = names.pop()
+        if name in parts or name.partition(".")[0] in sys.stdlib_module_names:
+            continue
+        file = _file_of(name, beside)
+        if file is None:
+            parts[name] = ""
+        elif _installed(file):
+            parts[name.partition(".")[0]] = parts[name] = _version(name.partition(".")[0])
+        else:
+            text = file.read_bytes()
+            parts[name] = hashlib.sha256(text).hexdigest()
+            above = name.rpartition(".")[0]
+            more = [*_imports(text, name if file.name == "__init__.py" else above), above]
+            names += [(other, file.parent) for other in more if other]
+    return hashlib.sha256("\n".join(sorted({*parts.values()})).encode()).hexdigest()
+
+
+def _module_of(thing: object) -> str:
+    if isinstance(thing, ModuleType):
+        return thing.__name__
+    return str(getattr(thing, "__module__", None) or type(thing).__module__)
+
+
+def _file_of(name: str, beside: Path) -> Path | None:
+    """The file of a module that a file in a folder imports; None if there is none."""
+    module = sys.modules.get(name)
+    file = getattr(module, "__file__", None)
+    if module is None and (beside / f"{name}.py").is_file():
+        return beside / f"{name}.py"
+    if module is None:
+        try:
+            spec = importlib.util.find_spec(name)
+        except (ImportError, ValueError):  # a name of a module, not a module
+            return None
+        file = spec and spec.origin
+    path = Path(file) if file else None
+    return path if path is not None and path.suffix in (".py", ".so") and path.is_file() else None
+
+
+def _installed(file: Path) -> bool:
+    """Whether a file belongs to an installed distribution."""
+    folders = {sysconfig.get_path(name) for name in ("purelib", "platlib")}
+    return file.suffix != ".py" or any(file.is_relative_to(folder) for folder in folders)
+
+
+@cache
+def _version(package: str) -> str:
+    """Names and versions of the distributions that hold a package."""
+    names = sorted(set(metadata.packages_distributions().get(package, ())))
+    return " ".join(f"{name} {metadata.version(name)}" for name in names)
+
+
+def _imports(text: bytes, package: str) -> Iterator[str]:
+    """Names of modules that a file imports, or names in them."""
+    nodes: list[ast.AST] = [ast.parse(text)]
+    while nodes:
+        node = nodes.pop()
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test):
+            nodes += node.orelse
+        elif isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            above = package.split(".")[: len(package.split(".")) - node.level + 1]
+            base = ".".join([*(above if node.level else []), *filter(None, [node.module])])
+            yield base
+            yield from (f"{base}.{alias.name}" for alias in node.names)
+        else:
+            nodes += ast.iter_child_nodes(node)

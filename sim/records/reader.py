@@ -1,0 +1,192 @@
+"""The input reader: columns become the inputs of one estimator, by one set of rules."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator
+
+__all__ = ["InputReader"]
+
+FloatArray = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
+
+
+class InputReader:
+    """Converts samples to inputs, in one call or in many: missing samples, flags, ranges.
+
+    A log is one call, a closed loop one call for each record, a stream one call for each piece.
+    What an input holds while samples are missing is remembered from call to call.
+
+    Parameters
+    ----------
+    estimator : Estimator
+    place : callable
+        Names a value for a message: (row, run, column), rows counted over all calls.
+    runs : int
+        Runs side by side.
+    linked : collection of int
+        Inputs that another estimator gives: 0 here, and not looked for.
+    fix : str, optional
+        Remedy in messages; by default what helps in a log.
+
+    Attributes
+    ----------
+    clamped : dict of str to int
+        Samples beyond the range of inputs that are declared to be clamped.
+    rows : int
+        Rows that were read.
+    """
+
+    def __init__(
+        self,
+        estimator: Estimator,
+        place: Callable[[int, int, str], str],
+        *,
+        runs: int = 1,
+        linked: Collection[int] = (),
+        fix: str = "",
+    ) -> None:
+        self.estimator, self.place, self.runs, self.fix = estimator, place, runs, fix
+        self.clamped: dict[str, int] = {}
+        self.rows = 0
+        inputs = estimator.inputs
+        column = {i.name: k for k, i in enumerate(inputs)}
+        self._flags = {k: [column[n] for n in i.flags] for k, i in enumerate(inputs) if i.flags}
+        self._read = {
+            k: i.name for k, i in enumerate(inputs) if k not in self._flags and k not in linked
+        }
+        self._low, self._high = (np.full(len(inputs), limit) for limit in (-np.inf, np.inf))
+        for k in self._read:
+            self._low[k], self._high[k] = inputs[k].low, inputs[k].high
+        self._last = np.full((runs, len(inputs)), np.nan)
+
+    def take(self, columns: Mapping[str, Any], n: int = 1) -> tuple[FloatArray, BoolArray]:
+        """Read ``n`` rows.
+
+        Parameters
+        ----------
+        columns : mapping of str to array
+            Values by input name, in the inputs' units, each broadcast to (n, runs); NaN where there
+            is no new sample. Others are ignored.
+
+        Returns
+        -------
+        inputs : float64 (n, runs, n_inputs)
+        new : bool (n, runs, n_inputs)
+            Whether there was a new sample.
+
+        Raises
+        ------
+        InputError
+            An input is not there, is no finite number, is missing where it may not be, or lies
+            outside its declared range.
+        """
+        values = np.zeros((n, self.runs, len(self.estimator.inputs)))
+        for k, name in self._read.items():
+            if name not in columns:
+                wanted = f"a value for every input of {self.estimator.name}"
+                raise self._error(0, 0, name, wanted, "none")
+            values[:, :, k] = self._numbers(name, columns[name], (n, self.runs))
+        new = ~np.isnan(values)
+        if not new.all():
+            self._fill(values, new)
+        self._last = values[-1]
+        inputs = np.minimum(np.maximum(values, self._low), self._high)
+        if (beyond := inputs != values).any():
+            self._check_range(values, beyond)
+        for k, sources in self._flags.items():
+            declared = self.estimator.inputs[k]
+            new[:, :, k] = new[:, :, sources].all(axis=2)
+            inputs[:, :, k] = np.clip(new[:, :, k], declared.low, declared.high)
+        self.rows += n
+        return inputs, new
+
+    def take_rows(self, columns: Mapping[str, FloatArray]) -> tuple[FloatArray, BoolArray]:
+        """Read columns (n,) of one run: `take` without the axis of the runs."""
+        n = len(next(iter(columns.values())))
+        inputs, new = self.take({name: values[:, None] for name, values in columns.items()}, n)
+        return inputs[:, 0], new[:, 0]
+
+    def number(self, name: str, value: object) -> FloatArray:
+        """Values (runs,) of another column of the next row, NaN where there is none.
+
+        Raises
+        ------
+        InputError
+            It is no number, or infinite.
+        """
+        numbers = np.empty((1, self.runs))
+        numbers[:] = self._numbers(name, value, numbers.shape)
+        if np.isinf(numbers).any():
+            self._refuse_infinite(name, numbers)
+        return numbers[0]
+
+    def _numbers(self, name: str, value: object, shape: tuple[int, int]) -> FloatArray:
+        """A column as numbers that can be broadcast to a shape."""
+        try:
+            if value is not None:
+                numbers: FloatArray = np.asarray(value, dtype=np.float64)
+                return np.broadcast_to(numbers, shape)
+        except (TypeError, ValueError, OverflowError):
+            pass
+        raise self._error(0, 0, name, "a number", type(value).__name__)
+
+    def _fill(self, values: FloatArray, new: BoolArray) -> None:
+        """Replace missing samples (NaN) as declared."""
+        for k in np.flatnonzero(~new.all(axis=(0, 1))).tolist():
+            declared, column = self.estimator.inputs[k], values[:, :, k]
+            if declared.missing == "hold":
+                known = np.concatenate([self._last[None, :, k], column])
+                rows = np.arange(len(known))[:, None]
+                last = np.maximum.accumulate(np.where(np.isnan(known), 0, rows), axis=0)
+                column[:] = np.take_along_axis(known, last, axis=0)[1:]
+            elif declared.missing is not None:
+                column[~new[:, :, k]] = float(declared.missing)
+            if (gap := np.isnan(column)).any():
+                first = "" if declared.missing is None else " in the first row"
+                advice = f", or declare Input({declared.name!r}, ..., missing=...)"
+                fix = "complete the log" + ("" if declared.missing else advice)
+                raise self._error(*_first(gap), declared.name, f"a number{first}", "no value", fix)
+
+    def _check_range(self, values: FloatArray, beyond: BoolArray) -> None:
+        """Count samples that are clamped; refuse those that must not be."""
+        for k in np.flatnonzero(beyond.any(axis=(0, 1))).tolist():
+            declared, outside = self.estimator.inputs[k], beyond[:, :, k]
+            count = int(np.count_nonzero(outside))
+            if np.isinf(values[:, :, k]).any():
+                self._refuse_infinite(declared.name, values[:, :, k])
+            if not declared.clamp:
+                row, run = _first(outside)
+                raise self._error(
+                    row,
+                    run,
+                    declared.name,
+                    f"{declared.low:g} to {declared.high:g} {declared.unit}".rstrip()
+                    + ", the declared range",
+                    f"{values[row, run, k]:.6g}"
+                    + (f", and {count - 1} more beyond it" if count > 1 else ""),
+                    "correct the unit in the header, or the range; clamp=True would clamp it",
+                )
+            self.clamped[declared.name] = self.clamped.get(declared.name, 0) + count
+
+    def _refuse_infinite(self, name: str, column: FloatArray) -> None:
+        row, run = _first(np.isinf(column))
+        raise self._error(row, run, name, "a finite number", "an infinite one")
+
+    def _error(
+        self, row: int, run: int, name: str, wanted: str, found: str, fix: str = "correct it"
+    ) -> InputError:
+        where = self.place(self.rows + row, run, name)
+        return InputError.at(where, wanted=wanted, found=found, fix=self.fix or fix)
+
+
+def _first(rows: BoolArray) -> tuple[int, int]:
+    """Row and run of the first True of (n, runs)."""
+    row = int(np.argmax(rows.any(axis=1)))
+    return row, int(np.argmax(rows[row]))
