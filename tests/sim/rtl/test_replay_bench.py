@@ -24,14 +24,14 @@ from tests.support.random_program import random_inputs, random_programs
 def _random() -> tuple[Core, list[IntArray]]:
     """Two programs, two lanes."""
     programs = random_programs(5, 2, word=24)
-    streams = [np.array(random_inputs(p, k, 20 + k)) for k, p in enumerate(programs)]
+    streams = [np.array(random_inputs(p, k, 12 + k)) for k, p in enumerate(programs)]
     return build_shared_core(programs, "fast", restarts=0), streams
 
 
 def _recorded() -> tuple[Core, list[IntArray]]:
     """A filter on a bundled log."""
     build = Build(Complementary(), restarts=0)
-    return build.core, [log.inputs[:20] for log in recorded(build)]
+    return build.core, [log.inputs[:10] for log in recorded(build)]
 
 
 def _runs(simulation: RtlSimulation, streams: list[IntArray]) -> list[RtlRun]:
