@@ -16,7 +16,6 @@ from boresight.firmware.names import identifier
 from boresight.model.estimator import Estimator, Input, Param, State
 from boresight.model.tools.c_names import comment
 
-
 _ADJECTIVE = {"float": "Single", "double": "Double"}
 #: Longest line inside a function's braces.
 _WIDTH = 92

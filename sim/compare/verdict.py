@@ -138,7 +138,7 @@ def judge(
         _named(program, nodes, n): int(count) for n, count in enumerate(seen.saturations) if count
     }
     steps = {step for step, _, _ in left}
-    steps |= {int(np.argmax(run.saturated))} if saturated else set()
+    steps |= {int(np.argmax(run.saturated))} if run.saturated is not None and saturated else set()
     steps |= {d.first_beyond for d in apart if d.first_beyond is not None}
     ends = [step + 1 for step in sorted(steps)]
     tried = (find_culprit(program, nodes, inputs[:n], states[:n]) for n in ends)
