@@ -1,4 +1,4 @@
-"""What results depend on besides their arguments: source files, with what they import, and versions.
+"""What results depend on beside arguments: source files with all that they import, and versions.
 
 A campaign that was interrupted continues only where this is unchanged.
 """

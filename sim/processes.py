@@ -13,6 +13,7 @@ import signal
 import threading
 import traceback
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor, as_completed
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
@@ -77,19 +78,25 @@ class _Worker:
 
 
 def dispatch(
-    jobs: int, tasks: Sequence[tuple[Label, Callable[..., Result], tuple[object, ...]]]
+    jobs: int,
+    tasks: Sequence[tuple[Label, Callable[..., Result], tuple[object, ...]]],
+    executor: Executor | None = None,
 ) -> Iterator[tuple[Label, Result]]:
     """Run tasks (label, function, arguments) and yield their results as they come.
 
     With one job they run in this process, in order. Other processes begin anew (`spawn`): a script
     that asks for more than one needs ``if __name__ == "__main__"``, and functions, arguments and
-    results are such as can be pickled. Whatever ends the work also ends the processes.
+    results are such as can be pickled. Whatever ends the work also ends the processes. An executor,
+    as of a Dask cluster, runs them instead if there is one; after an error it begins no more tasks.
 
     Raises
     ------
     ToolFailed
         A process ended before its task, killed for example.
     """
+    if executor is not None:
+        yield from _submit(executor, tasks)
+        return
     if jobs == 1:
         for label, work, arguments in tasks:
             yield label, work(*arguments)
@@ -120,6 +127,20 @@ def dispatch(
     finally:
         for worker in workers:
             worker.end()
+
+
+def _submit(
+    executor: Executor, tasks: Sequence[tuple[Label, Callable[..., Result], tuple[object, ...]]]
+) -> Iterator[tuple[Label, Result]]:
+    """Results of an executor as they come."""
+    futures = {executor.submit(work, *arguments): label for label, work, arguments in tasks}
+    try:
+        for future in as_completed(futures):
+            yield futures[future], future.result()
+    except BaseException:
+        for future in futures:
+            future.cancel()
+        raise
 
 
 def _serve(pipe: Connection) -> None:

@@ -4,8 +4,7 @@
 module   what it holds
 ======== ==========================================================================================
 campaign which draws, and what one of them gives
-journal  what is done, on disk, so that an interrupted campaign goes on
-deal     who runs them: this process, all cores, a Dask cluster
+cluster  a Dask cluster that runs the draws
 figures  NEES, NIS, spread against the bound, with confidence bands
 ======== ==========================================================================================
 """

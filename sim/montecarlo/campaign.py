@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import inspect
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -18,6 +19,7 @@ from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import Named, estimator_of, load
 from boresight.sim.attitude.zyx import wrapped
+from boresight.sim.identity import identity
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Level
 from boresight.sim.levels.registry import make_level
@@ -51,7 +53,7 @@ class Campaign:
         return isinstance(self.world, str) and isinstance(self.estimator, str)
 
     def identity(self) -> dict[str, Any]:
-        """What its draws depend on, as plain data: also the program, and the world's file."""
+        """What its draws depend on, as plain data: also the program, and sources (`identity`)."""
         world, estimator, level = made(self)
         try:
             source = Path(inspect.getfile(type(world))).read_bytes()
@@ -60,6 +62,7 @@ class Campaign:
         return {
             "world": self.world if isinstance(self.world, str) else world.name,
             "world_file": hashlib.sha256(source).hexdigest(),
+            "sources": identity(world, estimator, sys.modules[__name__]),
             "estimator": self.estimator if isinstance(self.estimator, str) else estimator.name,
             "program": level.program.digest,
             "params": dict(self.params),

@@ -132,8 +132,8 @@ class InputReader:
         """A column as numbers that can be broadcast to a shape."""
         try:
             if value is not None:
-                numbers: FloatArray = np.asarray(value, dtype=np.float64)
-                return np.broadcast_to(numbers, shape)
+                numbers: FloatArray = np.broadcast_to(np.asarray(value, dtype=np.float64), shape)
+                return numbers
         except (TypeError, ValueError, OverflowError):
             pass
         raise self._error(0, 0, name, "a number", type(value).__name__)

@@ -18,10 +18,10 @@ from boresight.model.errors import InputError
 from boresight.model.resolve import Named, estimator_of
 from boresight.options import Outcome, number_options, params_of, progress_of
 from boresight.sim.answer import Answer, JsonObject, plain
-from boresight.sim.montecarlo.campaign import Campaign, made
-from boresight.sim.montecarlo.deal import cluster, complete
+from boresight.sim.campaign import Journal, complete
+from boresight.sim.montecarlo.campaign import Campaign, draws, made
+from boresight.sim.montecarlo.cluster import cluster
 from boresight.sim.montecarlo.figures import figures, text
-from boresight.sim.montecarlo.journal import Journal
 
 __all__ = ["Consistency", "MonteCarloResult", "OutputSpread", "add_arguments", "call", "montecarlo"]
 
@@ -79,8 +79,9 @@ class MonteCarloResult(Answer):
     Attributes
     ----------
     world, estimator, level : str
-    world_file, program : str
-        Digests of what the draws depend on.
+    world_file, sources, program : str
+        Digests of what the draws depend on: the world's file; source files of world, estimator and
+        Boresight with all that they import, and versions; the program.
     params : mapping of str to float
         Values other than the defaults.
     word : int
@@ -104,6 +105,7 @@ class MonteCarloResult(Answer):
 
     world: str
     world_file: str
+    sources: str
     estimator: str
     program: str
     params: Mapping[str, float]
@@ -208,15 +210,16 @@ def montecarlo(
     name = f"montecarlo-{plant.name}-{filter.name}"
     folder = Path(output)
     result = OutputFile(folder / f"{name}.json", "montecarlo", of=name)
-    journal = Journal(folder / f"{name}.runs", campaign.identity())
-    seeds = range(seed, seed + runs)
+    identity = campaign.identity()
+    journal = Journal(folder / f"{name}.runs", identity)
+    seeds = {number: number for number in range(seed, seed + runs)}
     own = (jobs or os.cpu_count() or 1) if campaign.texts else 1
     say = progress or (lambda text: None)
     with _others(campaign, scheduler, executor) as dealer:
-        found = complete(campaign, seeds, journal, say=say, jobs=own, executor=dealer)
+        found = complete(campaign, draws, seeds, journal, say=say, jobs=own, executor=dealer)
     judged = figures(found, plant.bound(), filter.nis_freedom)
     told = MonteCarloResult(
-        **campaign.identity(),
+        **identity,
         seed=seed,
         **judged
         | {key: Consistency(**judged[key]) for key in ("nees", "nis") if key in judged}

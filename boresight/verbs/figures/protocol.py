@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
@@ -14,10 +15,10 @@ from boresight.results.protocol import ProtocolResult
 from boresight.sim.accuracy.peers import PEERS, require_peers
 from boresight.sim.accuracy.protocol.page import render_page
 from boresight.sim.accuracy.protocol.plan import cases_of
-from boresight.sim.accuracy.protocol.runs import Campaign, complete, name_of, params_key
+from boresight.sim.accuracy.protocol.runs import Campaign, name_of, numbered, params_key, run_cases
 from boresight.sim.accuracy.protocol.summary import summary
 from boresight.sim.accuracy.protocol.worse import explained
-from boresight.sim.montecarlo.journal import Journal
+from boresight.sim.campaign import Journal, complete
 from boresight.sim.records.bundled import bundled, bundled_names, is_comparison
 from boresight.sim.worlds.carriers.logs import CARRIERS
 from boresight.verbs.check import log_files
@@ -107,7 +108,14 @@ def accuracy_protocol(
         for end in ("html", "json")
     )
     journal = Journal(folder / f"accuracy-{protocol}.runs", campaign.identity())
-    runs = complete(campaign, journal, say=progress or (lambda text: None), jobs=jobs)
+    runs = complete(
+        campaign,
+        run_cases,
+        numbered(campaign),
+        journal,
+        say=progress or (lambda text: None),
+        jobs=jobs or os.cpu_count() or 1,
+    )
     data = {
         "protocol": protocol,
         "word": word,

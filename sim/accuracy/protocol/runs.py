@@ -1,16 +1,14 @@
 """One trial in some cases through every filter: the figures, as plain data.
 
-Runs are dealt to processes, which build every filter once; a trial is named by its file or its
-world, so that each process reads it itself.
+Runs are distributed over processes, which build every filter once; a trial is named by its file or
+its world, so that each process reads it itself.
 """
 
 from __future__ import annotations
 
 import hashlib
-import inspect
-import os
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.metadata import version
@@ -23,35 +21,31 @@ import numpy.typing as npt
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import estimator_of
-from boresight.sim.accuracy import figures
 from boresight.sim.accuracy.figures import attitude_errors, gives_attitude
 from boresight.sim.accuracy.peers import dip_rad, peer, run_peer
-from boresight.sim.accuracy.protocol import plan, variants
 from boresight.sim.accuracy.protocol.plan import Case, cases_of
 from boresight.sim.attitude.accuracy import attitude_error, largest_turn_deg
 from boresight.sim.attitude.outputs import attitude_of
 from boresight.sim.compare.difference import differences
+from boresight.sim.identity import identity
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.integer import Emitted
 from boresight.sim.levels.level import Run
-from boresight.sim.montecarlo.journal import Journal
-from boresight.sim.processes import dispatch
 from boresight.sim.records.feed import feed, fitted
 from boresight.sim.records.files import read_record
 from boresight.sim.records.nine_axis import NineAxis
-from boresight.sim.worlds import road, ship
 from boresight.sim.worlds.carriers import logs as carriers
 
 __all__ = [
     "LEFT_OUT_S",
     "SETTLED_DEG",
     "Campaign",
-    "complete",
     "counted",
     "figures_of",
     "log_of",
     "name_of",
+    "numbered",
     "prepared",
     "run_ours",
     "settled_s",
@@ -66,8 +60,6 @@ LEFT_OUT_S = 1.0
 #: A filter has settled when its error stays below these [deg], for so long [s].
 SETTLED_DEG = (2.0, 5.0)
 SETTLED_FOR_S = 10.0
-#: Cases that are dealt out together.
-HAND = 4
 
 
 @dataclass(frozen=True)
@@ -92,11 +84,10 @@ class Campaign:
 
     def identity(self) -> dict[str, Any]:
         """What the figures depend on, as plain data."""
-        modules = (plan, variants, figures, carriers, road, ship, sys.modules[__name__])
-        sources = "".join(map(inspect.getsource, modules))
+        classes = map(estimator_of, self.estimators)
         return {
             "protocol": self.protocol,
-            "cases": hashlib.sha256(sources.encode()).hexdigest(),
+            "sources": identity(sys.modules[__name__], *classes),
             "trials": {name_of(t): _digest(t) for t in self.trials},
             "estimators": {name: _levels(self, name)[0].program.digest for name in self.estimators},
             "peers": {name: version(peer(name).package) for name in self.peers},
@@ -217,16 +208,14 @@ def _ours(campaign: Campaign, name: str, log: NineAxis) -> list[dict[str, Any]]:
     ]
 
 
-def run_cases(
-    campaign: Campaign, trial: str, numbered: Sequence[tuple[int, str]]
-) -> list[dict[str, Any]]:
-    """Figures of every filter on one trial in some cases, each with its number.
+def run_cases(campaign: Campaign, cases: Sequence[tuple[int, str, str]]) -> list[dict[str, Any]]:
+    """Metrics of every filter in cases (number, trial, name of the perturbation).
 
-    A filter that can make nothing of a case has no figures.
+    A filter that can make nothing of a case has no metrics.
     """
     known = {case.name: case for case in cases_of(campaign.protocol)}
     out = []
-    for number, case in numbered:
+    for number, trial, case in cases:
         log = prepared(known[case], log_of(trial))
         rows = []
         for name in campaign.estimators:
@@ -265,32 +254,10 @@ def prepared(case: Case, log: NineAxis) -> NineAxis:
     return log
 
 
-def complete(
-    campaign: Campaign, journal: Journal, *, say: Callable[[str], None], jobs: int | None = None
-) -> list[dict[str, Any]]:
-    """All cases of all trials, in order; those of the journal are not run again."""
-    cases = cases_of(campaign.protocol)
-    number = {
-        (trial, case.name): k * len(cases) + j
-        for k, trial in enumerate(campaign.trials)
-        for j, case in enumerate(cases)
-    }
-    tasks = []
-    for trial in campaign.trials:
-        left = [
-            (number[trial, case.name], case.name)
-            for case in cases
-            if number[trial, case.name] not in journal.done
-        ]
-        for k in range(0, len(left), HAND):
-            tasks.append((trial, run_cases, (campaign, trial, left[k : k + HAND])))
-    if len(journal.done):
-        say(f"{len(journal.done)} of {len(number)} are done already")
-    if tasks:
-        for trial, found in dispatch(min(jobs or os.cpu_count() or 1, len(tasks)), tasks):
-            journal.add(found)
-            say(f"[{len(journal.done)}/{len(number)}] {name_of(trial)}: {found[-1]['case']}")
-    return [journal.done[k] for k in sorted(number.values())]
+def numbered(campaign: Campaign) -> dict[int, tuple[int, str, str]]:
+    """Cases of a campaign as `run_cases` takes them, by number."""
+    pairs = [(t, case.name) for t in campaign.trials for case in cases_of(campaign.protocol)]
+    return {k: (k, *pair) for k, pair in enumerate(pairs)}
 
 
 def params_key(params: Mapping[str, Mapping[str, float]] | None) -> Params:

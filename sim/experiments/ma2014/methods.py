@@ -5,26 +5,22 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from boresight.firmware.build import CModel
-from boresight.firmware.floating.build import FloatCModel
-from boresight.firmware.floating.precision import DOUBLE
 from boresight.model.declarations import GRAVITY
-from boresight.model.estimator import Estimator, FloatArray, input_words, with_params
+from boresight.model.estimator import FloatArray
 from boresight.model.estimators import ESTIMATORS
 from boresight.model.estimators.complementary import per_sample_gains
-from boresight.model.words.program import Program
 from boresight.sim.attitude.ma2014 import KI, KP, TABLE_2
 from boresight.sim.attitude.rotation import quaternion_to_euler, wrap_rad
+from boresight.sim.experiments.forms import run_forms
 from boresight.sim.experiments.ma2014.letter import filter_to_the_letter, mag_acc_angles
 from boresight.sim.experiments.ma2014.world import AVERAGED, FIELD_UT, LEAD, LOOP_HZ
+from boresight.sim.levels.level import Run
 from boresight.sim.records.feed import feed
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
-from boresight.sim.records.segments import interpret
 
 __all__ = [
     "METHODS",
@@ -123,27 +119,30 @@ def kalman_parameters(name: str) -> dict[str, float]:
     return {p.name: max(known[p.name], p.low) for p in ESTIMATORS[name].params if p.name in known}
 
 
-def _records(estimator: Estimator, logs: Sequence[Record]) -> FloatArray:
-    """(steps, n_inputs, runs)."""
-    return np.stack([feed(estimator, log).inputs for log in logs], axis=-1)
+def _runs(
+    method: Method, logs: Sequence[Record], level: str, params: dict[str, float] | None = None
+) -> list[Run]:
+    """Runs of a level over every log, with the paper's settings (or others)."""
+    assert method.estimator is not None
+    estimator = ESTIMATORS[method.estimator]()
+    records = [feed(estimator, log).inputs for log in logs]
+    params = _params(method) if params is None else params
+    (runs,) = run_forms(estimator, records, params=params, levels=(level,))
+    return runs
 
 
-def _angles(outputs: dict[str, Any]) -> FloatArray:
-    """Pitch, roll, heading [deg]."""
-    return 180.0 * np.stack([outputs[k] for k in ("pitch", "roll", "heading")], axis=-1)
+def _angles(runs: Sequence[Run]) -> FloatArray:
+    """Pitch, roll, heading [deg] of every run: (steps, runs, 3)."""
+    names = ("pitch", "roll", "heading")
+    return 180.0 * np.stack(
+        [np.stack([run.outputs[name] for name in names], axis=-1) for run in runs], axis=1
+    )
 
 
 def run_float(method: Method, logs: Sequence[Record]) -> FloatArray:
     """Angles [deg] of every log, float64, estimators compiled from C: (steps, runs, 3)."""
     if method.estimator is not None:
-        estimator = ESTIMATORS[method.estimator]()
-        model = FloatCModel(estimator, precision=DOUBLE, params=_params(method))
-        runs = []
-        for records in np.moveaxis(_records(estimator, logs), 2, 0):
-            model.reset()
-            runs.append(model.update(records))
-        found = np.stack(runs, axis=-1)
-        return _angles({o.name: found[:, k] for k, o in enumerate(estimator.outputs)})
+        return _angles(_runs(method, logs, "float"))
     views = [NineAxis.of(log) for log in logs]
     acc, mag, gyr = (
         np.stack([getattr(v, k) for v in views], axis=1) for k in ("acc", "mag", "gyr")
@@ -154,45 +153,20 @@ def run_float(method: Method, logs: Sequence[Record]) -> FloatArray:
     return np.degrees(measured)
 
 
-def program_of(method: Method, params: dict[str, float] | None = None) -> Program:
-    """The fixed-point program with the paper's settings (or others)."""
-    assert method.estimator is not None
-    estimator = ESTIMATORS[method.estimator]()
-    return with_params(
-        estimator.compile(), estimator, _params(method) if params is None else params
-    )
-
-
 def run_fixed(
     method: Method, logs: Sequence[Record], *, params: dict[str, float] | None = None
 ) -> tuple[FloatArray, int]:
-    """Angles [deg] of every log in fixed point (C model), and the number of saturated updates."""
-    program = program_of(method, params)
-    estimator = ESTIMATORS[method.estimator or ""]()
-    words = input_words(program, _records(estimator, logs))
-    model = CModel(program)
-    columns = [program.output_names.index(k) for k in ("pitch", "roll", "heading")]
-    formats = [program.format(program.outputs[k]) for k in columns]
-    out = np.empty((len(words), len(logs), 3))
-    saturated = 0
-    for run in range(len(logs)):
-        model.reset()
-        y, flags = model.update(words[:, :, run])
-        saturated += int(flags.sum())
-        for axis, (column, form) in enumerate(zip(columns, formats, strict=True)):
-            out[:, run, axis] = 180.0 * form.real(y[:, column])
-    return out, saturated
+    """Angles [deg] of every log in fixed point (C), and the number of saturated updates."""
+    runs = _runs(method, logs, "c", params)
+    return _angles(runs), sum(run.n_saturated for run in runs)
 
 
 def count_mismatches(method: Method, log: Record) -> tuple[int, int]:
     """Updates in which C and the integer interpreter differ, and updates compared."""
-    program = program_of(method)
-    estimator = ESTIMATORS[method.estimator or ""]()
-    words = input_words(program, _records(estimator, [log]))[:, :, 0]
-    run = interpret(program, words)
-    y, flags = CModel(program).update(words)
-    wrong = (y != run.outputs).any(axis=1) | (flags != run.saturated)
-    return int(wrong.sum()) + int(run.broken_at is not None), len(words)
+    (wanted,), (run,) = (_runs(method, [log], level) for level in ("fixed", "c"))
+    assert run.words is not None and run.saturated is not None
+    wrong = (run.words != wanted.words).any(axis=1) | (run.saturated != wanted.saturated)
+    return int(wrong.sum()) + bool(wanted.fault), len(wrong)
 
 
 def truth_deg(log: Record) -> FloatArray:

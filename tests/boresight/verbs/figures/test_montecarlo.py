@@ -10,7 +10,7 @@ import pytest
 
 import boresight
 from boresight.cli import main
-from boresight.sim.montecarlo import deal
+from boresight.sim.montecarlo.campaign import draws
 from tests.support.drift import Constant, Mean
 
 DRIFT = Path(__file__).parents[3] / "support" / "drift.py"
@@ -53,13 +53,13 @@ def test_two_processes(whole, tmp_path) -> None:
 def test_nothing_is_lost_of_one_that_is_cut(whole, tmp_path, monkeypatch) -> None:
     done = []
 
-    def cut(campaign, seeds, inner=deal.draws):
+    def cut(campaign, seeds, inner=draws):
         done.extend(seeds)
         if len(done) == 18:
             raise KeyboardInterrupt
         return inner(campaign, seeds)
 
-    monkeypatch.setattr(deal, "draws", cut)
+    monkeypatch.setattr("boresight.verbs.figures.montecarlo.draws", cut)
     with pytest.raises(KeyboardInterrupt):
         boresight.montecarlo(*TEXTS, runs=40, jobs=1, output=tmp_path)
     journal = tmp_path / "montecarlo-constant-mean.runs"
@@ -68,7 +68,7 @@ def test_nothing_is_lost_of_one_that_is_cut(whole, tmp_path, monkeypatch) -> Non
         file.write('{"seed": 18, "rec')  # killed while it wrote
     said: list[str] = []
     boresight.montecarlo(*TEXTS, runs=40, jobs=1, output=tmp_path, progress=said.append)
-    assert said[0] == "17 of 40 draws are done already" and said[-1] == "40 of 40 draws"
+    assert said[0] == "17 of 40 runs are done already" and said[-1] == "40 of 40 runs"
     assert done == [*range(1, 19), *range(18, 41)]
     text = (whole[0] / "montecarlo-constant-mean.json").read_text()
     assert (tmp_path / "montecarlo-constant-mean.json").read_text() == text
@@ -126,24 +126,29 @@ def test_a_world_without_draws_or_truth(tmp_path, capsys) -> None:
 def test_text_of_people(tmp_path, capsys) -> None:
     assert main(["montecarlo", *TEXTS, "--runs", "3", "--jobs", "1", "-o", str(tmp_path)]) == 0
     out, err = capsys.readouterr()
-    assert "NEES per degree of freedom" in out and "3 draws" in out and "3 of 3 draws" in err
+    assert "NEES per degree of freedom" in out and "3 draws" in out and "3 of 3 runs" in err
 
 
 @pytest.mark.parametrize(
     ("what", "old", "new"),
-    [("filter", "0.01, 16.0", "0.02, 16.0"), ("world", "2.0 * rng", "1.0 * rng")],
+    [
+        ("filter", "0.01, 16.0", "0.02, 16.0"),
+        ("world", "2.0 * rng", "1.0 * rng"),
+        ("helper", "SIZE = 1", "SIZE = 2"),
+    ],
 )
 def test_a_journal_of_what_has_changed_since_is_refused(what, old, new, tmp_path, capsys) -> None:
     """Draws of the filter or world as it was and as it is would be those of neither."""
-    text = DRIFT.read_text()
-    for name in ("filter", "world"):
+    drift = DRIFT.read_text()
+    texts = {"filter": drift, "world": f"{drift}\n\nimport helper", "helper": "SIZE = 1\n"}
+    for name, text in texts.items():
         (tmp_path / f"{name}.py").write_text(text)
     words = ["montecarlo", f"{tmp_path}/world.py:Constant", f"{tmp_path}/filter.py:Mean"]
     words += ["--runs", "2", "--jobs", "1", "-o", str(tmp_path)]
     assert main(words) == 0
     journal = tmp_path / "montecarlo-constant-mean.runs"
     before = journal.read_text()
-    (tmp_path / f"{what}.py").write_text(text.replace(old, new))
+    (tmp_path / f"{what}.py").write_text(texts[what].replace(old, new))
     assert main(words) == 2
     assert "found that of another one" in capsys.readouterr().err
     assert journal.read_text() == before

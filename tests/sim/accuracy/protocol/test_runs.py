@@ -10,9 +10,9 @@ import pytest
 from boresight.model.errors import InputError
 from boresight.sim.accuracy.protocol import runs
 from boresight.sim.accuracy.protocol.plan import cases_of
-from boresight.sim.accuracy.protocol.runs import Campaign, complete, figures_of, settled_s
+from boresight.sim.accuracy.protocol.runs import Campaign, figures_of, numbered, settled_s
 from boresight.sim.attitude.rotation import euler_to_quaternion, quaternion_multiply
-from boresight.sim.montecarlo.journal import Journal
+from boresight.sim.campaign import Journal, complete
 from boresight.sim.worlds.carriers.logs import carrier
 
 CAMPAIGN = Campaign("short", ("carrier:ship:1",), ("complementary",), ("vqf_online",))
@@ -52,11 +52,11 @@ def test_what_is_in_the_journal_is_not_run_again(
     monkeypatch.setattr(runs.carriers, "carrier", lambda name, seed: carrier(name, seed, seconds=9))
     runs.log_of.cache_clear()
     path, told = tmp_path / "a.runs", list[str]()
-    first = complete(CAMPAIGN, Journal(path, CAMPAIGN.identity()), say=told.append, jobs=1)
-    monkeypatch.setattr(runs, "run_cases", None)
-    again = complete(CAMPAIGN, Journal(path, CAMPAIGN.identity()), say=told.append, jobs=1)
+    cases, identity = numbered(CAMPAIGN), CAMPAIGN.identity()
+    first = complete(CAMPAIGN, runs.run_cases, cases, Journal(path, identity), say=told.append)
+    again = complete(CAMPAIGN, None, cases, Journal(path, identity), say=told.append)
     runs.log_of.cache_clear()
-    assert again == first and told[-1] == "2 of 2 are done already"
+    assert again == first and told[-1] == "2 of 2 runs are done already"
     assert [run["case"] for run in first] == ["as recorded", "never a field"]
     fixed, floating, rival = first[0]["rows"]
     assert (fixed["level"], floating["level"], rival["level"]) == ("fixed", "float", "package")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from boresight.model.errors import InputError
-from boresight.sim.montecarlo.journal import Journal
+from boresight.sim.campaign import Journal
 
 
 def test_goes_on(tmp_path) -> None:

@@ -10,7 +10,7 @@ import pytest
 import boresight
 from boresight.cli import main
 from boresight.model.errors import ToolMissing
-from boresight.sim.montecarlo.deal import cluster
+from boresight.sim.montecarlo.cluster import cluster
 
 DRIFT = Path(__file__).parents[2] / "support" / "drift.py"
 TEXTS = (f"{DRIFT}:Constant", f"{DRIFT}:Mean")
