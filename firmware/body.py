@@ -11,8 +11,6 @@ from boresight.model.tools.c_names import comment
 from boresight.model.words.check import check_complete
 from boresight.model.words.program import Kind, Negate, Op, Overflow, Program, Scale, Term, When
 
-__all__ = ["Body"]
-
 #: Stems whose ``<stem>_t`` belongs to the standard headers.
 _TYPE_STEM = re.compile(r"u?int((_least|_fast)?\d+|ptr|max)|s?size|ptrdiff|wchar|max_align")
 

@@ -23,16 +23,6 @@ from boresight.model.tools.failure import ToolFailed, failure
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Kind, Program
 
-__all__ = [
-    "CFLAGS",
-    "CModel",
-    "WordRanges",
-    "array_of",
-    "compiled_library",
-    "find_compiler",
-    "instance",
-]
-
 #: Flags for speed; others are fixed. More takes twice as long to compile and runs hardly faster.
 CFLAGS = ("-O1",)
 

@@ -16,8 +16,6 @@ from boresight.firmware.layout import banner, block, header, source
 from boresight.firmware.names import literal, unique
 from boresight.model.words.program import Program
 
-__all__ = ["emit_c", "preamble"]
-
 
 def _members(body: Body, numbers: Sequence[int], members: Sequence[str]) -> list[str]:
     return [

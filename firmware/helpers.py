@@ -10,8 +10,6 @@ import re
 
 from boresight.model.words.fixed import Arithmetic
 
-__all__ = ["definitions", "helpers"]
-
 
 def definitions(arith: Arithmetic) -> str:
     """Macros with the widths that the helpers use."""

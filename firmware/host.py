@@ -5,8 +5,6 @@ from __future__ import annotations
 from boresight.firmware.body import Body
 from boresight.firmware.layout import END, banner, block, join
 
-__all__ = ["host_source", "load"]
-
 
 def load(body: Body, row: str) -> list[str]:
     """Statements that fill ``in`` from ``inputs``, whose index begins with ``row``."""

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-__all__ = ["END", "banner", "block", "head", "header", "join", "source"]
-
 _RULE = "//" + 78 * "-"
 #: Longest line.
 _WIDTH = 100

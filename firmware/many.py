@@ -12,8 +12,6 @@ from boresight.firmware.build import compiled_library
 from boresight.firmware.emit import emit_c
 from boresight.model.words.program import Program
 
-__all__ = ["ManyCModels"]
-
 Words = npt.NDArray[np.int32]
 
 

@@ -7,8 +7,6 @@ import re
 
 from boresight.model.tools import c_names
 
-__all__ = ["identifier", "literal", "unique"]
-
 #: Words that may not name a member: keywords of C and C++, macros of the headers in use.
 _RESERVED_TEXT = """
     auto break case char const continue default do double else enum extern float for goto if inline

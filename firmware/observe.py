@@ -12,8 +12,6 @@ from boresight.firmware.host import load
 from boresight.firmware.layout import END, banner, block, join
 from boresight.model.words.program import Op, Overflow
 
-__all__ = ["observe_source"]
-
 
 def _every_word(body: Body) -> str:
     name, values = body.name, body.program.values

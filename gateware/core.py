@@ -24,8 +24,6 @@ from boresight.gateware.verilog import to_verilog
 from boresight.model.errors import InputError
 from boresight.model.words.program import Kind, Program
 
-__all__ = ["Core", "Part", "build_core", "build_shared_core", "machine_for"]
-
 
 def machine_for(config: str, program: Program) -> Machine:
     """The machine called ``config`` with the program's word width.

@@ -19,8 +19,6 @@ from boresight.gateware.schedule.search import schedule
 from boresight.gateware.schedule.slots import Schedule, Slot
 from boresight.model.words.program import Program
 
-__all__ = ["digest_of_sources", "kept_schedule"]
-
 _FILE = "schedule.json"
 
 

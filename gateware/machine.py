@@ -6,8 +6,6 @@ from dataclasses import dataclass, field, replace
 
 from boresight.model.words.fixed import Arithmetic
 
-__all__ = ["ALL_CONFIGS", "CONFIGS", "Field", "Machine"]
-
 
 @dataclass(frozen=True)
 class Field:

@@ -228,14 +228,6 @@ class Estimator:
                 found=str(word),
                 fix="choose a width inside the range",
             )
-        self.check_declarations()
-        if not self.inputs:
-            raise InputError.at(
-                placed(self._line, f"estimator {self.name}"),
-                wanted="an input, whose word begins an update",
-                found="none",
-                fix='declare one, for example Input("dt", 0.0, 0.1, "s")',
-            )
         trace = self.record()
         program, nodes = lower(trace, Arithmetic(word=word))
         held = {value: node.number for value, node in nodes.items()}
@@ -272,8 +264,17 @@ class Estimator:
         Raises
         ------
         InputError
-            As `checked_step`, or it computes something else.
+            Declarations that contradict each other, no input; as `checked_step`; or it computes
+            something else.
         """
+        self.check_declarations()
+        if not self.inputs:
+            raise InputError.at(
+                placed(self._line, f"estimator {self.name}"),
+                wanted="an input, whose word begins an update",
+                found="none",
+                fix='declare one, for example Input("dt", 0.0, 0.1, "s")',
+            )
         recorded, again = self.trace(), self.trace()
         expressions = (recorded.tracer.expressions, again.tracer.expressions)
         said = [[e.said for e in each] for each in expressions]

@@ -248,4 +248,4 @@ def _drawn(
     near = anywhere * 2.0 ** -draw.uniform(0.0, 20.0, rows)
     kinds = [anywhere, near, np.full(rows, of.low), np.full(rows, of.high), np.full(rows, usual)]
     chosen = np.choose(draw.choice(len(kinds), rows, p=(0.5, 0.2, 0.1, 0.1, 0.1)), kinds)
-    return np.clip(chosen, of.low, of.high)
+    return np.asarray(np.clip(chosen, of.low, of.high), dtype=np.float64)

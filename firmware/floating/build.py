@@ -16,8 +16,6 @@ from boresight.firmware.floating.precision import SINGLE, Precision
 from boresight.firmware.names import identifier
 from boresight.model.estimator import Estimator
 
-__all__ = ["FloatCModel"]
-
 
 def _host_source(estimator: Estimator, precision: Precision) -> str:
     """Entry points for many updates. The structures hold nothing but floats, one after another."""

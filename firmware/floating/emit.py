@@ -16,9 +16,6 @@ from boresight.firmware.names import identifier
 from boresight.model.estimator import Estimator, Input, Param, State
 from boresight.model.tools.c_names import comment
 
-__all__ = ["emit_float_c", "float_prefix"]
-
-
 _ADJECTIVE = {"float": "Single", "double": "Double"}
 #: Longest line inside a function's braces.
 _WIDTH = 92

@@ -8,8 +8,6 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["DOUBLE", "FUNCTIONS", "SINGLE", "Precision"]
-
 #: Functions of ``math.h`` that are called, as in double precision.
 FUNCTIONS = ("fabs", "sqrt", "sin", "cos", "asin", "atan2", "exp", "log", "tanh", "floor")
 

@@ -11,8 +11,6 @@ from boresight.firmware.floating.precision import FUNCTIONS, SINGLE, Precision
 from boresight.firmware.names import identifier
 from boresight.model.lowering.trace import Condition, Expression, Trace
 
-__all__ = ["Expressions", "float_helpers", "operation_counts"]
-
 #: Longest expression that is written into the one that uses it.
 _INLINE = 60
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["filter_header"]
-
 _HEAD = """\
 /**
  * @file filter.h

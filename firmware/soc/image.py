@@ -14,16 +14,6 @@ from boresight.model.errors import ToolMissing
 from boresight.model.tools.failure import failure
 from boresight.model.tools.needs import NEEDS
 
-__all__ = [
-    "CFLAGS",
-    "COMPILER",
-    "Image",
-    "ImageError",
-    "build_image",
-    "find_cross_compiler",
-    "source",
-]
-
 #: What Debian and Ubuntu call the compiler and the C library.
 COMPILER = "riscv64-unknown-elf-gcc"
 PACKAGES = NEEDS["riscv64 gcc"].packages["apt-get"]

@@ -11,8 +11,6 @@ from amaranth_boards.numato_mimas import NumatoMimasPlatform
 from amaranth_boards.resources import LEDResources
 from amaranth_boards.sk_xc6slx9 import SK_XC6SLX9Platform
 
-__all__ = ["BOARDS", "Board", "Line"]
-
 
 @dataclass(frozen=True)
 class Line:

@@ -34,19 +34,6 @@ from enum import IntEnum
 
 from amaranth.lib.crc import catalog
 
-__all__ = [
-    "CRC",
-    "CRC_BYTES",
-    "END",
-    "END_ESCAPED",
-    "ESC",
-    "ESC_ESCAPED",
-    "Decoder",
-    "Kind",
-    "encode",
-    "word_bytes",
-]
-
 END, ESC, END_ESCAPED, ESC_ESCAPED = 0xC0, 0xDB, 0xDC, 0xDD
 _ESCAPES = {END: END_ESCAPED, ESC: ESC_ESCAPED}
 _PLAIN = {escaped: plain for plain, escaped in _ESCAPES.items()}

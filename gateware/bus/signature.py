@@ -5,8 +5,6 @@ from __future__ import annotations
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-__all__ = ["BusSignature"]
-
 
 class BusSignature(wiring.Signature):
     """A small synchronous register bus, as its initiator sees it.

@@ -14,8 +14,6 @@ from boresight.gateware.schedule.allocate import Allocation
 from boresight.gateware.schedule.slots import Schedule, ScheduleError, Slot
 from boresight.model.words.program import Negate, Overflow, Scale, When
 
-__all__ = ["assemble", "decode", "encode"]
-
 #: (neg, neg_flag) of each sign and (when, when_flag) of each condition.
 _NEGATE = {Negate.NO: (0, 0), Negate.YES: (1, 0), Negate.IF: (0, 1), Negate.UNLESS: (1, 1)}
 _WHEN = {When.ALWAYS: (1, 0), When.IF: (0, 1), When.UNLESS: (1, 1)}

@@ -13,8 +13,6 @@ from boresight.gateware.machine import Machine
 from boresight.gateware.microcode.assemble import decode
 from boresight.gateware.microcode.image import Image
 
-__all__ = ["Emulator", "Record", "Write"]
-
 
 @dataclass(frozen=True)
 class Write:

@@ -9,8 +9,6 @@ from itertools import accumulate
 from boresight.gateware.machine import Machine
 from boresight.gateware.schedule.links import Window
 
-__all__ = ["Image", "rom_pieces"]
-
 
 def rom_pieces(words: int) -> tuple[int, ...]:
     """Depths of the memories that make a ROM of so many words, the deepest first.

@@ -6,8 +6,6 @@ from amaranth.lib import data
 
 from boresight.gateware.machine import Field, Machine
 
-__all__ = ["lane_fields", "microword_layout"]
-
 
 def microword_layout(machine: Machine) -> data.StructLayout:
     """Layout of one microword: the fields of ``machine.fields()``, least significant first."""

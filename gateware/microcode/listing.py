@@ -15,8 +15,6 @@ from boresight.gateware.schedule.allocate import Allocation
 from boresight.gateware.schedule.slots import Schedule
 from boresight.model.words.program import Program
 
-__all__ = ["listing"]
-
 _SIGN = {(0, 0): "+", (1, 0): "-", (0, 1): "-if ", (1, 1): "-unless "}
 _WHEN = {(1, 0): "", (0, 1): " if", (1, 1): " unless"}
 _SCALE = ("", "-n", "-(n&~1)", "-(n>>1)")

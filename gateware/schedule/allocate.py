@@ -24,8 +24,6 @@ from boresight.gateware.schedule.links import open_states, window_of
 from boresight.gateware.schedule.slots import Schedule, ScheduleError
 from boresight.model.words.program import Kind
 
-__all__ = ["Allocation", "Tenant", "allocate", "allocate_together", "result_bank"]
-
 
 @dataclass(frozen=True)
 class Tenant:

@@ -15,8 +15,6 @@ from itertools import product
 from boresight.gateware.schedule.slots import Slot
 from boresight.model.words.program import Negate, Op, Scale, When
 
-__all__ = ["Arrangement", "Need", "arrangements", "needs", "reads", "uses_flag"]
-
 #: Captures that an op has to make itself: index, flag, norm.
 Need = tuple[bool, bool, bool]
 

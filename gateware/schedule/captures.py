@@ -14,8 +14,6 @@ from boresight.gateware.schedule.arrange import needs, uses_flag
 from boresight.gateware.schedule.slots import Slot
 from boresight.model.words.program import Op, Program, Scale
 
-__all__ = ["KINDS", "Gift", "Key", "gifts", "give", "keys"]
-
 KINDS = ("index", "flag", "norm")
 #: What a capture register holds: value, and whether a quarter was added.
 Key = tuple[int, bool]

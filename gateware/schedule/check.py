@@ -14,8 +14,6 @@ from boresight.gateware.schedule.allocate import Allocation
 from boresight.gateware.schedule.slots import Schedule, ScheduleError, Slot
 from boresight.model.words.program import Kind, Negate, Op, Overflow, Program, Scale, Term, When
 
-__all__ = ["check_schedule"]
-
 #: Stages of the contract (docs/engine.md), on purpose not taken from the scheduler.
 _READ, _WRITE = 1, 6
 

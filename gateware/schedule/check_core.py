@@ -21,8 +21,6 @@ from boresight.gateware.schedule.links import Window
 from boresight.gateware.schedule.slots import Schedule, ScheduleError
 from boresight.model.words.program import Kind, Program
 
-__all__ = ["check_core"]
-
 
 def check_core(
     programs: Sequence[Program],

@@ -12,8 +12,6 @@ from dataclasses import replace
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import Kind, Op, Overflow, Program, Term, Value
 
-__all__ = ["copy_shift", "with_copies"]
-
 
 def copy_shift(word: int, arith: Arithmetic) -> int | None:
     """Shift that makes a product with the constant ``word`` a copy; None if there is none."""

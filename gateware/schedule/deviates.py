@@ -7,8 +7,6 @@ import random
 
 from boresight.model.words.rounded import cos_ht, log, sin_ht
 
-__all__ = ["Deviates"]
-
 
 class Deviates:
     """Normal deviates by the method of Box and Muller, in pairs, correctly rounded.

@@ -19,8 +19,6 @@ from boresight.gateware.schedule.slots import Schedule, ScheduleError
 from boresight.model.linking import first_word
 from boresight.model.words.program import Kind, Program, Value
 
-__all__ = ["Window", "open_states", "tied", "window_of"]
-
 
 @dataclass(frozen=True)
 class Window:

@@ -16,8 +16,6 @@ from boresight.gateware.schedule.problem import Attempt, ListProblem, Style
 from boresight.gateware.schedule.slots import ScheduleError
 from boresight.gateware.schedule.state import NOTHING, Fit, ListState
 
-__all__ = ["list_pass"]
-
 
 def list_pass(
     problem: ListProblem,

@@ -9,8 +9,6 @@ from boresight.gateware.schedule.arrange import arrangements, needs, reads, uses
 from boresight.gateware.schedule.slots import ScheduleError
 from boresight.model.words.program import Kind, Op, Program, Scale
 
-__all__ = ["Paths", "paths", "slots_after", "topological"]
-
 
 @dataclass(frozen=True)
 class Paths:

@@ -13,8 +13,6 @@ from boresight.gateware.schedule.priorities import Paths
 from boresight.gateware.schedule.slots import Slot
 from boresight.model.words.program import Program
 
-__all__ = ["Attempt", "ListProblem", "Style"]
-
 
 @dataclass(frozen=True)
 class Style:

@@ -18,10 +18,8 @@ from boresight.gateware.schedule.deviates import Deviates
 from boresight.gateware.schedule.list_pass import list_pass
 from boresight.gateware.schedule.priorities import Paths, paths
 from boresight.gateware.schedule.problem import Attempt, ListProblem, Style
-from boresight.gateware.schedule.slots import Schedule, ScheduleError, Slot
+from boresight.gateware.schedule.slots import Schedule, ScheduleError
 from boresight.model.words.program import Kind, Program
-
-__all__ = ["Schedule", "ScheduleError", "Slot", "schedule"]
 
 #: How far urgent nodes stand above the others, in cycles.
 _LEAD = 1000.0

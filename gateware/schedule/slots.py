@@ -9,8 +9,6 @@ from functools import cached_property
 from boresight.gateware.machine import Machine
 from boresight.model.words.program import Program
 
-__all__ = ["Schedule", "ScheduleError", "Slot"]
-
 
 class ScheduleError(ValueError):
     """A program that does not fit the machine, or a schedule that breaks its rules."""

@@ -13,8 +13,6 @@ from boresight.gateware.schedule.captures import KINDS, Key, give
 from boresight.gateware.schedule.problem import Attempt, ListProblem
 from boresight.gateware.schedule.slots import Slot
 
-__all__ = ["NOTHING", "Fit", "ListState"]
-
 #: Earliest start, number of slots, arrangement, order of its slots.
 Fit = tuple[int, int, Arrangement, list[int]]
 NOTHING: Need = (False, False, False)

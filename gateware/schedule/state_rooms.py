@@ -12,8 +12,6 @@ from boresight.gateware.machine import Machine
 from boresight.gateware.schedule.slots import ScheduleError
 from boresight.model.words.program import Program
 
-__all__ = ["state_rooms"]
-
 
 def state_rooms(programs: Sequence[Program], machine: Machine) -> list[tuple[int, ...]]:
     """For each program, the most states that it may have in each bank.

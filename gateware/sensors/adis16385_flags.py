@@ -6,8 +6,6 @@ from typing import Final
 
 from amaranth.lib import data
 
-__all__ = ["EVENTS", "EVENT_MEANINGS", "FLAGS", "FLAG_MEANINGS"]
-
 #: Flag: meaning. In the order of their bits.
 FLAG_MEANINGS: Final = {
     "running": "identity and settings are checked, samples are being read",

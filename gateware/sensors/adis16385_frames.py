@@ -11,23 +11,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-__all__ = [
-    "CHECKED",
-    "COMM_FAILURE",
-    "CONFIG_FRAMES",
-    "FIRST",
-    "FIRST_RUN",
-    "IDENTITY",
-    "LAST",
-    "REGISTERS",
-    "RUN_FRAMES",
-    "STEPS",
-    "WORDS",
-    "Step",
-    "read",
-    "write",
-]
-
 #: Register addresses.
 REGISTERS: Final = {
     "XGYRO_OUT": 0x04,

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from amaranth.hdl import Const, Mux, Value
 
-__all__ = ["at_full_scale"]
-
 
 def at_full_scale(word: Value, select: Value, limits: tuple[int, int]) -> Value:
     """Expression: the magnitude of a signed 16-bit word is the selected limit or more.

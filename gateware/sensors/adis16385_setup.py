@@ -6,8 +6,6 @@ from dataclasses import dataclass
 
 from boresight.gateware.sensors.adis16385_frames import COMM_FAILURE, IDENTITY
 
-__all__ = ["Settings", "Timing"]
-
 
 @dataclass(frozen=True)
 class Timing:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-__all__ = ["BURST", "ProcessorBus"]
-
 #: ``cti`` of a word of a burst that is not the last: the next word follows, at the next address.
 BURST = 2
 

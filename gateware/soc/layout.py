@@ -4,16 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-__all__ = [
-    "CONTROL",
-    "CONTROL_BASE",
-    "INTERRUPTS",
-    "KICK",
-    "SLOT_BASE",
-    "SLOT_WORDS",
-    "ControlRegister",
-    "soc_header",
-]
+from boresight.gateware.texts.render import render
 
 #: Byte addresses. From 0x8000_0000 on the processor's caches are bypassed.
 CONTROL_BASE = 0x8000_0000
@@ -77,36 +68,12 @@ INTERRUPTS = {
 
 def soc_header() -> str:
     """A C99 header with all of it."""
-
-    def define(name: str, value: str, note: str = "") -> str:
-        return f"#define SOC_{name} {value}" + (f" // {note}" if note else "")
-
-    lines = [
-        "/**",
-        " * @file soc_registers.h",
-        " * @brief Addresses of the soft core's devices: word k is at byte 4 k.",
-        " *",
-        " * Generated; do not edit.",
-        " */",
-        "",
-        "#ifndef SOC_REGISTERS_H",
-        "#define SOC_REGISTERS_H",
-        "",
-        define("CONTROL_BASE", f"UINT32_C({CONTROL_BASE:#x})"),
-        define("SLOT_BASE", f"UINT32_C({SLOT_BASE:#x})", f"{SLOT_WORDS} words"),
-        define("WATCHDOG_KICK", f"UINT32_C({KICK:#x})"),
-        "",
-    ]
-    for address, register in enumerate(CONTROL):
-        name = register.name.upper()
-        lines += [f"// {register.meaning}", define(f"{name}_ADDR", str(address))]
-        lines += [
-            define(f"{name}_{bit.upper()}", f"UINT32_C({1 << k:#x})", meaning)
-            for k, (bit, meaning) in enumerate(register.bits.items())
-        ]
-    lines += ["", "// Interrupts: bits of the CSRs 0xBC0 (mask) and 0xFC0 (pending)"]
-    lines += [
-        define(f"INTERRUPT_{name.upper()}", f"UINT32_C({1 << k:#x})", meaning)
-        for k, (name, meaning) in enumerate(INTERRUPTS.items())
-    ]
-    return "\n".join([*lines, "", "#endif", ""])
+    return render(
+        "soc_registers.h",
+        control_base=CONTROL_BASE,
+        slot_base=SLOT_BASE,
+        slot_words=SLOT_WORDS,
+        kick=KICK,
+        control=CONTROL,
+        interrupts=INTERRUPTS,
+    )

@@ -8,8 +8,6 @@ in the cell. Each holds names of :mod:`gateware.synthesis.delays`; several names
 
 from dataclasses import dataclass, field
 
-__all__ = ["Arc", "CellTiming", "Inside", "Keys", "Launch", "Setup"]
-
 Keys = tuple[str, ...]
 
 

@@ -21,8 +21,6 @@ from boresight.gateware.synthesis.celltypes import (
 from boresight.gateware.synthesis.device import XC6SLX9, Device
 from boresight.gateware.synthesis.netlist import Netlist
 
-__all__ = ["Area", "count_area"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Area:

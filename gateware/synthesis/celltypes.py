@@ -8,17 +8,6 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Final
 
-__all__ = [
-    "BLOCK_RAMS",
-    "FLIP_FLOPS",
-    "LATCHES",
-    "LUTRAMS",
-    "LUTS",
-    "SHIFT_REGISTERS",
-    "SPECIALS",
-    "UnknownCell",
-]
-
 
 class UnknownCell(ValueError):
     """The netlist holds a cell type that this package has no data for."""

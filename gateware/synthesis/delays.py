@@ -19,8 +19,6 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final
 
-__all__ = ["GRADES", "NET_MODELS", "Delay", "DelayTable", "delay_table", "fanout_key"]
-
 #: Speed grades with data, slow first.
 GRADES: Final = (2, 3)
 #: Which statistic of routed net delays stands for a net.

@@ -8,8 +8,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-__all__ = ["XC6SLX9", "Device", "Resource"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Resource:

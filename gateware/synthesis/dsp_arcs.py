@@ -23,8 +23,6 @@ from typing import NamedTuple
 from boresight.gateware.synthesis.arcs import Arc, CellTiming, Inside, Keys, Launch, Setup
 from boresight.gateware.synthesis.netlist import Bit, Cell, NetlistError
 
-__all__ = ["dsp_timing"]
-
 #: Register -> value where the instance leaves the parameter out.
 _DEFAULTS = {
     "A0REG": 0,

@@ -12,8 +12,6 @@ from boresight.gateware.synthesis.netlist import Netlist
 from boresight.gateware.synthesis.timing import NOTE, Timing, analyse
 from boresight.gateware.synthesis.yosys import synthesise
 
-__all__ = ["Estimate", "estimate"]
-
 #: Loads on a net beyond which the statistics of routed nets say little.
 _THIN: Final = 60
 

@@ -14,8 +14,6 @@ from boresight.gateware.synthesis.netlist import Cell, Netlist, NetlistError, Pi
 from boresight.gateware.synthesis.routing import Hop, route
 from boresight.gateware.synthesis.slice_arcs import slice_timing
 
-__all__ = ["Edge", "Endpoint", "Graph", "Start", "build_graph", "cell_timing"]
-
 
 @dataclass(frozen=True)
 class Start:

@@ -3,8 +3,6 @@
 from boresight.gateware.synthesis.arcs import CellTiming, Inside, Launch, Setup
 from boresight.gateware.synthesis.netlist import Cell
 
-__all__ = ["block_ram_timing", "special_timing"]
-
 
 def block_ram_timing(cell: Cell) -> CellTiming:
     """Return the timing of a RAMB16BWER or RAMB8BWER.

@@ -9,8 +9,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
-__all__ = ["Bit", "Cell", "Netlist", "NetlistError", "Pin"]
-
 Bit = int | str
 
 

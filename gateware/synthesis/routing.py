@@ -12,8 +12,6 @@ from boresight.gateware.synthesis.celltypes import FLIP_FLOPS, LUTS
 from boresight.gateware.synthesis.delays import fanout_key
 from boresight.gateware.synthesis.netlist import Netlist, Pin
 
-__all__ = ["Hop", "route"]
-
 _MUXES = frozenset({"MUXF7", "MUXF8"})
 #: Dedicated wires of the DSP column: output port -> input port of the next slice.
 _DSP_CASCADES = {"PCOUT": "PCIN", "BCOUT": "B", "CARRYOUT": "CARRYIN"}

@@ -12,8 +12,6 @@ from boresight.gateware.synthesis.celltypes import (
 )
 from boresight.gateware.synthesis.netlist import Cell, NetlistError
 
-__all__ = ["slice_timing"]
-
 
 def slice_timing(cell: Cell) -> CellTiming | None:
     """Return the timing of ``cell``, or None if it is not a slice primitive."""

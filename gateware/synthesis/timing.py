@@ -14,8 +14,6 @@ from boresight.gateware.synthesis.delays import Delay, DelayTable, delay_table
 from boresight.gateware.synthesis.graph import Edge, Endpoint, Graph, Start, build_graph
 from boresight.gateware.synthesis.netlist import Netlist, Pin
 
-__all__ = ["NOTE", "Group", "PathPoint", "Timing", "TimingPath", "analyse"]
-
 #: What every report of these figures has to say.
 NOTE = "estimate, not ISE; sign-off needs trce"
 

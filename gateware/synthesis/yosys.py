@@ -24,8 +24,6 @@ from boresight.model.errors import ToolMissing
 from boresight.model.tools.failure import failure
 from boresight.model.tools.folders import yosys_environment
 
-__all__ = ["OLDEST", "Synthesis", "SynthesisError", "Tool", "find_tool", "synthesise"]
-
 #: Oldest yosys whose ``synth_xilinx -family xc6s`` is relied on.
 OLDEST: Final = (0, 35)
 #: Part of the cache key; raise it when the stored form changes.

@@ -13,19 +13,6 @@ from dataclasses import dataclass, field
 from boresight.model.words.fixed import Format
 from boresight.model.words.program import InPort, Program, Value
 
-__all__ = [
-    "FIELD",
-    "HELD",
-    "MOST_REGISTERS",
-    "PLACES",
-    "REGISTERS",
-    "ZERO",
-    "Fed",
-    "Feed",
-    "feed_of",
-    "reset_word",
-]
-
 #: Places: gyro, accelerometer, time step; the field; a zero; constants; registers.
 PLACES = {
     **{f"g{a}": k for k, a in enumerate("xyz")},

@@ -2,14 +2,19 @@
 
 Hardware, register map, host and the judge of a simulated board read it: the conductor packs
 `HEADER`, the frames to the host carry it with `FRAME_FLAGS`, a write of `ORDERS` does things once.
-`system_registers` is the block that `gateware.bus.csr` makes, `system_map` everything on the bus.
+`system_registers` is the block that `gateware.bus.csr` makes, from the rows of ``registers.csv``;
+`system_map` is everything on the bus.
 """
 
 from __future__ import annotations
 
+import csv
 import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
 from enum import IntEnum
+from functools import cache
+from pathlib import Path
+from typing import Any
 
 from boresight.gateware.core import Core
 from boresight.gateware.description import Description, Records, Word, describe
@@ -23,7 +28,7 @@ from boresight.model.words.program import Value
 #: "BORE", and the version of this map: it changes when an address or a meaning does.
 IDENTIFICATION, VERSION = 0x424F_5245, 1
 
-_READ, _WRITE, _BOTH = Access.READ_ONLY, Access.WRITE_ONLY, Access.READ_WRITE
+_READ, _WRITE = Access.READ_ONLY, Access.WRITE_ONLY
 
 
 class Place(IntEnum):
@@ -75,22 +80,24 @@ def _flags(flags: Mapping[str, str]) -> tuple[BitField, ...]:
     return tuple(BitField(name, bit, text) for bit, (name, text) in enumerate(flags.items()))
 
 
-def _constant(name: str, address: int, word: int, meaning: str, unit: str = "") -> Register:
-    return Register(name, CSR + address, _READ, meaning, unit=unit, width=32, reset=word)
-
-
-def _state(name: str, address: int, width: int, meaning: str, **more: object) -> Register:
-    return Register(name, CSR + address, _READ, meaning, width=width, **more)  # type: ignore[arg-type]
-
-
-def _setting(
-    name: str, address: int, width: int, reset: int, meaning: str, names: tuple[str, ...] = ()
-) -> Register:
-    return Register(name, CSR + address, _BOTH, meaning, width=width, reset=reset, names=names)
-
-
-def _order(name: str, address: int, width: int, meaning: str, *fields: BitField) -> Register:
-    return Register(name, CSR + address, _WRITE, meaning, width=width, fields=fields)
+@cache
+def _declared() -> tuple[Register, ...]:
+    """The rows of ``registers.csv``."""
+    text = Path(__file__).with_name("registers.csv").read_text("utf-8")
+    return tuple(
+        Register(
+            row["name"],
+            CSR + int(row["address"]),
+            Access(row["access"]),
+            row["meaning"],
+            unit=row["unit"],
+            reset=int(row["reset"], 0) if row["reset"] else None,
+            names=tuple(row["values"].split()),
+            width=int(row["width"]) if row["width"] else None,
+            signed=True if row["signed"] else None,
+        )
+        for row in csv.DictReader(text.splitlines())
+    )
 
 
 def system_registers(
@@ -120,112 +127,21 @@ def system_registers(
     """
     if not 1 <= len(filters) <= 8:
         raise ValueError(f"filters must be 1 to 8, not {len(filters)}")
-    filter_bits = max(1, (len(filters) - 1).bit_length())
-    modes = ("off", "binary", *(("text",) if text else ()))
-    orders = (*ORDERS, *((TAKE_FEED,) if feed else ()))
     inertial, compass = _flags(inertial_flags), _flags(compass_flags)
-    return (
-        _constant(
-            "identification", 0, IDENTIFICATION, '"BORE" in ASCII, most significant byte first'
-        ),
-        _constant("map_version", 1, VERSION, "version of this register map"),
-        _constant("clock_hz", 2, round(clock_hz), "clock of the system", "Hz"),
-        _constant(
-            "system_build_low",
-            3,
-            build & 0xFFFF_FFFF,
-            "digest of programs and configuration, bits 31 to 0",
-        ),
-        _constant("system_build_high", 4, build >> 32 & 0xFFFF_FFFF, "the same, bits 63 to 32"),
-        _state("time", 8, 32, "clock cycles since power-up, modulo 2^32"),
-        _state(
-            "inertial_flags",
-            9,
-            len(inertial),
-            "state of the inertial sensor's reader",
-            fields=inertial,
-        ),
-        _state("compass_flags", 10, len(compass), "state of the compass's reader", fields=compass),
-        _state(
-            "compass_x",
-            11,
-            16,
-            "last good line of the compass: heading [0.1 deg], or magnetometer x [counts]; "
-            "compass_flags says which",
-            signed=True,
-        ),
-        _state(
-            "compass_y",
-            12,
-            16,
-            "the same line: pitch [0.1 deg], or magnetometer y [counts]",
-            signed=True,
-        ),
-        _state(
-            "compass_z",
-            13,
-            16,
-            "the same line: roll [0.1 deg], or magnetometer z [counts]",
-            signed=True,
-        ),
-        _state(
-            "temperature",
-            14,
-            16,
-            "of the inertial sensor: 25 degC + word * 0.0678 degC",
-            unit="0.0678 degC",
-            signed=True,
-        ),
-        _state("diag_stat", 15, 16, "DIAG_STAT of the inertial sensor, as last read"),
-        _setting("run", 16, 1, 1, "samples go through the filter"),
-        _setting(
-            "filter",
-            17,
-            filter_bits,
-            0,
-            "number of the filter, from the next sample on; a new filter restarts",
-            tuple(filters),
-        ),
-        _setting(
-            "magnetic_source",
-            18,
-            2,
-            2,
-            "lines of the compass that make the magnetic field",
-            ("none", "counts", "heading", "any"),
-        ),
-        _setting("output_mode", 19, 2, 1, "what is sent unasked", modes),
-        _setting("output_divider", 20, 10, 8, "every n-th update is sent; 0 counts as 1"),
-        _setting(
-            "results_hold",
-            21,
-            1,
-            0,
-            "1: the results stay those of one update, to be read together; 0: they are "
-            "always the newest",
-        ),
-        _setting(
-            "inertial_msc_ctrl",
-            22,
-            16,
-            0x0006,
-            "MSC_CTRL of the inertial sensor, from its next restart on",
-        ),
-        _setting("inertial_smpl_prd", 23, 16, 0x0001, "SMPL_PRD, likewise"),
-        _setting(
-            "inertial_sens_avg", 24, 16, 0x0402, "SENS_AVG, likewise: bits 10:8 range, 2:0 filter"
-        ),
-        _setting(
-            "compass_mode",
-            25,
-            2,
-            1,
-            "sentences that the compass is told to send",
-            ("as_it_is", "heading", "counts"),
-        ),
-        _order("order", 26, len(orders), "a 1 does it once", *orders),
-        _order("compass_command", 27, 8, "letter X of a command *X to the compass, in ASCII"),
-    )
+    orders = (*ORDERS, TAKE_FEED) if feed else ORDERS
+    given: dict[str, dict[str, Any]] = {
+        "identification": {"reset": IDENTIFICATION},
+        "map_version": {"reset": VERSION},
+        "clock_hz": {"reset": round(clock_hz)},
+        "system_build_low": {"reset": build & 0xFFFF_FFFF},
+        "system_build_high": {"reset": build >> 32 & 0xFFFF_FFFF},
+        "inertial_flags": {"fields": inertial, "width": len(inertial)},
+        "compass_flags": {"fields": compass, "width": len(compass)},
+        "filter": {"names": tuple(filters), "width": max(1, (len(filters) - 1).bit_length())},
+        "order": {"fields": orders, "width": len(orders)},
+        **({} if text else {"output_mode": {"names": ("off", "binary")}}),
+    }
+    return tuple(dataclasses.replace(r, **given.get(r.name, {})) for r in _declared())
 
 
 def result_registers(programs: Sequence[Records], *, word: int) -> tuple[Register, ...]:

@@ -13,8 +13,6 @@ from boresight.gateware.schedule.slots import Schedule
 from boresight.gateware.system.feed import PLACES, Feed, feed_of
 from boresight.model.words.program import Program
 
-__all__ = ["FRONT_NAMES", "RAW", "Plan", "chain_of", "plan_of"]
-
 #: The programs before the estimators, in the order of their numbers, which follow theirs.
 FRONT_NAMES = ("calibrate_inertial", "calibrate_field", "compass_field")
 _INERTIAL = tuple(f"{s}{a}" for s in "ga" for a in "xyz")

@@ -19,8 +19,6 @@ from boresight.model.resolve import Named, estimator_of
 from boresight.model.words.fixed import Format
 from boresight.model.words.program import Program
 
-__all__ = ["core_plan", "system_core", "system_estimators"]
-
 #: Most words of a record on a board, and most estimators.
 _MOST_WORDS, _MOST = 16, 8
 

@@ -111,8 +111,8 @@ def lower(trace: Trace, arithmetic: Arithmetic) -> tuple[Program, dict[int, Node
     for e, default, meaning in trace.params:
         low.leaf(made[e.number], default, meaning)
     states = [low.leaf(made[e.number], initial) for e, initial, _ in trace.states]
-    for state, node in zip(states, after, strict=True):
-        low.limit(node, state)
+    for number, node in zip(states, after, strict=True):
+        low.limit(node, number)
     with deep(len(graph.nodes)):
         outputs = tuple(low.word(node) for node in results)
         replaced = tuple((s, low.replacing(node, s)) for s, node in zip(states, after, strict=True))

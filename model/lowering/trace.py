@@ -63,8 +63,7 @@ class Scalar(Refuses, Expression, refused=NO_NUMBER):
         """An operator between numpy's numbers or arrays and this: element by element."""
         if ufunc in (np.less, np.greater, np.less_equal, np.greater_equal):
             options["dtype"] = object  # conditions, not truth values
-        plain = (i.item() if isinstance(i, np.generic) else i for i in inputs)
-        return getattr(ufunc, method)(*(np.asarray(i, dtype=object) for i in plain), **options)
+        return getattr(ufunc, method)(*_objects(inputs), **options)
 
     def __add__(self, other: Any) -> Scalar:
         return self.tracer.add(self, self.tracer.lift(other))
@@ -138,7 +137,7 @@ class Condition(Refuses, Expression, refused=NO_CONDITION):
         if method != "__call__" or ufunc not in _OF_CONDITIONS:
             return self.__float__()  # type: ignore[attr-defined]  # refused
         each = np.frompyfunc(_OF_CONDITIONS[ufunc], ufunc.nin, 1)
-        return each(*(np.asarray(i, dtype=object) for i in inputs))
+        return each(*_objects(inputs))
 
     def __invert__(self) -> Condition:
         double, new = self.kind == "invert", self.tracer.condition
@@ -392,6 +391,12 @@ def finite(number: float, where: Callable[[], str]) -> float:
             where(), wanted="finite constants", found=repr(number), fix="correct how it is computed"
         )
     return number
+
+
+def _objects(inputs: Sequence[Any]) -> list[Any]:
+    """Arrays of Python's objects."""
+    plain = (i.item() if isinstance(i, np.generic) else i for i in inputs)
+    return [np.asarray(i, dtype=object) for i in plain]
 
 
 def _conditional(x: Any) -> Condition:

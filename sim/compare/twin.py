@@ -131,7 +131,7 @@ class Twin:
         return outside(self.real(value), said)
 
     def declared(self, value: int) -> int:
-        """The state that a value becomes, or a copy of it; the value itself where it becomes none."""
+        """The state that a value, or a copy of it, becomes; the value itself where it is none."""
         state = becomes(self.program, self.nodes, value)
         return value if state is None else state
 

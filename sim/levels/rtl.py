@@ -15,7 +15,7 @@ from boresight.sim.levels.integer import words_of
 from boresight.sim.levels.level import Level, Run, Seen, run_of_words
 from boresight.sim.rtl.cosim import CocotbSimulation
 from boresight.sim.rtl.harness import CompiledSimulation, CoreProcess
-from boresight.sim.rtl.replay import RtlRun, RtlSimulation
+from boresight.sim.rtl.replay import ReplayFailed, RtlRun, RtlSimulation
 from boresight.sim.rtl.sharing import rounds, run_in_turns
 from boresight.sim.rtl.simulators import SIMULATORS, SimulationFailed, available
 
@@ -139,9 +139,11 @@ class Simulated(Level):
         """
         if self.build.links[self.number]:
             return ()
-        run = self.simulation.run(
-            words_of(self.program, records), trace=len(records) - 1, allow_unknown=True
-        )
+        try:
+            run = self.simulation.run(words_of(self.program, records), trace=len(records) - 1)
+            writes = run.writes
+        except ReplayFailed as failed:
+            writes = failed.writes
         schedule, sign = self.schedule, 1 << (self.program.arithmetic.word - 1)
         landed = {
             (schedule.ends[k].lane, schedule.write_cycle(k)): op.dest
@@ -153,7 +155,7 @@ class Simulated(Level):
                 None if w.word is None else (w.word ^ sign) - sign,
                 w.cycle,
             )
-            for w in run.writes
+            for w in writes
             if (w.lane, w.cycle) in landed
         ]
         missing = sorted(landed.items(), key=lambda x: x[0][1])

@@ -125,7 +125,8 @@ class InputReader:
         numbers[:] = self._numbers(name, value, numbers.shape)
         if np.isinf(numbers).any():
             self._refuse_infinite(name, numbers)
-        return numbers[0]
+        values: FloatArray = numbers[0]
+        return values
 
     def _numbers(self, name: str, value: object, shape: tuple[int, int]) -> FloatArray:
         """A column as numbers that can be broadcast to a shape."""

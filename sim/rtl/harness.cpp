@@ -1,4 +1,4 @@
-// Runs records through a core, cycle by cycle as `replay.sv` does.
+// Runs records through a core; `replay_bench.py` does the same under cocotb.
 //
 // Arguments: word width, lanes. Batches come on standard input, results go to standard output, all
 // in the byte order of this computer. Between batches the core stands still, so a closed loop is a
@@ -6,10 +6,10 @@
 //
 // Batch: int64 records, writes, stall, trace, limit (`Batch`); then int32: the number of words of
 // each record; all words; for each bus write its record, address and word.
-// Results: int64 numbers of int32 in the two parts that follow. First for each record: the number of
-// its output words, the saturation flag, the cycles until the next record could begin (-1, in the
-// last one: not complete after `limit` cycles), the words, the cycle of each. Then for each register
-// write of the traced record: lane, address, word, cycle.
+// Results: four arrays of int32, each behind its size (int64). For each record the number of output
+// words, the saturation flag, the cycles until the next record could begin (-1, in the last one: not
+// complete after `limit` cycles); all output words; the cycle of each; for each register write of
+// the traced record lane, address, word, cycle.
 
 #include "Vbench.h"
 #include "verilated.h"
@@ -44,7 +44,7 @@ class Harness {
 
     void run(const Batch &batch, const Words &counts, const Words &in, const Words &writes);
 
-    Words results, traced;
+    Words updates, words, cycles, traced;
 
   private:
     void trace(int64_t cycle) {
@@ -65,21 +65,17 @@ class Harness {
 void Harness::run(
     const Batch &batch, const Words &counts, const Words &in, const Words &writes
 ) {
-    Words words, cycles;
-    results.clear();
-    traced.clear();
+    for (Words *const part : {&updates, &words, &cycles, &traced}) part->clear();
     const int32_t *input = in.data(), *write = writes.data();
     const int32_t *const end = write + writes.size();
     uint32_t lfsr = 0x2f6e2b1 + uint32_t(batch.stall);
-    int64_t in_record = 0, update = 0, cycle = 0;
+    int64_t in_record = 0, update = 0, cycle = 0, first = 0;
     int in_word = 0;
     bool offer = true, counting = false, complete = false;
     const auto finish = [&](int64_t interval) {
-        results.insert(results.end(), {int32_t(words.size()), bench.saturated, int32_t(interval)});
-        results.insert(results.end(), words.begin(), words.end());
-        results.insert(results.end(), cycles.begin(), cycles.end());
-        words.clear();
-        cycles.clear();
+        const int32_t count(words.size() - first);
+        updates.insert(updates.end(), {count, bench.saturated, int32_t(interval)});
+        first += count;
         complete = false;
         ++update;
     };
@@ -153,11 +149,12 @@ int main(int argc, char **argv) {
         Words in(std::accumulate(counts.begin(), counts.end(), int64_t(0))), writes(3 * batch.writes);
         if (!read(in.data(), 4 * in.size()) || !read(writes.data(), 4 * writes.size())) return 3;
         harness.run(batch, counts, in, writes);
-        const Words &results = harness.results, &traced = harness.traced;
-        const int64_t sizes[] = {int64_t(results.size()), int64_t(traced.size())};
-        std::fwrite(sizes, sizeof sizes, 1, output);
-        std::fwrite(results.data(), 4, results.size(), output);
-        std::fwrite(traced.data(), 4, traced.size(), output);
+        for (const Words *part :
+             {&harness.updates, &harness.words, &harness.cycles, &harness.traced}) {
+            const int64_t size = part->size();
+            std::fwrite(&size, sizeof size, 1, output);
+            std::fwrite(part->data(), 4, part->size(), output);
+        }
         std::fflush(output);
     }
     bench.final();

@@ -1,4 +1,4 @@
-// The core with ports that `harness.cpp` can name; `w_...` are the lanes' writes of their registers.
+// The core with ports that a bench can name; `w_...` are the lanes' writes of their registers.
 
 module harness #(
     parameter WORD = 32,

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import sys
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -90,6 +92,59 @@ class Batch:
     trace: int
     limit: int
 
+    def packed(self) -> bytes:
+        """The batch as a bench reads it; the format is in `harness.cpp`."""
+        head = (len(self.inputs), len(self.bus_writes), self.stall, self.trace, self.limit)
+        counted = np.arange(self.inputs.shape[1]) < self.n_in[:, None]
+        writes = [x for w in self.bus_writes for x in (w.record, w.address, w.word)]
+        words = np.concatenate([self.n_in, self.inputs[counted], np.array(writes, dtype=np.int64)])
+        return np.array(head, dtype=np.int64).tobytes() + words.astype(np.int32).tobytes()
+
+    def result(
+        self, read: Callable[[int], bytes], *, word: int, who: str, fault: str = ""
+    ) -> RtlRun:
+        """What the core did.
+
+        Parameters
+        ----------
+        read : callable
+            The next bytes of a bench's results, so many of them; the format is in `harness.cpp`. A
+            register write with unknown bits has address -1.
+        word : int
+            Width, bits.
+        who : str
+            The simulator, for messages.
+        fault : str
+            Why there is no result, where the bench knows; empty as a rule.
+
+        Raises
+        ------
+        ReplayFailed
+            Such a fault, other words than expected, or an update that did not complete.
+        """
+        updates, words, cycles, traced = (
+            np.frombuffer(read(4 * int.from_bytes(read(8), sys.byteorder)), dtype=np.int32)
+            for _ in range(4)
+        )
+        mask, n_out = (1 << word) - 1, self.n_out
+        writes = tuple(
+            RegisterWrite(lane, address, value & mask if address >= 0 else None, cycle)
+            for lane, address, value, cycle in traced.reshape(-1, 4).tolist()
+        )
+        counts, flags, intervals = updates.reshape(-1, 3).T.astype(np.int64)
+        wrong = (counts != n_out[: len(counts)]) | (intervals < 0)
+        if wrong.any() and not fault:
+            k = int(np.argmax(wrong))
+            fault = f"update {k} gave {counts[k]} output words, {n_out[k]} expected"
+            if intervals[k] < 0:
+                fault = f"update {k} of {len(n_out)} did not complete"
+        if fault:
+            raise ReplayFailed(f"{who}: {fault}", writes)
+        there = np.arange(n_out.max()) < n_out[:, None]
+        outputs, latency = np.zeros((2, *there.shape), dtype=np.int64)
+        outputs[there], latency[there] = words, cycles + 1
+        return RtlRun(outputs, flags != 0, latency, intervals, writes)
+
 
 class ReplayFailed(SimulationFailed):
     """A replay that is no result: hung, an unknown value, or other words than expected.
@@ -119,10 +174,13 @@ class RtlSimulation(ABC):
 
     def __init__(self, core: Core) -> None:
         self.core, self.word = core, core.machine.arithmetic.word
-        self.text, self.memories = split_memories(core.verilog(instances=False))
-        if core.machine.lanes == 2:
-            # The benches name signals of the second lane only where there is one.
-            self.text = f"`define TWO_LANES\n{self.text}"
+        text, self.memories = split_memories(core.verilog(instances=False))
+        lanes = core.machine.lanes
+        #: Of `harness.sv`, which names signals of the second lane only where there is one.
+        self.parameters = {"WORD": self.word, "LANES": lanes}
+        top = Path(__file__).with_name("harness.sv").read_text()
+        define = "`define TWO_LANES\n" if lanes == 2 else ""
+        self.sources = {"core.sv": text, "harness.sv": define + top}
 
     def run(
         self,
@@ -132,7 +190,6 @@ class RtlSimulation(ABC):
         bus_writes: Sequence[BusWrite] = (),
         stall: int = 0,
         trace: int | None = None,
-        allow_unknown: bool = False,
     ) -> RtlRun:
         """Run input words (steps, n_inputs) from the core's reset on.
 
@@ -144,23 +201,14 @@ class RtlSimulation(ABC):
         bus_writes, stall
             See `Batch`.
         trace : int, optional
-            Update whose register writes are recorded.
-        allow_unknown : bool
-            Return the register writes even when the run fails (to find out why).
+            Update whose register writes are recorded, in `ReplayFailed` too.
 
         Raises
         ------
         SimulationFailed
             Hung, an unknown value (X), or fewer words than expected.
         """
-        batch = self.batch(inputs, numbers, bus_writes, stall=stall, trace=trace)
-        try:
-            return self._replay(batch)
-        except ReplayFailed as failed:
-            if not allow_unknown:
-                raise
-            none = np.zeros((0, 0), dtype=np.int64)
-            return RtlRun(none, np.zeros(0, dtype=np.bool_), none, none.ravel(), failed.writes)
+        return self._replay(self.batch(inputs, numbers, bus_writes, stall=stall, trace=trace))
 
     def batch(
         self,

@@ -61,7 +61,7 @@ def city_drive(rate_hz: float = 50.0, seed: int = 1) -> Drive:
     bumps: list[float] = []
     while (start := sum(p[0] for p in parts)) < 1780.0:
         a, gain = rng.uniform(0.8, 2.2), rng.uniform(8.0, 18.0)
-        side = rng.choice([-1.0, 1.0])
+        side = float(rng.choice(np.array([-1.0, 1.0])))
         corner = {
             "junction": [(7.5, 0.0, 12.0 * side)],
             "roundabout": [(2.5, 0.0, 18.0), (rng.uniform(6, 14), 0.0, -20.0), (2.5, 0.0, 18.0)],

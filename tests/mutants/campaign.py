@@ -14,8 +14,6 @@ from tests.mutants.edits import Mutant
 from tests.mutants.groups import GROUPS, all_mutants, nearest_tests, wider_tests
 from tests.mutants.trial import Verdict, run_tests, try_mutant
 
-__all__ = ["Done", "Record", "run", "sample", "unsound"]
-
 
 @dataclass(frozen=True)
 class Done:

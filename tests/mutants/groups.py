@@ -9,8 +9,6 @@ from tests.mutants.edits import Mutant
 from tests.mutants.hardware import hardware_mutants
 from tests.mutants.software import software_mutants
 
-__all__ = ["GROUPS", "all_mutants", "nearest_tests", "wider_tests"]
-
 #: Compiler: from the graph to the microcode and the C. Comparison: what says whether they agree.
 _COMPILER = (
     *("model/words", "model/lowering", "model/ops.py"),

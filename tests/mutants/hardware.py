@@ -9,8 +9,6 @@ from collections.abc import Iterator
 from tests.mutants.edits import Mutant, Source, scopes
 from tests.mutants.walk import Change, changed_number, changed_operator, expressions, mutants_of
 
-__all__ = ["hardware_mutants"]
-
 #: Calls by which a function is seen to describe hardware.
 _HARDWARE = {"Signal", "Mux", "In", "Out", "Cat", "Module"}
 #: Names of widths, in ``Signal(self.word)`` and the like.

@@ -9,8 +9,6 @@ from tests.mutants.campaign import Done
 from tests.mutants.edits import Mutant
 from tests.mutants.groups import GROUPS
 
-__all__ = ["Figures", "figures", "render"]
-
 Figures = dict[str, int]
 
 

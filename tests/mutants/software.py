@@ -8,8 +8,6 @@ from collections.abc import Iterator
 from tests.mutants.edits import Mutant, Source, scopes
 from tests.mutants.walk import Change, changed_number, changed_operator, expressions, mutants_of
 
-__all__ = ["software_mutants"]
-
 #: Calls whose arguments have an order that a test can see, when there are two or more.
 _UNORDERED = {"max", "min", "isinstance", "zip", "Counter", "maximum", "minimum"}
 _OPPOSITE = {"max": "min", "min": "max", "any": "all", "all": "any"}

@@ -15,8 +15,6 @@ from pathlib import Path
 
 from tests.mutants.edits import Mutant
 
-__all__ = ["Verdict", "copy_tree", "run_tests", "try_mutant"]
-
 _LEFT_OUT = shutil.ignore_patterns(
     ".git", ".venv*", "build", "*.egg-info", "__pycache__", ".*_cache", ".hypothesis"
 )

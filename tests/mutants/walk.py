@@ -9,15 +9,6 @@ from dataclasses import replace
 
 from tests.mutants.edits import Mutant, Source
 
-__all__ = [
-    "Change",
-    "changed_number",
-    "changed_operator",
-    "expressions",
-    "mutants_of",
-    "statements",
-]
-
 #: (node that is replaced, its new text, kind).
 Change = tuple[ast.AST, str, str]
 

@@ -9,18 +9,6 @@ import numpy as np
 import pymap3d
 from scipy.spatial.transform import Rotation
 
-__all__ = [
-    "ARCSEC",
-    "EARTH",
-    "LATITUDE",
-    "Motion",
-    "body",
-    "counts",
-    "gravity",
-    "increments",
-    "turning",
-]
-
 #: Of times (m,): pitch, roll, heading (m, 3) [rad], and their rates.
 Motion = Callable[[Any], tuple[Any, Any]]
 ARCSEC = np.pi / 648000.0

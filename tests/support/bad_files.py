@@ -15,8 +15,6 @@ from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import Kind as ValueKind
 from boresight.model.words.program import Op, Program, Term, Value
 
-__all__ = ["captures", "changed", "csv_logs", "maps", "npz_logs", "parameters", "reproducers"]
-
 COLUMNS = ["t", "gx", "gy", "gz", "ax", "ay", "az", "mx", "my", "mz", "qw", "qx", "qy", "qz"]
 FIELDS = ["", " ", "nan", "inf", "-inf", "1e300", "-1e300", "1e999", "1e-320", "0x1", "1_0", "٣",
           "x", '"1"', "1;2", "9" * 400, "-0", "1,1", "\t2", "NaN", "9" * 5000]  # fmt: skip

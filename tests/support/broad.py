@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-__all__ = ["trial"]
-
 
 def trial(rows: int = 40) -> dict[str, object]:
     rng = np.random.default_rng(1)

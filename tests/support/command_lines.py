@@ -11,8 +11,6 @@ from hypothesis import strategies as st
 from tests.support import bad_files
 from tests.support.estimators import ALL
 
-__all__ = ["FILES", "command_lines"]
-
 #: Files of the folder in which a command runs.
 FILES: Mapping[str, st.SearchStrategy[bytes]] = {
     "log.csv": bad_files.csv_logs(),

@@ -12,8 +12,6 @@ from boresight.firmware.floating.build import FloatCModel
 from boresight.firmware.floating.precision import DOUBLE
 from boresight.model.estimator import Estimator, Output
 
-__all__ = ["compiled_float"]
-
 FloatArray = npt.NDArray[np.float64]
 Columns = dict[str, FloatArray]
 

@@ -30,8 +30,6 @@ from boresight.sim.board.chain import COUNTS, NO_LINE, Samples
 from boresight.sim.rtl.compiled import build
 from boresight.sim.rtl.memories import split_memories
 
-__all__ = ["Played", "play", "sample_command", "script_of"]
-
 
 @dataclass
 class Played:

@@ -9,8 +9,6 @@ from __future__ import annotations
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import Kind, Op, Program, Term, Value
 
-__all__ = ["crowded_program"]
-
 
 def crowded_program(
     name: str = "crowded",

@@ -9,8 +9,6 @@ import numpy as np
 
 from boresight import Estimator, Input, Output, Param, State, World
 
-__all__ = ["Constant", "Mean"]
-
 
 class Constant(World):
     """A constant, drawn with a spread of two, in noise of one; sixty records."""

@@ -6,7 +6,5 @@ from boresight.model.estimator import Estimator
 from boresight.model.estimators import ESTIMATORS
 from boresight.model.resolve import ESTIMATOR_GROUP, offered
 
-__all__ = ["ALL"]
-
 ALL, _UNUSABLE = offered(Estimator, "estimator", ESTIMATORS, ESTIMATOR_GROUP)
 assert not _UNUSABLE

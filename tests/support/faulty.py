@@ -19,8 +19,6 @@ from boresight.sim.levels.integer import Interpreted, words_of
 from boresight.sim.records.feed import feed
 from boresight.sim.records.record import Record
 
-__all__ = ["HERE", "judge", "look", "words_and_states"]
-
 #: A line of this file.
 HERE = r"\(faulty\.py, line \d+\)"
 

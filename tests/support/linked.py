@@ -12,8 +12,6 @@ from boresight.model.estimator import Estimator
 from boresight.model.linking import first_word, linked_estimators
 from boresight.model.words.interpreter import Interpreter
 
-__all__ = ["Inner", "Middle", "Models", "Outer", "linked_core"]
-
 
 class Inner(Estimator):
     """A sum that leaks, which is a state, and a product, which is none."""

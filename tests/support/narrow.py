@@ -8,8 +8,6 @@ from typing import Any
 from boresight.model import ops
 from boresight.model.estimator import Estimator, Input, Output, Param, State
 
-__all__ = ["Narrow"]
-
 
 class Narrow(Estimator):
     """One to three states in narrow ranges, corrected by products of gains in wide ones."""

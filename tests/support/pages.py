@@ -30,18 +30,6 @@ import pytest
 
 from boresight import cli
 
-__all__ = [
-    "PAGES",
-    "ROOT",
-    "Block",
-    "blocks_of",
-    "call_tests",
-    "parsed",
-    "run_page",
-    "same_text",
-    "user_folder",
-]
-
 ROOT = Path(__file__).parents[2]
 #: Pages for users, by path below the root.
 PAGES = sorted(

@@ -12,19 +12,6 @@ import pymap3d
 
 from boresight.systems.radar.estimator import Registration
 
-__all__ = [
-    "BIAS",
-    "NOISE",
-    "RADARS",
-    "TRUTH",
-    "ecef",
-    "first",
-    "float_outputs",
-    "float_states",
-    "polar",
-    "records",
-]
-
 #: Longitude, latitude [deg], height [m].
 RADARS = ((115.74, 29.43, 5.0), (114.11, 30.71, 5.0))
 _DEG = math.pi / 180.0

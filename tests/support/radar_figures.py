@@ -12,8 +12,6 @@ from boresight.systems.radar.experiment import figures
 from boresight.systems.radar.interface import BIASES
 from boresight.systems.radar.runs import Predicted, Watched
 
-__all__ = ["found", "spread", "targets", "theory", "watched"]
-
 N = 1701
 SHARES = np.array([0.01, -0.001, 0.0005, -0.015, 0.001, -0.0002])
 

@@ -14,8 +14,6 @@ import numpy as np
 from boresight.model import ops
 from boresight.model.estimator import Estimator, Input, Output, Param, State
 
-__all__ = ["Conditional", "Text", "random_text"]
-
 #: Numbers; of each factor or term four quarters, so that words hold what float64 holds.
 _LEAVES = (*("u.a", "u.b", "x.s", "p.k", "p.m") * 2, "0.25", "-0.5", "1")
 _NUMBERS = {

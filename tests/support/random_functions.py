@@ -22,8 +22,6 @@ from boresight.model.words.fixed import Arithmetic, Format
 from boresight.model.words.program import Program
 from tests.support.nodes import node_of
 
-__all__ = ["Known", "random_functions"]
-
 FloatArray = npt.NDArray[np.float64]
 
 RANGES = ((-1.0, 1.0), (-3.0, 2.0), (-2.0, -0.5), (0.25, 5.0), (-0.05, 0.02), (-40.0, 35.0))

@@ -21,8 +21,6 @@ from boresight.model.words.program import (
     When,
 )
 
-__all__ = ["random_inputs", "random_program", "random_programs"]
-
 
 def random_program(
     seed: int,

@@ -7,8 +7,6 @@ from pathlib import Path
 from boresight.sim.records.files import content_of
 from boresight.sim.records.record import Record
 
-__all__ = ["write_record"]
-
 
 def write_record(path: Path, record: Record) -> Path:
     """Write a log file in the format that its name says."""

@@ -15,8 +15,6 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-__all__ = ["assemble", "image"]
-
 #: funct3 of what has an opcode in common.
 _LOADS = {"lb": 0, "lh": 1, "lw": 2, "lbu": 4, "lhu": 5}
 _STORES = {"sb": 0, "sh": 1, "sw": 2}

@@ -10,8 +10,6 @@ from boresight.gateware.boards.frames import Decoder, Kind, encode
 from boresight.gateware.description import Description
 from boresight.gateware.registers.model import Access, BitField, Register
 
-__all__ = ["REGISTERS", "SerialBoard", "frames", "words_of"]
-
 _READ, _WRITE, _BOTH = Access.READ_ONLY, Access.WRITE_ONLY, Access.READ_WRITE
 #: A register of each kind.
 REGISTERS = Description(

@@ -53,7 +53,8 @@ def kalman(n: int, seed: int = 1) -> Given:
 def pi(n: int) -> Given:
     """A motor that follows steps, recorded while another controller drove it."""
     rng = np.random.default_rng(2)
-    target = np.repeat(rng.choice([-200.0, -90.0, 0.0, 150.0, 220.0], n // 400 + 1), 400)[:n]
+    steps = np.array([-200.0, -90.0, 0.0, 150.0, 220.0])
+    target = np.repeat(rng.choice(steps, n // 400 + 1), 400)[:n]
     speed, v = np.empty(n), 0.0
     for k in range(n):
         v += 0.012 * (target[k] - v)

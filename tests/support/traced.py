@@ -14,8 +14,6 @@ from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Kind, Program
 
-__all__ = ["Traced"]
-
 FloatArray = npt.NDArray[np.float64]
 
 

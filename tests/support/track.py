@@ -7,8 +7,6 @@ from typing import Any
 from boresight.model.declarations import Input, Output, Param, State
 from boresight.model.estimator import Estimator
 
-__all__ = ["Track"]
-
 
 class Track(Estimator):
     """Position and velocity from noisy positions."""

@@ -16,8 +16,6 @@ from boresight.sim.attitude.rotation import (
     rotation_vector_to_quaternion,
 )
 
-__all__ = ["COLUMNS", "angle_deg", "by_package", "inputs_of", "journey"]
-
 FloatArray = npt.NDArray[np.float64]
 
 COLUMNS = ("dt", "gx", "gy", "gz", "mx", "my", "mz", "ax", "ay", "az")

@@ -47,7 +47,7 @@ def signed(
     """Bias (3,) and matrix (3, 3) of errors of given size, their signs drawn; None: all plus."""
     size = np.full((3, 3), askew)
     np.fill_diagonal(size, scale)
-    signs = np.ones((3, 4)) if rng is None else rng.choice([-1.0, 1.0], (3, 4))
+    signs = np.ones((3, 4)) if rng is None else rng.choice(np.array([-1.0, 1.0]), (3, 4))
     return bias * signs[:, 0], np.eye(3) + size * signs[:, 1:]
 
 

@@ -14,7 +14,8 @@ from boresight.gateware.microcode.assemble import assemble
 from boresight.gateware.microcode.emulator import Emulator
 from boresight.gateware.schedule.allocate import Allocation, Tenant, allocate
 from boresight.gateware.schedule.check import check_schedule
-from boresight.gateware.schedule.search import Schedule, ScheduleError, Slot, schedule
+from boresight.gateware.schedule.search import schedule
+from boresight.gateware.schedule.slots import Schedule, ScheduleError, Slot
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Kind, Program, Term
 from tests.support.crowded_program import crowded_program

@@ -84,6 +84,7 @@ def test_formats_and_constants(whole: Description) -> None:
     assert whole.find("result_qw").frac is None  # not the same in both
     assert "29 (complementary), 31 (ekf_quaternion)" in whole.find("result_qw").meaning
     assert whole.find("input_gx").frac == 25
+    assert (whole.find("result_status").unit, whole.find("result_pitch").unit) == ("bits", "ht")
     assert whole.find("identification").reset == IDENTIFICATION
     assert IDENTIFICATION.to_bytes(4, "big") == b"BORE"
     assert (whole.find("system_build_low").reset, whole.find("system_build_high").reset) == (

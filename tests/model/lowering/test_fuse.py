@@ -1,5 +1,6 @@
 """What fuses into one group, and where a function's argument must lie."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from boresight.model.lowering.lower import lower
 from boresight.model.lowering.trace import Trace, Tracer
 from boresight.model.words.fixed import Arithmetic, Format
 from boresight.model.words.program import Negate
+from tests.support.traced import Traced
 
 
 def test_products_fuse_into_their_sum(trace: Any) -> None:
@@ -149,3 +151,53 @@ def test_numbers_that_no_word_is_are_refused() -> None:
         InputError, match=r"^test_fuse\.py, line \d+: wanted numbers of a size .* y "
     ):
         lower(Trace(g, [x], {"y": ops.wrap_ht(far)}), Arithmetic())
+
+
+CONDITIONS: list[Callable[[Any, Any, Any], Any]] = [
+    lambda a, b, c: a ^ b,
+    lambda a, b, c: ~a == b,
+    lambda a, b, c: (a != ~b) == c,
+    lambda a, b, c: (a ^ b) & c,
+    lambda a, b, c: c | (a == b),
+    lambda a, b, c: ~((a & b) ^ ~(b & c)) & (a | c),
+    lambda a, b, c: ((a & b) == (b | c)) & a,
+    lambda a, b, c: (a == a) & (b ^ ~b) & (c != c) | (a ^ a),
+    lambda a, b, c: (~a == ~a) ^ (c == True),  # noqa: E712
+    lambda a, b, c: (np.True_ ^ a) & (b == np.False_) | (c != False) & (np.True_ | a),  # noqa: E712
+    lambda a, b, c: b & (c ^ (b & a)),
+    lambda a, b, c: np.logical_not(np.logical_xor(a, b)) | np.logical_and(a, c),
+]
+
+
+@pytest.mark.parametrize("word", [18, 32])
+@pytest.mark.parametrize("function", CONDITIONS)
+def test_conditions_of_conditions(function: Callable[..., Any], word: int) -> None:
+    """Ties too, and comparisons that ranges decide; a difference of two is one operation."""
+    points = np.array(np.meshgrid(*3 * [[-1.0, -0.25, 0.0, 0.25, 1.0]])).reshape(3, -1)
+    for first in (
+        lambda x, y: x < y,
+        lambda x, y: x < 2.0,
+        lambda x, y: y < -2.0,
+        lambda x, y: x >= x,
+    ):
+
+        def chosen(x: Any, y: Any, z: Any, first: Callable[..., Any] = first) -> Any:
+            parts = (first(x, y), y >= z, z < 0.0)
+            return tuple(
+                ops.where(function(*order), 1.0, 0.0)
+                for order in ((parts[0], parts[1], parts[2]), (parts[1], parts[2], parts[0]))
+            )
+
+        fixed, exact, saturated = Traced(chosen, 3 * [(-1.0, 1.0)], word=word).run(*points)
+        assert not saturated.any()
+        for a, b in zip(fixed, exact, strict=True):
+            assert np.array_equal(a, b)
+
+
+def test_a_difference_of_conditions_is_one_operation() -> None:
+    def chosen(x: Any, y: Any) -> Any:
+        return ops.where((x < 0.0) != (y < 0.0), x, y)
+
+    assert len(Traced(chosen, 2 * [(-1.0, 1.0)]).op_values()) == 2
+    same = Traced(lambda x, y: ops.where((x - y < 0.0) == (x < y), x, y), 2 * [(-1.0, 1.0)])
+    assert same.op_values() == [] and same.program.outputs == same.program.inputs[:1]

@@ -38,7 +38,7 @@ def test_limits() -> None:
 )
 def test_a_word_that_is_just_too_coarse(function: object, share: float) -> None:
     """The input's last bit is 2^-11, whatever the result's is."""
-    t = Traced(function, [(-2.0**20, 2.0**19)])  # type: ignore[arg-type]
+    t = Traced(function, [(-(2.0**20), 2.0**19)])  # type: ignore[arg-type]
     check_resolution(judged(t, share * 2.0**-11 * 1.001), {})
     with pytest.raises(InputError, match=r"a last bit of at most 0\.00048\d, for the tolerance of"):
         check_resolution(judged(t, share * 2.0**-11 * 0.999), {})

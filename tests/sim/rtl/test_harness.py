@@ -5,7 +5,6 @@ test_replay_bench.py compares it with cocotb, test_random_rtl.py and test_sharin
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -13,10 +12,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from boresight.gateware.core import Core, build_shared_core
+from boresight.gateware.core import build_shared_core
+from boresight.gateware.registers.core import PROGRAM
 from boresight.model.words.interpreter import Interpreter
 from boresight.sim.rtl.harness import CompiledSimulation, CoreProcess
-from boresight.sim.rtl.replay import ReplayFailed
+from boresight.sim.rtl.replay import BusWrite, ReplayFailed
 from boresight.sim.rtl.simulators import SimulationFailed
 from tests.support.random_program import random_inputs, random_programs
 
@@ -55,12 +55,9 @@ def test_what_is_no_result(simulation: CompiledSimulation) -> None:
     n, interval = len(simulation.core.program.outputs), simulation.core.schedule.interval
     writes = simulation.run(inputs, trace=0).writes
     for changed, message in (
-        ({"n_out": batch.n_out + [0, 0, 1]}, "update 2 of 3 did not complete"),
-        ({"n_out": batch.n_out + [0, 1, 0]}, "update 1 of 3 did not complete"),
-        (
-            {"n_out": batch.n_out - [0, 0, 1]},
-            rf"unexpected output word: O 2 {n - 1} [0-9a-f]{{5}} ",
-        ),
+        ({"n_out": batch.n_out + [0, 0, 1]}, f"update 2 gave {n} output words, {n + 1} expected"),
+        ({"n_out": batch.n_out + [0, 1, 0]}, f"update 1 gave {n} output words, {n + 1} expected"),
+        ({"n_out": batch.n_out - [0, 0, 1]}, f"update 2 gave {n} output words, {n - 1} expected"),
         ({"limit": 2 * interval}, "update 1 of 3 did not complete"),
     ):
         with (
@@ -69,19 +66,6 @@ def test_what_is_no_result(simulation: CompiledSimulation) -> None:
         ):
             process.replay(replace(batch, **changed))
         assert writes and failed.value.writes == writes
-
-
-def test_unknown_start_values_are_random(
-    simulation: CompiledSimulation, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """What depends on one differs."""
-    sound, payload = Core.verilog, re.compile(r"(assign o__payload = \{ .*, a__0) \};")
-    junk = r"reg [17:0] junk; \1 ^ junk };"
-    monkeypatch.setattr(Core, "verilog", lambda *a, **k: payload.sub(junk, sound(*a, **k)))
-    inputs = np.array(random_inputs(simulation.core.program, 3, 1))
-    doctored = CompiledSimulation(simulation.core)
-    assert "junk" in doctored.text
-    assert (doctored.run(inputs).outputs != simulation.run(inputs).outputs).all()
 
 
 def test_a_process_that_has_ended(simulation: CompiledSimulation, process: CoreProcess) -> None:
@@ -96,3 +80,25 @@ def test_a_process_that_has_ended(simulation: CompiledSimulation, process: CoreP
     assert folder.is_dir()
     process.close()
     assert not folder.exists()
+
+
+def test_the_selected_program(simulation: CompiledSimulation) -> None:
+    """It is selected first; its words count; it may take its interval for each record, and more."""
+    (first, second), inputs = simulation.core.parts, np.zeros((3, 9), dtype=np.int64)
+    batch = simulation.batch(inputs, bus_writes=[BusWrite(1, 3, 5)])
+    assert batch.bus_writes == [BusWrite(0, PROGRAM, 1), BusWrite(1, 3, 5)]
+    assert batch.n_in.tolist() == 3 * [len(second.program.streamed)]
+    assert batch.n_out.tolist() == 3 * [len(second.program.outputs)]
+    assert (batch.stall, batch.trace) == (0, -1)
+    assert batch.limit == (3 + 4) * second.schedule.interval + 2 * 64 + 1000
+    batch = simulation.batch(inputs, np.array([0, 1, 0]), stall=7, trace=2)
+    assert batch.n_in.tolist() == [len(p.program.streamed) for p in (first, second, first)]
+    assert batch.n_out.tolist() == [len(p.program.outputs) for p in (first, second, first)]
+    assert (list(batch.bus_writes), batch.stall, batch.trace) == ([], 7, 2)
+    longest = max(first.schedule.interval, second.schedule.interval)
+    assert batch.limit == (3 + 4) * longest * 16 + 1000
+
+
+def test_nothing_to_compare(simulation: CompiledSimulation) -> None:
+    with pytest.raises(SimulationFailed, match="^nothing to compare: no input records$"):
+        simulation.run(np.zeros((0, 9), dtype=np.int64))

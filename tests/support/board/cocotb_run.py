@@ -14,8 +14,6 @@ from boresight.sim.rtl.cosim import quiet
 from boresight.sim.rtl.simulators import BUILD_ARGS, TIMESCALE, SimulationFailed
 from boresight.sim.rtl.verilator import build_program, cocotb_environment
 
-__all__ = ["run_under_cocotb"]
-
 
 def run_under_cocotb(
     board: Board,

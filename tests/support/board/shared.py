@@ -12,8 +12,6 @@ from boresight.sim.board.build import Board, make_board
 from boresight.sim.board.faults import fault_board
 from boresight.sim.board.setup import SCALED
 
-__all__ = ["COMPLEMENTARY", "MEKF", "Odd", "odd_board", "shared_board"]
-
 #: Numbers of the filters of `shared_board`.
 MEKF, COMPLEMENTARY = 0, 1
 

@@ -14,8 +14,6 @@ from boresight.gateware.verilog import to_verilog
 from boresight.sim.devices.adis16385 import FAULTS, device_text
 from boresight.sim.rtl.compiled import build
 
-__all__ = ["PERIOD", "SCALED", "Happened", "ReaderBench", "Sample", "log_text", "scaled_reader"]
-
 #: A reader whose waits are short, for simulation: half period 3 cycles, stall 30, a sample each
 #: 2000 cycles.
 SCALED: Final[Mapping[str, float]] = {

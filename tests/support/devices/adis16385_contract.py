@@ -11,8 +11,6 @@ from typing import Final
 
 from boresight.gateware.sensors.adis16385 import Adis16385
 
-__all__ = ["Contract", "ContractBroken"]
-
 CHECKED: Final = (0x56, 0x34, 0x36, 0x38)
 SENSORS: Final = (0x04, 0x06, 0x08, 0x0A, 0x0C, 0x0E)
 

@@ -14,8 +14,6 @@ from boresight.sim.rtl.compiled import build
 from tests.support.devices.adis16385_bench import PERIOD, scaled_reader
 from tests.support.devices.adis16385_contract import Contract, ContractBroken
 
-__all__ = ["FuzzResult", "fuzz", "judge"]
-
 #: Order of records of one cycle: settings are seen before whatever takes them; outputs that the
 #: model takes from the trace come in the cycle after their cause.
 _ORDER = {"s": 0, "d": 3, "c": 2, "f": 1, "r": 2, "E": 2, "x": 5, "e": 6, "F": 9, "S": 9}

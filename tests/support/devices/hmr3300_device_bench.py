@@ -12,8 +12,6 @@ from boresight.gateware.verilog import to_verilog
 from boresight.sim.devices.hmr3300 import FAULTS, device_text
 from boresight.sim.rtl.compiled import Compiled, build
 
-__all__ = ["CLOCK_HZ", "LINE_CYCLES", "Happened", "Line", "run_reader"]
-
 #: Cycles of a bit in these runs; all times of the device and the reader are the real ones.
 _BIT = 8
 #: Clock of these runs.

@@ -15,8 +15,6 @@ from boresight.sim.rtl.compiled import build
 from tests.support.devices.hmr3300_grammar import BROKEN, Event, events_of
 from tests.support.devices.hmr3300_symbols import hostile_bytes, hostile_line, noise
 
-__all__ = ["DIVISOR", "Fuzzed", "fuzz_noise", "fuzz_parser", "fuzz_pin"]
-
 #: Cycles of a bit in the runs at the pin: the clock is scaled down, the line is not.
 DIVISOR = 32
 

@@ -9,8 +9,6 @@ import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-__all__ = ["BROKEN", "PAUSE", "Event", "events_of", "heading_sentence", "counts_sentence"]
-
 #: Stands for a byte with a framing error.
 BROKEN = 256
 #: Stands for a pause.

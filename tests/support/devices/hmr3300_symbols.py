@@ -7,8 +7,6 @@ from collections.abc import Iterable
 
 from tests.support.devices.hmr3300_grammar import BROKEN, PAUSE, counts_sentence, heading_sentence
 
-__all__ = ["hostile_bytes", "hostile_line", "noise"]
-
 #: Characters near those of the grammar.
 _NEAR = b"0123456789 .,-+#I*\r\n/:;'\t\x0b\x0c\x8d\x8a\xb0Q"
 

@@ -13,8 +13,6 @@ from boresight.firmware.soc.image import build_image
 from boresight.gateware.soc.layout import soc_header
 from boresight.sim.soc.measure import RAM, soc_bench
 
-__all__ = ["counted_cycles", "operation_cycles"]
-
 #: Operations in the order of operations.c, behind the empty loop.
 _NAMES = ("add", "sub", "mul", "div", "less", "sqrt", "sin", "cos", "asin", "atan2")
 _REPEAT = 16
