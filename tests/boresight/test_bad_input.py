@@ -89,6 +89,8 @@ def refused(tmp_path, capsys, monkeypatch):
         ("check replay other.json --reproducer x", "--reproducer: wanted an estimator and a log"),
         ("accuracy mekf truth.csv --protocol short --no-float", "--no-float: wanted logs alone"),
         ("simulate f.py:A f.py:B --seconds 2", "--seconds: wanted the simulation of the board, fo"),
+        ("simulate kalman --faults", "filter: wanted one of complementary, "),
+        ("simulate mekf a.csv --faults", "--faults: wanted no log: "),
         ("simulate --faults --feed a=1", "--feed: wanted the simulation of the board, found tria"),
         ("simulate --faults --output x", "--output: wanted the simulation of the board, found tr"),
         ("report mekf log.csv -o x --steps 0", "steps: wanted 1 or more, found 0"),
@@ -109,7 +111,7 @@ def refused(tmp_path, capsys, monkeypatch):
         ("monitor zeros.bin", "wanted attitudes, in frames or lines of text, found none, and 14"),
         ("monitor text.txt --json", "wanted attitudes, in frames or lines of text, found none"),
         ("monitor empty.bin -q", "wanted attitudes, in frames or lines of text, found none;"),
-        ("monitor text.txt --map other.json", "other.json, registers: wanted a registers.json of"),
+        ("monitor text.txt --map other.json", "other.json, name: wanted a registers.json of"),
         ("monitor /dev/null", "/dev/null: wanted a serial port, or a file of captured bytes, "),
         (
             "simulate --config nosuch -o x",

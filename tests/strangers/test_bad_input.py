@@ -168,7 +168,10 @@ def refused(tmp_path, capsys, monkeypatch):
         ("simulate world_raises.py good.py", "world plant, world_raises.py, line 8: wanted a re"),
         ("simulate world_list.py good.py", "world plant, step 0: wanted a record: values by inp"),
         ("simulate world_lacks.py good.py", "world plant, step 0, x: wanted a value for every i"),
-        ("simulate world_beyond.py good.py", "world plant, step 2, x: wanted -10 to 10 m, found"),
+        (
+            "simulate world_beyond.py good.py",
+            "world plant, step 2, x: wanted -10 to 10 m, the declared range, found 12",
+        ),
         ("simulate world_text.py good.py", "world plant, step 0, x: wanted a number, found str"),
         ("simulate world_nan.py good.py", "world plant, step 0, x: wanted a number, found no va"),
         (

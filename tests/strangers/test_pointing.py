@@ -56,7 +56,7 @@ def test_the_register_map_names_them(board) -> None:
     # Places that mean one thing for the filter and another for the program.
     assert registers.find("result_0").meaning == "output pitch (mekf); output azimuth (pointing)"
     assert registers.find("result_qx").frac == 31
-    assert [p.name for p in registers.streams[1].inputs] == ["east", "north", "up"]
+    assert [p.name for p in registers.programs[1].inputs] == ["east", "north", "up"]
 
 
 def test_check_on_every_level() -> None:

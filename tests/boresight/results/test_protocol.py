@@ -35,6 +35,7 @@ DATA = {
             "good": True,
         }
     ],
+    "refused": [],
     "good": True,
 }
 RESULT = ProtocolResult.of(DATA, Path("out/accuracy-short.html"))

@@ -50,8 +50,6 @@ def test_figures_and_page(small, tmp_path) -> None:
         (["mekf", "--source", "gps"], "error: source: wanted one of counts, heading, found 'gps'"),
         (["mekf", "--seconds", "0"], "error: seconds: wanted 0.05 to 20, found 0"),
         (["mekf", "--seconds", "nan"], "error: seconds: wanted 0.05 to 20, found nan"),
-        (["kalman", "--faults"], "error: filter: wanted one of complementary, "),
-        (["mekf", "a.csv", "--faults"], "error: --faults: wanted no log: "),
         (
             ["mekf", str(bundled("ximu_walk")), "--seconds", "13"],
             "error: log 'ximu_walk': wanted 13312 rows or more, found 12625; give a longer log",

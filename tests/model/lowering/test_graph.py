@@ -204,7 +204,7 @@ def test_intervals_hold_every_value(t: Any, seed: int) -> None:
         np.concatenate([rng.uniform(low, high, 40), rng.choice([low, high], 24)])
         for low, high in LEAF_RANGES
     ]
-    y = np.broadcast_to(evaluate(t, points, np.float64), (64,))
+    y = np.broadcast_to(evaluate(t, points, float), (64,))
     slack = 1e-9 * (1.0 + max(abs(node.low), abs(node.high)))
     assert node.low - slack <= y.min() and y.max() <= node.high + slack
 
