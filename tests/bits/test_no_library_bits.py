@@ -45,6 +45,7 @@ EXACT_MATH = {
 #: The same of numpy: types, and functions that make, move or compare elements.
 EXACT_NUMPY = set(
     [
+        "False_",
         "True_",
         "__file__",
         "abs",
