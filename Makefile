@@ -37,7 +37,7 @@ test: develop          ## Set up, then lint, types and all tests
 	  wait $$types && exit $$tests
 
 pythons: develop texts ## What depends on Python: types, digests, texts of cores, messages, `check`
-	@$(BIN)/mypy & types=$$!; $(BIN)/pytest -m pythons -n 2 --dist worksteal; tests=$$?; \
+	@$(BIN)/mypy & types=$$!; $(BIN)/pytest -m 'pythons and not soak' -n 2 --dist worksteal; tests=$$?; \
 	  wait $$types && exit $$tests
 	$(BIN)/boresight check complementary,ekf_quaternion,ekf_bias,mekf boresight/sim/data --steps 200 -q
 
