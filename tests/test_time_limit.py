@@ -14,7 +14,7 @@ def ring() -> None:
 
 
 def test_a_test_that_hangs_fails() -> None:
-    with pytest.raises(BaseException, match=r"test_that_hangs_fails has not ended after 600 s$"):
+    with pytest.raises(BaseException, match="test_that_hangs_fails has not ended after 600 s(;|$)"):
         ring()
 
 
@@ -26,6 +26,6 @@ def test_a_property_that_hangs_is_not_tried_again() -> None:
         cases.append(case)
         ring()
 
-    with pytest.raises(BaseException, match="has not ended after 600 s$"):
+    with pytest.raises(BaseException, match="has not ended after 600 s(;|$)"):
         hang()
     assert len(cases) == 1

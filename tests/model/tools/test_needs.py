@@ -107,7 +107,13 @@ def test_make_ends_before_it_begins(python: str, message: str, path: Path, tmp_p
     (path / "old").chmod(0o755)
     (path / "g++").unlink()
     environment = tmp_path / "environment"
-    command = [str(path / "make"), "main", f"PYTHON={python}", f"VENV={environment}"]
+    command = [
+        str(path / "make"),
+        "--no-print-directory",
+        "main",
+        f"PYTHON={python}",
+        f"VENV={environment}",
+    ]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 2 and not environment.exists()
     (line,) = (line for line in done.stderr.splitlines() if not line.startswith("make"))
