@@ -5,7 +5,7 @@ import pymap3d
 import pytest
 
 from boresight.model.algebra.ellipsoid import E2, EARTH, EQUATOR, site
-from tests.support.array import gravity
+from tests.support.rotating_array import gravity
 
 PLACES = [(31.9521, 45.0), (-89.0, 0.0), (89.0, 10e3), (0.0, 10e3), (45.0, -400.0), (-33.0, 3e3)]
 

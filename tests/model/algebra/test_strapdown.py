@@ -10,7 +10,16 @@ from boresight.model.algebra.strapdown import FULL_SCALE, STEP_FORCE, STEP_TURN,
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.systems.array.estimator import ArrayAttitude
-from tests.support.array import ARCSEC, EARTH, LATITUDE, body, counts, gravity, increments, turning
+from tests.support.rotating_array import (
+    ARCSEC,
+    EARTH,
+    LATITUDE,
+    body,
+    counts,
+    gravity,
+    increments,
+    turning,
+)
 
 ANGLES = ("pitch", "roll", "heading")
 

@@ -70,6 +70,8 @@ def test_a_python_without_venv(path: Path, capsys, monkeypatch) -> None:
 def test_a_python_without_its_library(path: Path, capsys, monkeypatch, tmp_path: Path) -> None:
     monkeypatch.setattr(needs, "_LIBRARY", "libpython9.so.1.0")
     monkeypatch.setattr(needs, "_WHEELS", True)
+    (tmp_path / "include").mkdir()
+    (tmp_path / "include" / "Python.h").touch()
     assert preflight("run", capsys, "none") == []
     (line,) = preflight("tests", capsys, str(tmp_path))
     assert line.startswith("error: libpython not found (cocotb: benches in Python, and Icarus): ")

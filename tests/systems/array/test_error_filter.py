@@ -12,7 +12,7 @@ from boresight.model.algebra.scalar_update import Update
 from boresight.systems.array import error_filter as errors
 from boresight.systems.array.estimator import ArrayAttitude
 from boresight.systems.array.interface import KINDS, UNITS
-from tests.support.array import EARTH, LATITUDE
+from tests.support.rotating_array import EARTH, LATITUDE
 
 SCALES = np.array([UNITS[k] for k in KINDS])
 LAT = np.radians(LATITUDE)

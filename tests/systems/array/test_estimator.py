@@ -13,8 +13,8 @@ from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.systems.array.estimator import ArrayAttitude
 from boresight.systems.array.interface import KINDS, UNITS
-from tests.support.array import ARCSEC, EARTH, LATITUDE, body, counts, gravity, turning
-from tests.support.array import increments as exact
+from tests.support.rotating_array import ARCSEC, EARTH, LATITUDE, body, counts, gravity, turning
+from tests.support.rotating_array import increments as exact
 
 SCALES = np.array([UNITS[k] for k in KINDS])
 STILL, ERECTION, RATE = 20.0, 13.2, 36.0

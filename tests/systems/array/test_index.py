@@ -12,7 +12,7 @@ from boresight.model.algebra.strapdown import Angles, angles
 from boresight.systems.array import index
 from boresight.systems.array.error_filter import PHI, SCALE
 from boresight.systems.array.interface import UNITS
-from tests.support.array import ARCSEC
+from tests.support.rotating_array import ARCSEC
 
 SHARE = np.array([UNITS["tilt"], UNITS["tilt"], UNITS["heading"]])
 C = Rotation.from_euler("ZXY", [100.0, 66.0, 7.0], degrees=True)
