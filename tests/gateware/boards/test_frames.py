@@ -3,11 +3,11 @@
 import random
 
 import pytest
-from amaranth.sim import Simulator
 
 from boresight.gateware.boards.dispatch import Dispatcher
 from boresight.gateware.boards.framer import Framer
 from boresight.gateware.boards.frames import CRC, END, ESC, Decoder, Kind, encode, word_bytes
+from tests.support.bench import pulse, run_bench
 
 # -- frames in software: known bytes, round trips, damage -----------------------------------------
 
@@ -107,11 +107,7 @@ def run(bodies: list[tuple[bytes, bool]], *, stalls: float, gaps: float) -> byte
             if valid and ready:
                 out.append(byte)
 
-    sim = Simulator(dut)
-    sim.add_clock(1e-8)
-    sim.add_testbench(take, background=True)
-    sim.add_testbench(put)
-    sim.run()
+    run_bench(dut, put, background=[take])
     return bytes(out)
 
 
@@ -184,9 +180,7 @@ def dispatch_run(
                     ctx.set(dut.o.ready, 0)
                     await ctx.tick().repeat(answer_after + 1)
                     events.append(("answered",))
-                    ctx.set(dut.answered, 1)
-                    await ctx.tick()
-                    ctx.set(dut.answered, 0)
+                    await pulse(ctx, dut.answered)
 
     async def bus(ctx):
         while True:
@@ -211,12 +205,7 @@ def dispatch_run(
             if valid and ready:
                 events.append(("reply", Kind(kind), data))
 
-    sim = Simulator(dut)
-    sim.add_clock(1e-8)
-    for background in (core, bus, replies):
-        sim.add_testbench(background, background=True)
-    sim.add_testbench(unpacker)
-    sim.run()
+    run_bench(dut, unpacker, background=[core, bus, replies])
     return events
 
 

@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 from amaranth.hdl import Module, Signal
 from amaranth.lib import wiring
-from amaranth.sim import Simulator
 
 from boresight.gateware.bus.axi_lite import AxiLiteSlave, Response
 from boresight.gateware.bus.axi_stream import StreamFromAxi, StreamToAxi
+from tests.support.bench import run_bench
 
 # -- registers over AXI4-Lite; `sim.formal.blocks.axi` proves the protocol ------------------------
 
@@ -47,12 +47,7 @@ class Bench:
                 if ack:
                     self.memory[addr] = data
 
-        sim = Simulator(top)
-        sim.add_clock(1e-8)
-        sim.add_testbench(target, background=True)
-        for test in tests:
-            sim.add_testbench(test)
-        sim.run()
+        run_bench(top, *tests, background=[target])
 
     async def _send(self, ctx: Any, channel: str, **what: int) -> None:
         for name, value in what.items():
@@ -200,11 +195,7 @@ def test_words_come_through(word: int, pace: float) -> None:
             if len(came) == len(sent):
                 return
 
-    sim = Simulator(top)
-    sim.add_clock(1e-8)
-    sim.add_testbench(send, background=True)
-    sim.add_testbench(take)
-    sim.run()
+    run_bench(top, take, background=[send])
 
     def extended(data: int) -> int:
         low = data & ((1 << word) - 1)

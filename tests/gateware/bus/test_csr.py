@@ -4,13 +4,13 @@ import random
 
 import pytest
 from amaranth.lib.wiring import In, Out
-from amaranth.sim import Simulator
 
 from boresight.gateware.bus.counters import EventCounters
 from boresight.gateware.bus.csr import Csr
 from boresight.gateware.bus.feed_registers import FeedRegisters
 from boresight.gateware.bus.signature import BusSignature
 from boresight.gateware.registers.model import Access, Register
+from tests.support.bench import pulse, run_bench
 
 # -- registers: what is written is read, what is not there does nothing ---------------------------
 
@@ -230,9 +230,7 @@ def test_clear_and_wrap(simulate) -> None:
         await count(ctx, 0b111, 18)
         assert [await counters_read(ctx, dut, k) for k in range(3)] == [2, 2, 2]
         for wait in range(dut.interval):
-            ctx.set(dut.clear, 1)
-            await ctx.tick()
-            ctx.set(dut.clear, 0)
+            await pulse(ctx, dut.clear)
             await ctx.tick().repeat(dut.interval + 4)
             assert [await counters_read(ctx, dut, k) for k in range(3)] == [0, 0, 0]
             await count(ctx, 0b101, 3)
@@ -290,9 +288,7 @@ def test_sets_are_whole(count: int) -> None:
                     _, _, busy = await ctx.tick().sample(dut.busy)
                 ctx.set(dut.w_en, 0)
                 wanted[k] = word
-            ctx.set(dut.take, 1)
-            await ctx.tick()
-            ctx.set(dut.take, 0)
+            await pulse(ctx, dut.take)
             expected = list(wanted)
             if rng.random() < 0.5:
                 continue  # writes at once, and has to wait
@@ -303,11 +299,7 @@ def test_sets_are_whole(count: int) -> None:
             await ctx.tick()
         assert sets[-1] == wanted and len(sets) == 12
 
-    sim = Simulator(dut)
-    sim.add_clock(1e-8)
-    sim.add_testbench(conductor, background=True)
-    sim.add_testbench(host)
-    sim.run()
+    run_bench(dut, host, background=[conductor])
 
 
 @pytest.mark.parametrize("count", [0, 33])

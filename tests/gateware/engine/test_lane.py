@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 
 import pytest
 from amaranth.hdl import Fragment
-from amaranth.sim import Simulator
 
 import boresight.gateware.engine.lane as lane
 import boresight.gateware.engine.sequencer as sequencer
@@ -24,6 +23,7 @@ from boresight.model.words.fixed import (
     table_index,
     wrap,
 )
+from tests.support.bench import run_bench
 
 # -- the lane, field by field at random, against the integer semantics of `model.words.fixed` -----
 
@@ -133,10 +133,7 @@ def test_random_slots(word: int, stalls: float) -> None:
                 assert got == expected[done], (done, slots[done])
             await ctx.tick()
 
-    sim = Simulator(dut)
-    sim.add_clock(1e-8)
-    sim.add_testbench(bench)
-    sim.run()
+    run_bench(dut, bench)
 
 
 @pytest.mark.parametrize("sources", [1, 2])
@@ -164,10 +161,7 @@ def test_outside_words_replace_any_result(sources: int) -> None:
                 assert not ctx.get(dut.saturated)
             await ctx.tick()
 
-    sim = Simulator(dut)
-    sim.add_clock(1e-8)
-    sim.add_testbench(bench)
-    sim.run()
+    run_bench(dut, bench)
 
 
 def test_sources_is_checked() -> None:
@@ -220,10 +214,7 @@ def test_product(word: int, stalls: float) -> None:
             waiting.append((a, b))
             await ctx.tick()
 
-    sim = Simulator(dut)
-    sim.add_clock(1e-8)
-    sim.add_testbench(bench)
-    sim.run()
+    run_bench(dut, bench)
 
 
 @pytest.mark.parametrize("word, slices", [(18, 1), (19, 4), (32, 4)])

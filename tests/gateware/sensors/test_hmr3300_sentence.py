@@ -3,10 +3,10 @@
 import random
 
 import pytest
-from amaranth.sim import Simulator
 
 from boresight.gateware.sensors.hmr3300_number import BITS, COUNT_MAX, HEADING_MAX, DecimalNumber
 from boresight.gateware.sensors.hmr3300_sentence import SentenceParser
+from tests.support.bench import run_bench
 
 # -- the parser by itself: each rule of the grammar, each limit, each way to begin anew -----------
 
@@ -47,11 +47,7 @@ def parse(
             await pulse(ctx, dut.valid)
         await ctx.tick().repeat(dut.cycles_per_byte)
 
-    sim = Simulator(dut)
-    sim.add_clock(1e-8)
-    sim.add_testbench(watch, background=True)
-    sim.add_testbench(bench)
-    sim.run()
+    run_bench(dut, bench, background=[watch])
     return out
 
 

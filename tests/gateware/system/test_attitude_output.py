@@ -7,7 +7,6 @@ from collections.abc import Callable
 import pytest
 from amaranth.hdl import Module
 from amaranth.lib import wiring
-from amaranth.sim import Simulator
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -27,6 +26,7 @@ from boresight.gateware.system.attitude_output import AttitudeOutput, OutputMode
 from boresight.gateware.system.attitude_text import LINE, AngleDigits, Op
 from boresight.gateware.system.interface import Place
 from boresight.model.estimators import FILTERS, estimator
+from tests.support.bench import pulse, run_bench
 
 # -- what is sent is bit by bit what the software makes of one update, and never of two -----------
 
@@ -50,9 +50,7 @@ class Bench:
     async def update(self, ctx, words: list[int], pause: int = 0) -> None:
         """Write an update, a word a cycle; ``words`` in the order of a frame."""
         results = self.results
-        ctx.set(results.begin, 1)
-        await ctx.tick()
-        ctx.set(results.begin, 0)
+        await pulse(ctx, results.begin)
         first = Place.OUTPUTS
         places = (Place.HEADER, Place.STAMP, *range(first, first - 2 + len(words)))
         for k, (place, word) in enumerate(zip(places, words, strict=True)):
@@ -63,9 +61,7 @@ class Bench:
             await ctx.tick()
         ctx.set(results.w_en, 0)
         ctx.set(results.complete, 0)
-        ctx.set(self.dut.updated, 1)
-        await ctx.tick()
-        ctx.set(self.dut.updated, 0)
+        await pulse(ctx, self.dut.updated)
         if pause:
             await ctx.tick().repeat(pause)
 
@@ -89,12 +85,7 @@ class Bench:
                 self.sent += events & 1
                 self.skipped += events >> 1
 
-        sim = Simulator(self.top)
-        sim.add_clock(1e-8)
-        sim.add_testbench(take, background=True)
-        sim.add_testbench(count, background=True)
-        sim.add_testbench(test)
-        sim.run()
+        run_bench(self.top, test, background=[take, count])
         assert not body
 
 
@@ -375,9 +366,7 @@ EDGES = (0, 1, -1, HALF - 1, -HALF, 1 - HALF, HALF // 2, -HALF // 2, 59_652, 59_
 
 async def shift(ctx, dut: AngleDigits, word: int) -> None:
     """Start, then the 32 bits."""
-    ctx.set(dut.start, 1)
-    await ctx.tick()
-    ctx.set(dut.start, 0)
+    await pulse(ctx, dut.start)
     ctx.set(dut.negative, word < 0)
     ctx.set(dut.shift, 1)
     for k in range(32):
