@@ -47,8 +47,8 @@ def test_scores_are_those_of_the_interpreter(logs):
     wanted = []
     for log in logs:
         program = with_params(estimator.compile(), estimator, PARAMS)
-        run = interpret(program, feed(estimator, log).words(program))
-        q, view = attitude_of(outputs_of(program, run.outputs)), NineAxis.of(log)
+        words = interpret(program, feed(estimator, log).words(program))[0]
+        q, view = attitude_of(outputs_of(program, words)), NineAxis.of(log)
         wanted.append(attitude_rmse(q, view.attitude, view.counts)._asdict())
     for jobs in (1, 3):
         scorer = Scorer(estimator, feeds(logs), jobs=jobs)
