@@ -25,6 +25,7 @@ from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.processes import dispatch
 from boresight.sim.records.feed import Feed
 from boresight.sim.records.nine_axis import NineAxis
+from boresight.sim.worlds.loop import drive
 
 __all__ = ["Result", "benchmark"]
 
@@ -81,23 +82,20 @@ def _at_one_rate(
 ) -> list[Result]:
     """One of our estimators on records, by name, that one build of it takes."""
     feeds = [given for _, given in named]
-    runs = Scorer(estimator, feeds, word=word, jobs=jobs).runs(params)
+    loops = Scorer(estimator, feeds, word=word, jobs=jobs).runs(params)
     level = CompiledFloat(Build(estimator, params=[params])) if with_float else None
     fixed, floating = [], []
-    for (trial, given), (run, wall_s) in zip(named, runs, strict=True):
+    for (trial, given), loop in zip(named, loops, strict=True):
         near: tuple[Difference, ...] = ()
         units = units_of(estimator, given)
         if level is not None:
-            level.reset()
-            start = time.perf_counter()
-            found = level.run(given.inputs).outputs
-            seconds = time.perf_counter() - start
-            near = tuple(differences(estimator.outputs, run.outputs, found))
-            error = errors(estimator, given, found)
-            floating.append(Result(estimator.name, "float", trial, error, units, seconds))
-        error = errors(estimator, given, run.outputs)
-        timed = error, units, wall_s
-        fixed.append(Result(estimator.name, "fixed", trial, *timed, run.n_saturated, near))
+            (real,) = drive(given, level)
+            near = tuple(differences(estimator.outputs, loop.outputs, real.outputs))
+            error = errors(estimator, given, real.outputs)
+            floating.append(Result(estimator.name, "float", trial, error, units, real.seconds))
+        judged = errors(estimator, given, loop.outputs), units, loop.seconds
+        saturated = loop.run.n_saturated
+        fixed.append(Result(estimator.name, "fixed", trial, *judged, saturated, near))
     return fixed + floating
 
 

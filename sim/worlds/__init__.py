@@ -4,6 +4,6 @@
 module what it holds
 ====== ============================================================================================
 world  plant models, batched plants, records in pieces without feedback
-loop   a plant model drives a level; where two loops differ first
+loop   a plant model or a log drives a level; where two loops differ first
 ====== ============================================================================================
 """

@@ -1,4 +1,4 @@
-"""A plant model drives a level: closed loops, pieces without feedback; where two loops differ."""
+"""A source drives a level: closed loops, records in pieces, logs; where two loops differ first."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ import numpy.typing as npt
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.sim.levels.level import Level, Run
+from boresight.sim.records.feed import Feed
 from boresight.sim.records.reader import InputReader
 from boresight.sim.records.record import TRUTH, Column, Record, index_place
 from boresight.sim.worlds.world import World
@@ -25,7 +26,7 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Loop:
-    """What happened between a world and a level, in a whole run or a part of it.
+    """What happened between a source and a level, in a whole run or a part of it.
 
     Of a level with several runs side by side every shape has the runs behind n: (n, runs), ...
 
@@ -35,15 +36,15 @@ class Loop:
     inputs : float64 (n, n_inputs)
         Records that the level saw, in the inputs' units.
     new : bool (n, n_inputs)
-        Where the world gave a new sample.
+        Where the source gave a new sample.
     run : Run
         Outputs, words, saturated updates and states of the level.
     truth : dict of str to float64 (n,)
-        True values that the world gave, by output name; NaN where it gave none.
+        True values that the source gave, by output name; NaN where it gave none.
     clamped : dict of str to int
         Samples up to here beyond the range of inputs that are declared to be clamped.
-    records_per_s : float
-        Since the start.
+    seconds : float
+        That it took.
     """
 
     level: str
@@ -52,12 +53,17 @@ class Loop:
     run: Run
     truth: dict[str, FloatArray]
     clamped: dict[str, int]
-    records_per_s: float
+    seconds: float
 
     @property
     def outputs(self) -> dict[str, FloatArray]:
         """Outputs of the level (n,), in their units."""
         return self.run.outputs
+
+    @property
+    def records_per_s(self) -> float:
+        """Records in a second of computing."""
+        return len(self.inputs) / self.seconds
 
     @classmethod
     def joined(cls, parts: Sequence[Loop]) -> Loop:
@@ -72,7 +78,8 @@ class Loop:
             for name in run.outputs
             if any(name in part.truth for part in parts)
         }
-        return cls(last.level, inputs, new, run, truth, last.clamped, last.records_per_s)
+        seconds = sum(part.seconds for part in parts)
+        return cls(last.level, inputs, new, run, truth, last.clamped, seconds)
 
     def record(self, estimator: Estimator, name: str) -> Record:
         """What the level saw as a record, with truths: any level can be run on it again.
@@ -121,19 +128,28 @@ class Parting:
 
 
 def drive(
-    world: World, level: Level, *, steps: int | None = None, keep: Collection[str] | None = None
+    source: World | Feed,
+    level: Level,
+    *,
+    steps: int | None = None,
+    keep: Collection[str] | None = None,
 ) -> Iterator[Loop]:
-    """Run a world on a level and yield what happens: each record, or each of `World.pieces`.
+    """Run a level from a reset on over what a source gives, and yield what happens part by part.
+
+    A part is a record of a world that gets the outputs, one of the `World.pieces` of a world that
+    ignores them, or the whole of a log.
 
     Parameters
     ----------
-    world : World
+    source : World or Feed
+        Plant model, or a log as the estimator reads it.
     level : Level
         With as many runs side by side as the world (`sim.levels.registry.make_level`).
     steps : int, optional
-        Most records; by default until the world ends.
+        Most records of a world; by default until it ends.
     keep : names of outputs, optional
-        Outputs and true values that are kept, without words and states; by default everything.
+        Outputs and true values of a world that are kept, without words and states; by default
+        everything.
 
     Raises
     ------
@@ -141,6 +157,18 @@ def drive(
         The world raises, gives no record at all, or one that the estimator cannot take; it has
         another number of runs than the level.
     """
+    if isinstance(source, World):
+        yield from _world(source, level, steps, keep)
+        return
+    start = time.perf_counter()
+    run, seconds = level.run_anew(source.inputs), time.perf_counter() - start
+    yield Loop(level.name, source.inputs, source.new, run, source.truth, source.clamped, seconds)
+
+
+def _world(
+    world: World, level: Level, steps: int | None, keep: Collection[str] | None
+) -> Iterator[Loop]:
+    """`drive` with a world."""
     estimator, runs = level.build.estimators[level.number], world.runs
     if level.runs != runs and (level.runs, runs) != (None, 1):
         raise InputError.at(
@@ -162,8 +190,8 @@ def drive(
     pieces = _guarded(world, world.pieces)
     level.reset()
     outputs: dict[str, Any] | None = None
-    start = time.perf_counter()
     while steps is None or reader.rows < steps:
+        start = time.perf_counter()
         if pieces is None:
             given, n = _guarded(world, world.record, outputs), 1
         else:
@@ -190,9 +218,9 @@ def drive(
             outputs = {name: float(value[-1]) for name, value in run.outputs.items()}
         else:
             outputs = {name: value[-1].reshape(runs) for name, value in run.outputs.items()}
-        rate = reader.rows / (time.perf_counter() - start)
         run = run if keep is None else run.outputs_alone(keep)
-        yield Loop(level.name, inputs[:, axis], new[:, axis], run, truth, reader.clamped, rate)
+        seen, seconds = (inputs[:, axis], new[:, axis]), time.perf_counter() - start
+        yield Loop(level.name, *seen, run, truth, reader.clamped, seconds)
     if not reader.rows:
         raise InputError.at(
             f"world {world.name}",

@@ -66,7 +66,7 @@ def test_figures_are_those_of_plain_runs(trials):
     ]
     assert [line.split(",")[0] for line in lines] == ["[1/2] complementary", "[2/2] vqf_online"]
     runs = Scorer(Complementary(), [fed(t) for t in trials]).runs(params)
-    for fixed, floating, t, (run, _) in zip(results[:3], results[3:6], trials, runs, strict=True):
+    for fixed, floating, t, run in zip(results[:3], results[3:6], trials, runs, strict=True):
         real = Complementary().run_float(fed(t).inputs[:, :, None], params=params)
         q = attitude_of({k: v[:, 0] for k, v in real.outputs.items()})
         assert floating.errors == pytest.approx(attitude_rmse(q, reference(t))._asdict())

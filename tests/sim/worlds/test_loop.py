@@ -363,6 +363,18 @@ def test_pieces_are_one_run(level: str) -> None:
         assert (found.run.words == again.words).all()
 
 
+def test_a_log_is_one_part() -> None:
+    """From a reset on, with what the log says of it."""
+    seen = closed(Recorded(), "c")
+    given = feed(Half(), seen.record(Half(), "log"))
+    level = make_level("c", Build(Half()))
+    for _ in range(2):
+        (found,) = drive(given, level)
+        assert parting(Half(), seen, found) is None and (found.new == seen.new).all()
+        assert (found.run.words == seen.run.words).all() and found.seconds > 0.0
+        assert (found.truth["u"] == seen.truth["u"]).all() and found.clamped == {}
+
+
 def test_pieces_of_a_batched_plant() -> None:
     loop = close_loop(Recorded(7, runs=2), make_level("c", Build(Half()), runs=2), keep=("u",))
     one = closed(Recorded(), "c")
