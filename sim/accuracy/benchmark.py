@@ -7,7 +7,6 @@ script that calls `benchmark` with more than one needs ``if __name__ == "__main_
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -185,9 +184,8 @@ def benchmark(
     done: list[str] = []
     for e in estimators:
         take(e.name, _ours(e, trials, (params or {}).get(e.name), word, with_float, jobs))
-    if tasks:
-        for label, results in dispatch(jobs or os.cpu_count() or 1, tasks):
-            take(label, results)
+    for label, results in dispatch(jobs, tasks):
+        take(label, results)
     rank = {name: k for k, name in enumerate([*(e.name for e in estimators), *peers])}
     place = {t.name: k for k, t in enumerate(trials)}
     return sorted(out, key=lambda r: (rank[r.estimator], r.level == "float", place[r.trial]))

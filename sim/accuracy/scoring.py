@@ -7,7 +7,6 @@ so that they run side by side.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from queue import SimpleQueue
@@ -18,6 +17,7 @@ from boresight.model.estimator import Estimator
 from boresight.sim.accuracy.figures import errors, units_of
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import Emitted
+from boresight.sim.processes import processes
 from boresight.sim.records.feed import Feed
 from boresight.sim.worlds.loop import Loop, drive
 
@@ -52,7 +52,7 @@ class Scorer:
     ) -> None:
         self.estimator, self.feeds, self.told = estimator, tuple(feeds), told
         build = Build(estimator, word=word)
-        self.jobs = max(1, min(jobs or os.cpu_count() or 1, len(self.feeds)))
+        self.jobs = max(1, min(processes(jobs), len(self.feeds)))
         self._levels: SimpleQueue[Emitted] = SimpleQueue()
         for _ in range(self.jobs):
             self._levels.put(Emitted(build))
