@@ -35,9 +35,9 @@ class Kalman(Estimator):
     A subclass declares `inputs`, `params` and `states`, and writes `f`, `noise` and `measure`.
     Derived are the Jacobians, P = F P F^T + Q over one half of P, and one update for each
     measurement, L = P h / sqrt(h^T P h + r), P - L L^T: equal to the update by all measurements at
-    once, linearised at the predicted state. Ranges follow from the standard deviations alone:
-    -sd_i sd_j <= P_ij <= sd_i sd_j, -sd_i <= L_i <= sd_i. A variance near its largest is held: its row of F is
-    that of a constant then and its noise is none, so that P stays F P F^T + Q of some F.
+    once, linearised at the predicted state. Ranges follow from the standard deviations alone: P_ij
+    lies within sd_i sd_j of zero, L_i within sd_i. A variance near its largest is held: its row of
+    F is that of a constant then and its noise is none, so that P stays F P F^T + Q of some F.
 
     On the object, `states` has all that the core keeps: the author's (an attitude as its four
     components), those of `memory`, and P as ``p_A_B`` of two states A and B.

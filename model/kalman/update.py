@@ -204,13 +204,20 @@ class Update:
             )
         innovation = self._innovation(m)
         earlier = [self._dot(row, g.__getitem__) for g in self.gains]
-        column = self._column(m, row, earlier)
+        spread = self._spread(m, row)
+        whole = [
+            self._dot(row, [self.cov[j, i] for j in self.range].__getitem__) for i in self.range
+        ]
+        column = self._left(whole, row, earlier, spread)
+        # h P h + r, not of the columns that are still to be reduced: known sooner.
+        variance = self._dot(row, (whole if earlier else column).__getitem__)
+        for a in earlier:
+            variance = variance - a * a
+        variance = variance + m.r
+        if earlier or not _is_unit(row):  # else its interval is as good
+            variance = ops.bounded(variance, low, spread * spread + high, "h P h + r")
         if m.valid is not None:
             column = [chosen(m.valid, c, self.tracer.const(0.0)) for c in column]
-        variance = self._dot(row, column.__getitem__) + m.r
-        if not _is_unit(row):  # else its interval is as good
-            spread = self._spread(m, row)
-            variance = ops.bounded(variance, low, spread * spread + high, "h P h + r")
         for a, move in zip(earlier, self.moves, strict=True):
             innovation = innovation - a * move
         weight = ops.rsqrt(variance)
@@ -240,19 +247,19 @@ class Update:
         nu = ops.saturated(innovation, most)
         return nu * nu > (gate * gate) * variance
 
-    def _column(self, m: Measurement, row: Slope, earlier: Sequence[Scalar]) -> list[Any]:
-        """P h of what the updates before have left of P."""
-        spread = self._spread(m, row)
+    def _left(
+        self, column: list[Any], row: Slope, earlier: Sequence[Scalar], spread: float
+    ) -> list[Any]:
+        """P h of what the updates before have left of P; ``earlier``: their h L."""
+        if not earlier and _is_unit(row):
+            return column
         out: list[Any] = []
-        for i in self.range:
-            value = self._dot(row, [self.cov[j, i] for j in self.range].__getitem__)
-            if earlier or len(row) > 1:
-                for g, a in zip(self.gains, earlier, strict=True):
-                    value = value - g[i] * a
-                most = spread * self.wide[i]
-                low = 0.0 if _is_unit(row) and i in row else -most
-                value = ops.bounded(value, low, most, "standard deviations")
-            out.append(value)
+        for i, value in enumerate(column):
+            for g, a in zip(self.gains, earlier, strict=True):
+                value = value - g[i] * a
+            most = spread * self.wide[i]
+            low = 0.0 if _is_unit(row) and i in row else -most
+            out.append(ops.bounded(value, low, most, "standard deviations"))
         return out
 
     def _spread(self, m: Measurement, row: Slope) -> float:
