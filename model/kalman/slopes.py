@@ -94,7 +94,7 @@ class Slopes:
     def _through(self, e: Scalar, a: Slope) -> Slope:
         return a
 
-    _named = _bounded = _saturated = _wrap = _wrap_turns = _through
+    _named = _same = _bounded = _saturated = _wrap = _wrap_turns = _through
 
     def _add(self, e: Scalar, a: Slope, b: Slope) -> Slope:
         return total(a, b)
