@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from itertools import groupby
 from typing import Any
 
 from boresight.model import ops
@@ -48,9 +48,12 @@ class Update:
         self.wide = list(kalman.most)
         self.states: dict[str, Any] = {}
         self.memory: dict[str, Any] = {}
-        #: Of each update: its L, and the innovation over its standard deviation.
+        #: Elements of P that some updates have been subtracted from, and how many.
+        self.left: dict[tuple[int, int], tuple[Any, int]] = {}
+        #: Of each update: its L, the innovation over its standard deviation, whether it counts.
         self.gains: list[list[Any]] = []
         self.moves: list[Any] = []
+        self.taken: list[Condition | None] = []
         self.nis: Any = 0.0
 
     def results(self) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -105,46 +108,72 @@ class Update:
         return rows
 
     def _propagate(self, rows: list[Slope], noise: dict[tuple[int, int], Any]) -> None:
-        """F P F^T + Q, each row of F held where the variance is beyond its largest."""
-        k, cov = self.kalman, self.cov
-        full: list[Condition] = []
-        diagonal: list[Scalar] = []
+        """F P F^T + Q, each row of F held where the variance is near its largest.
+
+        F is a product of factors that each change some states by others which are still as they
+        were; those whose equations need each other change together.
+        """
+        k = self.kalman
+        self.full: list[Condition] = []
+        self.diagonal: list[Scalar] = []
+        self.rows = rows
         for i in self.range:
             self.tracer.place = k.places[i]
-            full.append(cov[i, i] > k.held[i])
+            self.full.append(self.cov[i, i] > k.held[i])
             reach = self._reach(i, rows[i], noise.get((i, i), 0.0))
             self.wide[i] = min(max(reach, self.wide[i]), _REACH * self.wide[i])
             zero, one = self.tracer.const(0.0), self.tracer.const(1.0)
-            diagonal.append(chosen(full[i], one, rows[i].pop(i, zero)))
+            self.diagonal.append(chosen(self.full[i], one, rows[i].pop(i, zero)))
+        done: set[int] = set()
+        for block in _blocks(rows):
+            done |= {*block}
+            added = {
+                (i, j): q for (i, j), q in noise.items() if {i, j} <= done and {i, j} & {*block}
+            }
+            self._change(block, added)
 
-        def across(i: int, column: Callable[[int], Any], added: Any = 0.0) -> Scalar:
-            """Row i of F times a column; what comes of other states, and noise, unless held."""
-            others = added
-            for m in sorted(rows[i]):
-                others = others + product(rows[i][m], column(m))
-            own: Scalar = product(diagonal[i], column(i))
-            return own if is_const(others, 0.0) else own + ops.where(full[i], 0.0, others)
-
-        parts: dict[tuple[int, int], Scalar] = {}
-
-        def along(i: int, j: int) -> Scalar:
-            """(F P)_ij."""
-            if (i, j) not in parts:
-                parts[i, j] = across(i, [cov[m, j] for m in self.range].__getitem__)
-            return parts[i, j]
-
-        new: dict[tuple[int, int], Scalar] = {}
-        for i, j in k.covariance_states.values():
+    def _change(self, block: Sequence[int], noise: Mapping[tuple[int, int], Any]) -> None:
+        """P after the states of ``block`` alone have moved, by the others and one another."""
+        k, before = self.kalman, dict(self.cov)
+        along: dict[tuple[int, int], Scalar] = {}
+        for i in block:
             self.tracer.place = k.places[i]
-            a, b = (i, j) if len(rows[j]) <= len(rows[i]) else (j, i)
-            added = noise.get((i, j), 0.0)
-            if i == j:
-                added = added + k.least_noise[i]
-            elif not is_const(added, 0.0):
-                added = ops.where(full[a], 0.0, added)
-            value = across(b, partial(along, a), added)
-            new[i, j] = new[j, i] = self._element(value, i, j, self.wide)
-        self.cov = new
+            needed = {*self.range} - {*block} | {m for j in block for m in self.rows[j]} | {*block}
+            for j in sorted(needed):
+                along[i, j] = self._across(i, [before[m, j] for m in self.range])
+                if j not in block:
+                    added = noise.get((min(i, j), max(i, j)), 0.0)
+                    along[i, j] = self._sized(along[i, j], i, j, before)
+                    self.cov[i, j] = self.cov[j, i] = self._noisy(along[i, j], i, j, added)
+        for n, i in enumerate(block):
+            for j in block[n:]:
+                self.tracer.place = k.places[i]
+                a, b = (i, j) if len(self.rows[j]) <= len(self.rows[i]) else (j, i)
+                column = [along.get((a, m), before[a, m]) for m in self.range]
+                added = noise.get((i, j), 0.0)
+                if i == j:
+                    value = self._across(b, column, added + k.least_noise[i])
+                else:
+                    value = self._noisy(self._across(b, column), i, j, added)
+                self.cov[i, j] = self.cov[j, i] = self._sized(value, i, j, before)
+
+    def _across(self, i: int, column: Sequence[Any], added: Any = 0.0) -> Scalar:
+        """Row i of F times a column; what comes of other states, and noise, unless held."""
+        others = added
+        for m in sorted(self.rows[i]):
+            others = others + product(self.rows[i][m], column[m])
+        own: Scalar = product(self.diagonal[i], column[i])
+        return own if is_const(others, 0.0) else own + ops.where(self.full[i], 0.0, others)
+
+    def _noisy(self, value: Scalar, i: int, j: int, added: Any) -> Scalar:
+        """An element of two states with the covariance of their noise, unless one is held."""
+        if is_const(added, 0.0):
+            return value
+        return value + ops.where(self.full[i] | self.full[j], 0.0, added)
+
+    def _sized(self, value: Any, i: int, j: int, before: Mapping[tuple[int, int], Any]) -> Any:
+        """An element that has changed, within what the standard deviations allow."""
+        return value if value is before[i, j] else self._element(value, i, j, self.wide)
 
     def _reach(self, i: int, row: Slope, variance: Any) -> float:
         """Largest standard deviation after a prediction that is not held."""
@@ -154,10 +183,8 @@ class Update:
         )
         return math.sqrt(spread**2 + size(variance) + k.least_noise[i])
 
-    def _element(self, value: Scalar, i: int, j: int, sd: Sequence[float]) -> Scalar:
-        """An element of P within what the standard deviations allow."""
-        if value is self.cov[i, j] and sd[i] * sd[j] >= self.kalman.most[i] * self.kalman.most[j]:
-            return value
+    def _element(self, value: Any, i: int, j: int, sd: Sequence[float]) -> Scalar:
+        """An element of P within what standard deviations allow."""
         low = 0.0 if i == j else -sd[i] * sd[j]
         bounded: Scalar = ops.bounded(value, low, sd[i] * sd[j], "standard deviations")
         return bounded
@@ -211,30 +238,34 @@ class Update:
         column = self._left(whole, row, earlier, spread)
         # h P h + r, not of the columns that are still to be reduced: known sooner.
         variance = self._dot(row, (whole if earlier else column).__getitem__)
-        for a in earlier:
-            variance = variance - a * a
-        variance = variance + m.r
+        variance = self._less(variance, [a * a for a in earlier]) + m.r
         if earlier or not _is_unit(row):  # else its interval is as good
             variance = ops.bounded(variance, low, spread * spread + high, "h P h + r")
-        if m.valid is not None:
-            column = [chosen(m.valid, c, self.tracer.const(0.0)) for c in column]
-        for a, move in zip(earlier, self.moves, strict=True):
-            innovation = innovation - a * move
+        pairs = zip(earlier, self.moves, strict=True)
+        innovation = self._less(innovation, [a * move for a, move in pairs])
         weight = ops.rsqrt(variance)
         move = ops.saturated(innovation * weight, _MOVE)
+        taken, gains = m.valid, [c * weight for c in column]
         if m.gate is not None:
-            beyond = self._beyond(m.gate, innovation, variance)
-            column = [chosen(beyond, self.tracer.const(0.0), c) for c in column]
-            move = ops.where(beyond, 0.0, move)
-        square = move * move
-        self.nis = self.nis + (square if m.valid is None else ops.where(m.valid, square, 0.0))
-        self.gains.append(
-            [
-                ops.bounded(c * weight, -sd, sd, "root of a variance")
-                for c, sd in zip(column, self.wide, strict=True)
-            ]
-        )
+            # A condition of its own: cheaper once for each L than wherever these are used.
+            within = ~self._beyond(m.gate, innovation, variance)
+            within = within if taken is None else within & taken
+            gains = [ops.where(within, g, 0.0) for g in gains]
+            move, taken = ops.where(within, move, 0.0), None
+        self.nis = self.nis + (move * move if taken is None else ops.where(taken, move * move, 0.0))
+        bounds = zip(gains, self.wide, strict=True)
+        self.gains.append([ops.bounded(g, -sd, sd, "root of a variance") for g, sd in bounds])
         self.moves.append(move)
+        self.taken.append(taken)
+
+    def _less(self, value: Any, parts: Sequence[Any], first: int = 0) -> Any:
+        """Value less what each update from the first takes of it, if it is taken."""
+        for _, some in groupby(enumerate(parts, first), lambda part: id(self.taken[part[0]])):
+            numbers, each = zip(*some, strict=True)
+            total = sum(each[1:], each[0])
+            taken = self.taken[numbers[0]]
+            value = value - (total if taken is None else ops.where(taken, total, 0.0))
+        return value
 
     def _innovation(self, m: Measurement) -> Any:
         nu = m.z - m.h
@@ -251,16 +282,25 @@ class Update:
         self, column: list[Any], row: Slope, earlier: Sequence[Scalar], spread: float
     ) -> list[Any]:
         """P h of what the updates before have left of P; ``earlier``: their h L."""
-        if not earlier and _is_unit(row):
-            return column
+        if _is_unit(row):
+            return [self._element_left(i, *row) for i in self.range]
         out: list[Any] = []
-        for i, value in enumerate(column):
-            for g, a in zip(self.gains, earlier, strict=True):
-                value = value - g[i] * a
-            most = spread * self.wide[i]
-            low = 0.0 if _is_unit(row) and i in row else -most
-            out.append(ops.bounded(value, low, most, "standard deviations"))
+        for value, sd, *g in zip(column, self.wide, *self.gains, strict=True):
+            value = self._less(value, [own * a for own, a in zip(g, earlier, strict=True)])
+            out.append(ops.bounded(value, -spread * sd, spread * sd, "standard deviations"))
         return out
+
+    def _element_left(self, i: int, j: int) -> Any:
+        """An element of P after the updates so far; each is subtracted once."""
+        value, done = self.left.get((i, j), (self.cov[i, j], 0))
+        if done < len(self.gains):
+            value = self._element(self._reduced_by(i, j, value, done), i, j, self.wide)
+            self.left[i, j] = self.left[j, i] = value, len(self.gains)
+        return value
+
+    def _reduced_by(self, i: int, j: int, value: Any, done: int) -> Any:
+        """An element of P - L L^T of all updates, of which so many are done."""
+        return self._less(value, [g[i] * g[j] for g in self.gains[done:]], done)
 
     def _spread(self, m: Measurement, row: Slope) -> float:
         """Largest standard deviation of h, without the noise."""
@@ -282,9 +322,8 @@ class Update:
         sums = []
         for i in range(at, at + len(self.kalman.groups[s.name])):
             value: Any = 0.0 if isinstance(s, Attitude) else self.states[s.name]
-            for g, move in zip(self.gains, self.moves, strict=True):
-                value = value + g[i] * move
-            sums.append(value)
+            pairs = zip(self.gains, self.moves, strict=True)
+            sums.append(self._less(value, [-(g[i] * move) for g, move in pairs]))
         if isinstance(s, Attitude):
             q = corrected(
                 [self.states[c] for c in s.components], [ops.saturated(e, 1.0) for e in sums]
@@ -298,9 +337,7 @@ class Update:
         k, out = self.kalman, {}
         for name, (i, j) in k.covariance_states.items():
             self.tracer.place = k.places[i]
-            value = self.cov[i, j]
-            for g in self.gains:
-                value = value - g[i] * g[j]
+            value = self._reduced_by(i, j, *self.left.get((i, j), (self.cov[i, j], 0)))
             out[name] = self._element(value, i, j, k.most)
         return out
 
@@ -326,6 +363,25 @@ class Update:
         known = {"nis": self.nis, **self.memory, **values}
         known |= k.shown(self._seen(values), self.u, self.p)
         return {o.name: known[o.name] for o in k.outputs if o.name in known}
+
+
+def _blocks(rows: Sequence[Slope]) -> list[list[int]]:
+    """States in an order in which each changes while those of its row are as they were.
+
+    Where the equations of some need each other, these are one block; so are those of which none
+    needs another.
+    """
+    n = len(rows)
+    needs = [{*row} - {i} for i, row in enumerate(rows)]
+    for m in range(n):  # of what is needed, too
+        needs = [one | needs[m] if m in one else one for one in needs]
+    left, blocks = {*range(n)}, []
+    while left:
+        users = {i: {k for k in left if i in needs[k]} for i in left}
+        block = [i for i in sorted(left) if users[i] <= needs[i]]
+        blocks.append(block)
+        left -= {*block}
+    return blocks
 
 
 def _is_unit(row: Slope) -> bool:
