@@ -116,7 +116,7 @@ class Update:
         k = self.kalman
         self.full: list[Condition] = []
         self.diagonal: list[Scalar] = []
-        self.rows = rows
+        self.rows: list[Slope] = []
         for i in self.range:
             self.tracer.place = k.places[i]
             self.full.append(self.cov[i, i] > k.held[i])
@@ -124,6 +124,7 @@ class Update:
             self.wide[i] = min(max(reach, self.wide[i]), _REACH * self.wide[i])
             zero, one = self.tracer.const(0.0), self.tracer.const(1.0)
             self.diagonal.append(chosen(self.full[i], one, rows[i].pop(i, zero)))
+            self.rows.append({m: self._entry(i, m, d) for m, d in rows[i].items()})
         done: set[int] = set()
         for block in _blocks(rows):
             done |= {*block}
@@ -131,6 +132,15 @@ class Update:
                 (i, j): q for (i, j), q in noise.items() if {i, j} <= done and {i, j} & {*block}
             }
             self._change(block, added)
+
+    def _entry(self, i: int, m: int, entry: Scalar) -> Scalar:
+        """An element of F in a word no finer than its share of P_ii needs: shorter products."""
+        k = self.kalman
+        enough = math.ldexp(0.5, math.frexp(k.most[i] / k.most[m])[1])
+        if entry.kind == "const" or self.intervals.size(entry) >= enough:
+            return entry
+        coarse: Scalar = ops.bounded(entry, -enough, enough, "standard deviations")
+        return coarse
 
     def _change(self, block: Sequence[int], noise: Mapping[tuple[int, int], Any]) -> None:
         """P after the states of ``block`` alone have moved, by the others and one another."""
