@@ -134,9 +134,9 @@ class Update:
             self._change(block, added)
 
     def _entry(self, i: int, m: int, entry: Scalar) -> Scalar:
-        """An element of F in a word no finer than its share of P_ii needs: shorter products."""
+        """An element of F in a word 32 times as fine as its share of P needs: shorter products."""
         k = self.kalman
-        enough = math.ldexp(0.5, math.frexp(k.most[i] / k.most[m])[1])
+        enough = math.ldexp(2.0**-5, math.frexp(k.most[i] / k.most[m])[1])
         if entry.kind == "const" or self.intervals.size(entry) >= enough:
             return entry
         coarse: Scalar = ops.bounded(entry, -enough, enough, "standard deviations")
