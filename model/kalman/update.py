@@ -214,6 +214,7 @@ class Update:
         k = self.kalman
         places = {s.name: s.line for s in k.estimated}
         current = dict(self.states)
+        self.slopes = Slopes(self.tracer)  # by the errors of the predicted state, no others
         for i, name in enumerate(k.errors):
             if name in current:
                 self.tracer.place = places[name]
