@@ -11,6 +11,7 @@ from dataclasses import replace
 import pytest
 from amaranth.hdl import Module
 from amaranth.lib import wiring
+from amaranth.sim import Simulator
 
 import boresight
 from boresight.cli import main
@@ -21,7 +22,6 @@ from boresight.gateware.description import Records, Word
 from boresight.gateware.system.attitude_frame import OUTPUTS, Attitude, attitude_of
 from boresight.gateware.system.attitude_output import AttitudeOutput, OutputMode
 from boresight.verbs.monitor import RegisterWord, track_of
-from tests.support.bench import run_bench
 from tests.support.serial_board import REGISTERS, SerialBoard, frames, words_of
 
 
@@ -85,7 +85,11 @@ def test_capture_of_the_hardware(mode: OutputMode, tmp_path, capsys) -> None:
             ctx.set(output.updated, 0)
             await ctx.tick().repeat(900)
 
-    run_bench(top, write, background=[take])
+    sim = Simulator(top)
+    sim.add_clock(1e-8)
+    sim.add_testbench(take, background=True)
+    sim.add_testbench(write)
+    sim.run()
 
     capture = tmp_path / "capture.bin"
     capture.write_bytes(b"".join(bytes(s) for k, s in enumerate(sent) if k != 2))

@@ -1,7 +1,5 @@
 """AXI4-Lite and AXI4-Stream at any pace."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Awaitable, Callable
 from typing import Any

@@ -1,7 +1,5 @@
 """The engine with several programs: random turns, stalls, torn records, writes, word for word."""
 
-from __future__ import annotations
-
 import random
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Microwords: assembly, images, layout, listing."""
 
-from __future__ import annotations
-
 import dataclasses
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Slots: order, captures, copies, what a schedule reports; the search's normal deviates."""
 
-from __future__ import annotations
-
 import dataclasses
 import random
 import statistics

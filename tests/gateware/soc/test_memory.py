@@ -1,7 +1,5 @@
 """The soft core's processor, bus, memory and address map."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """The computer's bus with the processor left out: who answers where, and what when nobody does."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

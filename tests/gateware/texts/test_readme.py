@@ -1,7 +1,5 @@
 """Texts about a core: README, records, bench, waves, head of the Verilog."""
 
-from __future__ import annotations
-
 import json
 import re
 import subprocess

@@ -1,7 +1,5 @@
 """Angles, square roots, low-pass filters, remainders, the ellipsoid."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 from typing import Any
 

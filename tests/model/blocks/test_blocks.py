@@ -1,7 +1,5 @@
 """Building blocks: biquads, moving windows, tables."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

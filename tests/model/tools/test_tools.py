@@ -1,7 +1,5 @@
 """Tools without dependencies: missing programs, failures, names, types."""
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import re

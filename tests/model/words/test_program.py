@@ -1,7 +1,5 @@
 """Programs, as written and as random."""
 
-from __future__ import annotations
-
 import dataclasses
 import enum
 import json

@@ -1,7 +1,5 @@
 """Tables, polynomials and rounded constants."""
 
-from __future__ import annotations
-
 import math
 from decimal import Decimal, getcontext
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """Attitude errors, outputs and angles."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation

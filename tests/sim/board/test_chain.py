@@ -1,7 +1,5 @@
 """The board's integer model: devices' values, spans, times."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Runs of the board: built, driven, judged, read and shown."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
 import tempfile

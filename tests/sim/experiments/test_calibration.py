@@ -1,7 +1,5 @@
 """Calibration and spectra."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.linalg import polar, sqrtm

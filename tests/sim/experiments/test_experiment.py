@@ -1,7 +1,5 @@
 """Experiments: names, seeds, targets, page."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

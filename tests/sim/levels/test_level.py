@@ -1,7 +1,5 @@
 """Levels: builds, registry, one update and many."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 from typing import Any
@@ -12,7 +10,7 @@ import pytest
 import boresight.sim.levels
 from boresight.model import ops
 from boresight.model.errors import InputError
-from boresight.model.estimator import Estimator, Input, Output, Param, State
+from boresight.model.estimator import Estimator, Input, Output
 from boresight.model.estimators import estimator
 from boresight.model.estimators.complementary import Complementary
 from boresight.sim.compare.check import Check
@@ -23,25 +21,13 @@ from boresight.sim.levels.level import run_of_words
 from boresight.sim.levels.registry import LEVELS, level_of, make_level
 from boresight.sim.records.record import Record
 from boresight.sim.rtl.sharing import rounds
+from tests.support.estimators import Leaky
 from tests.support.linked import Inner, Middle, Outer
 
 # -- levels: one update at a time and all at once, resets, and how they agree ---------------------
 
 #: Levels that need no simulator: tests/sim/levels/test_rtl.py has the other.
 QUICK = tuple(name for name in LEVELS if name != "rtl")
-
-
-class Leaky(Estimator):
-    """A low pass whose state starts at 1; ``sum`` saturates beyond 4."""
-
-    inputs = (Input("u", -2.0, 2.0, "m"), Input("v", -1.0, 1.0, "m"))
-    params = (Param("rate", 0.5, 0.0, 1.0),)
-    states = (State("y", -2.0, 2.0, "m", 1.0),)
-    outputs = (Output("y", "m"), Output("sum", "m"))
-
-    def step(self, x: Any, u: Any, p: Any) -> Any:
-        y = x.y + p.rate * (u.u - x.y)
-        return {"y": y}, {"y": y, "sum": y - 3.0 * u.v}
 
 
 RECORDS = np.array([[1.0, 0.0], [0.0, 0.25], [-2.0, -1.0], [0.5, 0.5]])

@@ -1,7 +1,5 @@
 """The core's Verilog as a level; records for the plain bench."""
 
-from __future__ import annotations
-
 import dataclasses
 from types import SimpleNamespace
 from typing import Any
@@ -11,7 +9,6 @@ import pytest
 
 from boresight.gateware.core import build_shared_core
 from boresight.gateware.schedule.slots import ScheduleError
-from boresight.model.estimator import Estimator, Input, Output, State
 from boresight.model.estimators import estimator
 from boresight.model.resolve import estimator_of
 from boresight.model.words.interpreter import Interpreter
@@ -26,22 +23,11 @@ from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
 from boresight.sim.rtl.simulators import SimulationFailed
+from tests.support.estimators import Leaky
 from tests.support.linked import Inner, Middle, Models
 from tests.support.track import Track
 
 # -- the core's Verilog as a level: records, closed loops, and every word of an update ------------
-
-
-class Leaky(Estimator):
-    """A low pass: words of both signs, saturation, a state that starts at 1."""
-
-    inputs = (Input("u", -2.0, 2.0, "m"), Input("v", -1.0, 1.0, "m"))
-    states = (State("y", -0.5, 0.5, "m", 0.25),)
-    outputs = (Output("y", "m"), Output("sum", "m"))
-
-    def step(self, x: Any, u: Any, p: Any) -> Any:
-        y = x.y + 0.5 * (u.u - x.y)
-        return {"y": y}, {"y": y, "sum": y - 3.0 * u.v}
 
 
 RECORDS = np.random.default_rng(3).uniform(-1, 1, (60, 2)) * [2.0, 1.0]

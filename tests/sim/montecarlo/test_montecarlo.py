@@ -1,7 +1,5 @@
 """Draws, their figures, and draws on several machines."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Log files: names, bytes, CSV, archives."""
 
-from __future__ import annotations
-
 import io
 import re
 from pathlib import Path

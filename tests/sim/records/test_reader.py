@@ -1,7 +1,5 @@
 """The input reader, and the records that it reads."""
 
-from __future__ import annotations
-
 import math
 import re
 from typing import Any

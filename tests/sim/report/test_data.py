@@ -1,7 +1,5 @@
 """The report's data: numerics, observed values, sources, times."""
 
-from __future__ import annotations
-
 import copy
 import dataclasses
 import json

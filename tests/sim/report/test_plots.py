@@ -1,7 +1,5 @@
 """Plots and the schedule's chart."""
 
-from __future__ import annotations
-
 import xml.etree.ElementTree as ET
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Benches of one core: C++, cocotb, and what decides their builds."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Simulators: which are installed, what they are called with, what they compile."""
 
-from __future__ import annotations
-
 import importlib.metadata
 import os
 import re

@@ -1,7 +1,5 @@
 """The comparison of soft core and engine, and its page."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any

@@ -1,7 +1,5 @@
 """Measurements on the simulated soft core, and their command line."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """VQF against the published implementation; in fixed point; in Verilog."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

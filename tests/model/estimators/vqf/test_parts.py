@@ -1,7 +1,5 @@
 """VQF's parts: rest, motion, field, bias, settings."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 from typing import Any
 
