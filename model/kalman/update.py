@@ -179,7 +179,8 @@ class Update:
         """An element of two states with the covariance of their noise, unless one is held."""
         if is_const(added, 0.0):
             return value
-        return value + ops.where(self.full[i] | self.full[j], 0.0, added)
+        noisy: Scalar = value + ops.where(self.full[i] | self.full[j], 0.0, added)
+        return noisy
 
     def _sized(self, value: Any, i: int, j: int, before: Mapping[tuple[int, int], Any]) -> Any:
         """An element that has changed, within what the standard deviations allow."""
