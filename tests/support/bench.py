@@ -13,7 +13,9 @@ from amaranth.sim import Simulator
 from tests.support.clock import PERIOD_S
 
 
-def run_bench(top: Any, *tests: Callable, background: Iterable[Callable] = ()) -> None:
+def run_bench(
+    top: Any, *tests: Callable[..., Any], background: Iterable[Callable[..., Any]] = ()
+) -> None:
     """Simulate until all tests have ended; what runs in the background need not."""
     sim = Simulator(top)
     sim.add_clock(PERIOD_S)
@@ -60,7 +62,7 @@ async def read(ctx: Any, bus: Any, address: int) -> int:
     """Read a word of a register bus: it comes in the cycle after the address."""
     ctx.set(bus.addr, address)
     await ctx.tick()
-    return ctx.get(bus.r_data)
+    return int(ctx.get(bus.r_data))
 
 
 async def _until(ctx: Any, signal: Any, limit: int) -> int:

@@ -60,7 +60,7 @@ def test_targets_of_the_paper_are_reported_and_ours_bind(result):
 
 def test_a_c_that_differs_is_not_good(monkeypatch, data):
     """The run itself says so; what was measured is a stand-in."""
-    monkeypatch.setattr(experiment, "measure", lambda seed, runs, say: data)
+    monkeypatch.setattr(experiment, "measure", lambda *more: data)
     monkeypatch.setattr(experiment, "render", lambda details, judged: "")
     for wrong, updates in ((1, 9), (0, 0)):
         counts = {"complementary": (wrong, updates)}

@@ -15,8 +15,7 @@ from boresight.sim.experiments.ma2014.methods import (
     count_mismatches,
     gains_per_s,
     kalman_parameters,
-    run_fixed,
-    run_float,
+    run_method,
     score,
 )
 from boresight.sim.experiments.ma2014.world import (
@@ -56,7 +55,7 @@ def test_table_2_reaches_the_kalman_filters(name):
 
 def test_gyro_alone_is_the_random_walk_of_table_2():
     logs = [make_log(E1, CASES["noise"], seed) for seed in range(60)]
-    error = score(run_float(METHODS["gyro"], logs), logs)
+    error = score(run_method(METHODS["gyro"], logs, ("float",))[0][0], logs)
     pooled = np.sqrt(error.var(axis=0).mean(axis=0))
     walk = np.degrees(np.sqrt(TABLE_2.gyro)) * np.sqrt(540.0 / LOOP_HZ / 6.0)
     # the turning heading shares pitch and roll out between x and y
@@ -66,7 +65,7 @@ def test_gyro_alone_is_the_random_walk_of_table_2():
 
 def test_mag_acc_alone_has_the_noise_of_the_accelerometer():
     logs = [make_log(E2, CASES["noise"], seed) for seed in range(3)]
-    error = score(run_float(METHODS["mag_acc"], logs), logs)
+    error = score(run_method(METHODS["mag_acc"], logs)[0][0], logs)
     np.testing.assert_allclose(error.std(axis=0).mean(axis=0)[:2], (0.1955, 0.2211), rtol=0.05)
 
 
@@ -74,8 +73,8 @@ def test_as_printed_fails_where_the_consistent_set_passes():
     log = noise_free_log(E2, LOOP_HZ)
     for kind, worst in (("complementary", 0.012), ("gyro", 0.002)):
         printed = {"complementary": "complementary_as_printed", "gyro": "gyro_as_printed"}[kind]
-        good = score(run_fixed(METHODS[kind], [log])[0], [log])
-        bad = score(run_fixed(METHODS[printed], [log])[0], [log])
+        good = score(run_method(METHODS[kind], [log], ("c",))[0][0], [log])
+        bad = score(run_method(METHODS[printed], [log], ("c",))[0][0], [log])
         assert np.abs(good).max() < worst
         assert np.abs(bad[..., 2]).max() > 1.5
 
@@ -83,12 +82,12 @@ def test_as_printed_fails_where_the_consistent_set_passes():
 @pytest.mark.parametrize("key", ["complementary", "gyro"])
 def test_fixed_point_follows_float(key):
     logs = [make_log(E2, CASES["C"], seed) for seed in (1, 2)]
-    angles, saturated = run_fixed(METHODS[key], logs)
-    assert saturated == 0
-    difference = angles - run_float(METHODS[key], logs)
+    (real, none), (angles, saturated) = run_method(METHODS[key], logs)
+    assert saturated == none == 0
+    difference = angles - real
     assert np.abs((difference + 180) % 360 - 180).max() < 5e-4
     # every run begins afresh
-    alone, _ = run_fixed(METHODS[key], logs[1:])
+    ((alone, _),) = run_method(METHODS[key], logs[1:], ("c",))
     np.testing.assert_allclose(angles[:, 1], alone[:, 0], rtol=0, atol=1e-12)
 
 
@@ -98,8 +97,7 @@ def test_a_c_model_that_differs_is_counted(monkeypatch):
 
     def wrong(*arguments, levels, inner=methods.run_forms, **options):
         found = inner(*arguments, levels=levels, **options)
-        if levels == ("c",):
-            found[0][0].words[17, 2] += 1
+        found[levels.index("c")][0].words[17, 2] += 1
         return found
 
     monkeypatch.setattr(methods, "run_forms", wrong)
