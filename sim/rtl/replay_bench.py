@@ -1,7 +1,7 @@
-"""The bench of `harness.cpp` again, in Python under cocotb: slow, but it sees unknown values (X).
+"""The bench of `harness.cpp` in Python under cocotb: slow, but it sees unknown values (X).
 
-The files ``batch`` and ``results`` are what `harness.cpp` reads and writes; where a value was
-unknown, ``unknown`` says which.
+The files ``batch`` and ``results`` have the formats of `harness.cpp`; the file ``unknown`` names a
+value that was unknown.
 """
 
 from __future__ import annotations
@@ -68,8 +68,8 @@ class _Bench:
                 for text, width in zip(values, (10, self.bits), strict=True)
             ]
             if enables[lane] != "0":
-                known = set("".join(parts)) <= {"0", "1"}
-                address, word = (int(part, 2) for part in parts) if known else (-1, 0)
+                defined = set("".join(parts)) <= {"0", "1"}
+                address, word = (int(part, 2) for part in parts) if defined else (-1, 0)
                 self.traced.extend((lane, address, self.signed(word), self.cycle))
 
     def signed(self, word: int) -> int:

@@ -118,7 +118,7 @@ def carried(
     inputs: int = 2,
     outputs: int = 2,
     next_state: int | None = None,
-    state_room: tuple[int, ...] | None = None,
+    state_quota: tuple[int, ...] | None = None,
 ) -> tuple[list[int], list[int | None]]:
     """First cycles of the ops, and of each output, the first results, the op it leaves with.
 
@@ -136,7 +136,7 @@ def carried(
     taken, names = tuple(range(X, X + inputs)), tuple(f"o{n}" for n in out)
     program = Program("carry", Arithmetic(), values, tuple(ops), taken, out, names, states, ())
     far = paths(program, CONFIGS[config], 1)
-    work = ListProblem(program, CONFIGS[config], far=far, urgent=1, state_room=state_room)
+    work = ListProblem(program, CONFIGS[config], far=far, urgent=1, state_quota=state_quota)
     attempt = list_pass(work, [priority.get(k, -1.0 - k) for k in range(work.nodes)], style)
     assert attempt is not None
     slots = work.slots(attempt)
@@ -181,7 +181,7 @@ def test_an_output_leaves_with_no_state_that_the_lane_has_no_room_for(
         Style(carry=True),
         config="fast",
         next_state=1,
-        state_room=room,
+        state_quota=room,
     )
     assert first[1] == first[0] + CONFIGS["fast"].latency and emits[0] == carrier
 

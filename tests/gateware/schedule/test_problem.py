@@ -51,9 +51,9 @@ def test_ops_then_emits_each_after_what_it_reads(problem: ListProblem) -> None:
 
 def test_room_for_states(problem: ListProblem) -> None:
     machine = problem.machine
-    assert problem.state_room == (128 // machine.lanes,) * machine.lanes
+    assert problem.state_quota == (128 // machine.lanes,) * machine.lanes
     far = paths(PROGRAM, machine, 1)
-    assert ListProblem(PROGRAM, machine, far=far, urgent=1, state_room=[5]).state_room == (5,)
+    assert ListProblem(PROGRAM, machine, far=far, urgent=1, state_quota=[5]).state_quota == (5,)
 
 
 def test_who_could_capture_for_whom(problem: ListProblem) -> None:

@@ -25,7 +25,13 @@ def test_identifier(name: str, wanted: str) -> None:
 
 
 def test_unique() -> None:
-    assert unique(["a", "A", "a_2", "b", "a"], taken=["B"]) == ["a", "A_2", "a_2_2", "b_2", "a_3"]
+    assert unique(["a", "A", "a_2", "b", "a"], reserved=["B"]) == [
+        "a",
+        "A_2",
+        "a_2_2",
+        "b_2",
+        "a_3",
+    ]
 
 
 @pytest.mark.parametrize(

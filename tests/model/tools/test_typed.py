@@ -76,4 +76,4 @@ def test_what_may_be_left_out_and_what_is_ignored() -> None:
 def test_the_place_of_what_does_not_fit(data: Any, place: str, value: Any) -> None:
     with pytest.raises(Malformed) as error:
         typed(Tree, data)
-    assert (error.value.place, error.value.value) == (place, value)
+    assert (error.value.location, error.value.value) == (place, value)

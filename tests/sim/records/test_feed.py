@@ -112,9 +112,9 @@ def test_time_steps() -> None:
         ({"z": [250.0, 1.0]}, {"z": "cm"}, "record, z[0]: wanted -2 to 2 m, the declared range, "
          "found 2.5; "),
         ({}, {"z": "kg"}, "log 'walk', column z: wanted a unit that converts to m, found kg (kg "
-         "is no m); correct the unit in the header"),
+         "is not m); correct the unit in the header"),
         ({}, {"c": "m"}, "log 'walk', column c: wanted a unit that converts to a plain number, "
-         "found m (m is no plain number); "),
+         "found m (m is not a plain number); "),
         ({}, {"plain": "xyzzy"}, "log 'walk', column plain: wanted a unit that converts to rad/s, "
          "found xyzzy (unit 'xyzzy' is not known); "),
         ({"t": [0.0, 1.0]}, {"t": "m"}, "log 'walk', column t: wanted a unit that converts to s, "),

@@ -38,7 +38,7 @@ def test_json(tmp_path: Path) -> None:
         (b"", "an empty file"),
         (b"  \n", "an empty file"),
         (b"\0\0\0", "no JSON in line 1, column 1"),
-        (b"\xff\xfe", "bytes that are no UTF-8 text"),
+        (b"\xff\xfe", "bytes that are not UTF-8 text"),
         (b'{"a": 1\n b}', "no JSON in line 2, column 2"),
         (b"[NaN]", "NaN, which JSON does not have"),
         (b"[-Infinity]", "-Infinity, which JSON does not have"),

@@ -87,7 +87,9 @@ def test_values_in_a_unit() -> None:
     made = Record("r", {"a": Column(np.array([2.0]), "km"), "b": Column(np.array([3.0]))})
     assert made.values("a", "m").tolist() == [2000.0] and made.values("b", "m").tolist() == [3.0]
     assert made.values("a", "bits") is made.columns["a"].values
-    message = "log 'r', column a: wanted a unit that converts to s, found km (km is no s); correct "
+    message = (
+        "log 'r', column a: wanted a unit that converts to s, found km (km is not s); correct "
+    )
     with pytest.raises(InputError, match=f"^{re.escape(message)}"):
         made.values("a", "s")
 
@@ -126,7 +128,7 @@ def test_of_records() -> None:
         ({"z": [1j]}, "mine, column z: wanted real numbers, shape (n,), found complex128, shape"),
         ({"z": np.array(["2020-01-01"], dtype="M8[D]")}, "mine, column z: wanted real numbers"),
         ({"z": [[1.0], [1.0, 2.0]]}, "mine, column z: wanted real numbers, shape (n,), found list, "
-         "of which numpy makes no array; convert it"),
+         "not convertible to an array; convert it"),
         ({"z": [1.0], " z[m]": [1.0]}, "mine: wanted every column once, found two named z; keep "),
         ({}, "record 'mine': wanted columns with one value for each sample, at least one, found "),
     ],

@@ -18,7 +18,7 @@ def test_each_ends_at_its_sample_and_the_first_is_the_median() -> None:
 
 @pytest.mark.parametrize("t", [[], [1.0]])
 def test_one_sample_has_no_step(t: list[float]) -> None:
-    message = "log 'a': wanted two rows or more, to know the time step, found one; use a longer "
+    message = "log 'a': wanted two rows or more, for a time step, found one; use a longer "
     with pytest.raises(InputError, match=f"^{re.escape(message)}log, or give a column dt$"):
         steps_of("log 'a'", np.array(t))
 

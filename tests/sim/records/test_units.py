@@ -86,18 +86,18 @@ def test_there_and_back() -> None:
 @pytest.mark.parametrize(
     "have, want, message",
     [
-        ("g", "m/s^2", "g is no m/s^2"),
-        ("deg/s", "uT", "deg/s is no uT"),
-        ("m", "", "m is no plain number"),
-        ("deg/sec^2", "deg/s", "deg/sec^2 is no deg/s"),
+        ("g", "m/s^2", "g is not m/s^2"),
+        ("deg/s", "uT", "deg/s is not uT"),
+        ("m", "", "m is not a plain number"),
+        ("deg/sec^2", "deg/s", "deg/sec^2 is not deg/s"),
         ("furlongs per", "m", "unit 'furlongs per' is not known"),
         ("m", "xyzzy", "unit 'xyzzy' is not known"),
         ("m +", "m", "unit 'm +' is not known"),
         ("mgaussian", "uT", "unit 'mgaussian' is not known"),
-        ("Hz", "rad/s", "Hz is no rad/s: one counts cycles or events, one an angle"),
-        ("deg/s", "Hz", "deg/s is no Hz: one counts cycles or events, one an angle"),
-        ("kHz", "rpm", "kHz is no rpm: one counts cycles or events, one an angle"),
-        ("rad/s^2", "1/s^2", "rad/s^2 is no 1/s^2: one counts cycles or events, one an angle"),
+        ("Hz", "rad/s", "Hz is not rad/s: one counts cycles or events, one an angle"),
+        ("deg/s", "Hz", "deg/s is not Hz: one counts cycles or events, one an angle"),
+        ("kHz", "rpm", "kHz is not rpm: one counts cycles or events, one an angle"),
+        ("rad/s^2", "1/s^2", "rad/s^2 is not 1/s^2: one counts cycles or events, one an angle"),
     ],
 )
 def test_refused(have: str, want: str, message: str) -> None:

@@ -6,7 +6,7 @@ import pytest
 
 from boresight.gateware.machine import CONFIGS
 from boresight.gateware.schedule.slots import ScheduleError
-from boresight.gateware.schedule.state_rooms import state_rooms
+from boresight.gateware.schedule.state_quotas import state_quotas
 from tests.support.random_program import random_program
 
 PROGRAM = random_program(1, n_ops=1, n_states=1)
@@ -34,7 +34,7 @@ def programs(*counts: int):
 )
 def test_everybody_finds_room(config: str, counts: tuple[int, ...]) -> None:
     machine = CONFIGS[config]
-    rooms = state_rooms(programs(*counts), machine)
+    rooms = state_quotas(programs(*counts), machine)
     assert len(rooms) == len(counts)
     for room, count in zip(rooms, counts, strict=True):
         assert len(room) == machine.lanes and sum(room) >= count
@@ -44,8 +44,8 @@ def test_everybody_finds_room(config: str, counts: tuple[int, ...]) -> None:
 
 
 def test_a_single_program_has_it_all() -> None:
-    assert state_rooms(programs(16), CONFIGS["fast"]) == [(64, 64)]
-    assert state_rooms(programs(16), CONFIGS["small"]) == [(128,)]
+    assert state_quotas(programs(16), CONFIGS["fast"]) == [(64, 64)]
+    assert state_quotas(programs(16), CONFIGS["small"]) == [(128,)]
 
 
 def test_too_many() -> None:
@@ -55,4 +55,4 @@ def test_too_many() -> None:
         match=rf"^{name} 100, {name} 29: 129 states, the small machine has "
         r"room for 128; config small-1024 has more$",
     ):
-        state_rooms(programs(100, 29), CONFIGS["small"])
+        state_quotas(programs(100, 29), CONFIGS["small"])
