@@ -48,8 +48,8 @@ class WishboneSlave(wiring.Component):
     Address, word and direction are stored when a transfer begins. If the master aborts it, a write
     is still finished on the bus, without an ``ack``.
 
-    **Latency** ``ack`` comes 3 cycles after the strobe if the bus is free and nobody waits for the
-    core; one transfer in 4 cycles.
+    **Latency** ``ack`` comes 3 cycles after the strobe if the bus is free and no write waits for
+    the core; one transfer in 4 cycles.
 
     Parameters
     ----------

@@ -22,8 +22,8 @@ _SCALE = ("", "-n", "-(n&~1)", "-(n>>1)")
 def listing(rom: Sequence[int], schedule: Schedule, allocation: Allocation) -> str:
     """Text of an assembled program, ``rom`` its microwords.
 
-    Registers appear by the value that owns them in that cycle, as ``name``; a register that nobody
-    owns appears as ``r17``.
+    Registers appear as the ``name`` of the value in them in that cycle; a register without a value
+    appears as ``r17``.
     """
     return _Listing(rom, schedule.machine, schedule.program, allocation).text()
 

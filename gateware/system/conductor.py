@@ -35,8 +35,8 @@ class Conductor(wiring.Component):
     together (`gateware.bus.feed_registers`).
 
     A sample that comes during the update of the last one is dropped, one that comes while the field
-    is computed waits. If the core does not finish a job within `patience` the job is given up: one word with
-    ``last`` brings the core back to the start of a record.
+    is computed waits. If the core does not finish a job within `patience`, the job is aborted: one
+    word with ``last`` brings the core back to the start of a record.
 
     **Latency** `latency` of the filter: cycles from ``sample`` to ``updated``, without writes to
     the core's parameters or a new set of input registers, each of which can add a few.

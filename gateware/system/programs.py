@@ -181,5 +181,5 @@ def system_core(
 
 
 def core_plan(core: Core) -> Plan:
-    """What the conductor is told about a core; see `plan_of` for the errors."""
+    """Plan of a core for the update controller; see `plan_of` for the errors."""
     return plan_of([part.program for part in core.parts], [part.schedule for part in core.parts])

@@ -25,7 +25,7 @@ def all_proofs() -> tuple[Proof, ...]:
 
 
 def find_proofs(names: list[str], *, short: bool = False) -> tuple[Proof, ...]:
-    """The proofs whose name is, or begins with a part of, one of ``names``; all if there is none.
+    """Proofs with one of ``names``, or with a part before the dot among them; all without names.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def find_proofs(names: list[str], *, short: bool = False) -> tuple[Proof, ...]:
     Raises
     ------
     InputError
-        A name stands for no proof.
+        A name matches no proof.
     """
     proofs = all_proofs()
 

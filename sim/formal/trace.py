@@ -1,4 +1,4 @@
-"""A counterexample as a person reads it: which signal changes to what, cycle by cycle."""
+"""A counterexample as text: changes of signals, cycle by cycle."""
 
 from __future__ import annotations
 
