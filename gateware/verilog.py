@@ -101,7 +101,7 @@ def to_verilog(component: wiring.Component, name: str, *, instances: bool) -> st
     )
     if not instances:
         # A block RAM's output register starts at 0; without this text simulators start with X.
-        text = _UNKNOWN_START.sub(lambda found: found[1] + "0" * len(found[2]), text)
+        text = _UNKNOWN_START.sub(lambda match: match[1] + "0" * len(match[2]), text)
     with tempfile.TemporaryDirectory(prefix="verilog-") as folder:
         (Path(folder) / "design.il").write_text(text, encoding="utf-8")
         run = subprocess.run(

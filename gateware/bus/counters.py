@@ -78,22 +78,22 @@ class EventCounters(wiring.Component):
         m.d.sync += turned.eq(turned ^ self.events)
 
         turn = Signal(self.index_bits - 1 + 2)
-        place, step = turn[2:], turn[:2]
+        number, step = turn[2:], turn[:2]
         now = Signal()
         clearing = Signal()
         left = Signal.like(turn)
         m.d.sync += [
             turn.eq(turn + 1),
-            now.eq(Array(turned)[place] if self.count > 1 else turned[0]),
+            now.eq(Array(turned)[number] if self.count > 1 else turned[0]),
         ]
         with m.If(self.clear):
             m.d.sync += [clearing.eq(1), left.eq(turn)]
         with m.Elif(left == turn):
             m.d.sync += clearing.eq(0)
         m.d.comb += [
-            scan.addr.eq(place),
+            scan.addr.eq(number),
             scan.en.eq(step == 1),
-            w_port.addr.eq(place),
+            w_port.addr.eq(number),
             w_port.en.eq(step == 3),
             w_port.data.seen.eq(now),
             w_port.data.value.eq(Mux(clearing, 0, scan.data.value) + (now ^ scan.data.seen)),

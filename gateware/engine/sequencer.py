@@ -174,8 +174,8 @@ class Sequencer(wiring.Component):
             result = (blocked, word[f"we{k}"], word.emit, o_ready)
             writes = _table(m, f"write{k}", _written_only, active, word.get, *result)
             m.d.comb += self.write[k].eq(writes)
-        taken = Mux(self.claim, ~self.switch, offered)
-        bits = (active, word.get, taken, word.we0, word.emit, o_ready)
+        input_moves = Mux(self.claim, ~self.switch, offered)
+        bits = (active, word.get, input_moves, word.we0, word.emit, o_ready)
         return [
             self.en.eq(_table(m, "en", _enabled, active, word.get, blocked, word.emit, o_ready)),
             self.write[0].eq(_table(m, "write0", _written, *bits)),

@@ -81,9 +81,9 @@ class ListState:
         self.awake: list[tuple[float, int]] = []
         for k in range(problem.nodes):
             if not self.waits[k]:
-                self.known(k)
+                self.enqueue(k)
 
-    def known(self, node: int) -> None:
+    def enqueue(self, node: int) -> None:
         """Queue a node whose operands are all scheduled, until its earliest start."""
         dummies = 0
         if node < self.p.n_ops:
@@ -211,7 +211,7 @@ class ListState:
         """One of the nodes that ``node`` waits for is placed."""
         self.waits[node] -= 1
         if not self.waits[node]:
-            self.known(node)
+            self.enqueue(node)
 
     def watch(self, t: int, node: int, end: int) -> None:
         """Record whether, with a node placed in cycle ``t``, the limit can still be met."""

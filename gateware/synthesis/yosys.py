@@ -261,13 +261,13 @@ def _cached(
     cache: Cache, top: str, identity: str, result: Callable[[], dict[str, Any]]
 ) -> _Synthesis:
     """Return the netlist from the cache; make it if it is absent."""
-    made: list[dict[str, Any]] = []
+    netlists: list[dict[str, Any]] = []
 
     def make(folder: Path) -> None:
-        made.append(result())
-        (folder / _NETLIST).write_text(json.dumps(made[0]), encoding="utf-8")
+        netlists.append(result())
+        (folder / _NETLIST).write_text(json.dumps(netlists[0]), encoding="utf-8")
 
     entry = cache.get(f"netlist-{top}", identity, make)
-    if made:
-        return _Synthesis(made[0], False)
+    if netlists:
+        return _Synthesis(netlists[0], False)
     return _Synthesis(json.loads((entry.path / _NETLIST).read_text(encoding="utf-8")), True)

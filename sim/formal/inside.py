@@ -75,8 +75,10 @@ class Inside:
         assert isinstance(instance, MemoryInstance)
         word = Signal(Shape.cast(memory.shape), name=f"{name}_word")
         bits = (memory.depth - 1).bit_length()
-        place = Cat(address, Const(0, bits))[:bits]
-        instance.read_port(domain="comb", addr=place, data=word, en=Const(1), transparent_for=())
+        full_address = Cat(address, Const(0, bits))[:bits]
+        instance.read_port(
+            domain="comb", addr=full_address, data=word, en=Const(1), transparent_for=()
+        )
         return word
 
     def state(self, *names: str) -> Value:

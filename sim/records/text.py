@@ -72,11 +72,11 @@ def parse_csv(path: Path, content: bytes) -> Record:
         )
     table = _table(path, top + 2, [name for name, _ in heads], rows)
     columns = {name: Column(table[:, k], unit) for k, (name, unit) in enumerate(heads)}
-    location = partial(_place, path, top + 2)
+    location = partial(_location, path, top + 2)
     return Record(name_of(path), columns, location, str(path))
 
 
-def _place(path: Path, first_line: int, row: int, column: str) -> str:
+def _location(path: Path, first_line: int, row: int, column: str) -> str:
     return f"{path}, line {row + first_line}, column {column}"
 
 
@@ -137,7 +137,7 @@ def _table(path: Path, first_line: int, names: list[str], rows: list[str]) -> Fl
         row, column = divmod(int(np.argmax(bad)), width)
         field = fields[row * width + column].strip()
         raise InputError.at(
-            _place(path, first_line, row, names[column]),
+            _location(path, first_line, row, names[column]),
             wanted="a finite number, or nothing",
             found=repr(field if len(field) <= 40 else f"{field[:37]}..."),
             fix="correct or remove the line",

@@ -103,7 +103,7 @@ class _Bench:
             await self.half(0, **inputs)
             if counting and self.update == self.trace:
                 self.write_down()
-            ready, given = self.read("in_ready"), self.read("out_valid") and take
+            ready, moves = self.read("in_ready"), self.read("out_valid") and take
             asks = ready and at == 0 and counting and complete and record == self.update + 1
             if asks or not self.limit:
                 count, interval = len(self.words) - first, self.cycle if asks else -1
@@ -112,7 +112,7 @@ class _Bench:
             if self.update == len(self.records) or not self.limit:
                 return
             self.limit -= 1
-            if given:
+            if moves:
                 payload = self.read("out_payload")
                 self.words.append(self.signed(payload))
                 self.cycles.append(self.cycle)

@@ -169,9 +169,9 @@ class Stepped(Elaboratable):
         )
 
         def ahead(words: int) -> Any:
-            place = Signal(range(-FILL, 11), name=f"ahead{words}")
-            m.d.comb += place.eq(at + words - Mux(at + words >= length, length, 0))
-            return place
+            position = Signal(range(-FILL, 11), name=f"ahead{words}")
+            m.d.comb += position.eq(at + words - Mux(at + words >= length, length, 0))
+            return position
 
         out = inside.parts["rom0"].component.read_ports[0].data
         m.d.comb += [

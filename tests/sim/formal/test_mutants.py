@@ -236,8 +236,8 @@ def test_system_bus(old: str, new: str, mutant) -> None:
 @pytest.mark.parametrize(
     "old, new",
     [
-        ("_free(newest, *held)", "_free(newest)"),
-        ("_free(newest, *held)", "_free(*held)"),
+        ("_free(newest, *banks)", "_free(newest)"),
+        ("_free(newest, *banks)", "_free(*banks)"),
         ("r_port.addr.eq(Cat(port.index, bank))", "r_port.addr.eq(Cat(port.index, newest))"),
     ],
 )
