@@ -85,6 +85,9 @@ class Estimator:
     rates_hz: Mapping[str, float] = {}
     #: Degrees of freedom of an output ``nis``, the normalised innovation squared; 0: without.
     nis_freedom: int = 0
+    #: States that are elements of a covariance, with their row and column by name; empty: those
+    #: named like ``p01`` or ``p_xy``.
+    covariance_elements: Mapping[str, tuple[str, str]] = {}
     #: Source location of the class, "file.py, line 12".
     _line: str = ""
     #: Meaning of the bits of an output ``status``, by number, for the texts about a core.
@@ -134,6 +137,22 @@ class Estimator:
         -------
         (tuple of str, (n, k, k)) or None
             Names of the outputs, and the covariance in their units.
+        """
+        return None
+
+    def textbook(
+        self, inputs: FloatArray, params: Mapping[str, float] | None = None
+    ) -> Mapping[str, FloatArray] | None:
+        """Outputs of the same equations in another form, in float64; None without such a form.
+
+        Parameters
+        ----------
+        inputs : (n, n_inputs)
+            In their units, from a reset on.
+
+        Returns
+        -------
+        mapping of str to (n,)
         """
         return None
 

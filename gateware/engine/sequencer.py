@@ -23,7 +23,7 @@ class Sequencer(wiring.Component):
     The program counter addresses the ROM, whose registered output goes into one more register, the
     microword at work: behind the ROM there may be a multiplexer of several memories, and what
     decides about the clock enable must come early. In the cycles after a reset, an abandoned
-    update or a change of program there is none yet: ``active`` is low.
+    update or a change of program, ``active`` is low until the first word.
 
     A record is framed by ``last``: too early, or missing at ``get_last``, and the update is
     abandoned, ``framing`` pulses and the program begins anew; after a missing ``last`` words are

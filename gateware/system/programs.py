@@ -26,8 +26,8 @@ _MOST_WORDS, _MOST = 16, 8
 def system_estimators(filters: Sequence[Named], *, word: int = 32) -> list[Estimator]:
     """Estimators, then the programs before them: in the order of their numbers in the core.
 
-    Inputs that a sensor gives, by name, take its words in its format; those that another of the
-    estimators gives take that one's; inputs of one name that nobody gives share a register.
+    Inputs with a sensor, by name, have the format of its words; linked inputs that of their source;
+    inputs of one name without a sensor share a register.
 
     Raises
     ------
