@@ -173,13 +173,16 @@ class Update:
         for m in sorted(self.rows[i]):
             others = others + product(self.rows[i][m], column[m])
         own: Scalar = product(self.diagonal[i], column[i])
-        return own if is_const(others, 0.0) else own + ops.where(self.full[i], 0.0, others)
+        if not is_const(others, 0.0):
+            own = own + ops.where(self.full[i], 0.0, others)
+        return own
 
     def _noisy(self, value: Scalar, i: int, j: int, added: Any) -> Scalar:
         """An element of two states with the covariance of their noise, unless one is held."""
         if is_const(added, 0.0):
             return value
-        return value + ops.where(self.full[i] | self.full[j], 0.0, added)
+        noisy: Scalar = value + ops.where(self.full[i] | self.full[j], 0.0, added)
+        return noisy
 
     def _sized(self, value: Any, i: int, j: int, before: Mapping[tuple[int, int], Any]) -> Any:
         """An element that has changed, within what the standard deviations allow."""
