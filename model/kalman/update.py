@@ -173,7 +173,9 @@ class Update:
         for m in sorted(self.rows[i]):
             others = others + product(self.rows[i][m], column[m])
         own: Scalar = product(self.diagonal[i], column[i])
-        return own if is_const(others, 0.0) else own + ops.where(self.full[i], 0.0, others)
+        if not is_const(others, 0.0):
+            own = own + ops.where(self.full[i], 0.0, others)
+        return own
 
     def _noisy(self, value: Scalar, i: int, j: int, added: Any) -> Scalar:
         """An element of two states with the covariance of their noise, unless one is held."""
