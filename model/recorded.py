@@ -1,4 +1,4 @@
-"""Whether an estimator's record is what its ``step`` computes in numpy.
+"""Comparison of an estimator's trace with what its ``step`` computes in numpy.
 
 Python lets a step do what no record shows: ``is``, ``isinstance``, the number that a file holds
 today. So both are computed on the same rows, and an output or next state that differs is refused.
@@ -31,6 +31,7 @@ Leaves = Mapping[tuple[str, str], FloatArray]
 _COMPUTE: dict[str, Callable[..., Any]] = {
     "const": lambda number: number,
     "named": lambda x, name: x,
+    "same": lambda x, tag: x,
     "bounded": lambda x, low, high, reason: x,
     "add": operator.add,
     "sub": operator.sub,

@@ -1,4 +1,4 @@
-"""Integers: the interpreter, which says what is right, and the emitted C."""
+"""Integer levels: the interpreter, which is the reference, and the emitted C."""
 
 from __future__ import annotations
 
@@ -21,12 +21,9 @@ __all__ = ["LEVELS", "Emitted", "Interpreted", "words_of"]
 
 FloatArray = npt.NDArray[np.float64]
 
-#: Records from which on segments side by side are faster than one update after the other.
-_LONG = 16
-
 
 def words_of(program: Program, records: FloatArray) -> IntArray:
-    """Input words (..., n_inputs) of records in their units; beyond the word they clamp."""
+    """Input words (..., n_inputs) of records in their units; clamped to the word."""
     return formats_of(program, program.inputs).quantise(records)
 
 
@@ -41,34 +38,19 @@ class Interpreted(Level):
 
     def reset(self) -> None:
         """Set the states to their start words."""
-        self._machine, self._fresh = Interpreter(self.program), True
+        self._machine: Interpreter | None = None
 
     def run(self, records: FloatArray) -> Run:
         """Updates, one after the other."""
-        words, program, fault = words_of(self.program, records), self.program, ""
-        states, self.shown = self.shown, None
-        fresh, self._fresh = self._fresh, False
-        if fresh and len(words) >= _LONG:
-            found = interpret(program, words, states=states)
-            for k, (state, _) in enumerate(program.states):
-                self._machine.values[state] = found.states[-1:, k]
-            if found.broken_at is not None:
-                fault = f"states differ from C after step {found.broken_at}"
-            return run_of_words(
-                program, found.outputs, found.saturated, states=found.states, fault=fault
-            )
-        rows = []
-        for row in words:
-            out, saturated = self._machine.update(row[:, None])
-            after = [self._machine.values[state][0] for state, _ in program.states]
-            rows.append((out[:, 0], bool(saturated[0]), after))
-        outputs, flags, seen = zip(*rows, strict=True)
-        return run_of_words(
-            program,
-            np.stack(outputs),
-            np.array(flags),
-            states=np.array(seen, dtype=np.int64).reshape(len(words), -1),
+        program, lent, self.shown = self.program, self.shown, None
+        out, saturated, states, broken = interpret(
+            program, words_of(program, records), states=lent, machine=self._machine
         )
+        self._machine = self._machine or Interpreter(program)
+        for k, (state, _) in enumerate(program.states):
+            self._machine.values[state] = states[-1:, k]
+        fault = "" if broken is None else f"states differ from C after step {broken}"
+        return run_of_words(program, out, saturated, states=states, fault=fault)
 
 
 class Emitted(Level):
@@ -81,7 +63,7 @@ class Emitted(Level):
         self._model = CModel(self.program)
 
     def set_params(self, params: Mapping[str, float] | None) -> None:
-        """Take these parameter values, and the defaults of the others; they outlast a reset."""
+        """Set these parameter values, and the others to their defaults; a reset preserves them."""
         values = self.build.estimators[self.number].param_values(params)
         for number, word in param_words(self.program, values).items():
             self._model.set_param(self.program.values[number].name, word)
@@ -97,7 +79,7 @@ class Emitted(Level):
 
     @classmethod
     def batch(cls, build: Build, runs: int, number: int = 0) -> Level:
-        """Runs side by side, of which one call updates all; without states."""
+        """Several runs side by side, updated by one call; without states."""
         return _EmittedBatch(build, runs, number)
 
     def words_of_update(self, records: FloatArray) -> Sequence[Seen]:
@@ -106,8 +88,8 @@ class Emitted(Level):
         *before, last = words_of(self.program, records)
         if before:
             self._model.update(np.array(before))
-        found = self._model.values_of_update(last)
-        return [Seen(op.dest, found[op.dest]) for op in self.program.ops]
+        words = self._model.values_of_update(last)
+        return [Seen(op.dest, words[op.dest]) for op in self.program.ops]
 
 
 class _EmittedBatch(Level):
@@ -130,5 +112,5 @@ class _EmittedBatch(Level):
         return run_of_words(self.program, np.stack(outputs).astype(np.int64), np.stack(saturated))
 
 
-#: What `sim.levels.registry` finds here.
+#: Levels of this module, for `sim.levels.registry`.
 LEVELS = (Interpreted, Emitted)

@@ -24,12 +24,11 @@ from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Level
 from boresight.sim.levels.registry import make_level
 from boresight.sim.worlds.loop import close_loop
-from boresight.sim.worlds.world import World
+from boresight.sim.worlds.world import WORLD_GROUP, World
 
 __all__ = ["Campaign", "draws", "made"]
 
 FloatArray = npt.NDArray[np.float64]
-WORLD_GROUP = "boresight.worlds"
 MOST_MARKS = 50  #: records of a run at which its errors are kept.
 
 
@@ -71,18 +70,13 @@ class Campaign:
             "steps": self.steps,
         }
 
-    def parts(self) -> tuple[World, Estimator]:
-        """World and estimator."""
-        return made(self)[:2]
-
 
 @lru_cache(maxsize=2)
 def made(campaign: Campaign) -> tuple[World, Estimator, Level]:
     """World, estimator and level of a campaign; made once in each process."""
     world = load(campaign.world, World, "world", {}, WORLD_GROUP)
-    build = Build(
-        estimator_of(campaign.estimator), word=campaign.word, params=[dict(campaign.params)]
-    )
+    estimator = estimator_of(campaign.estimator)
+    build = Build(estimator, word=campaign.word, params=[dict(campaign.params)])
     return world, build.estimators[0], make_level(campaign.level, build)
 
 

@@ -185,30 +185,24 @@ def run_ours(
     """
     record = log.record()
     rates = tuple(sorted(fitted(estimator_of(name), record).rates_hz.items()))
-    runs = []
-    for level in _levels(campaign, name, rates):
-        made = level.build.estimators[0]
-        most = {name: float(np.abs(getattr(log, name)).max()) for name in full_scale}
-        scales = full_scale_params(made.params, rate=most.get("gyr"), force=most.get("acc"))
+    levels = _levels(campaign, name, rates)
+    made = levels[0].build.estimators[0]
+    most = {key: float(np.abs(getattr(log, key)).max()) for key in full_scale}
+    scales = full_scale_params(made.params, rate=most.get("gyr"), force=most.get("acc"))
+    for level in levels:
         level.set_params({**scales, **(level.build.params[0] or {})})
-        level.reset()
-        runs.append(level.run(feed(made, record).inputs))
-    return made, runs
+    inputs = feed(made, record).inputs
+    return made, [level.run_anew(inputs) for level in levels]
 
 
 def _ours(campaign: Campaign, name: str, case: Case, log: NineAxis) -> list[dict[str, Any]]:
     made, runs = run_ours(campaign, name, log, case.full_scale)
     q = [attitude_of(run.outputs) for run in runs]
-    changed = sum(
-        int((runs[0].outputs[o.name] != runs[1].outputs[o.name]).sum())
-        for o in made.outputs
-        if o.unit == "bits"
-    )
     near = differences(made.outputs, runs[0].outputs, runs[1].outputs)
     more = {
         "good": all(d.good for d in near),
         "apart_deg": largest_turn_deg(*q),
-        "changed": changed,
+        "changed": sum(int(np.count_nonzero(d.apart)) for d in near if d.unit == "words"),
         "saturated": runs[0].n_saturated,
     }
     return [
