@@ -69,7 +69,7 @@ class Turning(Kalman):
         sine, cosine = ops.sincos_ht(x.heading)
         return [
             Measurement(u.s, x.scale * sine, p.r),
-            Measurement(u.c, x.scale * cosine, p.r),
+            Measurement(u.c - x.scale * cosine, 0.0, p.r),
             Measurement(u.angle, x.heading, 0.01 * p.r, wrap=True),
         ]
 
