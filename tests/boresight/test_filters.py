@@ -38,7 +38,7 @@ def test_parameters_find_their_estimator(tmp_path):
     for names, files, settings, message in (
         (both, [two], [], r"two.json: wanted parameters of .* found no estimator's name"),
         (both, [], ["mag_gate=1"], r"found no estimator's name"),
-        ([], [], ["mag_gate=1"], r"wanted estimators of ours or yours, found published"),
+        ([], [], ["mag_gate=1"], r"wanted an estimator with parameters, found published"),
         (["complementary_as_printed"], [one], [], r"found those of complementary;"),
         (["complementary"], [], ["mag_gate=9"], r"wanted 0 to 3.9"),
     ):
