@@ -309,6 +309,8 @@ def test_each_run_of_a_batched_plant_is_a_loop_of_its_own(level: str) -> None:
     some = pursued((1, -2, 39), level, keep=("late",))
     assert list(some.outputs) == ["late"] == list(some.truth) and some.run.words is None
     assert (some.outputs["late"] == loops.outputs["late"]).all()
+    if level != "float":
+        assert (some.run.saturated == pursued((1, -2, 39)).run.saturated).all()
 
 
 def test_a_loop_knows_flags_and_states() -> None:
