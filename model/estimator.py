@@ -23,6 +23,7 @@ from boresight.model.lowering.lower import lower
 from boresight.model.lowering.misuse import repeatable
 from boresight.model.lowering.trace import Scalar, Trace, Tracer
 from boresight.model.places import author_line, placed
+from boresight.model.profile import Profile
 from boresight.model.step import Values, check_constants, checked
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import InPort, Kind, Link, Port, Program
@@ -87,6 +88,8 @@ class Estimator:
     nis_freedom: int = 0
     #: Where its class begins, "file.py, line 12".
     _line: str = ""
+    #: Ranges that its formats are chosen for, beside its intervals; None: these alone.
+    profile: Profile | None = None
     #: What the bits of an output ``status`` say, by number, for the texts about a core.
     status_bits: Mapping[int, str] = {}
 
@@ -229,7 +232,9 @@ class Estimator:
                 fix="choose a width inside the range",
             )
         trace = self.record()
-        program, nodes = lower(trace, Arithmetic(word=word))
+        if self.profile is not None:
+            self.profile.check(trace, self.name, self.inputs)
+        program, nodes = lower(trace, Arithmetic(word=word), self.profile)
         held = {value: node.number for value, node in nodes.items()}
         # An output that is the next value of a state begins as the state does.
         first = {

@@ -20,6 +20,7 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from typing import Any, TypeVar
 
+from boresight.model.resolve import profiles, profiles_now
 from boresight.model.tools.failure import ToolFailed
 
 __all__ = ["dispatch"]
@@ -77,6 +78,12 @@ class _Worker:
         self.process.join()
 
 
+def _within(files: Sequence[str], work: Callable[..., Result], *arguments: object) -> Result:
+    """A task with the profiles of the process that gave it."""
+    with profiles(files):
+        return work(*arguments)
+
+
 def dispatch(
     jobs: int,
     tasks: Sequence[tuple[Label, Callable[..., Result], tuple[object, ...]]],
@@ -94,6 +101,8 @@ def dispatch(
     ToolFailed
         A process ended before its task, killed for example.
     """
+    if (files := profiles_now()) is not None:
+        tasks = [(label, _within, (files, work, *given)) for label, work, given in tasks]
     if executor is not None:
         yield from _submit(executor, tasks)
         return
