@@ -21,9 +21,9 @@ from boresight.model.interface import check_interface
 from boresight.model.lowering.graph import Node
 from boresight.model.lowering.lower import lower
 from boresight.model.lowering.misuse import repeatable
+from boresight.model.lowering.profile import Profile
 from boresight.model.lowering.trace import Scalar, Trace, Tracer
 from boresight.model.places import author_line, placed
-from boresight.model.profile import Profile
 from boresight.model.step import Values, check_constants, checked
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import InPort, Kind, Link, Port, Program

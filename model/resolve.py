@@ -23,7 +23,7 @@ from typing import Any, TypeAlias, TypeVar
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.estimators import ESTIMATORS
-from boresight.model.profile import Profile, read_profile
+from boresight.model.lowering.profile import Profile, read_profile
 
 __all__ = [
     "ESTIMATOR_GROUP",

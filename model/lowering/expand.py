@@ -12,8 +12,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from boresight.model.lowering.graph import Graph, Node
+from boresight.model.lowering.profile import Range
 from boresight.model.lowering.trace import Tracer
-from boresight.model.profile import Range
 from boresight.model.words import polynomials, rounded
 
 __all__ = ["ASIN_LIMIT", "EXP_LIMIT", "Expansion", "expand"]

@@ -42,7 +42,7 @@ class Node:
     ``signs`` belongs to kind "sum"; ``value`` to "const", "saturated" and "wrap" (the period);
     ``quarter`` to "sin" (cosine). ``line`` is where its author wrote it: "file.py, line 41".
     ``title`` is the name of the output or the next state that it is. ``fit`` is a range for its
-    format alone (`model.profile`); what the interval decides, it does not.
+    format alone (`model.lowering.profile`); what the interval decides, it does not.
     """
 
     number: int

@@ -15,8 +15,8 @@ from dataclasses import replace
 from boresight.model.lowering.expand import expand
 from boresight.model.lowering.fuse import Fusion
 from boresight.model.lowering.graph import LEAVES, Flag, Graph, Node
+from boresight.model.lowering.profile import Profile, Range
 from boresight.model.lowering.trace import Trace
-from boresight.model.profile import Profile, Range
 from boresight.model.words import tables
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import Kind, Op, Program

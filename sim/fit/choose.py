@@ -9,8 +9,8 @@ from typing import Any
 from boresight.model.estimator import Estimator
 from boresight.model.lowering.expand import Expansion
 from boresight.model.lowering.graph import Flag
+from boresight.model.lowering.profile import Profile, Range, record_digest
 from boresight.model.lowering.trace import Trace
-from boresight.model.profile import Profile, Range, record_digest
 from boresight.model.words.rounded import binary_exponent
 from boresight.sim.fit.observe import Reached, joined
 

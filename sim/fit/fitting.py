@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
+from boresight.model.lowering.profile import Profile, Range
 from boresight.model.lowering.trace import Trace
-from boresight.model.profile import Profile, Range
 from boresight.sim.accuracy.manoeuvres import hostile
 from boresight.sim.compare.difference import Difference, differences
 from boresight.sim.fit.choose import intervals, profile_of

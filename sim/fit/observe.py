@@ -17,8 +17,8 @@ from boresight.firmware.floating.precision import DOUBLE
 from boresight.model import ops
 from boresight.model.declarations import Output
 from boresight.model.estimator import Estimator
+from boresight.model.lowering.profile import Range
 from boresight.model.lowering.trace import Expression, Trace
-from boresight.model.profile import Range
 from boresight.model.recorded import evaluate
 
 __all__ = ["Reached", "joined", "reached", "rows_of", "states_of"]

@@ -10,8 +10,8 @@ import pytest
 from boresight.model import ops
 from boresight.model.errors import InputError
 from boresight.model.lowering.lower import lower
+from boresight.model.lowering.profile import Profile, Range
 from boresight.model.lowering.trace import Trace, Tracer
-from boresight.model.profile import Profile, Range
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import Program, Value
 

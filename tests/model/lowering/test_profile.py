@@ -11,7 +11,7 @@ import pytest
 
 from boresight.model.declarations import Given
 from boresight.model.errors import InputError
-from boresight.model.profile import Profile, read_profile, record_digest
+from boresight.model.lowering.profile import Profile, read_profile, record_digest
 from boresight.model.resolve import estimator_of, profile_place, profiles
 from tests.support.track import Track
 
