@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from boresight.sim.answer import Answer
+from boresight.sim.fit.propose import Proposal
 
-__all__ = ["FitClaim", "FitError", "FitLimit", "FitResult"]
+__all__ = ["FitClaim", "FitError", "FitLimit", "FitProposal", "FitResult"]
 
 #: Most claims that are told; all are in the data.
 _TOLD = 5
@@ -29,6 +30,11 @@ class FitError:
     unit: str
     before: float | None
     after: float | None
+
+    def change(self) -> str:
+        """Before and after, for people."""
+        numbers = ("-" if x is None else f"{x:.3g}" for x in (self.before, self.after))
+        return f"{self.output} {' to '.join(numbers)} {self.unit}".rstrip()
 
 
 @dataclass(frozen=True)
@@ -70,6 +76,36 @@ class FitClaim:
 
 
 @dataclass(frozen=True)
+class FitProposal:
+    """A narrower range of an input or a state, and what it alone would gain.
+
+    Attributes
+    ----------
+    proposal : Proposal
+        Declared, seen in the records, proposed; bits.
+    errors : tuple of FitError
+        With the profile, before and after.
+    """
+
+    proposal: Proposal
+    errors: tuple[FitError, ...]
+
+    def line(self) -> str:
+        """One line for people."""
+        p = self.proposal
+        ranges = ", ".join(
+            f"{name} [{low:.4g}, {high:.4g}]"
+            for name, (low, high) in (
+                ("declared", p.declared),
+                ("seen", p.seen),
+                ("proposed", p.proposed),
+            )
+        )
+        gains = ", ".join(e.change() for e in self.errors)
+        return f"{p.kind} {p.name} ({p.line}): {ranges}, {p.bits} bits; {gains}"
+
+
+@dataclass(frozen=True)
 class FitResult(Answer):
     """What `fit` gives.
 
@@ -95,6 +131,8 @@ class FitResult(Answer):
     refused : str
         Why nothing compiles without the profile; empty where it does.
     word : int
+    proposals : tuple of FitProposal
+        If asked for, most bits first.
     """
 
     estimator: str
@@ -109,6 +147,7 @@ class FitResult(Answer):
     saturated_updates: int
     refused: str
     word: int
+    proposals: tuple[FitProposal, ...] = ()
 
     @property
     def good(self) -> bool:
@@ -139,6 +178,7 @@ class FitResult(Answer):
             f"records, {_share(c.hostile)} in hostile runs"
             for c in self.claims[:_TOLD]
         ]
+        lines += [f"  {p.line()}" for p in self.proposals]
         if self.saturated_updates:
             lines.append(f"FAILED: {self.saturated_updates} updates SATURATED in the records")
         return "\n".join(lines)

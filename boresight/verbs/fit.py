@@ -22,8 +22,9 @@ from boresight.model.estimator import Estimator
 from boresight.model.resolve import Named, profile_place, profiles
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import Outcome, number_options, params_of, progress_of
-from boresight.results.fit import FitClaim, FitError, FitLimit, FitResult
+from boresight.results.fit import FitClaim, FitError, FitLimit, FitProposal, FitResult
 from boresight.sim.fit.fitting import Effect, Fitted, effect, fitted
+from boresight.sim.fit.propose import applied, proposals, worth
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.records.feed import feed
@@ -44,6 +45,8 @@ def fit(
     word: int = 32,
     steps: int | None = None,
     output: str | Path | None = None,
+    propose: bool = False,
+    apply: str | Path | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> FitResult:
     """Choose the formats of an estimator's values from runs, and write them as a profile.
@@ -69,6 +72,10 @@ def fit(
     output : path, optional
         The profile; by default ``FILE.fit.json`` beside the estimator's file (`profile_place`),
         where every verb finds it.
+    propose : bool
+        Narrower ranges of inputs and states besides, and what each alone would gain.
+    apply : path, optional
+        A copy of the estimator's file with these ranges.
 
     Returns
     -------
@@ -95,6 +102,7 @@ def fit(
         of=estimator.name,
         inputs=log_files(s for s in sources if isinstance(s, str | Path) and not _is_world(s)),
     )
+    copied = None if apply is None else _copy(name, estimator, apply)
     say = progress or (lambda text: None)
     records = _records(estimator, sources, params, steps, say)
     found = fitted(
@@ -108,6 +116,18 @@ def fit(
     if isinstance(after, str):
         raise InputError(after)
     target.write(_text(found, records))
+    narrower: list[FitProposal] = []
+    for p in proposals(found) if propose or copied else ():
+        say(f"{p.kind} {p.name}")
+        better = worth(found, [p], records, params=params, word=word)
+        if isinstance(better, Effect):
+            narrower.append(FitProposal(p, _errors(after, better)))
+    if copied is not None:
+        source, edited = copied
+        text, left = applied(source.read_text(), [p.proposal for p in narrower])
+        edited.write(text)
+        for p in left:
+            say(f"not applied, {p.kind} {p.name} ({p.line}): its name is not written out there")
     return FitResult(
         estimator=estimator.name,
         profile=Path(output or place or f"{estimator.name}.fit.json"),
@@ -124,7 +144,21 @@ def fit(
         saturated_updates=after.saturated_updates,
         refused=before if isinstance(before, str) else "",
         word=word,
+        proposals=tuple(narrower),
     )
+
+
+def _copy(name: Named, estimator: Estimator, path: str | Path) -> tuple[Path, OutputFile]:
+    """The file of an estimator, and the one that its copy becomes."""
+    if not isinstance(name, str) or profile_place(name, estimator.name) is None:
+        raise InputError.at(
+            "--apply",
+            wanted="an estimator in a file of its own",
+            found=estimator.name,
+            fix="leave it out: --propose tells the ranges",
+        )
+    source = Path(f"{name.partition('.py')[0]}.py")
+    return source, OutputFile(path, "fit", of=estimator.name, inputs=[source], option="--apply")
 
 
 def _is_world(source: object) -> bool:
@@ -249,6 +283,15 @@ def add_arguments(parser: ArgumentParser) -> None:
         help="the profile; default: FILE.fit.json beside the estimator's file, where verbs find it",
     )
 
+    parser.add_argument(
+        "--propose",
+        action="store_true",
+        help="narrower ranges of inputs and states, and what each alone would gain",
+    )
+    parser.add_argument(
+        "--apply", metavar="FILE", help="a copy of the estimator's file with these ranges"
+    )
+
 
 def call(args: Namespace) -> Outcome:
     """Do it; see `Outcome`."""
@@ -261,6 +304,8 @@ def call(args: Namespace) -> Outcome:
         word=args.word,
         steps=args.steps,
         output=args.output,
+        propose=args.propose,
+        apply=args.apply,
         progress=progress_of(args),
     )
     return int(not found.good), found.to_json(), str(found)

@@ -124,3 +124,17 @@ def test_processes_take_the_profile(folder: Path) -> None:
     with profiles(["a.json"]):
         found = dict(dispatch(2, [("one", profiles_now, ()), ("two", profiles_now, ())]))
     assert found == {"one": ("a.json",), "two": ("a.json",)}
+
+
+def test_proposals_and_the_copy(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    fit = ["fit", "unit.py:Unit", "log.csv", "-q"]
+    assert main([*fit, "--propose"]) == 0
+    text = capsys.readouterr().out
+    assert "input b (unit.py, line 6): declared [-40, 40], seen [-2, 2], proposed [-31.97" in text
+    assert main([*fit, "--apply", "narrow.py"]) == 0
+    assert 'Input("b", -31.97, 31.97)' in Path("narrow.py").read_text()
+    assert Path("unit.py").read_text() == SOURCE
+    capsys.readouterr()
+    assert main([*fit, "--apply", "unit.py"]) == 2
+    assert main(["fit", "mekf", "log.csv", "--apply", "copy.py"]) == 2
+    assert "wanted an estimator in a file of its own" in capsys.readouterr().err
