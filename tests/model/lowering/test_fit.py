@@ -77,10 +77,16 @@ def test_prescribed_formats_stay(kind: str) -> None:
 
 
 def test_what_replaces_a_state_has_its_format() -> None:
-    """Its word holds all that was declared, whatever was seen."""
-    program = compiled(lambda x, s: (s + x * 0.01, s), lambda kind: (-1e-3, 1e-3))
+    """Its word holds all that was declared, whatever was seen; an output that is one, too."""
+
+    def step(x: Any, s: Any) -> tuple[Any, Any]:
+        after = 0.5 * s + 0.05 * x
+        return after, after
+
+    program = compiled(step, lambda kind: (-1e-3, 1e-3))
     (state, after) = program.states[0]
     assert program.values[after].frac == program.values[state].frac == 30
+    assert program.values[program.outputs[0]].high > 0.5
 
 
 def test_what_replaces_a_state_and_has_no_interval_is_in_its_range() -> None:

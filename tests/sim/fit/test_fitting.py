@@ -12,7 +12,11 @@ from boresight.model import ops
 from boresight.model.estimator import Estimator, Input, Output, Param, State
 from boresight.sim.accuracy.covariance import covariance_trial
 from boresight.sim.accuracy.manoeuvres import hostile
+from boresight.sim.compare.verdict import judge
 from boresight.sim.fit.fitting import Effect, effect, fitted
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.floating import CompiledFloat
+from boresight.sim.levels.integer import Emitted
 
 
 class Motor(Estimator):
@@ -118,3 +122,23 @@ def test_what_does_not_compile_says_why() -> None:
     assert isinstance(why, str) and "wanted" in why
     after = effect(Endless(), fitted(Endless(), records).profile, records)
     assert isinstance(after, Effect) and after.differences[0].largest < 1e-6
+
+
+def test_the_advice_of_check_is_followed_with_success() -> None:
+    """Where rounding adds up in a coarse word, `boresight fit` is what it says, and helps."""
+
+    class Judged(Power):
+        """The same, judged."""
+
+        outputs = (Output("mean", tolerance=1e-5),)
+
+    estimator, t = Judged(), np.arange(500.0)
+    inputs = np.stack([400.0 * np.sin(t) ** 8, 0.05 * np.cos(t)], axis=1)
+    build = Build(estimator)
+    run, reference = (level(build).run_anew(inputs) for level in (Emitted, CompiledFloat))
+    made = judge(build, 0, inputs, run, reference, {})
+    assert not made.good and "get formats by boresight fit" in made.culprit
+    found = fitted(estimator, {"log": inputs}, starts=())
+    after = effect(estimator, found.profile, {"log": inputs})
+    assert isinstance(after, Effect)
+    assert after.differences[0].largest < 0.5 * (made.largest("mean") or 0.0)
