@@ -110,3 +110,21 @@ def test_what_a_state_keeps_counts_in_later_updates() -> None:
     (one,) = got["s"]
     last_bit = 64.0 / 2**17
     assert one.rms == pytest.approx(np.sqrt(50.0 / 12.0) * last_bit, rel=0.2)
+
+
+def test_a_copy_for_a_state_counts_there_alone() -> None:
+    class Late(Estimator):
+        """An output, and the same one update later by way of a wide state."""
+
+        inputs = (Input("u", -1.0, 1.0),)
+        states = (State("s", -63.0, 63.0),)
+        outputs = (Output("now"), Output("late"))
+
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            """One update."""
+            now = 0.3 * u.u * u.u
+            return {"s": now}, {"now": now, "late": 0.5 * x.s}
+
+    got, _ = found(Late(), exact(np.sin(T))[:, None], 18)
+    assert [i.value for i in got["now"]] == ["now"]
+    assert "now_aligned" in [i.value for i in got["late"]]
