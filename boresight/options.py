@@ -6,7 +6,7 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias
 
-from boresight.disk.place import refuse_inputs
+from boresight.disk.paths import refuse_inputs
 from boresight.model.errors import InputError
 from boresight.model.resolve import Named
 from boresight.parameters import values_for

@@ -1,4 +1,4 @@
-"""Pages: HTML files that need nothing else, from templates beside the code that fills them."""
+"""Pages: self-contained HTML files, from templates beside the code that fills them."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from typing import Any
 
 __all__ = ["UNKNOWN", "number", "page", "unit"]
 
-#: What stands where nothing is known.
+#: Text for an unknown value.
 UNKNOWN = "\N{EM DASH}"
 
 
 def number(x: Any, digits: int = 4) -> str:
-    """A number for people: thousands apart, no more digits than say something."""
+    """Format a number with grouped thousands and its significant digits."""
     if x is None:
         return UNKNOWN
     if x == 0 or 1e-3 <= abs(x) < 1e9:
@@ -35,16 +35,16 @@ _RAISED = str.maketrans(
 
 
 def unit(text: str) -> str:
-    """A unit as people write it."""
+    """Format a unit."""
     text = "half turns" if text == "ht" else text
     return text.replace("^2", "\N{SUPERSCRIPT TWO}").replace("uT", "\N{MICRO SIGN}T")
 
 
-def page(package: str, name: str, /, **given: Any) -> str:
-    """The text of the jinja2 template in file ``name`` of a package, filled with what is given.
+def page(package: str, name: str, /, **values: Any) -> str:
+    """Render the jinja2 template in file ``name`` of a package.
 
-    There are the filters ``number`` and ``unit``. What a template asks for and nobody gives is an
-    error; what it is given is escaped.
+    Templates have the filters ``number`` and ``unit``. A missing value is an error; values are
+    escaped.
     """
     import jinja2
 
@@ -57,4 +57,4 @@ def page(package: str, name: str, /, **given: Any) -> str:
     )
     environment.filters |= {"number": number, "unit": unit}
     text = files(package).joinpath(name).read_text(encoding="utf-8")
-    return environment.from_string(text).render(given)
+    return environment.from_string(text).render(values)

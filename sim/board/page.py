@@ -1,4 +1,4 @@
-"""The page of a simulated board: one HTML file that needs nothing else."""
+"""The page of a simulated board: one self-contained HTML file."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["render_page"]
 
 
 def render_page(data: Mapping[str, Any], timelines: Sequence[Timeline]) -> str:
-    """HTML text of the dict that `boresight simulate` gives."""
+    """HTML text of the result of `boresight simulate`."""
     return page(
         "boresight.sim.board", "board.html", d=data, plot=timeline_plot(timelines, salt="board")
     )

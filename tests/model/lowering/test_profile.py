@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from boresight.model.declarations import Given
+from boresight.model.declarations import SourceFormat
 from boresight.model.errors import InputError
 from boresight.model.lowering.profile import Profile, read_profile, record_digest
 from boresight.model.resolve import estimator_of, profile_place, profiles
@@ -106,8 +106,8 @@ def test_of_other_declarations_or_another_step_it_is_stale(track: Profile, other
 
 
 def test_where_a_source_gives_an_input_its_format_it_is_not(track: Profile) -> None:
-    given = replace(Track.inputs[3], given=Given(28, -0.5, 0.5))
-    other = changed(inputs=(*Track.inputs[:3], given))
+    source = replace(Track.inputs[3], source_format=SourceFormat(28, -0.5, 0.5))
+    other = changed(inputs=(*Track.inputs[:3], source))
     track.check(other.trace(), "track", other.inputs)
 
 
