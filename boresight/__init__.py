@@ -61,6 +61,7 @@ if TYPE_CHECKING:
     from boresight.verbs.figures.montecarlo import MonteCarloResult, montecarlo
     from boresight.verbs.figures.protocol import accuracy_protocol
     from boresight.verbs.figures.tune import tune
+    from boresight.verbs.fit import fit
     from boresight.verbs.list import Catalogue, list_estimators
     from boresight.verbs.monitor import MonitorResult, monitor
     from boresight.verbs.new import NewResult, new
@@ -84,6 +85,7 @@ __all__ = [
     "Experiment",
     "ExperimentResult",
     "FaultsResult",
+    "FitResult",
     "Input",
     "InputError",
     "LoopResult",
@@ -113,6 +115,7 @@ __all__ = [
     "demo",
     "doctor",
     "experiment",
+    "fit",
     "list_estimators",
     "monitor",
     "montecarlo",
@@ -147,6 +150,7 @@ _ELSEWHERE = {
     "DoctorResult": "verbs.doctor",
     "ExperimentResult": "verbs.experiment",
     "FaultsResult": "board.simulated",
+    "FitResult": "results.fit",
     "LoopResult": "loop",
     "MonitorResult": "verbs.monitor",
     "MonteCarloResult": "verbs.figures.montecarlo",

@@ -18,6 +18,8 @@ import shtab
 import boresight
 from boresight.failures import code_of, interruptible
 from boresight.model.errors import InputError, shortened
+from boresight.model.resolve import profiles
+from boresight.options import PROFILED, chosen_profiles, profile_options
 from boresight.terminal import say, tell
 from boresight.verbs import place_of
 from boresight.verbs.texts import VERBS, Text
@@ -60,6 +62,8 @@ class _VerbParser(_Parser):
             module = import_module(f"boresight.{place_of(self.verb)}")
             self.set_defaults(call=module.call)
             module.add_arguments(self)
+            if self.verb in PROFILED:
+                profile_options(self)
             self.verb = ""
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
@@ -122,7 +126,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         with interruptible():
             args = _parser().parse_args(argv)
-            code, data, text = args.call(args)
+            with profiles(chosen_profiles(args)):
+                code, data, text = args.call(args)
             if args.json:
                 say(json.dumps(data))
             elif text:

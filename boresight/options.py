@@ -14,16 +14,59 @@ from boresight.sharing import params_for_each
 from boresight.terminal import tell
 
 __all__ = [
+    "PROFILED",
     "Outcome",
+    "chosen_profiles",
     "model_options",
     "number_options",
     "params_of",
+    "profile_options",
     "progress_of",
     "refuse_options",
 ]
 
 #: Exit code, data for ``--json``, text for people.
 Outcome: TypeAlias = tuple[int, Any, str]
+
+
+#: Verbs that compile estimators, and so take profiles.
+PROFILED = (
+    *("compile", "run", "check", "report", "simulate", "demo"),
+    *("accuracy", "bench", "covariance", "montecarlo", "tune"),
+)
+
+
+def profile_options(parser: ArgumentParser) -> None:
+    """Where formats come from beside intervals."""
+    parser.add_argument(
+        "--profile",
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="ranges for formats, as fit writes them, repeatable; default: beside the estimator",
+    )
+    parser.add_argument("--no-profile", action="store_true", help="formats by intervals alone")
+
+
+def chosen_profiles(args: Namespace) -> list[str] | None:
+    """Files of profiles; None: those beside the estimators' files.
+
+    Raises
+    ------
+    InputError
+        Files together with ``--no-profile``.
+    """
+    files: list[str] = getattr(args, "profile", [])
+    if getattr(args, "no_profile", False):
+        if files:
+            raise InputError.at(
+                "--profile",
+                wanted="a profile, or --no-profile",
+                found="both",
+                fix="leave one of them out",
+            )
+        return []
+    return files or None
 
 
 def number_options(parser: ArgumentParser) -> None:

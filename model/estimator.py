@@ -21,6 +21,7 @@ from boresight.model.interface import check_interface
 from boresight.model.lowering.graph import Node
 from boresight.model.lowering.lower import lower
 from boresight.model.lowering.misuse import repeatable
+from boresight.model.lowering.profile import Profile
 from boresight.model.lowering.trace import Scalar, Trace, Tracer
 from boresight.model.places import author_line, placed
 from boresight.model.step import Values, check_constants, checked
@@ -90,6 +91,8 @@ class Estimator:
     covariance_elements: Mapping[str, tuple[str, str]] = {}
     #: Source location of the class, "file.py, line 12".
     _line: str = ""
+    #: Ranges for which formats are chosen beside the intervals; None: intervals alone.
+    profile: Profile | None = None
     #: Meaning of the bits of an output ``status``, by number, for the texts about a core.
     status_bits: Mapping[int, str] = {}
 
@@ -247,7 +250,9 @@ class Estimator:
                 fix="choose a width inside the range",
             )
         trace = self.record()
-        program, nodes = lower(trace, Arithmetic(word=word))
+        if self.profile is not None:
+            self.profile.check(trace, self.name, self.inputs)
+        program, nodes = lower(trace, Arithmetic(word=word), self.profile)
         numbers = {value: node.number for value, node in nodes.items()}
         # An output that is the next value of a state begins as the state does.
         first = {

@@ -73,7 +73,7 @@ _SUSPECTS, _TIMES, _NOISE = 8, 128, 1e-13
 
 
 def evaluate(
-    trace: Trace, leaves: Leaves, noise: Callable[[Any], Any] | None = None
+    trace: Trace, leaves: Leaves, noise: Callable[[Any], Any] | None = None, *, claims: bool = False
 ) -> dict[int, Any]:
     """Compute every expression of one recorded update in float64, by number.
 
@@ -84,8 +84,11 @@ def evaluate(
         Inputs ("input"), parameters ("param") and states ("state").
     noise : callable, optional
         What becomes of each argument that is a number.
+    claims : bool
+        Hold values of `ops.bounded` in their ranges, as their words do.
     """
     values: dict[int, Any] = {}
+    compute = _COMPUTE | ({"bounded": _held} if claims else {})
     for e in trace.needed:
         if e.kind == "leaf":
             values[e.number] = leaves[e.data[:2]]
@@ -96,8 +99,12 @@ def evaluate(
             else noise(values[a.number])
             for a in e.args
         ]
-        values[e.number] = _COMPUTE[e.kind](*args, *e.data)
+        values[e.number] = compute[e.kind](*args, *e.data)
     return values
+
+
+def _held(x: Any, low: float, high: float, reason: str) -> Any:
+    return np.clip(x, low, high)
 
 
 def check_recorded(

@@ -14,6 +14,7 @@ import sys
 import traceback
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from contextvars import ContextVar
 from importlib import metadata
 from pathlib import Path
 from types import ModuleType
@@ -22,6 +23,7 @@ from typing import Any, TypeAlias, TypeVar
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.estimators import ESTIMATORS
+from boresight.model.lowering.profile import Profile, read_profile
 
 __all__ = [
     "ESTIMATOR_GROUP",
@@ -30,6 +32,9 @@ __all__ = [
     "load",
     "names_of_entry_points",
     "offered",
+    "profile_place",
+    "profiles",
+    "profiles_now",
     "split_names",
 ]
 
@@ -42,8 +47,59 @@ Named: TypeAlias = str | type[Estimator] | Estimator
 T = TypeVar("T")
 
 
+#: Files of profiles to be used; None: what is found beside each estimator's file.
+_profiles: ContextVar[tuple[str, ...] | None] = ContextVar("profiles", default=None)
+
+
+@contextmanager
+def profiles(files: Iterable[str | Path] | None) -> Iterator[None]:
+    """Take the profiles of estimators from these files; without any, none; None: those beside."""
+    token = _profiles.set(None if files is None else tuple(map(str, files)))
+    try:
+        yield
+    finally:
+        _profiles.reset(token)
+
+
+def profiles_now() -> tuple[str, ...] | None:
+    """What `profiles` was given last."""
+    return _profiles.get()
+
+
+def profile_place(what: Named, name: str) -> Path | None:
+    """Where the profile of an estimator in a file of its own stands; None: it has no such file.
+
+    ``track.fit.json`` beside ``track.py``, or, of an estimator that has another name than its file,
+    ``track.NAME.fit.json``.
+    """
+    if not isinstance(what, str) or not (".py:" in what or what.endswith(".py")):
+        return None
+    file = Path(f"{what.partition('.py:')[0]}.py" if ".py:" in what else what)
+    middle = "" if file.stem == name else f".{name}"
+    return file.with_name(f"{file.stem}{middle}.fit.json")
+
+
+def _profile(what: Named, estimator: Estimator) -> Profile | None:
+    files = profiles_now()
+    if files is None:
+        place = profile_place(what, estimator.name)
+        return read_profile(place) if place is not None and place.exists() else None
+    found = [read_profile(file) for file in files]
+    own = [profile for profile in found if profile.estimator == estimator.name]
+    if found and not own:
+        raise InputError.at(
+            found[0].place,
+            wanted=f"a profile of {estimator.name}",
+            found=f"one of {found[0].estimator}",
+            fix="add the one that fits, or leave --profile out",
+        )
+    return own[-1] if own else None
+
+
 def estimator_of(what: Named) -> Estimator:
     """Return the estimator that a name, class or object stands for, with checked declarations.
+
+    Its profile is attached, if there is one (`profiles`).
 
     Parameters
     ----------
@@ -55,10 +111,12 @@ def estimator_of(what: Named) -> Estimator:
     InputError
         Unknown name; a file that does not exist, does not import, or holds no estimator or
         several; arguments that the constructor does not take; declarations that contradict each
-        other.
+        other; a file of `profiles` that holds no profile, or none of this estimator.
     """
     estimator = load(what, Estimator, "estimator", ESTIMATORS, ESTIMATOR_GROUP)
     estimator.check_declarations()
+    if not isinstance(what, Estimator):
+        estimator.profile = _profile(what, estimator)
     return estimator
 
 

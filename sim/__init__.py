@@ -8,6 +8,7 @@
 | `worlds` | closed loops; motion and sensor models |
 | `attitude` | rotations and errors in degrees |
 | `compare` | difference, verdict, culprit; check of all levels |
+| `fit` | formats from what values reach in runs |
 | `report` | the report of a core |
 | `accuracy` | figures over many logs |
 | `experiments` | systems of the literature, repeated |

@@ -21,6 +21,7 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from typing import Any, TypeVar
 
+from boresight.model.resolve import profiles, profiles_now
 from boresight.model.tools.failure import ToolFailed
 
 __all__ = ["dispatch", "processes"]
@@ -78,6 +79,12 @@ class _Worker:
         self.process.join()
 
 
+def _within(files: Sequence[str], work: Callable[..., Result], *arguments: object) -> Result:
+    """A task with the profiles of the process that gave it."""
+    with profiles(files):
+        return work(*arguments)
+
+
 def processes(jobs: int | None) -> int:
     """That many, or one for each processor."""
     return jobs or os.cpu_count() or 1
@@ -101,6 +108,8 @@ def dispatch(
     ToolFailed
         A process ended before its task, for example because it was killed.
     """
+    if (files := profiles_now()) is not None:
+        tasks = [(label, _within, (files, work, *given)) for label, work, given in tasks]
     if executor is not None:
         yield from _submit(executor, tasks)
         return

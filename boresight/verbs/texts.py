@@ -39,6 +39,14 @@ VERBS = {
             ("compile complementary --urgent 3 -o build", "the first three outputs soonest"),
         ),
     ),
+    "fit": Text(
+        "Choose the formats of an estimator's values from runs; the other verbs take them.",
+        (
+            ("fit my_filter.py log.csv", "my_filter.fit.json, which every verb finds beside it"),
+            ("fit my_filter.py folder world.py:World", "from several logs and a closed loop"),
+            ("fit mekf log.csv -o mekf.fit.json", "for: check mekf log.csv --profile FILE"),
+        ),
+    ),
     "run": Text(
         "Run an estimator on a log; one row out per row in.",
         (

@@ -8,9 +8,11 @@ a polynomial will do, and back.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 from boresight.model.lowering.graph import Graph, Node
+from boresight.model.lowering.profile import Range
 from boresight.model.lowering.trace import Tracer
 from boresight.model.words import polynomials, rounded
 
@@ -26,18 +28,30 @@ _BINADES = 31
 _SLACK = 2e-8
 
 
-def expand(tracer: Tracer) -> tuple[Expansion, list[Any]]:
+def expand(
+    tracer: Tracer, limits: Mapping[int, Range] | None = None
+) -> tuple[Expansion, list[Any]]:
     """The graph of a record, and the node (or flag) of each of its expressions.
+
+    Parameters
+    ----------
+    tracer : Tracer
+    limits : mapping of int to (float, float), optional
+        Divisions and roots, by number, whose last argument is held in such a range
+        (`Graph.limited`).
 
     Raises
     ------
     InputError
         An argument's range exceeds what its function takes; the message gives the author's line.
     """
-    graph, made = Expansion(tracer.name), list[Any]()
+    graph, made, limits = Expansion(tracer.name), list[Any](), limits or {}
     for e in tracer.expressions:
         graph.line = e.line
-        made.append(getattr(graph, e.kind)(*(made[a.number] for a in e.args), *e.data))
+        args = [made[a.number] for a in e.args]
+        if e.number in limits:
+            args[-1] = graph.limited(args[-1], *limits[e.number])
+        made.append(getattr(graph, e.kind)(*args, *e.data))
     return graph, made
 
 

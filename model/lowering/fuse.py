@@ -77,9 +77,9 @@ class Fusion:
         said = self.groups.values[state]
         known = self._limits.get(node.number)
         inside = said.low <= node.low and node.high <= said.high
-        if inside or node.kind == "saturated" or not math.isfinite(node.low + node.high):
+        if inside or node.kind == "saturated" or not math.isfinite(sum(node.span)):
             return
-        own = Format.for_range(self.groups.arith.word, node.low, node.high)
+        own = Format.for_range(self.groups.arith.word, *node.span)
         if own.frac < said.frac and (known is None or said.frac < known.frac):
             self._limits[node.number] = said
 
@@ -147,7 +147,8 @@ class Fusion:
     def _create(self, node: Node, frac: int | None, odd: bool | None) -> int:
         form = self.form(node, top=True)
         word = self.groups.arith.word
-        if node.line and not math.isfinite(node.low + node.high):
+        low, high = node.span
+        if node.line and not math.isfinite(low + high):
             raise InputError.at(
                 node.line,
                 wanted="a finite range",
@@ -156,13 +157,13 @@ class Fusion:
             )
         if node.kind == "wrap":
             kind = "half turns" if node.unit == "ht" else "turns"
-            limits = (node.low, node.high, kind, node.unit, Overflow.WRAP, node.line)
+            limits = (low, high, kind, node.unit, Overflow.WRAP, node.line)
             target = Target(node.label, *limits)
             frac = word - 1 - binary_exponent(node.high)
             return self.groups.group(form, target, frac=frac, exact=True)
-        target = Target(node.label, node.low, node.high, node.source, node.unit, line=node.line)
+        target = Target(node.label, low, high, node.source, node.unit, line=node.line)
         if (said := self._limits.get(node.number)) is not None:
-            low, high = (min(max(edge, said.low), said.high) for edge in (node.low, node.high))
+            low, high = (min(max(edge, said.low), said.high) for edge in (low, high))
             target = replace(target, low=low, high=high)
             return self.groups.group(form, target, frac=said.frac if frac is None else frac)
         if node.kind == "complement":
@@ -175,8 +176,8 @@ class Fusion:
                 frac=word - 1 - binary_exponent(node.value),
                 exact=True,
             )
-        if frac is None and odd is not None and math.isfinite(node.low + node.high):
-            frac = Format.for_range(word, node.low, node.high).frac
+        if frac is None and odd is not None and math.isfinite(low + high):
+            frac = Format.for_range(word, low, high).frac
             if (frac % 2 == 1) != odd:
                 frac -= 1
         return self.groups.group(form, target, frac=frac)
@@ -284,7 +285,7 @@ class Fusion:
     def _constant(self, c: float, node: Node) -> Product:
         """A constant under the flag of ``node``'s group, as fine as the accumulator can use."""
         arith = self.groups.arith
-        bound = max(abs(node.low), abs(node.high), abs(c))
+        bound = max(*map(abs, node.span), abs(c))
         return Product(
             self.groups.constant(
                 c,

@@ -41,7 +41,8 @@ class Node:
 
     ``signs`` belongs to kind "sum"; ``value`` to "const", "saturated" and "wrap" (the period);
     ``quarter`` to "sin" (cosine). ``line`` is where its author wrote it: "file.py, line 41".
-    ``title`` is the name of the output or the next state that it is.
+    ``title`` is the name of the output or the next state that it is. ``fit`` is a range for its
+    format alone (`model.lowering.profile`); what the interval decides, it does not.
     """
 
     number: int
@@ -58,6 +59,12 @@ class Node:
     uses: int = 0
     line: str = ""
     title: str = ""
+    fit: tuple[float, float] | None = None
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """The range that its format is chosen for: ``fit``, or its interval."""
+        return self.fit or (self.low, self.high)
 
     @property
     def label(self) -> str:
@@ -296,6 +303,15 @@ class Graph:
             return a
         limits = {"low": low, "high": high, "source": f"declared: {reason}"}
         return self._new("bounded", a, key=(low, high), unit=a.unit, **limits)
+
+    def limited(self, a: Node, low: float, high: float) -> Node:
+        """``a`` of one sign, held off zero by comparison: at least ``low``, or at most ``high``.
+
+        What has no finite range gets one by the word's own overflow, at a power of two.
+        """
+        if not math.isfinite(a.low + a.high):
+            a = self.saturated(a, math.ldexp(2.0, rounded.binary_exponent(max(-low, high))))
+        return self.larger(a, self.const(low)) if low >= 0.0 else self.smaller(a, self.const(high))
 
     def saturated(self, a: Node, limit: float) -> Node:
         """``a`` clamped to [-limit, limit), a power of two, by the word's own overflow."""

@@ -6,6 +6,7 @@ operations; what nothing needs is left out here.
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -13,7 +14,8 @@ from dataclasses import replace
 
 from boresight.model.lowering.expand import expand
 from boresight.model.lowering.fuse import Fusion
-from boresight.model.lowering.graph import LEAVES, Node
+from boresight.model.lowering.graph import LEAVES, Flag, Graph, Node
+from boresight.model.lowering.profile import Profile, Range
 from boresight.model.lowering.trace import Trace
 from boresight.model.words import tables
 from boresight.model.words.fixed import Arithmetic
@@ -81,8 +83,53 @@ def _count_uses(roots: Sequence[Node]) -> None:
                 arg.uses += 1
 
 
-def lower(trace: Trace, arithmetic: Arithmetic) -> tuple[Program, dict[int, Node]]:
-    """Compile a recorded step.
+#: Kinds of nodes whose formats are prescribed.
+_PRESCRIBED = (*LEAVES, "wrap", "sin", "asin", "saturated", "complement")
+
+
+def _fit(
+    graph: Graph, made: Sequence[Node | Flag], profile: Profile, after: Sequence[Node]
+) -> None:
+    """Give nodes the ranges of a profile, for their formats; see `Node.fit`.
+
+    Nodes inside of a function, which no expression stands for, get what follows from those of their
+    arguments. What replaces a state has that state's format: see `Fusion.limit`.
+    """
+    results = {found.node if isinstance(found, Flag) else found for found in made}
+    for number, range_ in profile.ranges.items():
+        found = made[number]
+        node = found.node if isinstance(found, Flag) else found
+        if node not in after:
+            _give(node, range_, profile)
+    for node in graph.nodes:
+        if node not in results and (following := _following(node)) is not None:
+            _give(node, following, profile)
+
+
+def _give(node: Node, range_: Range, profile: Profile) -> None:
+    low, high = max(range_[0], node.low), min(range_[1], node.high)
+    if node.kind not in _PRESCRIBED and low < high and (low, high) != (node.low, node.high):
+        node.fit, node.source = (low, high), profile.source
+
+
+def _following(node: Node) -> Range | None:
+    """What a node reaches while its arguments stay in their spans; None: not known."""
+    spans = [arg.span for arg in node.args]
+    if node.kind == "sum":
+        ends = [s if k > 0 else (-s[1], -s[0]) for s, k in zip(spans, node.signs, strict=True)]
+        return sum(low for low, _ in ends), sum(high for _, high in ends)
+    if node.kind == "mul":
+        corners = [x * y if x and y else 0.0 for x in spans[0] for y in spans[1]]
+        return min(corners), max(corners)
+    if node.kind == "select":
+        return min(low for low, _ in spans[1:]), max(high for _, high in spans[1:])
+    return spans[0] if node.kind == "bounded" else None
+
+
+def lower(
+    trace: Trace, arithmetic: Arithmetic, profile: Profile | None = None
+) -> tuple[Program, dict[int, Node]]:
+    """Compile a recorded step, with the formats of a profile of it.
 
     Returns
     -------
@@ -97,11 +144,15 @@ def lower(trace: Trace, arithmetic: Arithmetic) -> tuple[Program, dict[int, Node
         An argument's range exceeds what its function takes, a range is not finite, or a value would
         pass 63 bits: the message names the line, the value and a cure.
     """
-    graph, made = expand(trace.tracer)
+    graph, made = expand(trace.tracer, None if profile is None else profile.limits)
     low = Fusion(graph, arithmetic)
     results = [made[e.number] for e in trace.outputs.values()]
     after = [made[e.number] for _, _, e in trace.states]
+    if profile is not None:
+        _fit(graph, made, profile, after)
     for (state, _, _), node in zip(trace.states, after, strict=True):
+        if profile is not None and not math.isfinite(node.low + node.high):
+            node.fit = state.data[2:4]
         node.title = node.title or f"{state.data[1]}_next"
     leaves = {node.name for node in graph.nodes if node.kind in LEAVES}
     for name, node in zip(trace.outputs, results, strict=True):

@@ -10,6 +10,7 @@ reproducer a file that shows a difference again
 difference one output against its reference: largest and rms, where, within its tolerance or not
 verdict    differences, saturations, ranges that were left, and what went wrong first
 twin       every operation in float64 from the words that it reads
+influence  which values' rounding makes the error of an output
 culprit    the first value of a program that leaves its float twin, and what would cure it
 ========== ======================================================================================
 """

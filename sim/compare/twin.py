@@ -151,7 +151,11 @@ class Twin:
 
 
 def twins(
-    program: Program, nodes: dict[int, Node], inputs: IntArray, states: IntArray
+    program: Program,
+    nodes: dict[int, Node],
+    inputs: IntArray,
+    states: IntArray,
+    before: IntArray | None = None,
 ) -> Iterator[Twin]:
     """All updates, in chunks of `CHUNK`.
 
@@ -161,9 +165,13 @@ def twins(
         Input words.
     states : int64 (n, n_states)
         State words after each update.
+    before : int64 (n_states,), optional
+        Those before the first one; by default the initial words.
     """
-    initial = [[program.values[state].initial for state, _ in program.states]]
-    before = np.concatenate([np.array(initial, dtype=np.int64), states[:-1]])
+    if before is None:
+        initial = [program.values[state].initial for state, _ in program.states]
+        before = np.array(initial, dtype=np.int64)
+    before = np.concatenate([before[None], states[:-1]])
     for first in range(0, len(inputs), CHUNK):
         some = slice(first, first + CHUNK)
         machine = Interpreter(program, len(inputs[some]))
@@ -174,14 +182,18 @@ def twins(
 
 
 def rounding_errors(
-    program: Program, nodes: dict[int, Node], inputs: IntArray, states: IntArray
+    program: Program,
+    nodes: dict[int, Node],
+    inputs: IntArray,
+    states: IntArray,
+    before: IntArray | None = None,
 ) -> dict[int, Rounding]:
     """Distance of each operation's word from its twin.
 
     Updates whose twin is no finite number are left out; see `twins` for the arguments.
     """
     out: dict[int, Rounding] = {}
-    for twin in twins(program, nodes, inputs, states):
+    for twin in twins(program, nodes, inputs, states, before):
         for op in program.ops:
             if op.dest in nodes:
                 apart, size = twin.apart(op.dest)

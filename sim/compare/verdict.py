@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +16,7 @@ from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
 from boresight.sim.compare.culprit import find_culprit
 from boresight.sim.compare.difference import Difference, differences
+from boresight.sim.compare.influence import influences
 from boresight.sim.compare.twin import becomes, outside
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import words_of
@@ -143,7 +145,7 @@ def judge(
     ends = [step + 1 for step in sorted(steps)]
     tried = (find_culprit(program, nodes, inputs[:n], states[:n]) for n in ends)
     first = next(filter(None, tried), None)
-    culprit = str(first) if first else _coarse(program, nodes, seen, states)
+    culprit = str(first) if first else _rounding(program, nodes, seen, inputs, states, apart)
     # What saturates is said already.
     named = {becomes(program, nodes, n) for n, count in enumerate(seen.saturations) if count}
     texts = tuple(text for _, state, text in left if state not in named)
@@ -171,13 +173,72 @@ def _named(program: Program, nodes: dict[int, Node], value: int) -> str:
     return program.values[value].name + (f", {line}" if line else "")
 
 
-def _coarse(program: Program, nodes: dict[int, Node], seen: WordRanges, states: IntArray) -> str:
+#: Share of a difference's root mean square that independent rounding has to explain.
+_EXPLAINED = 0.125
+#: Values that are named as its sources.
+_NAMED = 3
+
+
+def _rounding(
+    program: Program,
+    nodes: dict[int, Node],
+    seen: WordRanges,
+    inputs: IntArray,
+    states: IntArray,
+    apart: Sequence[Difference],
+) -> str:
     """What to do where no single operation is to blame: rounding adds up.
 
-    Every update rounds a state once, so the one whose changes have the fewest bits is the worst;
-    one that stands still loses them all.
+    The values whose rounding makes most of an output's error, where that explains it; else rounding
+    is one-sided, and a state loses it (`_coarse`).
     """
     rounding = "no operation leaves its float twin: rounding adds up"
+    found = influences(program, nodes, inputs, states)
+    for d in apart:
+        own = found.get(d.output, [])
+        explained = math.sqrt(math.fsum(i.rms**2 for i in own))
+        if not d.good and own and explained >= _EXPLAINED * d.rms:
+            shares = ", ".join(
+                f"{i.share:.0%} from {_said(program, nodes, program.find(i.value))}"
+                for i in own[:_NAMED]
+                if i.share > 0.01
+            )
+            cure = _cure(program, nodes, seen, program.find(own[0].value))
+            left = own[0].one_more_bit / explained
+            return (
+                f"{rounding}; of the error of {d.output} {shares}; one more bit of the first "
+                f"leaves {left:.0%}: {cure}"
+            )
+    return _coarse(program, nodes, seen, states, rounding)
+
+
+def _said(program: Program, nodes: dict[int, Node], value: int) -> str:
+    """A value, or the state that it becomes, with its line."""
+    state, line = becomes(program, nodes, value), nodes[value].line
+    name = program.values[value].name if state is None else f"state {program.values[state].name}"
+    return f"{name} ({line})" if line else name
+
+
+def _cure(program: Program, nodes: dict[int, Node], seen: WordRanges, value: int) -> str:
+    """How a value gets more bits."""
+    used = max(int(seen.high[value]), -int(seen.low[value]), 1)
+    unused = program.arithmetic.word - 1 - used.bit_length()
+    state = becomes(program, nodes, value)
+    if state is None and unused > 1:
+        return f"it leaves {unused} bits unused: get formats by boresight fit, or use ops.bounded"
+    said = program.values[value if state is None else state]
+    narrow = f"narrow its range [{said.low:g}, {said.high:g}], which leaves {unused} bits unused, "
+    return (
+        (narrow if unused > 1 else "")
+        + "use a wider word"
+        + ("" if state is None else ", or carry the remainder in a second state")
+    )
+
+
+def _coarse(
+    program: Program, nodes: dict[int, Node], seen: WordRanges, states: IntArray, rounding: str
+) -> str:
+    """The state whose changes have the fewest bits: every update rounds it, perhaps to one side."""
     if not program.states:
         return f"{rounding}; use a wider word"
     changes = np.abs(np.diff(states, axis=0, prepend=states[:1])).max(axis=0)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
 from typing import Any
 
 from boresight.firmware.build import CModel
@@ -102,6 +103,8 @@ def report_data(
         "resources": _resources(area, device),
         "schedule": schedule_section(core),
         "numerics": numerics_section(program, observed),
+        "influence": [] if observed is None else _influence(program, observed),
+        "profile": _profile(checks),
         "accuracy": accuracy_section(checks, warn, truth=not comparison),
         "firmware": _firmware(program, None if observed is None else observed.words[0], warn),
         "widths": widths,
@@ -110,6 +113,27 @@ def report_data(
     data["against"] = None if before is None else against_section(before, data)
     data["sources"] = sources(data, area, "" if observed is None else observed.said, device)
     return data
+
+
+#: Values of which a report says what they do to an output.
+_INFLUENCES = 5
+
+
+def _influence(program: Program, observed: Observed) -> list[dict[str, Any]]:
+    """For each output the values whose rounding contributes most to its error."""
+    return [
+        {"output": name, "unit": port.unit, "values": [asdict(i) for i in found[:_INFLUENCES]]}
+        for (name, found), port in zip(observed.influences.items(), program.ports, strict=True)
+        if found
+    ]
+
+
+def _profile(checks: Sequence[CheckResult]) -> dict[str, Any] | None:
+    """Where formats come from beside intervals; None: nowhere."""
+    profiles = [check.build.estimators[check.number].profile for check in checks]
+    if not profiles or (own := profiles[0]) is None:
+        return None
+    return {"file": own.place, "logs": list(own.logs), "formats": len(own.ranges)}
 
 
 def _verification(checks: Sequence[CheckResult], warn: Warn) -> list[dict[str, Any]]:

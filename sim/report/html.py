@@ -75,8 +75,13 @@ def _named(row: Mapping[str, Any]) -> bool:
 
 
 def _advice(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
-    """Rows with advice, most bits first."""
-    return sorted((r for r in rows if r["advice"]), key=lambda r: -int(r["advice"]["gains"]))
+    """Rows with advice, first those whose bits take most of an output's error."""
+
+    def taken(row: Mapping[str, Any]) -> tuple[float, int]:
+        gains = int(row["advice"]["gains"])
+        return -row["effect"] * (1.0 - 0.25**gains), -gains
+
+    return sorted((r for r in rows if r["advice"]), key=taken)
 
 
 def _finite(data: Mapping[str, Any]) -> None:

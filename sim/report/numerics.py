@@ -13,7 +13,7 @@ __all__ = ["numerics_section"]
 
 #: What only a log tells.
 _SEEN = (
-    *("observed_min", "observed_max", "headroom_bits", "wasted_bits", "advice"),
+    *("observed_min", "observed_max", "headroom_bits", "wasted_bits", "advice", "effect"),
     *("error_max", "error_rms", "error_lsb", "saturations"),
 )
 
@@ -53,7 +53,8 @@ def numerics_section(program: Program, observed: Observed | None) -> list[dict[s
     ``output`` names the output that the value is, or null; ``line`` is where its author wrote it.
     ``headroom_bits`` says how often the largest word observed could double within the format; null
     for parameters and for values that wrap, and without observation. ``wasted_bits`` are those of
-    them that no reserve explains, ``advice`` how to gain them (`sim.report.advice`).
+    them that no reserve explains, ``advice`` how to gain them (`sim.report.advice`). ``effect`` is
+    the largest share that its rounding has in the error of an output (`sim.compare.influence`).
     ``error_max`` and ``error_rms`` are how far rounding, tables and constants moved the value in
     one update, in its unit, against its float64 twin, which reads the same words; ``error_lsb`` is
     the largest in its last bits. They are null where it is no operation of its author's.
@@ -113,6 +114,7 @@ def _seen(
         "headroom_bits": headroom,
         "wasted_bits": wasted,
         "advice": None if advice is None else asdict(advice),
+        "effect": _digits(observed.effect(n)),
         "error_max": None if error is None else _digits(error.largest),
         "error_rms": None if error is None else _digits(error.rms),
         "error_lsb": None if error is None else round(error.largest / lsb, 2),

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from boresight.firmware.build import CModel, WordRanges
 from boresight.model.lowering.graph import Node
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
+from boresight.sim.compare.influence import Influence, influences
 from boresight.sim.compare.results import CheckResult
 from boresight.sim.compare.twin import Rounding, rounding_errors
 
@@ -45,6 +46,8 @@ class Observed:
         What was traced, by value number.
     lines : mapping of int to str
         Where its author wrote a value: "file.py, line 41".
+    influences : mapping of str to list of Influence
+        Of each output on the first log, the largest first.
     """
 
     program: Program
@@ -54,6 +57,7 @@ class Observed:
     errors: Mapping[int, Rounding]
     nodes: Mapping[int, Node]
     lines: Mapping[int, str]
+    influences: Mapping[str, Sequence[Influence]] = field(default_factory=dict)
 
     @classmethod
     def of(cls, program: Program, checks: Sequence[CheckResult]) -> Observed:
@@ -63,6 +67,8 @@ class Observed:
             if ours != theirs:
                 raise ValueError(f"check must belong to program {ours[:12]}, not {theirs[:12]}")
         first = checks[0]
+        states = first.fixed.states
+        assert states is not None
         nodes, words = first.build.nodes[first.number], [c.given.words(program) for c in checks]
         errors: dict[int, Rounding] = {}
         for check, own in zip(checks, words, strict=True):
@@ -83,6 +89,7 @@ class Observed:
             errors,
             nodes,
             {n: line for n, line in lines.items() if line},
+            influences(program, nodes, words[0], states),
         )
 
     def extremes(self, value: int) -> tuple[Extreme, Extreme]:
@@ -109,6 +116,13 @@ class Observed:
         """
         low, high = (e.word for e in self.extremes(value))
         return self.program.arithmetic.word - 1 - math.log2(max(-low, high + 1, 1))
+
+    def effect(self, value: int) -> float:
+        """Largest share that the rounding of a value, or of a state's next, has in any output."""
+        number = dict(self.program.states).get(value, value)
+        name = self.program.values[number].name
+        every = (i for found in self.influences.values() for i in found)
+        return max((i.share for i in every if i.value == name), default=0.0)
 
     @property
     def said(self) -> str:

@@ -44,7 +44,7 @@ CASES = {
     ),
     "CoarseFilter": (
         {"x": 40.0 * np.sin(0.002 * _K)},
-        "rounding adds up; state mean (bad.py, line ",
+        "rounding adds up; of the error of mean 100% from state mean (bad.py, line ",
     ),
     "Vanishing": (
         {"rate": 0.5 + 0.1 * np.sin(_K), "gain": 0.5 + 0.0 * _K},

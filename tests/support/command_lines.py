@@ -150,6 +150,7 @@ VERBS: Mapping[str, tuple[list[Any], dict[str, Any]]] = {
             "-o": _OUTPUTS,
         },
     ),
+    "fit": ([_NAMES, _LOGS], {**_WORDS, **_STEPS, "-o": _OUTPUTS}),
     "convert": ([_mostly("broad"), st.one_of(st.just("folder"), _PATHS)], {"-o": _OUTPUTS}),
     "experiment": (
         [_mostly("ma2014")],

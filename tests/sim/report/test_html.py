@@ -194,9 +194,18 @@ def test_lines_are_links_where_the_file_is_known(report: dict[str, Any], html: s
 @pytest.mark.usefixtures("plain")
 def test_bits_to_gain(report: dict[str, Any]) -> None:
     text = " ".join(Page(render_html(report)).text.split())
-    row = max((r for r in report["numerics"] if r["advice"]), key=lambda r: r["advice"]["gains"])
+    rows = [r for r in report["numerics"] if r["advice"]]
+    row = max(rows, key=lambda r: r["effect"] * (1.0 - 0.25 ** r["advice"]["gains"]))
     assert f"{row['signal']}{row['line']}{row['format']}" in text
     assert f"{row['advice']['gains']}{row['advice']['how']}" in text
+    assert text.index(row["advice"]["how"]) == min(
+        text.index(r["advice"]["how"]) for r in rows if r["advice"]["how"] in text
+    )
+    for limit in report["influence"]:
+        first = limit["values"][0]
+        assert (
+            f"{limit['output']}{first['value']}{first['line']}{100 * first['share']:.0f} %" in text
+        )
     data = copy.deepcopy(report)
     for row in data["numerics"]:
         row["advice"] = None

@@ -1,0 +1,188 @@
+"""What `boresight fit` found, and how it is told."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from boresight.sim.answer import Answer
+from boresight.sim.fit.propose import Proposal
+
+__all__ = ["FitClaim", "FitError", "FitLimit", "FitProposal", "FitResult"]
+
+#: Most claims that are told; all are in the data.
+_TOLD = 5
+
+
+@dataclass(frozen=True)
+class FitError:
+    """Largest difference between fixed point and float64 on the records, of one output.
+
+    Attributes
+    ----------
+    output, unit : str
+    before, after : float or None
+        With formats by intervals, and by the profile; None: it does not compile so.
+    """
+
+    output: str
+    unit: str
+    before: float | None
+    after: float | None
+
+    def change(self) -> str:
+        """Before and after, for people."""
+        numbers = ("-" if x is None else f"{x:.3g}" for x in (self.before, self.after))
+        return f"{self.output} {' to '.join(numbers)} {self.unit}".rstrip()
+
+
+@dataclass(frozen=True)
+class FitLimit:
+    """A divisor, or the argument of a root, that the profile holds off zero.
+
+    Attributes
+    ----------
+    line : str
+        Where its author wrote the division or root.
+    low, high : float
+        Where it is held, really: by a comparison.
+    """
+
+    line: str
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class FitClaim:
+    """How near runs came to the ends of a range that `ops.bounded` claims.
+
+    Attributes
+    ----------
+    line, reason : str
+    low, high : float
+        The claim.
+    logs, hostile : float
+        Largest share of it that was seen: above 1 it is wrong.
+    """
+
+    line: str
+    reason: str
+    low: float
+    high: float
+    logs: float
+    hostile: float
+
+
+@dataclass(frozen=True)
+class FitProposal:
+    """A narrower range of an input or a state, and what it alone would gain.
+
+    Attributes
+    ----------
+    proposal : Proposal
+        Declared, seen in the records, proposed; bits.
+    errors : tuple of FitError
+        With the profile, before and after.
+    """
+
+    proposal: Proposal
+    errors: tuple[FitError, ...]
+
+    def line(self) -> str:
+        """One line for people."""
+        p = self.proposal
+        ranges = ", ".join(
+            f"{name} [{low:.4g}, {high:.4g}]"
+            for name, (low, high) in (
+                ("declared", p.declared),
+                ("seen", p.seen),
+                ("proposed", p.proposed),
+            )
+        )
+        gains = ", ".join(e.change() for e in self.errors)
+        return f"{p.kind} {p.name} ({p.line}): {ranges}, {p.bits} bits; {gains}"
+
+
+@dataclass(frozen=True)
+class FitResult(Answer):
+    """What `fit` gives.
+
+    Attributes
+    ----------
+    estimator : str
+    profile : Path
+        The file.
+    records : mapping of str to int
+        Updates by the name of the log or world.
+    hostile_updates : int
+    values : int
+        Numbers that the step computes.
+    formats : int
+        Those whose format the profile chooses.
+    limits : tuple of FitLimit
+    claims : tuple of FitClaim
+        The nearest first.
+    errors : tuple of FitError
+        By output, of a word of ``word`` bits.
+    saturated_updates : int
+        Of the records, with the profile.
+    refused : str
+        Why nothing compiles without the profile; empty where it does.
+    word : int
+    proposals : tuple of FitProposal
+        If asked for, most bits first.
+    """
+
+    estimator: str
+    profile: Path
+    records: Mapping[str, int]
+    hostile_updates: int
+    values: int
+    formats: int
+    limits: tuple[FitLimit, ...]
+    claims: tuple[FitClaim, ...]
+    errors: tuple[FitError, ...]
+    saturated_updates: int
+    refused: str
+    word: int
+    proposals: tuple[FitProposal, ...] = ()
+
+    @property
+    def good(self) -> bool:
+        """Nothing saturated in the records."""
+        return not self.saturated_updates
+
+    def __str__(self) -> str:
+        runs = ", ".join(f"{name} ({count} updates)" for name, count in self.records.items())
+        lines = [
+            f"{self.profile}: {self.formats} formats of {self.values} values, from {runs} and "
+            f"{self.hostile_updates} hostile updates"
+        ]
+        if self.refused:
+            lines.append(f"  without it: {self.refused}")
+        for e in self.errors:
+            unit = f" {e.unit}" if e.unit else ""
+            before = "-" if e.before is None else f"{e.before:.3g}"
+            after = "-" if e.after is None else f"{e.after:.3g}"
+            lines.append(
+                f"  fixed against float64: {e.output:12s} max {before}{unit}, with it {after}{unit}"
+            )
+        lines += [
+            f"  {x.line}: held in [{x.low:.3g}, {x.high:.3g}], no interval keeps it off zero"
+            for x in self.limits
+        ]
+        lines += [
+            f"  {c.line}: bounded to [{c.low:g}, {c.high:g}], {c.reason}: {_share(c.logs)} in the "
+            f"records, {_share(c.hostile)} in hostile runs"
+            for c in self.claims[:_TOLD]
+        ]
+        lines += [f"  {p.line()}" for p in self.proposals]
+        if self.saturated_updates:
+            lines.append(f"FAILED: {self.saturated_updates} updates SATURATED in the records")
+        return "\n".join(lines)
+
+
+def _share(share: float) -> str:
+    return f"{share:.0%} used" if share <= 1.0 else f"{share:.3g} times as much"

@@ -1,0 +1,311 @@
+"""`boresight fit`: formats from what values reach in runs."""
+
+from __future__ import annotations
+
+import copy
+import hashlib
+import json
+import math
+from argparse import ArgumentParser, Namespace
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.arguments import check_number, check_word
+from boresight.disk.output import OutputFile
+from boresight.loop import world_of
+from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator
+from boresight.model.resolve import Named, profile_place, profiles
+from boresight.model.resolve import estimator_of as find_estimator
+from boresight.options import Outcome, number_options, params_of, progress_of
+from boresight.results.fit import FitClaim, FitError, FitLimit, FitProposal, FitResult
+from boresight.sim.fit.fitting import Effect, Fitted, effect, fitted
+from boresight.sim.fit.propose import applied, proposals, worth
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.registry import make_level
+from boresight.sim.records.feed import feed
+from boresight.sim.records.files import log_files, read_logs
+from boresight.sim.worlds.loop import close_loop
+from boresight.sim.worlds.world import World
+from boresight.verbs.figures.covariance import initial_covariances
+
+__all__ = ["add_arguments", "call", "fit"]
+
+FloatArray = npt.NDArray[np.float64]
+
+
+def fit(
+    name: Named,
+    *sources: Any,
+    params: Mapping[str, float] | None = None,
+    word: int = 32,
+    steps: int | None = None,
+    output: str | Path | None = None,
+    propose: bool = False,
+    apply: str | Path | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> FitResult:
+    """Choose the formats of an estimator's values from runs, and write them as a profile.
+
+    Every value is observed in float64 on the sources and on hostile inputs, with states in their
+    declared ranges. Its format is the finest with `sim.fit.choose.MARGIN_BITS` above what was seen,
+    and half of the bits that are left to its interval, at most `sim.fit.choose.MOST_BITS`. Inputs,
+    parameters, states and what replaces them, angles that wrap, divisors and arguments of roots
+    have the formats of their declarations or intervals.
+
+    Parameters
+    ----------
+    name : str, class or Estimator
+    sources : paths of logs or folders, data in memory (`Record.of`), worlds
+        A world is a class, an object, or a text as ``file.py:Class``; the estimator runs in it in
+        float64.
+    params : mapping, optional
+        Parameter values of all runs.
+    word : int
+        Width with which the effect is measured; the profile serves every width.
+    steps : int, optional
+        Leading updates of each source.
+    output : path, optional
+        The profile; by default ``FILE.fit.json`` beside the estimator's file (`profile_place`),
+        where every verb finds it.
+    propose : bool
+        Narrower ranges of inputs and states besides, and what each alone would gain.
+    apply : path, optional
+        A copy of the estimator's file with these ranges.
+
+    Returns
+    -------
+    FitResult
+
+    Raises
+    ------
+    InputError
+        Unknown names, bad logs, no source, a divisor that was seen on both sides of zero.
+    """
+    check_word(word)
+    if steps is not None:
+        check_number("steps", steps, 1)
+    with profiles(()):
+        estimator = copy.copy(find_estimator(name))
+    estimator.profile = None
+    if not sources:
+        fix = "name a log, or a world as file.py:Class"
+        raise InputError.at("logs", wanted="at least one log or world", found="none", fix=fix)
+    place = profile_place(name, estimator.name)
+    target = OutputFile(
+        output or place or f"{estimator.name}.fit.json",
+        "fit",
+        of=estimator.name,
+        inputs=log_files(s for s in sources if isinstance(s, str | Path) and not _is_world(s)),
+    )
+    copied = None if apply is None else _copy(name, estimator, apply)
+    say = progress or (lambda text: None)
+    records = _records(estimator, sources, params, steps, say)
+    found = fitted(
+        estimator, records, params=params, starts=initial_covariances(estimator), progress=say
+    )
+    say("fixed point, by intervals and with the profile")
+    before, after = (
+        effect(estimator, profile, records, params=params, word=word)
+        for profile in (None, found.profile)
+    )
+    if isinstance(after, str):
+        raise InputError(after)
+    target.write(_text(found, records))
+    narrower: list[FitProposal] = []
+    for p in proposals(found) if propose or copied else ():
+        say(f"{p.kind} {p.name}")
+        better = worth(found, [p], records, params=params, word=word)
+        if isinstance(better, Effect):
+            narrower.append(FitProposal(p, _errors(after, better)))
+    if copied is not None:
+        source, edited = copied
+        text, left = applied(source.read_text(), [p.proposal for p in narrower])
+        edited.write(text)
+        for p in left:
+            say(f"not applied, {p.kind} {p.name} ({p.line}): its name is not written out there")
+    return FitResult(
+        estimator=estimator.name,
+        profile=Path(output or place or f"{estimator.name}.fit.json"),
+        records={n: len(x) for n, x in records.items()},
+        hostile_updates=found.hostile_updates,
+        values=sum(1 for e in found.trace.needed if e.args and e.number in found.intervals),
+        formats=len(found.profile.ranges),
+        limits=tuple(
+            FitLimit(_line(found, number), *range_)
+            for number, range_ in found.profile.limits.items()
+        ),
+        claims=_claims(found),
+        errors=_errors(before, after),
+        saturated_updates=after.saturated_updates,
+        refused=before if isinstance(before, str) else "",
+        word=word,
+        proposals=tuple(narrower),
+    )
+
+
+def _copy(name: Named, estimator: Estimator, path: str | Path) -> tuple[Path, OutputFile]:
+    """The file of an estimator, and the one that its copy becomes."""
+    if not isinstance(name, str) or profile_place(name, estimator.name) is None:
+        raise InputError.at(
+            "--apply",
+            wanted="an estimator in a file of its own",
+            found=estimator.name,
+            fix="leave it out: --propose tells the ranges",
+        )
+    source = Path(f"{name.partition('.py')[0]}.py")
+    return source, OutputFile(path, "fit", of=estimator.name, inputs=[source], option="--apply")
+
+
+def _is_world(source: object) -> bool:
+    """Whether a source is a world: an object or class of one, or the text of one."""
+    if isinstance(source, str):
+        return ".py:" in source or source.endswith(".py")
+    return isinstance(source, World) or (isinstance(source, type) and issubclass(source, World))
+
+
+def _records(
+    estimator: Estimator,
+    sources: tuple[Any, ...],
+    params: Mapping[str, float] | None,
+    steps: int | None,
+    say: Callable[[str], None],
+) -> dict[str, FloatArray]:
+    """Inputs (n, n_inputs) by the name of the log or world."""
+    records: dict[str, FloatArray] = {}
+    logs = [s for s in sources if not _is_world(s)]
+    worlds = [world_of(s) for s in sources if _is_world(s)]
+    for record, _ in read_logs(logs):
+        records[_free(record.name, records)] = feed(estimator, record.head(steps)).inputs
+    for world in worlds:
+        say(f"{world.name} and {estimator.name} in float64")
+        with make_level("float", Build(estimator, params=[params])) as level:
+            records[_free(world.name, records)] = close_loop(world, level, steps=steps).inputs
+    return records
+
+
+def _free(name: str, taken: Mapping[str, Any]) -> str:
+    """A name that is not taken."""
+    names = (name if k == 1 else f"{name} {k}" for k in range(1, len(taken) + 2))
+    return next(n for n in names if n not in taken)
+
+
+def _line(found: Fitted, number: int) -> str:
+    return found.trace.tracer.expressions[number].line
+
+
+def _claims(found: Fitted) -> tuple[FitClaim, ...]:
+    """What `ops.bounded` claims, and how much of it was seen."""
+    claims = []
+    for e in found.trace.needed:
+        if e.kind == "bounded":
+            low, high, reason = e.data
+            runs = [reached.get(e.args[0].number) for reached in (found.seen, found.hostile)]
+            used = [_used(seen, low, high) for seen in runs]
+            claims.append(FitClaim(e.line, reason, low, high, *used))
+    return tuple(sorted(claims, key=lambda c: -max(c.logs, c.hostile)))
+
+
+def _used(seen: tuple[float, float] | None, low: float, high: float) -> float:
+    """How much of a range was seen, from its middle: 1 is all of it."""
+    if seen is None or low == high:
+        return 0.0
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+    return max(abs(edge - middle) for edge in seen) / half
+
+
+def _errors(before: Effect | str, after: Effect) -> tuple[FitError, ...]:
+    earlier = {} if isinstance(before, str) else {d.output: d.largest for d in before.differences}
+    return tuple(
+        FitError(d.output, d.unit, _number(earlier.get(d.output)), _number(d.largest))
+        for d in after.differences
+    )
+
+
+def _number(x: float | None) -> float | None:
+    return x if x is not None and math.isfinite(x) else None
+
+
+def _text(found: Fitted, records: Mapping[str, FloatArray]) -> str:
+    """The profile as JSON, a line for each value."""
+    profile = found.profile
+
+    def row(number: int, chosen: tuple[float, float]) -> str:
+        ends = {
+            "interval": found.intervals[number],
+            "records": found.seen.get(number),
+            "hostile": found.hostile.get(number),
+        }
+        shown = {name: ends_ and [_finite(x) for x in ends_] for name, ends_ in ends.items()}
+        said = {"number": number, "line": _line(found, number), **shown, "chosen": chosen}
+        return json.dumps(said)
+
+    made_from = [
+        {"log": name, "updates": len(x), "sha256": hashlib.sha256(x.tobytes()).hexdigest()}
+        for name, x in records.items()
+    ]
+    head = {
+        "estimator": profile.estimator,
+        "record": profile.record,
+        "made_from": made_from,
+        "hostile_updates": found.hostile_updates,
+    }
+    tables = [
+        f'"{name}": [\n' + ",\n".join(row(*item) for item in rows.items()) + "\n]"
+        for name, rows in (("values", profile.ranges), ("limits", profile.limits))
+    ]
+    return "{" + json.dumps(head)[1:-1] + ",\n" + ",\n".join(tables) + "}\n"
+
+
+def _finite(x: float) -> float | None:
+    return float(x) if math.isfinite(x) else None
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """What the command line takes."""
+    parser.add_argument("estimator", metavar="ESTIMATOR", help="name, or file.py:Class")
+    parser.add_argument(
+        "sources",
+        nargs="+",
+        metavar="LOG|WORLD",
+        help="logs, folders of logs, or worlds as file.py:Class",
+    )
+    number_options(parser)
+    parser.add_argument("--steps", type=int, help="leading updates of each")
+    parser.add_argument(
+        "-o",
+        "--output",
+        metavar="FILE",
+        help="the profile; default: FILE.fit.json beside the estimator's file, where verbs find it",
+    )
+
+    parser.add_argument(
+        "--propose",
+        action="store_true",
+        help="narrower ranges of inputs and states, and what each alone would gain",
+    )
+    parser.add_argument(
+        "--apply", metavar="FILE", help="a copy of the estimator's file with these ranges"
+    )
+
+
+def call(args: Namespace) -> Outcome:
+    """Do it; see `Outcome`."""
+    with profiles(()):
+        params = params_of(args, [args.estimator])
+    found = fit(
+        args.estimator,
+        *args.sources,
+        params=params,
+        word=args.word,
+        steps=args.steps,
+        output=args.output,
+        propose=args.propose,
+        apply=args.apply,
+        progress=progress_of(args),
+    )
+    return int(not found.good), found.to_json(), str(found)

@@ -1,0 +1,138 @@
+"""Profiles: ranges that runs showed, for the formats of a program's values.
+
+A profile moves binary points. Which side of a selection can be taken, which sign a value may have
+and what saturates on purpose follow from intervals as without one. It belongs to one record of one
+step; of another it is refused.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from boresight.model.errors import InputError
+
+if TYPE_CHECKING:
+    from boresight.model.declarations import Input
+    from boresight.model.lowering.trace import Trace
+
+__all__ = ["Profile", "Range", "read_profile", "record_digest"]
+
+#: Smallest and largest value.
+Range: TypeAlias = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Ranges of one estimator's values.
+
+    Attributes
+    ----------
+    estimator : str
+        Name.
+    record : str
+        `record_digest` of what it was made of.
+    logs : sequence of str
+        Names of the logs, or the world, that were run.
+    ranges : mapping of int to (float, float)
+        For the formats, by the number of the expression; of a comparison that of the difference.
+    limits : mapping of int to (float, float)
+        In which the last argument of a division or root is held, since no interval keeps it off
+        zero.
+    place : str
+        The file that it was read from.
+    """
+
+    estimator: str
+    record: str
+    logs: Sequence[str]
+    ranges: Mapping[int, Range] = field(repr=False)
+    limits: Mapping[int, Range] = field(default_factory=dict, repr=False)
+    place: str = "profile"
+
+    @property
+    def source(self) -> str:
+        """Where its ranges come from, for a report."""
+        return f"observed in {', '.join(self.logs)}"
+
+    def check(self, trace: Trace, name: str, inputs: Sequence[Input]) -> None:
+        """Raise InputError unless it was made of this record of a step; see `record_digest`."""
+        if name != self.estimator:
+            raise InputError.at(
+                self.place,
+                wanted=f"a profile of {name}",
+                found=f"one of {self.estimator}",
+                fix="choose the file that fits, or leave it out with --no-profile",
+            )
+        if record_digest(trace, inputs) != self.record:
+            raise InputError.at(
+                self.place,
+                wanted=f"a profile of {name} as it is now",
+                found="one of another step or other declarations",
+                fix="make it anew with boresight fit, or leave it out with --no-profile",
+            )
+
+
+def record_digest(trace: Trace, inputs: Sequence[Input]) -> str:
+    """Digest of a recorded step with its declarations, without lines.
+
+    The ranges of inputs are those of ``inputs``, as declared: in a core that several programs share
+    the record has those of their sources.
+    """
+    ranges = {i.name: [i.low, i.high] for i in inputs}
+
+    def said(e: Any) -> list[Any]:
+        if e.kind == "leaf" and e.data[0] == "input":
+            return [*e.said[:-3], *ranges[e.data[1]], *e.said[-1:]]
+        return [*e.said]
+
+    things = [
+        [said(e) for e in trace.tracer.expressions],
+        [[e.number for e in trace.inputs], {n: e.number for n, e in trace.outputs.items()}],
+        [[e.number, default] for e, default, _ in trace.params],
+        [[e.number, initial, after.number] for e, initial, after in trace.states],
+    ]
+    return hashlib.sha256(json.dumps(things).encode()).hexdigest()
+
+
+def read_profile(path: str | Path) -> Profile:
+    """A profile that `boresight fit` wrote.
+
+    Raises
+    ------
+    InputError
+        There is no such file, or it holds something else.
+    """
+
+    def refused(found: str) -> InputError:
+        fix = "write it with boresight fit"
+        return InputError.at(str(path), wanted="a profile", found=found, fix=fix)
+
+    try:
+        data = json.loads(Path(path).read_bytes())
+    except OSError as error:
+        raise refused((error.strerror or type(error).__name__).lower()) from None
+    except (ValueError, RecursionError):
+        raise refused("a file that is no JSON") from None
+    try:
+        tables = [
+            {int(row["number"]): _range(*row["chosen"]) for row in data[name]}
+            for name in ("values", "limits")
+        ]
+        logs = [str(log["log"]) for log in data["made_from"]]
+        values, limits = tables
+        return Profile(str(data["estimator"]), str(data["record"]), logs, values, limits, str(path))
+    except (KeyError, TypeError, ValueError):
+        raise refused("another JSON file") from None
+
+
+def _range(low: float, high: float) -> Range:
+    low, high = float(low), float(high)
+    if not (low <= high and math.isfinite(low + high)):
+        raise ValueError
+    return low, high

@@ -1,0 +1,126 @@
+"""Ranges chosen from what was seen: margin, half of what is left, and what keeps its interval."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from boresight.model.estimator import Estimator
+from boresight.model.lowering.expand import Expansion
+from boresight.model.lowering.graph import Flag
+from boresight.model.lowering.profile import Profile, Range, record_digest
+from boresight.model.lowering.trace import Trace
+from boresight.model.words.rounded import binary_exponent
+from boresight.sim.fit.observe import Reached, joined
+
+__all__ = ["MARGIN_BITS", "chosen", "intervals", "profile_of"]
+
+#: Bits above the largest value that was seen.
+MARGIN_BITS = 2.0
+#: Bits above the largest value of hostile runs.
+HOSTILE_BITS = 1.0
+#: Most bits that half of what is left gives besides, and bits where nothing limits a value.
+MOST_BITS, UNLIMITED_BITS = 3.0, 2.0
+#: Share of the smallest divisor that was seen, below which it is held where intervals reach zero.
+FLOOR = 2.0**-4
+#: Functions of which the last argument must stay off zero.
+_DIVIDING = ("div", "rsqrt", "sqrt")
+
+
+def chosen(seen: Range, provoked: Range | None, interval: Range) -> Range | None:
+    """Range for the format of a value; None: its interval.
+
+    `MARGIN_BITS` above the largest magnitude seen in records, and half of the bits that then are
+    left to the interval, at most `MOST_BITS`; `HOSTILE_BITS` above that of hostile runs, where that
+    is more. The sign is that of the interval.
+    """
+    size, limit = (max(abs(low), abs(high)) for low, high in (seen, interval))
+    hostile = 0.0 if provoked is None else max(map(abs, provoked)) * 2.0**HOSTILE_BITS
+    size *= 2.0**MARGIN_BITS
+    if not 0.0 < size < limit:
+        return None
+    spare = UNLIMITED_BITS
+    if math.isfinite(limit):
+        spare = min(0.5 * math.log2(limit / size), MOST_BITS)
+    size = max(size * 2.0**spare, hostile)
+    if size >= limit:
+        return None
+    if math.isfinite(limit) and binary_exponent(size) == binary_exponent(limit):
+        return None
+    return max(interval[0], -size), min(interval[1], size)
+
+
+def intervals(trace: Trace, seen: Reached) -> tuple[dict[int, Range], dict[int, Range]]:
+    """Interval of each expression, and the limits without which there is none.
+
+    Parameters
+    ----------
+    seen : mapping of int to (float, float)
+        What each expression reached. A divisor, or the argument of a root, that no interval keeps
+        on its side of zero is held at `FLOOR` of the smallest one seen.
+
+    Returns
+    -------
+    intervals, limits : dict of int to (float, float)
+        By the number of the expression; see `Profile`.
+
+    Raises
+    ------
+    InputError
+        See `model.lowering.expand.expand`; a divisor was seen on both sides of zero.
+    """
+    graph, made, limits = Expansion(trace.tracer.name), list[Any](), dict[int, Range]()
+    for e in trace.tracer.expressions:
+        graph.line = e.line
+        args = [made[a.number] for a in e.args]
+        held = _held(e.kind, args, seen.get(e.args[-1].number)) if e.args else None
+        if held is not None:
+            limits[e.number] = held
+            args[-1] = graph.limited(args[-1], *held)
+        made.append(getattr(graph, e.kind)(*args, *e.data))
+    nodes = [m.node if isinstance(m, Flag) else m for m in made]
+    return {k: (node.low, node.high) for k, node in enumerate(nodes)}, limits
+
+
+def _held(kind: str, args: Sequence[Any], seen: Range | None) -> Range | None:
+    """Where to hold the last argument of a division or root; None where it may stay as it is."""
+    if kind not in _DIVIDING or seen is None:
+        return None
+    node, (low, high) = args[-1], seen
+    room = 2.0 ** (MARGIN_BITS + UNLIMITED_BITS)
+    if kind == "div" and node.low <= 0.0 <= node.high and low * high > 0.0:
+        return (low * FLOOR, high * room) if low > 0.0 else (low * room, high * FLOOR)
+    if kind != "div" and node.low < 0.0 <= low:
+        return low * FLOOR, high * room
+    return None
+
+
+def profile_of(
+    trace: Trace, estimator: Estimator, seen: Reached, provoked: Reached, logs: Sequence[str]
+) -> Profile:
+    """The profile for what was seen in records and provoked by hostile inputs.
+
+    Parameters
+    ----------
+    trace : Trace
+        The record of ``estimator``.
+    logs : sequence of str
+        Names of what was run.
+
+    Raises
+    ------
+    InputError
+        See `intervals`.
+    """
+    said, limits = intervals(trace, joined(seen, provoked))
+    fixed = {e.args[-1].number for e in trace.tracer.expressions if e.kind in _DIVIDING}
+    ranges: dict[int, Range] = {}
+    for e in trace.needed:
+        known = e.number in fixed and math.isfinite(sum(said[e.number]))
+        if e.args and e.number in seen and not known:
+            range_ = chosen(seen[e.number], provoked.get(e.number), said[e.number])
+            ranges |= {} if range_ is None else {e.number: range_}
+    return Profile(
+        estimator.name, record_digest(trace, estimator.inputs), tuple(logs), ranges, limits
+    )

@@ -1,0 +1,143 @@
+"""A profile from runs: records and hostile inputs, then what it changes."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator
+from boresight.model.lowering.profile import Profile, Range
+from boresight.model.lowering.trace import Trace
+from boresight.sim.accuracy.manoeuvres import hostile
+from boresight.sim.compare.difference import Difference, differences
+from boresight.sim.fit.choose import intervals, profile_of
+from boresight.sim.fit.observe import Reached, joined, reached, states_of
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.floating import CompiledFloat
+from boresight.sim.levels.integer import Emitted
+
+__all__ = ["Effect", "Fitted", "effect", "fitted"]
+
+FloatArray = npt.NDArray[np.float64]
+
+#: Updates of each hostile stimulus.
+HOSTILE_STEPS = 2000
+#: Their seed; that of `boresight covariance` is another.
+_SEED = 2
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """A profile, and what it was made of.
+
+    Attributes
+    ----------
+    estimator : Estimator
+        Without a profile.
+    trace : Trace
+    seen, hostile : mapping of int to (float, float)
+        What expressions reached in the records, and in hostile runs.
+    intervals : mapping of int to (float, float)
+    profile : Profile
+    hostile_updates : int
+    """
+
+    estimator: Estimator
+    trace: Trace
+    seen: Reached
+    hostile: Reached
+    intervals: Mapping[int, Range]
+    profile: Profile
+    hostile_updates: int
+
+
+def fitted(
+    estimator: Estimator,
+    records: Mapping[str, FloatArray],
+    *,
+    params: Mapping[str, float] | None = None,
+    starts: Sequence[Mapping[str, float]] = ({},),
+    progress: Callable[[str], None] | None = None,
+) -> Fitted:
+    """Run an estimator in float64 and choose ranges from what its values reach.
+
+    Parameters
+    ----------
+    records : mapping of str to (n, n_inputs)
+        Inputs by the name of the log or world.
+    params : mapping, optional
+        Parameter values of all runs.
+    starts : sequence of mapping
+        Parameter values of the hostile runs besides, one after the other.
+
+    Raises
+    ------
+    InputError
+        See `sim.fit.choose.profile_of`.
+    """
+    say = progress or (lambda text: None)
+    trace, given = estimator.record(), dict(params or {})
+    seen = []
+    for name, inputs in records.items():
+        say(f"float64 on {name}, {len(inputs)} updates")
+        after = states_of(estimator, inputs, given)
+        seen.append(reached(trace, estimator, inputs, after, given))
+    provoked, count = [], 0
+    for start in starts:
+        values = given | dict(start)
+        stimuli = hostile(estimator, HOSTILE_STEPS, np.random.default_rng(_SEED))
+        for name, inputs in stimuli.items():
+            say(f"float64 on hostile inputs, {name}")
+            after = states_of(estimator, inputs, values)
+            provoked.append(reached(trace, estimator, inputs, after, values))
+            count += len(inputs)
+    ours, theirs = joined(*seen), joined(*provoked)
+    every = joined(ours, theirs)
+    profile = profile_of(trace, estimator, ours, theirs, [*records])
+    return Fitted(estimator, trace, ours, theirs, intervals(trace, every)[0], profile, count)
+
+
+@dataclass(frozen=True)
+class Effect:
+    """Fixed point against float64 on the records, with some formats.
+
+    Attributes
+    ----------
+    differences : tuple of Difference
+        Of each output the largest of all records.
+    saturated_updates : int
+    """
+
+    differences: tuple[Difference, ...]
+    saturated_updates: int
+
+
+def effect(
+    estimator: Estimator,
+    profile: Profile | None,
+    records: Mapping[str, FloatArray],
+    *,
+    params: Mapping[str, float] | None = None,
+    word: int = 32,
+) -> Effect | str:
+    """What formats of a profile, or of none, give; the reason where nothing can be compiled."""
+    other = copy.copy(estimator)
+    other.profile = profile
+    build = Build(other, word=word, params=[params])
+    try:
+        words = Emitted(build)
+    except InputError as error:
+        return str(error)
+    floating, worst, saturated = CompiledFloat(build), dict[str, Difference](), 0
+    for inputs in records.values():
+        run, reference = words.run_anew(inputs), floating.run_anew(inputs)
+        saturated += run.n_saturated
+        for d in differences(estimator.outputs, run.outputs, reference.outputs):
+            if d.output not in worst or d.largest > worst[d.output].largest:
+                worst[d.output] = d
+    return Effect(tuple(worst.values()), saturated)

@@ -1,0 +1,140 @@
+"""`boresight fit`, and the verbs that take its profile."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+import pytest
+
+import boresight
+from boresight.cli import main
+
+SOURCE = """
+from boresight import Estimator, Input, Output, State, World, ops
+
+
+class Unit(Estimator):
+    inputs = (Input("a", -40.0, 40.0), Input("b", -40.0, 40.0))
+    states = (State("x", -1.0, 1.0),)
+    outputs = (Output("x", tolerance=1e-6),)
+
+    def step(self, x, u, p):
+        norm = ops.rsqrt(u.a * u.a + u.b * u.b)
+        claim = ops.bounded(u.a * norm, -1.5, 1.5, "unit vector")
+        new = 0.5 * x.x + 0.25 * claim + 0.25 * u.b * norm
+        return {"x": new}, {"x": new}
+
+
+class Plant(World):
+    def start(self):
+        self.n = 0
+
+    def record(self, outputs):
+        self.n += 1
+        return {"a": float(self.n), "b": 2.0} if self.n < 30 else None
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    Path("unit.py").write_text(SOURCE)
+    rows = [f"{0.1 * k},{k % 9 + 1},{k % 5 - 2}" for k in range(50)]
+    Path("log.csv").write_text("\n".join(["t,a,b", *rows]) + "\n")
+    return tmp_path
+
+
+def test_what_it_writes_is_found_and_makes_it_compile(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    check = ["check", "unit.py:Unit", "log.csv", "--levels", "c", "-q"]
+    assert main(check) == 2
+    assert "wanted a finite range" in capsys.readouterr().err
+    assert main(["fit", "unit.py:Unit", "log.csv", "-q"]) == 0
+    text = capsys.readouterr().out
+    assert text.startswith("unit.fit.json: ") and "from log (50 updates)" in text
+    assert "bounded to [-1.5, 1.5], unit vector: 67% used in the records" in text
+    assert main(check) == 0
+    capsys.readouterr()
+    assert main([*check, "--no-profile"]) == 2
+    os.replace("unit.fit.json", "other.json")
+    assert main(check) == 2
+    assert main([*check, "--profile", "other.json"]) == 0
+    capsys.readouterr()
+    assert main([*check, "--profile", "other.json", "--no-profile"]) == 2
+    assert "wanted a profile, or --no-profile, found both" in capsys.readouterr().err
+
+
+def test_a_profile_of_another_step_is_refused_and_made_anew(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    fit = ["fit", "unit.py:Unit", "log.csv", "-q"]
+    assert main(fit) == 0
+    Path("unit.py").write_text(SOURCE.replace("0.5 *", "0.25 *"))
+    assert main(["compile", "unit.py:Unit", "-o", "build"]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("error: unit.fit.json: wanted a profile of unit as it is now")
+    assert not Path("build").exists()
+    assert main(fit) == 0
+    Path("unit.py").write_text("# a comment\n" + SOURCE.replace("0.5 *", "0.25 *"))
+    assert main(["run", "unit.py:Unit", "log.csv", "-o", "out.csv"]) == 0
+
+
+def test_the_data(folder: Path) -> None:
+    found = boresight.fit("unit.py:Unit", "log.csv", "unit.py:Plant")
+    data = json.loads(Path("unit.fit.json").read_text())
+    assert found.records == {"log": 50, "plant": 29}
+    assert [x["log"] for x in data["made_from"]] == ["log", "plant"]
+    assert len(data["values"]) == found.formats and found.good
+    assert "wanted a finite range" in found.refused
+    (claim,) = found.claims
+    assert claim.logs == pytest.approx(1.0 / 1.5)  # where b is 0
+    (error,) = found.errors
+    assert error.before is None and error.after is not None and error.after < 1e-8
+    row = data["values"][0]
+    assert row["line"].startswith("unit.py, line ") and row["records"][0] <= row["records"][1]
+
+
+def test_its_own_profile_is_not_asked(folder: Path) -> None:
+    """A second run sees what the first saw."""
+    first = boresight.fit("unit.py:Unit", "log.csv")
+    text = Path("unit.fit.json").read_text()
+    assert boresight.fit("unit.py:Unit", "log.csv").to_json() == first.to_json()
+    assert Path("unit.fit.json").read_text() == text
+
+
+def test_the_profile_of_an_estimator_without_a_file(folder: Path) -> None:
+    found = boresight.fit("unit.py:Unit", "log.csv", output="elsewhere.json")
+    assert found.profile == Path("elsewhere.json")
+    assert not Path("unit.fit.json").exists()
+
+
+def test_no_source_is_refused() -> None:
+    with pytest.raises(boresight.InputError, match="wanted at least one log or world"):
+        boresight.fit("mekf")
+
+
+def test_processes_take_the_profile(folder: Path) -> None:
+    """Those that a campaign starts, too."""
+    from boresight.model.resolve import profiles, profiles_now
+    from boresight.sim.processes import dispatch
+
+    with profiles(["a.json"]):
+        found = dict(dispatch(2, [("one", profiles_now, ()), ("two", profiles_now, ())]))
+    assert found == {"one": ("a.json",), "two": ("a.json",)}
+
+
+def test_proposals_and_the_copy(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    fit = ["fit", "unit.py:Unit", "log.csv", "-q"]
+    assert main([*fit, "--propose"]) == 0
+    text = capsys.readouterr().out
+    assert "input b (unit.py, line 6): declared [-40, 40], seen [-2, 2], proposed [-31.97" in text
+    assert main([*fit, "--apply", "narrow.py"]) == 0
+    assert 'Input("b", -31.97, 31.97)' in Path("narrow.py").read_text()
+    assert Path("unit.py").read_text() == SOURCE
+    capsys.readouterr()
+    assert main([*fit, "--apply", "unit.py"]) == 2
+    assert main(["fit", "mekf", "log.csv", "--apply", "copy.py"]) == 2
+    assert "wanted an estimator in a file of its own" in capsys.readouterr().err

@@ -1,0 +1,136 @@
+"""Ranges of a profile choose binary points, and nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from boresight.model import ops
+from boresight.model.errors import InputError
+from boresight.model.lowering.lower import lower
+from boresight.model.lowering.profile import Profile, Range
+from boresight.model.lowering.trace import Trace, Tracer
+from boresight.model.words.fixed import Arithmetic
+from boresight.model.words.program import Program, Value
+
+
+def compiled(
+    step: Callable[[Any, Any], tuple[Any, Any]],
+    fit: Callable[[str], Range | None] = lambda kind: None,
+    limits: Range | None = None,
+    low: float = -4.0,
+) -> Program:
+    """A step of one input x in [low, 4] and one state s in [-1, 1], with ranges by kind."""
+    tracer = Tracer("test")
+    x = tracer.leaf("input", "x", low, 4.0)
+    s = tracer.leaf("state", "s", -1.0, 1.0)
+    after, out = (tracer.lift(e) for e in step(x, s))
+    ranges = {e.number: r for e in tracer.expressions if e.args and (r := fit(e.kind)) is not None}
+    held = {
+        e.number: limits
+        for e in tracer.expressions
+        if limits is not None and e.kind in ("div", "rsqrt", "sqrt")
+    }
+    profile = Profile("test", "", ("log",), ranges, held)
+    trace = Trace(tracer, [x], {"out": out}, (), [(s, 0.0, after)])
+    return lower(trace, Arithmetic(word=32), profile)[0]
+
+
+def value(program: Program, name: str) -> Value:
+    return next(v for v in program.values if v.name == name)
+
+
+def test_a_product_gets_the_finest_format_of_the_range() -> None:
+    program = compiled(lambda x, s: (s, x * x), lambda kind: (0.0, 0.01))
+    assert value(program, "out").frac == 31 + 6  # 0.01 < 2^-6
+    assert value(program, "out").range_source == "observed in log"
+    assert value(compiled(lambda x, s: (s, x * x)), "out").frac == 31 - 5
+
+
+def test_a_wider_range_than_the_interval_changes_nothing() -> None:
+    assert value(compiled(lambda x, s: (s, x * x), lambda kind: (-99.0, 99.0)), "out").frac == 26
+
+
+def test_it_decides_no_selection() -> None:
+    """The log never saw x * x above 1; the other side stays."""
+    program = compiled(
+        lambda x, s: (s, ops.where(x * x > 1.0, 2.0 * x, s)),
+        lambda kind: (0.0, 0.5) if kind == "mul" else None,
+    )
+    assert any(t.when.name != "ALWAYS" for op in program.ops for t in op.terms)
+
+
+@pytest.mark.parametrize("kind", ["wrap", "sin", "saturated"])
+def test_prescribed_formats_stay(kind: str) -> None:
+    function = {
+        "wrap": ops.wrap_ht,
+        "sin": lambda x: ops.sincos_ht(x)[0],
+        "saturated": lambda x: ops.saturated(x, 2.0),
+    }[kind]
+    formats = [
+        value(compiled(lambda x, s: (s, function(x)), fit), "out").frac
+        for fit in (lambda kind: None, lambda kind: (-0.01, 0.01))
+    ]
+    assert formats[0] == formats[1]
+
+
+def test_what_replaces_a_state_has_its_format() -> None:
+    """Its word holds all that was declared, whatever was seen; an output that is one, too."""
+
+    def step(x: Any, s: Any) -> tuple[Any, Any]:
+        after = 0.5 * s + 0.05 * x
+        return after, after
+
+    program = compiled(step, lambda kind: (-1e-3, 1e-3))
+    (state, after) = program.states[0]
+    assert program.values[after].frac == program.values[state].frac == 30
+    assert program.values[program.outputs[0]].high > 0.5
+
+
+def test_what_replaces_a_state_and_has_no_interval_is_in_its_range() -> None:
+    def step(x: Any, s: Any) -> tuple[Any, Any]:
+        endless = x * ops.rsqrt(x * x)
+        return s + endless, s
+
+    program = compiled(step, lambda kind: (-2.0, 2.0) if kind == "mul" else None)
+    assert program.values[program.states[0][1]].frac == 30
+
+
+def test_inner_nodes_follow_from_their_arguments() -> None:
+    """The comparison and the selection in ops.clip, of an argument that has a narrow range."""
+    program = compiled(
+        lambda x, s: (s, 1.0 / ops.clip(x * x * x * x, 1e-3, 2.0)),
+        lambda kind: (0.0, 2.5) if kind == "mul" else None,
+    )
+    said = [v.frac for v in program.values if v.name.startswith(("sum_", "bounded_"))]
+    assert said and min(said) >= 28  # 256 would leave 22
+
+
+def test_a_divisor_is_held_off_zero() -> None:
+    program = compiled(lambda x, s: (s, 1.0 / x), limits=(0.25, 4.0))
+    assert value(program, "out").high == 4.0
+    negative = compiled(lambda x, s: (s, 1.0 / x), limits=(-4.0, -0.25))
+    assert value(negative, "out").low == -4.0
+    with pytest.raises(InputError, match="a divisor whose range excludes 0"):
+        compiled(lambda x, s: (s, 1.0 / x))
+
+
+def test_a_root_without_interval_is_held_where_its_argument_was() -> None:
+    def step(x: Any, s: Any) -> tuple[Any, Any]:
+        endless = x * ops.rsqrt(x * x)
+        return s, ops.sqrt(endless)
+
+    program = compiled(step, lambda kind: (0.0, 2.0) if kind == "mul" else None, limits=(0.5, 1.0))
+    assert value(program, "out").high < 4.0
+
+
+def test_a_factor_that_is_too_fine_gets_a_coarser_copy() -> None:
+    """A root of anything times a factor with many fraction bits: no shift reaches the result."""
+    program = compiled(
+        lambda x, s: (s, (x * 2.0**-20 + s * 2.0**-20) * ops.rsqrt(x * x)),
+        lambda kind: (-8.0, 8.0) if kind == "mul" else None,
+        low=0.0,
+    )
+    assert any(v.name.endswith("_coarse") for v in program.values)

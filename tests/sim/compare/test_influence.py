@@ -1,0 +1,131 @@
+"""What limits an output: shares of its error, against what words of more bits do."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from boresight.model import ops
+from boresight.model.estimator import Estimator, Input, Output, State
+from boresight.sim.compare.influence import Influence, influences
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.floating import CompiledFloat
+from boresight.sim.levels.integer import Emitted, words_of
+
+N = 1200
+T = np.arange(N)
+
+
+class Coarse(Estimator):
+    """A coarse product into a low pass, beside a fine one that hardly counts."""
+
+    inputs = (Input("a", -1.0, 1.0), Input("b", -1000.0, 1000.0))
+    states = (State("mean", -4.0, 4.0),)
+    outputs = (Output("mean"), Output("fine"))
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        """One update."""
+        coarse = u.a * u.b  # its last bit is 2^-13 in a word of 24 bits
+        fine = u.a * u.a
+        mean = 0.9 * x.mean + 0.05 * coarse * u.a + 0.1 * fine
+        return {"mean": mean}, {"mean": mean, "fine": fine}
+
+
+class Functions(Estimator):
+    """Every kind of node, each in an output of its own."""
+
+    inputs = (Input("a", 0.25, 0.65), Input("b", -1.0, 1.0))
+    outputs = tuple(Output(n) for n in ("sin", "asin", "root", "ratio", "flip", "clip", "angle"))
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        """Each of a rounded product."""
+        c = u.a * u.a
+        limited = ops.saturated(4.0 * u.a * u.b, 1.0)
+        return {}, {
+            "sin": ops.sincos_ht(c)[0],
+            "asin": ops.asin_ht(c),
+            "root": ops.sqrt(c),
+            "ratio": 1.0 / c,
+            "flip": ops.where(u.b < 0.0, abs(u.b) * c, c),
+            "clip": limited * c,
+            "angle": ops.wrap_ht(c * 3.0),
+        }
+
+
+def found(
+    estimator: Estimator, inputs: np.ndarray, word: int
+) -> tuple[dict[str, list[Influence]], Any]:
+    build = Build(estimator, word=word)
+    run, (program,) = Emitted(build).run_anew(inputs), build.programs
+    reference = CompiledFloat(build).run_anew(inputs).outputs
+    assert run.states is not None
+    got = influences(program, build.nodes[0], words_of(program, inputs), run.states)
+    return got, {n: run.outputs[n] - reference[n] for n in run.outputs}
+
+
+def exact(values: np.ndarray) -> np.ndarray:
+    """Inputs that words of 18 bits hold."""
+    return np.round(values * 64.0) / 64.0
+
+
+def test_the_coarse_value_makes_the_error() -> None:
+    inputs = np.stack([exact(np.sin(T)), exact(30.0 * np.cos(0.7 * T))], axis=1)
+    got, apart = found(Coarse(), inputs, 24)
+    first = got["mean"][0]
+    assert first.line.startswith("test_influence.py, line ") and first.share > 0.5
+    whole = np.sqrt(sum(i.rms**2 for i in got["mean"]))
+    assert whole == pytest.approx(np.std(apart["mean"]), rel=0.3)
+    assert first.one_more_bit == pytest.approx(whole * np.sqrt(1.0 - 0.75 * first.share), rel=1e-9)
+    assert sum(i.share for i in got["mean"]) == pytest.approx(1.0)
+    shares = [i.share for i in got["mean"]]
+    assert shares == sorted(shares, reverse=True)
+    assert first.value not in [i.value for i in got["fine"]]
+
+
+def test_derivatives_of_every_kind() -> None:
+    """The sum over values is the error that is there, within what chance does."""
+    inputs = np.stack([exact(0.45 + 0.2 * np.sin(T)), exact(np.cos(1.3 * T))], axis=1)
+    got, apart = found(Functions(), inputs, 18)
+    for name, error in apart.items():
+        whole = np.sqrt(sum(i.rms**2 for i in got[name]))
+        assert whole == pytest.approx(np.sqrt(np.mean(error**2)), rel=0.5), name
+
+
+def test_what_a_state_keeps_counts_in_later_updates() -> None:
+    class Sum(Estimator):
+        """A sum that forgets slowly: an error lasts for 1 / (1 - 0.99^2) = 50 squares."""
+
+        inputs = (Input("u", -1.0, 1.0),)
+        states = (State("s", -63.0, 63.0),)
+        outputs = (Output("s"),)
+
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            """One update."""
+            s = 0.99 * x.s + u.u
+            return {"s": s}, {"s": s}
+
+    got, _ = found(Sum(), exact(np.sin(T))[:, None], 18)
+    (one,) = got["s"]
+    last_bit = 64.0 / 2**17
+    assert one.rms == pytest.approx(np.sqrt(50.0 / 12.0) * last_bit, rel=0.2)
+
+
+def test_a_copy_for_a_state_counts_there_alone() -> None:
+    class Late(Estimator):
+        """An output, and the same one update later by way of a wide state."""
+
+        inputs = (Input("u", -1.0, 1.0),)
+        states = (State("s", -63.0, 63.0),)
+        outputs = (Output("now"), Output("late"))
+
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            """One update."""
+            now = 0.3 * u.u * u.u
+            return {"s": now}, {"now": now, "late": 0.5 * x.s}
+
+    got, _ = found(Late(), exact(np.sin(T))[:, None], 18)
+    now, late = ([i.value for i in got[name]] for name in ("now", "late"))
+    assert "s_next" in now and "s_next_aligned" not in now
+    assert late[0] == "s_next_aligned"

@@ -1,0 +1,144 @@
+"""A profile from records and hostile inputs, and what it is worth."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+import numpy as np
+import pytest
+
+from boresight.model import ops
+from boresight.model.estimator import Estimator, Input, Output, Param, State
+from boresight.sim.accuracy.covariance import covariance_trial
+from boresight.sim.accuracy.manoeuvres import hostile
+from boresight.sim.compare.verdict import judge
+from boresight.sim.fit.fitting import Effect, effect, fitted
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.floating import CompiledFloat
+from boresight.sim.levels.integer import Emitted
+
+
+class Motor(Estimator):
+    """Two states and their covariance, as in a textbook: nothing is said of gains."""
+
+    inputs = (Input("z", -100.0, 100.0),)
+    params = (Param("q", 1e-3, 1e-6, 1.0), Param("r", 0.01, 1e-3, 1.0))
+    states = (
+        State("a", -200.0, 200.0),
+        State("b", -100.0, 100.0),
+        State("p00", 0.0, 16.0, initial=1.0),
+        State("p01", -16.0, 16.0),
+        State("p11", 0.0, 16.0, initial=1.0),
+    )
+    outputs = (Output("a", tolerance=1e-3), Output("b", tolerance=1e-3))
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        """One update."""
+        p00 = x.p00 + 0.02 * x.p01 + 1e-4 * x.p11
+        p01 = x.p01 + 0.01 * x.p11
+        p11 = x.p11 + p.q
+        weight = 1.0 / ops.maximum(p00 + p.r, 1e-3)
+        k0, k1 = p00 * weight, p01 * weight
+        ahead = x.a + 0.01 * x.b
+        a, b = ahead + k0 * (u.z - ahead), x.b + k1 * (u.z - ahead)
+        after = {"a": a, "b": b}
+        after |= {"p00": p00 - k0 * p00, "p01": p01 - k0 * p01, "p11": p11 - k1 * p01}
+        return after, {"a": a, "b": b}
+
+
+@pytest.fixture(scope="module")
+def records() -> dict[str, Any]:
+    t = 0.01 * np.arange(3000)
+    noise = np.random.default_rng(3).normal(0.0, 0.1, len(t))
+    return {"swing": (10.0 * np.sin(t) + noise)[:, None]}
+
+
+class Power(Estimator):
+    """A product of what is never large together."""
+
+    inputs = (Input("volt", -500.0, 500.0), Input("ampere", -500.0, 500.0))
+    states = (State("mean", -100.0, 100.0),)
+    outputs = (Output("mean"),)
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        """One update."""
+        power = u.volt * u.ampere
+        mean = x.mean + 0.1 * power * power - 0.2 * x.mean
+        return {"mean": mean}, {"mean": mean}
+
+
+def test_what_is_never_large_together_is_more_exact(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("boresight.sim.fit.fitting.hostile", lambda *given: {})
+    estimator, t = Power(), np.arange(500.0)
+    records = {"log": np.stack([400.0 * np.sin(t) ** 8, 0.05 * np.cos(t)], axis=1)}
+    found = fitted(estimator, records)
+    assert found.profile.logs == ("log",) and found.hostile_updates == 0
+    before, after = (effect(estimator, p, records, word=24) for p in (None, found.profile))
+    assert isinstance(before, Effect) and isinstance(after, Effect)
+    assert after.saturated_updates == 0
+    assert after.differences[0].largest < 0.5 * before.differences[0].largest
+    assert estimator.profile is None
+
+
+def test_a_profile_of_a_tenth_holds_on_all(records: dict[str, Any]) -> None:
+    found = fitted(Motor(), {"part": 0.1 * records["swing"][:300]})
+    assert found.hostile_updates == 12_000
+    after = effect(Motor(), found.profile, records)
+    assert isinstance(after, Effect) and after.saturated_updates == 0
+
+
+def test_under_hostile_inputs_variances_stay_positive(records: dict[str, Any]) -> None:
+    """Of other seeds than those that the profile has seen."""
+    estimator = copy.copy(Motor())
+    estimator.profile = fitted(estimator, records).profile
+    stimuli = hostile(estimator, 2000, np.random.default_rng(1))
+    trial = covariance_trial(estimator, stimuli, updates=24_000)
+    assert trial.negative_diagonals == 0 and trial.least_eigenvalue >= -4.0
+
+
+def test_without_hostile_inputs_they_would_not(records: dict[str, Any]) -> None:
+    """That the test before this one can fail."""
+    estimator = copy.copy(Motor())
+    found = fitted(estimator, records, starts=())
+    assert found.hostile_updates == 0
+    with_hostile = fitted(estimator, records).profile.ranges
+    assert any(abs(r[1]) < abs(with_hostile.get(n, r)[1]) for n, r in found.profile.ranges.items())
+
+
+def test_what_does_not_compile_says_why() -> None:
+    class Endless(Estimator):
+        """A product without a range."""
+
+        inputs = (Input("u", 0.0, 8.0),)
+        outputs = (Output("y"),)
+
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            """One update."""
+            return {}, {"y": u.u * ops.rsqrt(u.u) * ops.rsqrt(u.u)}
+
+    records = {"log": np.linspace(1.0, 2.0, 50)[:, None]}
+    why = effect(Endless(), None, records)
+    assert isinstance(why, str) and "wanted" in why
+    after = effect(Endless(), fitted(Endless(), records).profile, records)
+    assert isinstance(after, Effect) and after.differences[0].largest < 1e-6
+
+
+def test_the_advice_of_check_is_followed_with_success() -> None:
+    """Where rounding adds up in a coarse word, `boresight fit` is what it says, and helps."""
+
+    class Judged(Power):
+        """The same, judged."""
+
+        outputs = (Output("mean", tolerance=1e-5),)
+
+    estimator, t = Judged(), np.arange(500.0)
+    inputs = np.stack([400.0 * np.sin(t) ** 8, 0.05 * np.cos(t)], axis=1)
+    build = Build(estimator)
+    run, reference = (level(build).run_anew(inputs) for level in (Emitted, CompiledFloat))
+    made = judge(build, 0, inputs, run, reference, {})
+    assert not made.good and "get formats by boresight fit" in made.culprit
+    found = fitted(estimator, {"log": inputs}, starts=())
+    after = effect(estimator, found.profile, {"log": inputs})
+    assert isinstance(after, Effect)
+    assert after.differences[0].largest < 0.5 * (made.largest("mean") or 0.0)

@@ -1,0 +1,89 @@
+"""What expressions reach, on records and where words would stay."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from boresight.model import ops
+from boresight.model.estimator import Estimator, Input, Output, Param, State
+from boresight.sim.fit.observe import CHUNK, joined, reached, states_of
+
+
+class Sum(Estimator):
+    """A sum, a comparison and a claim."""
+
+    inputs = (Input("u", -1.0, 1.0),)
+    params = (Param("gain", 1.0, 0.0, 4.0),)
+    states = (State("x", -8.0, 8.0, initial=2.0),)
+    outputs = (Output("y"),)
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        """One update."""
+        claim = ops.bounded(x.x * u.u, -3.0, 3.0, "a test")
+        return {"x": x.x + p.gain * u.u}, {"y": ops.where(u.u < 0.5, claim, claim * claim)}
+
+
+def seen(inputs: list[float], **params: float) -> dict[str, tuple[float, float]]:
+    """Ranges by the kind of the expression; of several of a kind the last."""
+    estimator, columns = Sum(), np.array(inputs)[:, None]
+    trace = estimator.record()
+    found = reached(trace, estimator, columns, states_of(estimator, columns, params), params)
+    return {e.kind: found[e.number] for e in trace.needed if e.number in found}
+
+
+def test_states_follow_each_other_from_their_start() -> None:
+    columns = np.array([[1.0], [0.5], [-0.25]])
+    assert states_of(Sum(), columns, {"gain": 2.0})[:, 0].tolist() == [4.0, 5.0, 4.5]
+
+
+def test_states_stay_in_their_ranges() -> None:
+    assert states_of(Sum(), np.ones((9, 1)), None)[-1, 0] == 8.0
+
+
+def test_values_of_all_updates_count() -> None:
+    found = seen([1.0, 0.5, -0.25])
+    assert found["add"] == (3.0, 3.5)
+    assert found["select"] == (3.5 * -0.25, 4.0)
+    assert found["less"] == (-0.75, 0.5)  # the difference
+
+
+def test_a_claim_holds_what_is_beyond_it_as_its_word_does() -> None:
+    found = seen([1.0, 1.0, 1.0])
+    assert found["bounded"] == (2.0, 3.0)
+
+
+def test_parameters_count_as_they_are_given() -> None:
+    assert seen([1.0], gain=4.0)["add"] == (6.0, 6.0)
+
+
+def test_chunks_are_joined() -> None:
+    inputs = np.zeros(CHUNK + 2)
+    inputs[0], inputs[-1] = 1.0, -1.0
+    assert seen(inputs.tolist())["add"] == (2.0, 3.0)
+
+
+def test_what_is_no_number_does_not_count() -> None:
+    class Root(Estimator):
+        """An inverse root of what may be negative in float64."""
+
+        inputs = (Input("u", 0.0, 1.0),)
+        outputs = (Output("y"),)
+
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            """One update."""
+            return {}, {"y": ops.sqrt(u.u) / ops.maximum(u.u, 0.1)}
+
+    estimator, columns = Root(), np.array([[-1.0], [0.25]])
+    trace = estimator.record()
+    found = reached(trace, estimator, columns, states_of(estimator, columns, None))
+    root = next(e for e in trace.needed if e.kind == "sqrt")
+    assert found[root.number] == (0.5, 0.5)
+
+
+def test_joined_ranges_hold_both() -> None:
+    assert joined({1: (0.0, 1.0)}, {1: (-1.0, 0.5), 2: (3.0, 3.0)}) == {
+        1: (-1.0, 1.0),
+        2: (3.0, 3.0),
+    }
