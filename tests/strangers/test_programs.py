@@ -40,17 +40,19 @@ FILES = ("core.v", "report.json", "registers.json")
 def test_a_file_needs_nothing_but_the_front_door(file) -> None:
     allowed = {"Estimator", "Input", "Output", "Param", "State", "World", "blocks", "ops"}
     allowed.add("kalman")
-    filters = {"Kalman", "Measurement", "State"}
+    filters = {"Attitude", "Kalman", "Measurement", "State", "vector"}
     for node in ast.walk(ast.parse(file.read_text())):
-        assert not isinstance(node, ast.Import)
+        if isinstance(node, ast.Import):
+            assert {a.name for a in node.names} <= {"math", "numpy"}
         if isinstance(node, ast.ImportFrom):
             known = {"boresight": allowed, "boresight.kalman": filters}[node.module]
             assert {a.name for a in node.names} <= known
 
 
 def test_as_many_programs_as_are_promised() -> None:
+    """Those without records have a world."""
     files = {name.partition(":")[0] for name in STRANGERS}
-    assert len(files) == 11 and files == set(PROGRAMS)
+    assert len(files) == 11 and set(PROGRAMS) - files == {"pmsm.py", "ins_gnss.py"}
 
 
 @pytest.mark.parametrize("name", FEW)
