@@ -61,7 +61,7 @@ def emit_float_c(estimator: Estimator, precision: Precision = SINGLE) -> dict[st
         The estimator's ``step`` raises, or returns other than its states and outputs.
     """
     e, name = estimator, float_prefix(estimator, precision)
-    expressions, literal = Expressions(e.trace(), precision), precision.literal
+    expressions, literal = Expressions(e.record(), precision), precision.literal
     update = [*expressions.statements(), *expressions.results()]
 
     def first(suffix: str) -> str:

@@ -26,6 +26,7 @@ class NumpyFloat(Level):
     def __init__(self, build: Build, number: int = 0, tool: str | None = None) -> None:
         super().__init__(build, number, tool)
         self.estimator = build.estimators[number]
+        self.estimator.record()  # A step that no other level can run is refused here as well.
         self._params = Values("parameter", self.estimator.param_values(build.params[number]))
         self.reset()
 
