@@ -58,7 +58,7 @@ def test_page() -> None:
         "a &lt;log&gt;",
     ):
         assert text in page, text
-    assert "{{" not in page and "{rows}" not in page
+    assert "{{" not in page and "{%" not in page
     assert page.count("<svg") == 2 and "http" not in page
 
 
